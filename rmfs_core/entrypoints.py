@@ -59,6 +59,18 @@ def _offers(group: str, _stamps: tuple[tuple[str, int], ...]) -> dict[str, tuple
     return {name: tuple(same) for name, same in found.items()}
 
 
+def chosen(group: str, name: str | None, default: str) -> tuple[EntryPoint, ...]:
+    """Return the entry points of a name that a scenario gives; where it gives none, ours of the default name alone.
+
+    Raises
+    ------
+    KeyError
+        When there is none of that name.
+    """
+    known = offers(group)
+    return known[name] if name is not None else known.get(f"rmfs:{default}") or known[default]
+
+
 def _entries(group: str) -> list[EntryPoint]:
     """Return a group's entry points, with those under its old name but for what a distribution offers under both."""
     entries = [*entry_points(group=group)]
@@ -93,7 +105,8 @@ def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
     for group, old in RENAMED.items():
         if entry.group == old:
             what = f"{describe(kind, entry.name, *origin(entry))} is in the entry-point group `{old}`"
-            warnings.warn(f"{what}; from rmfs 0.3.0 on `{group}` alone is read", FutureWarning, stacklevel=2)
+            told = f"{what}; from rmfs 0.3.0 on `{group}` alone is read: rename it in its pyproject.toml"
+            warnings.warn(told, FutureWarning, stacklevel=2)
     try:
         target: object = entry.load()
     except (Exception, SystemExit) as error:

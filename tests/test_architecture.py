@@ -19,7 +19,7 @@ PLUGINS = ROOT / "plugins"
 RULES, COMMANDS = PLUGINS / "rmfs_rules", PLUGINS / "rmfs_commands"
 PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
-MOST_LINES, MOST_FILES, MOST_FOLDERS = 13_800, 87, 8
+MOST_LINES, MOST_FILES, MOST_FOLDERS = 13_500, 85, 8
 """The kernel's budget: round numbers with room, to be lowered when the kernel becomes smaller."""
 
 NAMES_A_PLUGIN = {

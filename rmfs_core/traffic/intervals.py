@@ -17,7 +17,7 @@ FOREVER = 1 << 50
 
 
 @njit(cache=True)
-def conflict(cells, begins, ends, me, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+def conflict(cells, begins, ends, me, first, count, since, until, owner):
     """Position of the first interval that overlaps one of another owner, and that one's entry; (-1, -1) if none."""
     for i in range(len(cells)):
         cell = cells[i]
@@ -30,7 +30,7 @@ def conflict(cells, begins, ends, me, first, count, since, until, owner):  # typ
 
 
 @njit(cache=True)
-def _run(at, to, width):  # type: ignore[no-untyped-def]
+def _run(at, to, width):
     """Heading and number of cells of a straight run; -1 cells where it is none."""
     if at // width == to // width:
         return (0 if to > at else 2), abs(to - at)
@@ -38,7 +38,7 @@ def _run(at, to, width):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def wrong_leg(cell, goal, legs, longest, width, moves, from_start, to_goal):  # type: ignore[no-untyped-def]
+def wrong_leg(cell, goal, legs, longest, width, moves, from_start, to_goal):
     """Number of the first leg that a robot cannot drive on its way from a cell to a goal; -1 if it can drive all.
 
     ``longest`` is the longest wait; ``from_start`` and ``to_goal`` say which cells may be crossed.
@@ -62,7 +62,7 @@ def wrong_leg(cell, goal, legs, longest, width, moves, from_start, to_goal):  # 
 
 
 @njit(cache=True)
-def drive(cell, heading, tick, since, legs, width, kinematics, passing):  # type: ignore[no-untyped-def]
+def drive(cell, heading, tick, since, legs, width, kinematics, passing):
     """Rows of cells that legs occupy, from when, until when; and cell, heading and tick of the end.
 
     ``legs`` has an end and a wait in each row; `Roads` says what the last two are. The cells are none where a leg is no
@@ -99,7 +99,7 @@ def drive(cell, heading, tick, since, legs, width, kinematics, passing):  # type
 
 
 @njit(cache=True)
-def settle(  # type: ignore[no-untyped-def]
+def settle(
     cell, heading, tick, legs, width, kinematics, passing,
     before, me, used, room, first, count, since, until, owner,
 ):  # fmt: skip
@@ -117,7 +117,7 @@ def settle(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def replace(cells, begins, ends, before, me, used, room, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+def replace(cells, begins, ends, before, me, used, room, first, count, since, until, owner):
     """Reserve intervals in place of the cells ``before``, unless another has one of them.
 
     Returns what `conflict` and `insert` do.
@@ -131,7 +131,7 @@ def replace(cells, begins, ends, before, me, used, room, first, count, since, un
 
 
 @njit(cache=True)
-def insert(cells, begins, ends, begin_at, me, used, room, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+def insert(cells, begins, ends, begin_at, me, used, room, first, count, since, until, owner):
     """Insert intervals from ``begin_at`` on; what touches or overlaps one of the same owner becomes one with it.
 
     Returns how many are in, and how much of the pool is used; fewer than all are in when the pool has no room left.
@@ -169,7 +169,7 @@ def insert(cells, begins, ends, begin_at, me, used, room, first, count, since, u
 
 
 @njit(cache=True)
-def _move(cell, to, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+def _move(cell, to, first, count, since, until, owner):
     """Move the intervals of a cell to another place in the pool."""
     for i in range(count[cell]):
         p, q = first[cell] + i, to + i
@@ -178,7 +178,7 @@ def _move(cell, to, first, count, since, until, owner):  # type: ignore[no-untyp
 
 
 @njit(cache=True)
-def remove(cells, me, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+def remove(cells, me, first, count, since, until, owner):
     """Remove the intervals of an owner from some cells."""
     for i in range(len(cells)):
         cell = cells[i]
@@ -191,7 +191,7 @@ def remove(cells, me, first, count, since, until, owner):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def forget(tick, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+def forget(tick, first, count, since, until, owner):
     """Remove what ended by ``tick``."""
     for cell in range(len(first)):
         low = first[cell]
@@ -205,7 +205,7 @@ def forget(tick, first, count, since, until, owner):  # type: ignore[no-untyped-
 
 
 @njit(cache=True)
-def pack(room, first, count, since, until, owner, to_since, to_until, to_owner):  # type: ignore[no-untyped-def]
+def pack(room, first, count, since, until, owner, to_since, to_until, to_owner):
     """Copy all intervals to another pool, with little room to spare; returns how much of it is used."""
     used = 0
     for cell in range(len(first)):

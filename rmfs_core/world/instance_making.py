@@ -68,11 +68,11 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
 
 def generator_of(section: InstanceSection) -> tuple[EntryPoint, ...]:
     """Return the entry points of an instance's generator, a function of its section and a seed; one, or they clash."""
-    known, name = entrypoints.offers(entrypoints.INSTANCES), section.generator
-    name = "paper" if name is None else name
-    if name not in known:
-        raise InputError("instance.generator", f'there is no generator "{name}"{nearest(name, known)}')
-    return known[name]
+    try:
+        return entrypoints.chosen(entrypoints.INSTANCES, section.generator, "paper")
+    except KeyError as error:
+        name, known = error.args[0], entrypoints.offers(entrypoints.INSTANCES)
+        raise InputError("instance.generator", f'there is no generator "{name}"{nearest(name, known)}') from None
 
 
 def _generated(section: InstanceSection, seed: int) -> Instance:

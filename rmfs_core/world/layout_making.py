@@ -46,12 +46,12 @@ def make_layout(scenario: Scenario, text: str | None = None) -> Layout:
 
 def layout_maker(section: LayoutSection) -> tuple[EntryPoint, ...]:
     """Return the entry points of what makes a layout; one, or they clash."""
-    known, name = entrypoints.offers(entrypoints.LAYOUTS), section.generator
-    if name is None:
-        name = "blocks" if section.map_file is None else "text-map"
-    if name not in known:
-        raise InputError("layout.generator", f'there is no generator "{name}"{nearest(name, known)}')
-    return known[name]
+    default = "blocks" if section.map_file is None else "text-map"
+    try:
+        return entrypoints.chosen(entrypoints.LAYOUTS, section.generator, default)
+    except KeyError as error:
+        name, known = error.args[0], entrypoints.offers(entrypoints.LAYOUTS)
+        raise InputError("layout.generator", f'there is no generator "{name}"{nearest(name, known)}') from None
 
 
 def _text_of(path: Path) -> str:

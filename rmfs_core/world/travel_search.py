@@ -112,13 +112,13 @@ def _least(turns: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 @njit(cache=True)
-def times_to(goal, times, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+def times_to(goal, times, moves, passable, offsets, runs, turns, work):
     """Write to ``times`` ticks from each (cell, heading) to rest at ``goal``: a search backwards from it."""
     _spread(goal, times, None, 0, FAR, moves, passable, offsets, runs, turns, work)
 
 
 @njit(cache=True)
-def times_near(goal, times, start, spare, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+def times_near(goal, times, start, spare, moves, passable, offsets, runs, turns, work):
     """As `times_to` for ways from a state that are at most ``spare`` ticks longer than the fastest; too low elsewhere.
 
     Returns how long ways may be: that, or `FAR` if there is none. What is no part of such a way gets what would be
@@ -145,7 +145,7 @@ def times_near(goal, times, start, spare, moves, passable, offsets, runs, turns,
 
 
 @inlined
-def _look(start, width, work):  # type: ignore[no-untyped-def]
+def _look(start, width, work):
     """Write to ``work`` ticks that a way takes at least from a state to each (cell, heading).
 
     That is top speed all the way, a stop for a row to drive along and one for a column, and the turns for them and to
@@ -166,7 +166,7 @@ def _look(start, width, work):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _spread(goal, times, start, spare, limit, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+def _spread(goal, times, start, spare, limit, moves, passable, offsets, runs, turns, work):
     """Search backwards from a goal, with a ``start`` only as far as `times_near` says, and by ways of so many ticks.
 
     Then a state waits by the least that a way through it takes, and one too long for the fastest way so far is none.
@@ -216,7 +216,7 @@ def _spread(goal, times, start, spare, limit, moves, passable, offsets, runs, tu
 
 
 @inlined
-def _way(ticks, start, row, column, heading, work):  # type: ignore[no-untyped-def]
+def _way(ticks, start, row, column, heading, work):
     """Ticks of a way at least: those from (cell, heading) on and, with a start, those from there."""
     if start is None:
         return ticks
@@ -224,7 +224,7 @@ def _way(ticks, start, row, column, heading, work):  # type: ignore[no-untyped-d
 
 
 @inlined
-def _arrive(into, time, way, length, passes, turns, times, driven, links, buckets, shift):  # type: ignore[no-untyped-def]
+def _arrive(into, time, way, length, passes, turns, times, driven, links, buckets, shift):
     """Note that a state is reached by a run; if no run passes it need not wait. Returns 1 if it waits from now on."""
     if passes:
         return _reach(into, time, way, length, times, driven, links, buckets, shift)
@@ -237,13 +237,13 @@ def _arrive(into, time, way, length, passes, turns, times, driven, links, bucket
 
 
 @inlined
-def _within(start, spare, times):  # type: ignore[no-untyped-def]
+def _within(start, spare, times):
     """Ticks of the fastest way found so far from a start, if any, and those to spare."""
     return FAR if start is None or times[start] >= far(times) else np.int64(times[start]) + spare
 
 
 @njit(cache=True)
-def times_from(start, start_heading, times, lane, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+def times_from(start, start_heading, times, lane, moves, passable, offsets, runs, turns, work):
     """Ticks from standing at ``start`` to rest in each cell, whatever the heading there."""
     driven, links, buckets, shift, losses, gains, onwards, _, _, _, _, _, _ = work
     times.fill(far(times))
@@ -284,7 +284,7 @@ def times_from(start, start_heading, times, lane, moves, passable, offsets, runs
 
 
 @njit(cache=True)
-def wide(times):  # type: ignore[no-untyped-def]
+def wide(times):
     """Return times in eight bytes each, whatever they have, and `FAR` for what is not reached."""
     table = np.empty(len(times), np.int64)
     for i in range(len(times)):
@@ -293,7 +293,7 @@ def wide(times):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _reach(state, time, way, length, times, driven, links, buckets, shift):  # type: ignore[no-untyped-def]
+def _reach(state, time, way, length, times, driven, links, buckets, shift):
     """Note that a state is reached earlier than before, and let it wait by its ``way``; returns 1 if it did not yet."""
     times[state], driven[state] = time, length
     if links[state] != IDLE:
@@ -304,7 +304,7 @@ def _reach(state, time, way, length, times, driven, links, buckets, shift):  # t
 
 
 @njit(cache=True)
-def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns):  # type: ignore[no-untyped-def]
+def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns):
     """Ends of the runs of a fastest path, read off the table of ``times_to``."""
     ends = []
     while cell != goal:

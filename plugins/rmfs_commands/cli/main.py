@@ -8,6 +8,7 @@ import json
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from errno import EBADF, EIO, ENOSPC, EPIPE
@@ -150,6 +151,8 @@ def main(arguments: list[str] | None = None) -> None:
     if isinstance(sys.stdout, TextIOWrapper):  # names of files need not be UTF-8
         sys.stdout.reconfigure(errors="backslashreplace")
     alone = arguments is None  # else Python goes on after the call
+    if alone:
+        warnings.showwarning = _show_warning
     try:
         ending = _called(arguments)
         if alone:
@@ -173,6 +176,31 @@ def main(arguments: list[str] | None = None) -> None:
         sys.exit(code)
 
 
+def _wrong_call(error: click.ClickException) -> _Ending:
+    """Say how a command is called."""
+    if isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # click below 8.2 shows it itself
+        with suppress(OSError):
+            click.echo(error.format_message(), err=True)
+        return _Ending(2, None, InputError("rmfs", "expected a command"))
+    shown = click.UsageError(sentence(error.format_message()), getattr(error, "ctx", None))
+    with suppress(OSError):
+        shown.show()
+    place = "rmfs" if shown.ctx is None else shown.ctx.command_path
+    return _Ending(2, None, InputError(place, shown.message))
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+    """Show what users have to know of as a note, without a line of code."""
+    if issubclass(category, FutureWarning):
+        with suppress(OSError):
+            click.echo(sentence(f"Note: {message}"), err=True)
+    else:
+        _shown_by_python(message, category, *where, **more)
+
+
+_shown_by_python = warnings.showwarning
+
+
 def _called(arguments: list[str] | None) -> _Ending:
     """Call a command and return how it ended."""
     try:
@@ -184,11 +212,7 @@ def _called(arguments: list[str] | None) -> _Ending:
     except SystemExit as end:
         return _Ending(1, end.code) if isinstance(end.code, str) else _Ending(end.code or 0)
     except click.ClickException as error:
-        shown = click.UsageError(sentence(error.format_message()), getattr(error, "ctx", None))
-        with suppress(OSError):
-            shown.show()
-        place = "rmfs" if shown.ctx is None else shown.ctx.command_path
-        return _Ending(2, None, InputError(place, shown.message))
+        return _wrong_call(error)
     except RmfsError as error:
         if isinstance(error.__cause__, BrokenPipeError):
             return _Ending(CLOSED_PIPE)

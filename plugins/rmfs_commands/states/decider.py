@@ -22,7 +22,7 @@ from rmfs_core.rules.parts import made_in
 from rmfs_core.rules.sources import RuleSources
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.scenario.rulenames import is_inline
-from rmfs_core.wording import listed
+from rmfs_core.wording import listed, shown_short
 
 MOST_LOADED = 8
 """Rules that `decide` keeps."""
@@ -56,6 +56,10 @@ class Decider:
     def __init__(
         self, choice: RuleChoice, *, decides: Role | None = None, folder: str = ".", allow_inline: bool = True
     ) -> None:
+        if not isinstance(choice, RuleChoice):
+            raise InputError(
+                "choice", f'expected a RuleChoice such as `RuleChoice("nearest")`, found {shown_short(choice)}'
+            )
         if decides is not None and decides not in DECIDING:
             raise InputError(
                 "decides", f"expected {listed(DECIDES, 'or')}, found {getattr(decides, 'label', decides)!r}"
@@ -88,6 +92,8 @@ class Decider:
         RuleError
             When the rule raises, or decides something impossible.
         """
+        if not isinstance(state, State):
+            raise InputError(source, f"expected a State, such as `read_state` returns, found {shown_short(state)}")
         rule = self._rule(self.decides or state.ask.role)
         return ask(open_state(state, source), rule)
 

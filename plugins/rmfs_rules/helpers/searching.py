@@ -19,7 +19,7 @@ far: Any = inlined(clock.far)
 
 
 @njit(cache=True)
-def last_end(first, count, until):  # type: ignore[no-untyped-def]
+def last_end(first, count, until):
     """Latest end of an interval that has one; 0 if there is none."""
     latest = 0
     for cell in range(len(first)):
@@ -30,7 +30,7 @@ def last_end(first, count, until):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def gap_at(cell, tick, me, table):  # type: ignore[no-untyped-def]
+def gap_at(cell, tick, me, table):
     """Number and end of the gap of a cell that holds ``tick``; (-1, -1) when another has the cell then."""
     first, count, since, until, owner = table
     p, end = first[cell], first[cell] + count[cell]
@@ -44,7 +44,7 @@ def gap_at(cell, tick, me, table):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def free_for_good(cell, me, table):  # type: ignore[no-untyped-def]
+def free_for_good(cell, me, table):
     """Tick from which on nobody else has a cell any more: 0 if nobody does, FOREVER if someone stays."""
     first, count, _, until, owner = table
     for p in range(first[cell] + count[cell] - 1, first[cell] - 1, -1):
@@ -54,7 +54,7 @@ def free_for_good(cell, me, table):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def narrow(low, high, now, n, to, cell, enter, leave, me, table):  # type: ignore[no-untyped-def]
+def narrow(low, high, now, n, to, cell, enter, leave, me, table):
     """Narrow windows of departure to those in which a cell is free as well.
 
     Windows are closed, ascending and disjoint: ``low[now, i]`` to ``high[now, i]`` for the first ``n`` of them. The run

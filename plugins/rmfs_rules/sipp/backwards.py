@@ -19,9 +19,7 @@ AMPLE = 10_000
 
 
 @njit(cache=True)
-def earliest(  # type: ignore[no-untyped-def]
-    cell, heading, start, gap, goal, due, latest, labels, me, number, tracks, table, states, queue, low, high
-):
+def earliest(cell, heading, start, gap, goal, due, latest, labels, me, number, tracks, table, states, queue, low, high):
     """Tick before which no path arrives, at least ``due``, and the one at which none does any more.
 
     ``latest`` for both where no path arrives before that. ``gap`` is the one that the robot starts in; it looks at so
@@ -52,9 +50,7 @@ def earliest(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _before(  # type: ignore[no-untyped-def]
-    state, cell, heading, start, gap, brake, me, number, tracks, table, states, queue, waiting, low, high
-):
+def _before(state, cell, heading, start, gap, brake, me, number, tracks, table, states, queue, waiting, low, high):
     """Note the states that runs into a state begin in; return when the last run arrives, and the queue's length."""
     to, towards, due = states[state, CELL], state % 4, states[state, DUE]
     rest, arrives = left_from(to, towards, tracks), np.int64(-FOREVER)
@@ -99,7 +95,7 @@ def _before(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _gap(cell, gap, me, table):  # type: ignore[no-untyped-def]
+def _gap(cell, gap, me, table):
     """Begin and end of a gap of a cell."""
     begin, last = np.int64(-FOREVER), table.first[cell] + table.count[cell]
     for p in range(table.first[cell], gap):
@@ -109,7 +105,7 @@ def _gap(cell, gap, me, table):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _note_all(  # type: ignore[no-untyped-def]
+def _note_all(
     at, towards, length, due, rest, soonest, brake, now, n, me, number, tracks, table, states, queue, waiting, low, high
 ):
     """Note every gap of a cell that a run may begin in, with each heading that the robot can have come with."""
@@ -138,7 +134,7 @@ def _note_all(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _least(cell, at, tracks):  # type: ignore[no-untyped-def]
+def _least(cell, at, tracks):
     """Ticks that a way between two cells takes at least: a run across, a run down, and a turn between them."""
     width = tracks.offsets[3]
     across, down = abs(at % width - cell % width), abs(at // width - cell // width)
@@ -147,7 +143,7 @@ def _least(cell, at, tracks):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _departs(since, until, now, n, low, high):  # type: ignore[no-untyped-def]
+def _departs(since, until, now, n, low, high):
     """First and last departure from a tick to another, in windows; the first is the later one if there is none."""
     first, last = np.int64(FOREVER), np.int64(-FOREVER)
     for w in range(n):
@@ -158,7 +154,7 @@ def _departs(since, until, now, n, low, high):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _note(state, cell, by, arrival, alone, number, states, queue, waiting):  # type: ignore[no-untyped-def]
+def _note(state, cell, by, arrival, alone, number, states, queue, waiting):
     """Note that who is at rest in a state by a tick may arrive at another; labels that wait become one."""
     if states[state, STAMP] != number:
         states[state, STAMP], states[state, PLACE], states[state, DONE] = number, -1, -FOREVER

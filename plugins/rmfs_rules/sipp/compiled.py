@@ -40,7 +40,7 @@ NONE, FOUND, UNDECIDED = range(3)
 
 
 @njit(cache=True)
-def search(  # type: ignore[no-untyped-def]
+def search(
     cell, heading, start, goal, latest, me, number, little,
     moves, passable, offsets, runs, turns, enter, leave, common, times, first, count, since, until, owner,
     states, queue, low, high,
@@ -81,7 +81,7 @@ def search(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _forward(  # type: ignore[no-untyped-def]
+def _forward(
     cell, heading, start, goal, gap, end, bound, latest, most, me, number,
     tracks, table, states, queue, low, high,
 ):  # fmt: skip
@@ -118,7 +118,7 @@ def _forward(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _entered(last, tracks):  # type: ignore[no-untyped-def]
+def _entered(last, tracks):
     """Earliest end of a run into a goal that is free for good from a tick on; 0 if nobody else ever has it."""
     if last == 0:
         return np.int64(0)
@@ -129,9 +129,7 @@ def _entered(last, tracks):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _expand(  # type: ignore[no-untyped-def]
-    state, limit, goal, me, number, bound, found, tracks, table, states, queue, waiting, low, high
-):
+def _expand(state, limit, goal, me, number, bound, found, tracks, table, states, queue, waiting, low, high):
     """Turn and run from a state, wherever the estimate is up to ``limit`` and was not before, into every gap.
 
     Returns the best arrival at the goal so far, the least estimate of a run beyond the limit, and the queue's length.
@@ -150,7 +148,7 @@ def _expand(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _drive(  # type: ignore[no-untyped-def]
+def _drive(
     state, towards, ready, limit, goal, me, number, bound, found, tracks, table, states, queue, waiting, low, high
 ):
     """Do what `_expand` does, in one heading."""
@@ -197,7 +195,7 @@ def _drive(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _saved(length, tracks):  # type: ignore[no-untyped-def]
+def _saved(length, tracks):
     """Ticks by which the estimate of a longer run in the same heading may be less, at most.
 
     A robot that stops after ``length`` cells and drives on as far as the longer run takes longer by what it loses at
@@ -208,7 +206,7 @@ def _saved(length, tracks):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _better(at, towards, length, departure, me, number, tracks, table, states):  # type: ignore[no-untyped-def]
+def _better(at, towards, length, departure, me, number, tracks, table, states):
     """Whether a run that departs no earlier could come into some gap of its last cell before all runs so far."""
     p = table.first[at]
     end = p + table.count[at]
@@ -227,7 +225,7 @@ def _better(at, towards, length, departure, me, number, tracks, table, states): 
 
 
 @inlined
-def _arrive(  # type: ignore[no-untyped-def]
+def _arrive(
     state, cell, length, towards, at, n, now, common, goal, me, number, bound, found,
     tracks, table, states, queue, waiting, low, high,
 ):  # fmt: skip
@@ -269,7 +267,7 @@ def _arrive(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _legs(state, tracks, states):  # type: ignore[no-untyped-def]
+def _legs(state, tracks, states):
     """Read the legs of a path back from its last state."""
     steps = 0
     at = state

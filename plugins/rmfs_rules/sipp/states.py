@@ -31,14 +31,14 @@ def empty_states(number: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 @inlined
-def left_from(cell, heading, tracks):  # type: ignore[no-untyped-def]
+def left_from(cell, heading, tracks):
     """Ticks of the fastest way to the goal without other robots, `UNREACHABLE` if there is none."""
     ticks = np.int64(tracks.times[cell, heading])
     return ticks if ticks < far(tracks.times) else UNREACHABLE
 
 
 @inlined
-def reach(into, number, time, parent, cell, gap_end, due, tracks, states, queue, waiting):  # type: ignore[no-untyped-def]
+def reach(into, number, time, parent, cell, gap_end, due, tracks, states, queue, waiting):
     """Note how a state is reached, earlier than before, and queue it; returns the length of the queue."""
     if states[into, STAMP] != number:
         states[into, STAMP], states[into, PLACE] = number, -1
@@ -52,7 +52,7 @@ def reach(into, number, time, parent, cell, gap_end, due, tracks, states, queue,
 
 
 @inlined
-def known(into, time, number, turns, states):  # type: ignore[no-untyped-def]
+def known(into, time, number, turns, states):
     """Whether a state has been reached as early, or early enough with another heading."""
     if states[into, STAMP] == number and states[into, ARRIVAL] <= time:
         return True
@@ -60,7 +60,7 @@ def known(into, time, number, turns, states):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def turned(into, time, number, turns, states):  # type: ignore[no-untyped-def]
+def turned(into, time, number, turns, states):
     """Whether a robot got there so early with another heading that there was time for the turn."""
     gap, heading = into // 4 * 4, into % 4
     for difference in range(1, 4):
@@ -72,7 +72,7 @@ def turned(into, time, number, turns, states):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def put(state, states, queue, waiting):  # type: ignore[no-untyped-def]
+def put(state, states, queue, waiting):
     """Queue a state, or move it up to where it belongs now; returns the length of the queue."""
     i = states[state, PLACE]
     if i < 0:
@@ -90,7 +90,7 @@ def put(state, states, queue, waiting):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def take(states, queue, waiting):  # type: ignore[no-untyped-def]
+def take(states, queue, waiting):
     """Take the first state out of a queue of that length."""
     top, last = queue[0], queue[waiting - 1]
     i, down = 0, 1
@@ -108,7 +108,7 @@ def take(states, queue, waiting):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _before(a, b, states):  # type: ignore[no-untyped-def]
+def _before(a, b, states):
     if states[a, DUE] != states[b, DUE]:
         return states[a, DUE] < states[b, DUE]
     if states[a, REST] != states[b, REST]:

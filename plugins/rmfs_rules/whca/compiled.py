@@ -21,7 +21,7 @@ CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 
 
 @njit(cache=True)
-def search(  # type: ignore[no-untyped-def]
+def search(
     cell, heading, start, goal, me, window_end, wait, max_nodes,
     moves, passable, offsets, runs, turns, enter, leave, common, times, first, count, since, until, owner,
 ):  # fmt: skip
@@ -87,7 +87,7 @@ def search(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _copy(i, to, nodes):  # type: ignore[no-untyped-def]
+def _copy(i, to, nodes):
     """Copy a node; quicker than by a row, which is an array of its own."""
     if to != i:
         for column in range(GAP + 1):
@@ -95,7 +95,7 @@ def _copy(i, to, nodes):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _slot(key, keys):  # type: ignore[no-untyped-def]
+def _slot(key, keys):
     """Where a key is in a table of twice as many places as keys, or would be."""
     slot = (key * 0x9E3779B1 >> 8) & (len(keys) - 1)
     while keys[slot] >= 0 and keys[slot] != key:
@@ -104,7 +104,7 @@ def _slot(key, keys):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _note(key, time, keys, earliest):  # type: ignore[no-untyped-def]
+def _note(key, time, keys, earliest):
     """Note the earliest time of a key; returns how many more keys there are, -1 where it was known as early."""
     slot = _slot(key, keys)
     there = keys[slot] == key
@@ -115,7 +115,7 @@ def _note(key, time, keys, earliest):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _larger(keys, values):  # type: ignore[no-untyped-def]
+def _larger(keys, values):
     """Return a table of twice the places."""
     more, there = np.full(2 * len(keys), -1, np.int64), np.empty(2 * len(keys), np.int64)
     for i in range(len(keys)):
@@ -126,7 +126,7 @@ def _larger(keys, values):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _expand(i, n, goal, me, nodes, tracks, table):  # type: ignore[no-untyped-def]
+def _expand(i, n, goal, me, nodes, tracks, table):
     """Append what turns and runs at once lead to from node ``i``; returns the number of nodes then."""
     cell, heading, leave_by = nodes[i, CELL], nodes[i, HEADING], nodes[i, GAP_END]
     longest = len(tracks.runs) - 1
@@ -162,7 +162,7 @@ def _expand(i, n, goal, me, nodes, tracks, table):  # type: ignore[no-untyped-de
 
 
 @inlined
-def _passed(cell, offset, begin, end, length, departure, me, tracks, table):  # type: ignore[no-untyped-def]
+def _passed(cell, offset, begin, end, length, departure, me, tracks, table):
     """First of the cells ``begin`` to ``end`` of a run that is not free when it is passed; ``end`` if all are."""
     for i in range(begin, end):
         there = cell + i * offset
@@ -173,7 +173,7 @@ def _passed(cell, offset, begin, end, length, departure, me, tracks, table):  # 
 
 
 @njit(cache=True)
-def _legs(i, nodes):  # type: ignore[no-untyped-def]
+def _legs(i, nodes):
     """Read the legs of a path back from its last node: waits in a row are one, that of the run that follows."""
     legs = []  # type: ignore[var-annotated]
     while nodes[i, PARENT] >= 0:
@@ -191,7 +191,7 @@ def _legs(i, nodes):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _is_free(cell, begin, end, me, table):  # type: ignore[no-untyped-def]
+def _is_free(cell, begin, end, me, table):
     """Whether nobody else has a cell between two ticks."""
     first, count, since, until, owner = table
     for p in range(first[cell], first[cell] + count[cell]):

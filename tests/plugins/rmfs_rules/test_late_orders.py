@@ -89,7 +89,6 @@ def doubt(role: Role, name: str, *overrides: str, filtered: bool = False, **para
     chosen = ["rules.poa=", "rules.pps=", *chosen] if role is Role.POA_PPS else chosen
     rmfs_core.run("examples/replenished", overrides=[*SHORT, *BUSY, *chosen, *overrides], observers=[doubter])
     assert doubter.late > 10
-    assert len(doubter.logs) > 3
     assert doubter.decided > 30
 
 

@@ -226,3 +226,10 @@ def test_a_layout_that_cannot_be_had_is_one_sentence(install: Callable[..., None
     with pytest.raises(InputError) as caught:
         make_layout(Scenario(rules=RULES, layout=LayoutSection(generator=name)))
     assert str(caught.value) == problem
+
+
+def test_a_name_of_ours_that_others_offer_too_is_ours_where_none_is_given(install: Callable[..., None]) -> None:
+    install("acme", {"blocks": "acme_halls:shut"}, group="rmfs.layouts", acme_halls=LAYOUTS)
+    assert len(make_layout(Scenario(rules=RULES)).stations) == 4
+    with pytest.raises(InputError, match="expected one of them: `acme:blocks` or `rmfs:blocks`"):
+        make_layout(Scenario(rules=RULES, layout=LayoutSection(generator="blocks")))

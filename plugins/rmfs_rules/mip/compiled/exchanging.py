@@ -17,14 +17,14 @@ THRESHOLD = 2
 
 
 @njit(cache=True)
-def _drawn(state, numbers):  # type: ignore[no-untyped-def]
+def _drawn(state, numbers):
     """Return a number below ``numbers``, by a linear congruential generator."""
     state[0] = (state[0] * 1103515245 + 12345) & 0x7FFFFFFF
     return (state[0] >> 8) % numbers
 
 
 @njit(cache=True)
-def completed(a, pods, there):  # type: ignore[no-untyped-def]
+def completed(a, pods, there):
     """Return the places that the orders take which these pods complete, with what is at hand.
 
     Parameters
@@ -53,7 +53,7 @@ def completed(a, pods, there):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def exchanged(a, number, steps, seed):  # type: ignore[no-untyped-def]
+def exchanged(a, number, steps, seed):
     """Return the set of so many pods that completes most of those that were tried, and the places its orders take.
 
     Parameters

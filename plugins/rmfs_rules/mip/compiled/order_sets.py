@@ -77,7 +77,7 @@ def kinds_of(sizes: Integers, counts: Integers, missing: list[list[int]], held: 
 
 
 @njit(cache=True)
-def _lowest(bits):  # type: ignore[no-untyped-def]
+def _lowest(bits):
     at = 0
     while not bits & 1:
         at += 1
@@ -86,7 +86,7 @@ def _lowest(bits):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _shared(skus, brings):  # type: ignore[no-untyped-def]
+def _shared(skus, brings):
     """Return how many of the SKUs a pod brings."""
     count = 0
     for word in range(len(skus)):
@@ -95,7 +95,7 @@ def _shared(skus, brings):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def least_pods(k, skus, most, gains, rest):  # type: ignore[no-untyped-def]
+def least_pods(k, skus, most, gains, rest):
     """Return a number of pods that the SKUs need at least; more than ``most`` stands for any number above it.
 
     As many as it takes if each brought SKUs that no other brings; and one for each SKU of some of which no two share a
@@ -141,7 +141,7 @@ def least_pods(k, skus, most, gains, rest):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def fewest_pods(k, skus, least, most, work, most_work):  # type: ignore[no-untyped-def]
+def fewest_pods(k, skus, least, most, work, most_work):
     """Return the fewest pods that have all SKUs: how many, and which; more than ``most`` if these are not enough.
 
     Parameters
@@ -194,7 +194,7 @@ def fewest_pods(k, skus, least, most, work, most_work):  # type: ignore[no-untyp
 
 
 @njit(cache=True)
-def _cheapest_rest(k, prices, room, weight):  # type: ignore[no-untyped-def]
+def _cheapest_rest(k, prices, room, weight):
     """Return what places cost at least with orders of the types from each on, or free: shape (types + 1, room + 1)."""
     types = len(k.sizes)
     table = np.zeros((types + 1, room + 1))
@@ -210,7 +210,7 @@ def _cheapest_rest(k, prices, room, weight):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def cheapest_sets(k, prices, room, weight, limit, kept, work, most_work):  # type: ignore[no-untyped-def]
+def cheapest_sets(k, prices, room, weight, limit, kept, work, most_work):
     """Return the sets of orders of least cost: the fewest pods that serve them, their prices, and the free places.
 
     Parameters
@@ -290,7 +290,7 @@ def cheapest_sets(k, prices, room, weight, limit, kept, work, most_work):  # typ
 
 
 @njit(cache=True)
-def _fits(numbers, left):  # type: ignore[no-untyped-def]
+def _fits(numbers, left):
     """Whether no more orders are wanted than are left."""
     t = 0
     while t < len(left) and numbers[t] <= left[t]:
@@ -299,7 +299,7 @@ def _fits(numbers, left):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _sets_with(numbers):  # type: ignore[no-untyped-def]
+def _sets_with(numbers):
     """Return the sets that have orders of each type, ascending, and where those of each type begin."""
     types = numbers.shape[1]
     start, sets = np.zeros(types + 1, np.int64), np.empty((numbers > 0).sum(), np.int64)
@@ -314,7 +314,7 @@ def _sets_with(numbers):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _first_dearer(costs, sets, first, last, most):  # type: ignore[no-untyped-def]
+def _first_dearer(costs, sets, first, last, most):
     """Return the first place of some sets, ascending in cost, that costs more than ``most``."""
     while first < last:
         middle = (first + last) // 2
@@ -326,7 +326,7 @@ def _first_dearer(costs, sets, first, last, most):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True)
-def _to_try(costs, start, sets, prices, left, most, stations):  # type: ignore[no-untyped-def]
+def _to_try(costs, start, sets, prices, left, most, stations):
     """Return from where to where in ``sets`` are those of which one has to be chosen: as few as are known.
 
     The cheapest set of so many stations costs no more than its share; and orders that are too dear to be left are in
@@ -344,7 +344,7 @@ def _to_try(costs, start, sets, prices, left, most, stations):  # type: ignore[n
 
 
 @njit(cache=True)
-def choose(costs, numbers, prices, counts, stations, most, work, most_work):  # type: ignore[no-untyped-def]
+def choose(costs, numbers, prices, counts, stations, most, work, most_work):
     """Choose a set of orders for each of some stations, no order twice, such that sets and orders left cost little.
 
     Parameters

@@ -62,14 +62,14 @@ class Sets(NamedTuple):
 
 
 @njit(cache=True)
-def copied(source, target):  # type: ignore[no-untyped-def]
+def copied(source, target):
     """Copy an array to the beginning of another: what an assignment does, and is compiled in a tenth of its time."""
     for at in range(len(source)):
         target[at] = source[at]
 
 
 @njit(cache=True)
-def _missing(a, order, there, skus):  # type: ignore[no-untyped-def]
+def _missing(a, order, there, skus):
     """Write the SKUs that an order misses; return their number."""
     count = 0
     for line in range(a.order_start[order], a.order_start[order + 1]):
@@ -80,7 +80,7 @@ def _missing(a, order, there, skus):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _candidates_for(a, skus, place, touching, brings, which):  # type: ignore[no-untyped-def]
+def _candidates_for(a, skus, place, touching, brings, which):
     """Write the candidates that bring some of the SKUs, how many, and which (bits, of the first `MOST_BITS`).
 
     Return their number (0: a SKU is on none).
@@ -106,7 +106,7 @@ def _candidates_for(a, skus, place, touching, brings, which):  # type: ignore[no
 
 
 @njit(cache=True)
-def ones(bits):  # type: ignore[no-untyped-def]
+def ones(bits):
     """Return how many bits of a number are set."""
     count = 0
     while bits:
@@ -116,7 +116,7 @@ def ones(bits):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _helps(a, pod, other, skus, which):  # type: ignore[no-untyped-def]
+def _helps(a, pod, other, skus, which):
     """Return how many of the SKUs the other pod brings and the pod does not."""
     if len(skus) < MOST_BITS:
         return ones(which[other] & ~which[pod])
@@ -132,7 +132,7 @@ def _helps(a, pod, other, skus, which):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _others(brings, touching, numbers, more):  # type: ignore[no-untyped-def]
+def _others(brings, touching, numbers, more):
     """Return how many SKUs of an order the best ``more - 1`` pods bring at most, and the best ``more - 2``."""
     for c in range(len(numbers)):
         numbers[c] = 0
@@ -148,7 +148,7 @@ def _others(brings, touching, numbers, more):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
+def potentials(a, worth, pods, there, more):
     """Bound what each of the pods adds to the worth of the completed orders as one of ``more`` of them.
 
     Parameters
@@ -206,7 +206,7 @@ def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _add_largest(alone, pair, number):  # type: ignore[no-untyped-def]
+def _add_largest(alone, pair, number):
     """Add the largest so many pairs of each row to what the pod completes alone."""
     for at in range(len(alone)):
         for _ in range(number):
@@ -218,7 +218,7 @@ def _add_largest(alone, pair, number):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _promising(a, worth, pods, there, more, short):  # type: ignore[no-untyped-def]
+def _promising(a, worth, pods, there, more, short):
     """Move those of the pods that may be in a set of ``more`` that adds ``short`` in worth to the front, best first.
 
     Return how many they are, and their potentials.
@@ -242,7 +242,7 @@ def _promising(a, worth, pods, there, more, short):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True)
-def _value_of(a, worth, there):  # type: ignore[no-untyped-def]
+def _value_of(a, worth, there):
     """Return the worth of the orders that these SKUs complete."""
     value = 0.0
     for order in range(len(a.order_start) - 1):
@@ -255,7 +255,7 @@ def _value_of(a, worth, there):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def sets_of(a, number, worth, least):  # type: ignore[no-untyped-def]
+def sets_of(a, number, worth, least):
     """Return a search for sets of pods, to be handed to `next_set`.
 
     Parameters
@@ -281,7 +281,7 @@ def sets_of(a, number, worth, least):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def next_set(a, s, work, most_work):  # type: ignore[no-untyped-def]
+def next_set(a, s, work, most_work):
     """Go on to the next set, ``s.chosen``; return whether there is one.
 
     Parameters
@@ -326,7 +326,7 @@ def next_set(a, s, work, most_work):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _choose(a, s, depth, first):  # type: ignore[no-untyped-def]
+def _choose(a, s, depth, first):
     """Set up the row after the choice of a pod: the pods before it were tried with all others."""
     copied(s.there[depth], s.there[depth + 1])
     for brought in range(a.pod_start[s.chosen[depth]], a.pod_start[s.chosen[depth] + 1]):
@@ -337,7 +337,7 @@ def _choose(a, s, depth, first):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _knapsack(a, values, there, best):  # type: ignore[no-untyped-def]
+def _knapsack(a, values, there, best):
     """Return the greatest sum of values of completed orders that fit into one station."""
     room = len(best) - 1
     for place in range(room + 1):
@@ -354,7 +354,7 @@ def _knapsack(a, values, there, best):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def best_sets(a, number, values, least, kept, work, most_work):  # type: ignore[no-untyped-def]
+def best_sets(a, number, values, least, kept, work, most_work):
     """Return the best sets of pods for one station, each worth the best orders that it completes and that fit there.
 
     Parameters

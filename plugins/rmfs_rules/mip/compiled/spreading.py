@@ -23,7 +23,7 @@ FOUND, NOT_FOUND, NO_SETS, TOO_MANY = 0, 1, 2, 3
 
 
 @njit(cache=True)
-def _completed(a, pods):  # type: ignore[no-untyped-def]
+def _completed(a, pods):
     """Return the orders whose SKUs are all on these pods or at hand, their items per SKU, and the sum of these.
 
     No more items are counted than there are on the pods and at hand.
@@ -52,7 +52,7 @@ def _completed(a, pods):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _crowded(by_mask, rooms, slack):  # type: ignore[no-untyped-def]
+def _crowded(by_mask, rooms, slack):
     """Whether a group of stations alone covers more items than its places and the slack."""
     for group in range(1, 1 << len(rooms)):
         items = -slack
@@ -67,7 +67,7 @@ def _crowded(by_mask, rooms, slack):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _whole_orders_short(a, mask, target):  # type: ignore[no-untyped-def]
+def _whole_orders_short(a, mask, target):
     """Whether orders that have to go to a single station cannot fill the target: by cuts, as in `_crowded`."""
     stations = len(a.rooms)
     by_mask, total = np.zeros(1 << stations, np.int64), 0
@@ -86,7 +86,7 @@ def _whole_orders_short(a, mask, target):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def too_few_splits(a, orders, mask, target):  # type: ignore[no-untyped-def]
+def too_few_splits(a, orders, mask, target):
     """Whether a cut shows that more orders than allowed have to be split newly to fill the target.
 
     For a group of stations: it takes at most its free places. Outside of it are only orders that go to one station
@@ -131,7 +131,7 @@ def too_few_splits(a, orders, mask, target):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _single_stations(a, orders, mask):  # type: ignore[no-untyped-def]
+def _single_stations(a, orders, mask):
     """Return for each of the orders the bit mask of stations that can take it as a whole, and its items."""
     single, items = np.full(len(orders), (1 << len(a.rooms)) - 1), np.zeros(len(orders), np.int64)
     for at in range(len(orders)):
@@ -145,7 +145,7 @@ def _single_stations(a, orders, mask):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _cut(a, orders, mask, by_mask, last, depth, total, target, work):  # type: ignore[no-untyped-def]
+def _cut(a, orders, mask, by_mask, last, depth, total, target, work):
     """Whether a cut shows that these visits cannot fill the target, wherever the pods after ``depth`` go."""
     if _crowded(by_mask, a.rooms, total - target):
         return True
@@ -160,7 +160,7 @@ def _cut(a, orders, mask, by_mask, last, depth, total, target, work):  # type: i
 
 
 @njit(cache=True)
-def _next_stations(a, pod, sent, most, used):  # type: ignore[no-untyped-def]
+def _next_stations(a, pod, sent, most, used):
     """Return the bit mask of stations after ``sent`` to send a pod to, at most ``most`` of them; 0 after the last.
 
     Of interchangeable stations, the first ``used`` have pods of the set; of the others, the first go first.
@@ -173,7 +173,7 @@ def _next_stations(a, pod, sent, most, used):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _settle(a, pod, sent, last, depth, items, mask, by_mask):  # type: ignore[no-untyped-def]
+def _settle(a, pod, sent, last, depth, items, mask, by_mask):
     """Let a pod bring its SKUs to stations, and count the items of those that no later pod brings."""
     for at in range(a.pod_start[pod], a.pod_start[pod + 1]):
         sku = a.pod_sku[at]
@@ -183,7 +183,7 @@ def _settle(a, pod, sent, last, depth, items, mask, by_mask):  # type: ignore[no
 
 
 @njit(cache=True)
-def _stack(a, mask, target, work):  # type: ignore[no-untyped-def]
+def _stack(a, mask, target, work):
     """Fill the target with orders whose SKUs are there: first with any, then with few enough newly split ones."""
     work[0] += 10
     found, chosen = fill(a, mask, target)
@@ -193,7 +193,7 @@ def _stack(a, mask, target, work):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def spread(a, pods, visits, target, work, most_work, refused=0):  # type: ignore[no-untyped-def]
+def spread(a, pods, visits, target, work, most_work, refused=0):
     """Find stations for each of the pods such that orders fill the target.
 
     Parameters
@@ -260,7 +260,7 @@ def spread(a, pods, visits, target, work, most_work, refused=0):  # type: ignore
 
 
 @njit(cache=True)
-def sets_that_fill(a, number, target):  # type: ignore[no-untyped-def]
+def sets_that_fill(a, number, target):
     """Return a search for sets of pods that complete enough orders, to be handed to `next_that_fills`.
 
     Parameters
@@ -280,7 +280,7 @@ def sets_that_fill(a, number, target):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def next_that_fills(a, sets, refused, visits, target, work, most_work):  # type: ignore[no-untyped-def]
+def next_that_fills(a, sets, refused, visits, target, work, most_work):
     """Search pods that fill places.
 
     Stations are left aside at first: a set of pods that completes too little cannot fill them, wherever its pods go.
@@ -319,7 +319,7 @@ def next_that_fills(a, sets, refused, visits, target, work, most_work):  # type:
 
 
 @njit(cache=True)
-def pods_that_fill(a, number, visits, target, work, most_work):  # type: ignore[no-untyped-def]
+def pods_that_fill(a, number, visits, target, work, most_work):
     """Search pods that fill places: the first answer of `next_that_fills`.
 
     Parameters

@@ -17,7 +17,7 @@ STEPS_PER_WORK = 100
 
 
 @njit(cache=True)
-def _options(a, order, mask, seen, packed, index, strides):  # type: ignore[no-untyped-def]
+def _options(a, order, mask, seen, packed, index, strides):
     """Write the vectors of places that an order can take, one byte per station and as index; return their number."""
     first, last = a.order_start[order], a.order_start[order + 1]
     stations = len(a.rooms)
@@ -54,7 +54,7 @@ def _options(a, order, mask, seen, packed, index, strides):  # type: ignore[no-u
 
 
 @njit(cache=True)
-def _packing(rooms):  # type: ignore[no-untyped-def]
+def _packing(rooms):
     """Return how vectors of places are told apart.
 
     A step of each station in the index of a vector, two numbers that find out packed vectors (one byte per station)
@@ -70,7 +70,7 @@ def _packing(rooms):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def fill(a, mask, target):  # type: ignore[no-untyped-def]
+def fill(a, mask, target):
     """Fill places with orders whose SKUs are there.
 
     Parameters
@@ -120,7 +120,7 @@ def fill(a, mask, target):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _way_back(at, vector, came, order_of):  # type: ignore[no-untyped-def]
+def _way_back(at, vector, came, order_of):
     steps = 0
     step = at
     while came[step] >= 0:
@@ -135,7 +135,7 @@ def _way_back(at, vector, came, order_of):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _is_split(packed):  # type: ignore[no-untyped-def]
+def _is_split(packed):
     """Whether an order that takes these places (one byte per station) is at several stations."""
     while packed & 255 == 0:
         packed >>= 8
@@ -143,7 +143,7 @@ def _is_split(packed):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def newly_split(a, chosen):  # type: ignore[no-untyped-def]
+def newly_split(a, chosen):
     """Return how many orders are split and were whole until now.
 
     Parameters
@@ -160,7 +160,7 @@ def newly_split(a, chosen):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _served(a, mask):  # type: ignore[no-untyped-def]
+def _served(a, mask):
     """Return the orders whose SKUs are there, and the items of each."""
     orders, items, count = np.empty(len(a.begun), np.int64), np.zeros(len(a.begun), np.int64), 0
     for order in range(len(a.begun)):
@@ -175,7 +175,7 @@ def _served(a, mask):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _room_for(array, count):  # type: ignore[no-untyped-def]
+def _room_for(array, count):
     """Return the array with room for another ``count`` rows."""
     longer = np.empty((len(array) + max(count, len(array)), array.shape[1]), np.int64)
     for row in range(len(array)):
@@ -185,7 +185,7 @@ def _room_for(array, count):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def fill_with_few_splits(a, mask, target, work):  # type: ignore[no-untyped-def]
+def fill_with_few_splits(a, mask, target, work):
     """Fill places as `fill` does, with at most ``a.splits`` newly split orders.
 
     Vectors that cannot reach the target with all later orders are left behind.
@@ -237,7 +237,7 @@ def fill_with_few_splits(a, mask, target, work):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _still_alive(nodes, alive, first, count, fewest, least):  # type: ignore[no-untyped-def]
+def _still_alive(nodes, alive, first, count, fewest, least):
     """Return the nodes, old and new, that none with fewer splits replaces, and that have at least so many items."""
     kept, number = np.empty(len(alive) + count - first, np.int64), 0
     for at in range(len(kept)):

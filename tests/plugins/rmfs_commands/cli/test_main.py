@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import click
@@ -356,3 +358,34 @@ def test_an_interrupt_is_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
         "problem": "Interrupted.",
         "exit_code": 130,
     }
+
+
+def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    """As it is printed with `--help`, in lines."""
+    for arguments in ([], ["scenario"]):
+        with suppress(SystemExit):
+            main(arguments)
+        told = capsys.readouterr()
+        assert re.search(r"^Commands:\n  \w+", told.out + told.err, re.MULTILINE)
+        assert "Error:" not in told.err
+
+
+NOTING = """
+import warnings
+import click
+from rmfs_commands.cli.main import main, rmfs
+
+@click.command()
+def noting():
+    warnings.warn("it goes", FutureWarning)
+
+rmfs.get_command = lambda *_: noting
+rmfs.list_commands = lambda *_: ["noting"]
+main()
+"""
+
+
+def test_what_users_have_to_know_is_a_note() -> None:
+    """Without the line of code that warns."""
+    done = subprocess.run([sys.executable, "-c", NOTING, "noting"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "Note: it goes\n")

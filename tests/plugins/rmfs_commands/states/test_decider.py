@@ -120,3 +120,10 @@ def test_no_name_is_taken_for_another(by_hand: dict[str, Any], install: Any) -> 
         decide(state_from_dict(by_hand), RuleChoice("acme-lazy"))
     install("acme", {"acme-lazy": "acme_lazy:Lazy"}, acme_lazy=source)
     assert decide(state_from_dict(by_hand), RuleChoice("acme-lazy")).distribution == "acme"
+
+
+def test_what_is_no_rule_or_state_is_refused() -> None:
+    with pytest.raises(InputError, match=r'^choice: expected a RuleChoice such as .*, found "?.first-come'):
+        Decider("first-come")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"^state: expected a State, such as `read_state` returns, found {}"):
+        Decider(RuleChoice("first-come")).decide({})  # type: ignore[arg-type]

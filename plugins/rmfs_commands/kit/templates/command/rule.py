@@ -15,6 +15,8 @@ def the_rule(scenario: str, seeds: int, metric: str) -> None:
 
     for seed in range(1, seeds + 1):
         result = rmfs.run(scenario, seed=seed)
+        if result.interrupted:
+            raise click.Abort
         if metric not in result.metrics:
             raise rmfs.InputError("--metric", f"expected one of {', '.join(result.metrics)}; found {metric}")
         click.echo(f"seed {seed}: {metric} {result.metrics[metric]}")
