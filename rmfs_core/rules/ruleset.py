@@ -123,7 +123,7 @@ class RuleSet:
     files
         Files that parameters of rules name.
     sources
-        Where the rules come from; whoever is done with the rules closes them.
+        Where the rules come from. Close them when the rules are no longer needed.
     """
 
     pm: pluggy.PluginManager

@@ -178,7 +178,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _wrong_call(error: click.ClickException) -> _Ending:
     """Say how a command is called."""
-    if isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # click below 8.2 shows it itself
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
         with suppress(OSError):
             click.echo(error.format_message(), err=True)
         return _Ending(2, None, InputError("rmfs", "expected a command"))

@@ -186,7 +186,7 @@ def _location(text: str, place: str) -> int:
 def _parts(layout: Layout) -> Sequence[int]:
     """Return for each cell which part of the map it belongs to: each cell of a part can be reached from all others."""
     size = layout.width * layout.height
-    moves, cells = layout.moves.astype(np.int64), np.arange(size)
+    moves, cells = layout.moves.astype(np.int32), np.arange(size, dtype=np.int32)
     pairs = [(cells[moves >> heading & 1 == 1], x + y * layout.width) for heading, (x, y) in enumerate(STEPS)]
     rows = np.concatenate([found for found, _ in pairs])
     columns = np.concatenate([found + step for found, step in pairs])

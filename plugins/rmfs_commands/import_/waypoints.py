@@ -206,7 +206,7 @@ class _Graph:
             raise InputError(self.place, "found no waypoint that is floor; expected aisles")
         number = {cell: i for i, cell in enumerate(steps)}
         pairs = [(number[cell], number[n]) for cell, nexts in steps.items() for n in nexts]
-        rows, columns = zip(*pairs, strict=True) if pairs else ((), ())
+        rows, columns = np.array(pairs, dtype=np.int32).reshape(-1, 2).T  # older scipy searches these alone
         matrix = csr_array((np.ones(len(pairs), dtype=np.int8), (rows, columns)), shape=(len(steps), len(steps)))
         _, label = connected_components(matrix, directed=True, connection="strong")
         aisles = {cell for cell, i in number.items() if label[i] == int(np.bincount(label).argmax())}

@@ -74,7 +74,7 @@ def project_files(rule: NewRule) -> Mapping[str, str]:
         "DECIDES": label.capitalize() if is_command or _is_listed(rule) else f"{label} rule",
         "SUMMARY": _summary(code),
         "GROUP": "rmfs.commands" if is_command else "rmfs.rules",
-        "LIBRARY": "click>=8.1" if is_command else "attrs>=24.2",
+        "LIBRARY": "click>=8.2" if is_command else "attrs>=24.2",
         "FOUND": found,
         "rmfs>=0.1": f"rmfs>={version('rmfs')}",
         "TRYING": trying(rule),

@@ -36,7 +36,7 @@ MOST_SEEDS = 1_000
 ABOVE_0 = NumberRange(min=0, min_open=True)
 
 
-class RangeType(click.ParamType[tuple[int, int]]):
+class RangeType(click.ParamType):  # type: ignore[type-arg]  # which only the newest click takes
     """``4-40``, or ``4`` for no other number."""
 
     name = "range"

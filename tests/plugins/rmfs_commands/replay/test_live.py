@@ -140,7 +140,7 @@ def test_only_this_machine_s_pages_are_answered() -> None:
 def test_the_command_shows_the_run_in_a_browser_until_ctrl_c(tmp_path: Path) -> None:
     """The page plays what there is, gets more, and stays when the run has ended; Ctrl-C ends the command, code 0."""
     program = f"{HEED}; from rmfs_commands.cli.main import main; main()"
-    long = ("--set", "instance.orders=1000", "--out", str(tmp_path / "out"))
+    long = ("--set", "instance.orders=4000", "--out", str(tmp_path / "out"))
     command = [sys.executable, "-c", program, "run", "paper-250", "--watch", "--quiet", *long]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process, Chromium() as browser:
         try:
