@@ -11,7 +11,7 @@ from attrs import define, field, validators
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_core.warehouse import columns_of
+from rmfs_core.warehouse import columns_of, stock_of
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -27,12 +27,10 @@ Prefer = Callable[[int, "Station"], int]
 
 OVERSIZE_WAIT_S = 600.0
 """How long an order that is larger than any station waits for an empty one before one is emptied for it, by default."""
-NO_PLACES, NO_RANKS, NO_FLAGS = np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.bool_)
-NO_RANKS.setflags(write=False)
-NOTHING = -1, 0.0
-"""Place and score of a station's best order where none fits."""
 SHUT = -1
 """Capacity of a station that is kept for an order: not even orders fit that take up none."""
+ANY = 1 << 62
+"""Largest order that may go to a station whose capacity alone decides."""
 
 
 class Pairs:
@@ -52,8 +50,9 @@ class Pairs:
     shares
         Of orders with the same score the one goes first with the largest share of its open lines whose SKU has a 1 here
         at the station, not a 0; before ``rank``. Shape (stations, n_skus). Left out: none has any.
-    score
-        Instead of ``table``: scores of all orders at a station by place; below 0: never there.
+    scores
+        Instead of ``table``: scores of all orders at each station, below 0: never there; shape (stations, orders), by
+        place. Whoever changes it says so (`forget`).
     rank
         Of orders with the same score the one with the lowest goes first, by place. Left out: the oldest.
     first
@@ -62,6 +61,9 @@ class Pairs:
         What a station adds to the scores of all orders, by station; it may be changed in place.
     fast_lane
         Places that a station with something to do keeps for orders which the pod that is there can complete.
+    queues
+        Instead of stations, their queues: free places and length of each, by station. An order takes one place, and
+        joins where it fits the empty station.
 
     Attributes
     ----------
@@ -77,50 +79,64 @@ class Pairs:
         table: Ints | None = None,
         *,
         shares: Ints | None = None,
-        score: Callable[[Station], Floats] | None = None,
+        scores: Floats | None = None,
         rank: Floats | None = None,
         first: Flags | None = None,
         extra: Floats | None = None,
         fast_lane: int = 0,
+        queues: tuple[list[int], list[int]] | None = None,
     ) -> None:
         from rmfs_rules.helpers import pairs_search  # compiled: imported when needed, for it takes its time
 
         self._search: Any = pairs_search
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
-        orders = len(self.lines.order_id)
-        self._table, self._shares = (
-            np.zeros((len(self.stations), 0), np.int64) if counts is None else np.ascontiguousarray(counts, np.int64)
-            for counts in (table, shares)
-        )
-        self._score, self._scores = score, dict[int, Floats]()
+        self._stock, orders, number = warehouse.stock, len(self.lines.items), len(self.stations)
         self.taken = np.zeros(orders, np.bool_)
-        self._extra = np.zeros(len(self.stations)) if extra is None else extra
-        self._order = pairs_search.Order(
-            self.taken, NO_FLAGS if first is None else first, NO_RANKS if rank is None else _shown(rank)
+        nothing = np.zeros((number, 0), np.int64)
+        self._scores = pairs_search.Scores(
+            nothing if table is None else np.ascontiguousarray(table, np.int64),
+            nothing if shares is None else np.ascontiguousarray(shares, np.int64),
+            np.zeros((number, 0)) if scores is None else scores,
+            _scratch(orders),
         )
-        self._zeros = _scratch(orders)
-        self._largest = largest_capacity(warehouse)
-        self._free = [station.free_capacity for station in self.stations]
-        self._load = [station.load for station in self.stations]
-        self._placed = places_taken(warehouse)
-        self._lane = _FastLane(warehouse, fast_lane) if fast_lane else None
-        self._heads: dict[int, tuple[int, float]] = {}  # best order of each station, of those that were looked at
+        self._order = pairs_search.Order(
+            self.taken, self.taken[:0] if first is None else first, np.zeros(0) if rank is None else rank.view()
+        )
+        self._order.rank.setflags(write=False)  # so that compiled functions take one kind of array
+        capacity = [station.capacity for station in self.stations]
+        counts = np.array([queues is not None or station.counts_orders for station in self.stations], np.bool_)
+        if queues is None:
+            self._largest, most = largest_capacity(warehouse), [ANY] * number
+            free, load = [s.free_capacity for s in self.stations], [s.load for s in self.stations]
+        else:
+            self._largest, most = math.inf, [ANY if s.counts_orders else s.capacity for s in self.stations]
+            free, load = queues
+        self._pods = [pod_at(warehouse, station) for station in self.stations] if fast_lane else [None] * number
+        self._free, self._load, *told = (np.array(of, np.int64) for of in (free, load, capacity, most))
+        self._at = pairs_search.Stations(
+            self._free, self._load, told[0], counts, told[1], self._largest,
+            np.zeros(number) if extra is None else extra,
+            places_taken(warehouse) if queues is None else np.zeros((number, 0), np.bool_),
+            fast_lane,
+            np.array([-1 if pod is None else pod.id for pod in self._pods], np.int64),
+            self._stock.items.copy() if fast_lane else np.zeros(0, np.int64),
+            np.ones(number, np.bool_), np.zeros(number, np.int64), np.zeros(number),
+        )  # fmt: skip
         self._chosen: list[OrderAssignment] = []
 
     def change(self, station: int, sku: int, items: int) -> None:
         """Let a SKU count another number of items at a station from now on."""
-        self._table[station, sku] = items
+        self._scores.table[station, sku] = items
         self.forget(station)
-
-    def forget(self, station: int) -> None:
-        """Look at the scores of a station anew, which have changed."""
-        self._heads.pop(station, None)
-        self._scores.pop(station, None)
 
     def add(self, station: int, sku: int, items: int) -> None:
         """Let a SKU count more items at a station from now on; nothing where no orders are picked."""
-        if station < len(self._table):
-            self.change(station, sku, self._table[station, sku] + items)
+        if station < len(self._scores.table):
+            self.change(station, sku, self._scores.table[station, sku] + items)
+
+    def forget(self, station: int) -> None:
+        """Look at the scores of a station anew, which have changed."""
+        self._at.stale[station] = True
 
     def assign(
         self, take: Take | None = None, prefer: Prefer | None = None, max_wait_s: float | None = None
@@ -139,143 +155,75 @@ class Pairs:
             which waits `OVERSIZE_WAIT_S`; of these one at a time keeps a station.
         """
         self._assign_waiting(take, prefer, max_wait_s)
-        while (pair := self._best()) is not None:
-            place, at = pair if prefer is None else (pair[0], self._preferred(pair[0], prefer))
-            self._assign(place, at, take)
-        return self._chosen
-
-    def _best(self) -> tuple[int, int] | None:
-        """Return the order (place) and the station that go next; None when nothing fits."""
-        if stale := [at for at in range(len(self.stations)) if at not in self._heads]:
-            self._look(stale)
-        found = None
-        for at, load in enumerate(self._load):
-            place, score = self._heads[at]
+        while True:
+            told = self.lines, self._stock, self._scores, self._order, self._at
+            place, at = self._search.best_pair(*told)
             if place < 0:
-                continue
-            first = bool(len(self._order.first) and self._order.first[place])
-            rank = self._order.rank[place] if len(self._order.rank) else 0.0
-            key = not first, -(score + self._extra[at]), rank, place, load, at
-            if found is None or key < found:
-                found = key
-        return None if found is None else (found[3], found[5])
-
-    def _look(self, stale: list[int]) -> None:
-        """Look for the orders that go first at some stations."""
-        self._heads |= dict.fromkeys(stale, NOTHING)
-        open_to = [at for at in stale if self._free[at] > 0 or (self._free[at] == 0 and at in self._placed)]
-        if not open_to:
-            return
-        spaces = [self._space(at) for at in open_to]
-        completed, ends = NO_PLACES, np.zeros(len(open_to), np.int64)
-        if self._lane is not None:
-            of_pods = [
-                NO_PLACES if space.room == space.free else self._lane.completed(at)
-                for at, space in zip(open_to, spaces, strict=True)
-            ]
-            completed, ends = np.concatenate(of_pods), np.cumsum([len(there) for there in of_pods])
-        if self._score is not None:
-            begin = 0
-            for at, space, end in zip(open_to, spaces, ends.tolist(), strict=True):
-                rest = self._order, space, self._placed.get(at, NO_FLAGS), completed[begin:end]
-                self._heads[at] = self._search.best_by_score(self.lines, self._scored(at), *rest)
-                begin = end
-            return
-        placed = np.zeros((len(open_to), len(self.taken) if self._placed else 0), np.bool_)
-        for row, at in enumerate(open_to):
-            if at in self._placed:
-                placed[row] = self._placed[at]
-        told = [(at, s.room, s.free, s.capacity, s.counts_orders) for at, s in zip(open_to, spaces, strict=True)]
-        counts = self._search.Counts(self._table, self._shares)
-        places, scores = self._search.best_by_skus(
-            self.lines, counts, self._zeros, self._order, np.array(told, np.int64), self._largest,
-            placed, completed, ends,
-        )  # fmt: skip
-        self._heads |= zip(open_to, zip(places.tolist(), scores.tolist(), strict=True), strict=True)
-
-    def _scored(self, at: int) -> Floats:
-        """Return the scores of all orders at a station where they are no sums over lines."""
-        if at not in self._scores and self._score is not None:
-            self._scores[at] = np.asarray(self._score(self.stations[at]), np.float64)
-        return self._scores[at]
-
-    def _space(self, at: int) -> Any:
-        """Return what a station has space for."""
-        station, free = self.stations[at], self._free[at]
-        room = free if self._lane is None or not self._load[at] else min(free, max(free - self._lane.places, 0))
-        return self._search.Space(room, free, station.capacity, self._largest, station.counts_orders)
-
-    def _size(self, place: int, at: int) -> int:
-        """Return the capacity that an order takes up at a station."""
-        if self.stations[at].counts_orders:
-            return int(at not in self._placed or not self._placed[at][place])
-        items = int(self.lines.items[place])
-        return self.stations[at].capacity if items > self._largest else items
-
-    def _fitting(self, place: int) -> list[int]:
-        """Return the stations where an order fits."""
-        return [at for at in range(len(self.stations)) if self._fits(place, at)]
-
-    def _fits(self, place: int, at: int) -> bool:
-        size, space = self._size(place, at), self._space(at)
-        return size <= space.room or (
-            self._lane is not None and size <= space.free and place in self._lane.completed(at)
-        )
+                return self._chosen
+            self._assign(place, at if prefer is None else self._preferred(place, prefer), take)
 
     def _preferred(self, place: int, prefer: Prefer | None) -> int:
-        """Return the station that takes an order, of those where it fits."""
-        value = {at: self._score_of(place, at) + self._extra[at] for at in self._fitting(place)}
+        """Return the station that takes an order, of those where it fits; -1: it fits nowhere."""
+        values = self._search.values_of(self.lines, self._stock, self._scores, place, self._at).tolist()
+        best = [at for at, value in enumerate(values) if value == max(values) > -math.inf]
 
         def key(at: int) -> tuple[int, int, int]:
-            return prefer(place, self.stations[at]) if prefer is not None else 0, self._load[at], at
+            return prefer(place, self.stations[at]) if prefer is not None else 0, int(self._load[at]), at
 
-        return min((at for at in value if value[at] == max(value.values())), key=key)
-
-    def _score_of(self, place: int, at: int) -> float:
-        """Return the score of an order at a station."""
-        if self._score is not None:
-            return float(self._scored(at)[place])
-        most, shares, lines = self._table[at], self._shares[at], self.lines.of_order(place)
-        score = float(sum(min(items, most[sku]) for sku, items in lines)) if len(most) else 0.0
-        return score + 0.5 * (sum(shares[sku] for sku, _ in lines) / len(lines)) if len(shares) else score
+        return min(best, key=key, default=-1)
 
     def _assign(self, place: int, at: int, take: Take | None) -> None:
         """Assign an order; scores of stations follow."""
-        size = self._size(place, at)
+        there, items = self._at, int(self.lines.items[place])
+        if there.counts_orders[at]:
+            size = 0 if there.placed.shape[1] and there.placed[at, place] else 1
+        else:
+            size = int(there.capacity[at]) if items > self._largest else items
         self._chosen.append(OrderAssignment(int(self.lines.order_id[place]), self.stations[at].id))
         self._free[at] -= size
         self._load[at] += size
-        self.taken[place] = True
-        self._heads = {other: head for other, head in self._heads.items() if other != at and head[0] != place}
-        if self._lane is not None:
-            for other in self._lane.take(at, self.lines.of_order(place)):
-                self._heads.pop(other, None)
-        if take is not None and (self._score is not None or self._placed or max(self._free) > 0):
+        self.taken[place] = there.stale[at] = True
+        there.stale[there.head == place] = True
+        coming = [pod is not None and self.stations[at].id in pod.bound_for for pod in self._pods]
+        if any(coming) and not self.warehouse.unlimited_stock:
+            self._search.serve(self.lines, self._stock, place, there.pod[coming], there.left)
+            there.stale[coming] = True
+        if take is not None and (there.placed.shape[1] or self._scores.given.shape[1] or self._free.max() > 0):
             take(self, self.stations[at], place)
 
     def _assign_waiting(self, take: Take | None, prefer: Prefer | None, max_wait_s: float | None) -> None:
         """Assign the orders that have waited too long; for those that fit nowhere stations are kept."""
         kept: dict[int, bool] = {}  # stations kept for an order that waits, and whether that is larger than any station
-        for place in self._waiting(max_wait_s):
-            if self._fitting(place):
-                self._assign(place, self._preferred(place, prefer), take)
+        for place in waited(self.warehouse, self._largest, max_wait_s):
+            at = self._preferred(place, prefer)
+            if at >= 0:
+                self._assign(place, at, take)
             elif max_wait_s is not None or not any(kept.values()):
                 order = self.warehouse.order(int(self.lines.order_id[place]))
-                keep = station_to_keep(self.warehouse, order, dict(enumerate(self._free)), kept)
+                keep = station_to_keep(self.warehouse, order, dict(enumerate(self._free.tolist())), kept)
                 if keep is not None:
                     kept[keep], self._free[keep] = bool(self.lines.items[place] > self._largest), SHUT
             if len(kept) == sum(station.open for station in self.stations):
                 break
 
-    def _waiting(self, max_wait_s: float | None) -> list[int]:
-        """Return the places of the orders that have waited too long, oldest first."""
-        lines, limit_s = self.lines, OVERSIZE_WAIT_S if max_wait_s is None else max_wait_s
-        if max_wait_s is None and (
-            self._largest == math.inf or not len(lines.items) or lines.items.max() <= self._largest
-        ):
-            return []
-        there = lines.items > (self._largest if max_wait_s is None else 0)
-        return [*np.flatnonzero(there & (self.warehouse.now_s - lines.arrival_s >= limit_s)).tolist()]
+
+def waited(warehouse: WarehouseView, largest: float, max_wait_s: float | None) -> list[int]:
+    """Return the places of the orders that have waited too long, oldest first.
+
+    Parameters
+    ----------
+    warehouse
+        The warehouse now.
+    largest
+        Items of the largest order that fits any station.
+    max_wait_s
+        How long an order may wait. Left out: `OVERSIZE_WAIT_S` for those that are larger, all others any time.
+    """
+    lines, limit_s = warehouse.lines, OVERSIZE_WAIT_S if max_wait_s is None else max_wait_s
+    if max_wait_s is None and lines.items.max(initial=0) <= largest:
+        return []
+    there = lines.items > (largest if max_wait_s is None else 0)
+    return [*np.flatnonzero(there & (warehouse.now_s - lines.arrival_s >= limit_s)).tolist()]
 
 
 def waiting_limit() -> Any:
@@ -360,47 +308,6 @@ class PairOptions(LaneOptions):
         return pairs.assign(take, prefer, self.max_wait_s)
 
 
-class _FastLane:
-    """Places that stations keep for what the pods that stand there can complete at once.
-
-    Parameters
-    ----------
-    warehouse
-        The warehouse now.
-    places
-        How many places each station keeps.
-    """
-
-    def __init__(self, warehouse: WarehouseView, places: int) -> None:
-        self._warehouse, self.places = warehouse, places
-        self._pods = {at: pod for at, station in enumerate(warehouse.stations) if (pod := pod_at(warehouse, station))}
-        self._left = {pod.id: {sku: pod.free_items(sku) for sku in pod.contents} for pod in self._pods.values()}
-        self._completed: dict[int, Ints] = {}
-
-    def completed(self, at: int) -> Ints:
-        """Return the places of the orders that the pod at a station can complete."""
-        from rmfs_rules.helpers import pairs_search  # as above
-
-        if at not in self._pods:
-            return NO_PLACES
-        if at not in self._completed:
-            left = np.array([*self._left[self._pods[at].id].items()], np.int64).reshape(-1, 2).T.copy()
-            self._completed[at] = pairs_search.completed_by(self._warehouse.lines, *left)
-        return self._completed[at]
-
-    def take(self, at: int, lines: Iterable[tuple[int, int]]) -> list[int]:
-        """Let the pods at or bound for a station serve lines there; return the stations whose pods have less now."""
-        if self._warehouse.unlimited_stock:
-            return []
-        changed = [other for other, pod in self._pods.items() if self._warehouse.stations[at].id in pod.bound_for]
-        for other in changed:
-            self._completed.pop(other, None)
-            for sku, items in lines:
-                left = self._left[self._pods[other].id]
-                left[sku] = left.get(sku, 0) - items
-        return changed
-
-
 def assign_best_pairs(
     warehouse: WarehouseView,
     score: Callable[[Station], NDArray[Any]],
@@ -441,26 +348,26 @@ def assign_best_pairs(
     list[OrderAssignment]
         The assignments in the order in which they were chosen.
     """
-    if not warehouse.backlog_size:
-        return []
-    places = np.flatnonzero(warehouse.lines.open_lines)
+    places, stations = np.flatnonzero(warehouse.lines.open_lines), warehouse.stations
     position = np.cumsum(warehouse.lines.open_lines > 0) - 1
+    scores = np.full((len(stations), len(position)), -1.0)
 
-    def by_place(values: NDArray[Any], kind: Any) -> NDArray[Any]:
+    def by_place(values: NDArray[Any] | None, kind: Any) -> Any:
         spread = np.zeros(len(position), kind)
-        spread[places] = values
-        return spread
+        spread[places] = 0 if values is None else values
+        return None if values is None else spread
 
     def take(pairs: Pairs, station: Station, place: int) -> None:
         for changed in assigned(station, int(position[place])) if assigned is not None else ():
+            scores[changed, places] = score(stations[changed])
             pairs.forget(changed)
 
+    if not len(places):
+        return []
+    for station in stations:
+        scores[station.id, places] = score(station)
     pairs = Pairs(
-        warehouse,
-        score=lambda station: by_place(score(station), np.float64),
-        rank=None if rank is None else by_place(rank, np.float64),
-        first=None if first is None else by_place(first, np.bool_),
-        fast_lane=fast_lane,
+        warehouse, scores=scores, rank=by_place(rank, np.float64), first=by_place(first, np.bool_), fast_lane=fast_lane
     )
     told: Prefer | None = None if prefer is None else lambda place, at: prefer(int(position[place]), at)
     return pairs.assign(take, told, max_wait_s)
@@ -468,14 +375,18 @@ def assign_best_pairs(
 
 def load() -> None:
     """Load what is compiled, or compile it, by decisions without orders."""
-    from rmfs_rules.helpers import pairs_search  # as above
+    from rmfs_rules.helpers import pairs_search as search  # as above
 
-    search: Any = pairs_search
-    lines = columns_of((), 1)
-    order, table = search.Order(NO_FLAGS, NO_FLAGS, NO_RANKS), np.zeros((1, 1), np.int64)
-    spaces, placed, ends = np.zeros((1, 5), np.int64), np.zeros((1, 0), np.bool_), np.zeros(1, np.int64)
-    search.best_by_skus(lines, search.Counts(table, table), np.zeros(0), order, spaces, 1.0, placed, NO_PLACES, ends)
-    search.completed_by(lines, NO_PLACES, NO_PLACES)
+    none, nothing = np.zeros(0, np.int64), np.zeros((0, 0))
+    rank, flags = np.zeros(0), np.zeros(0, np.bool_)
+    rank.setflags(write=False)
+    columns = columns_of((), 1), stock_of((), 1)
+    scores = search.Scores(nothing.astype(np.int64), nothing.astype(np.int64), nothing, np.zeros(0))
+    at = search.Stations(
+        none, none, none, flags, none, math.inf, np.zeros(0), nothing.astype(np.bool_), 0, none, none, flags, none,
+        np.zeros(0),
+    )  # fmt: skip
+    search.best_pair(*columns, scores, search.Order(flags, flags, rank), at)
 
 
 def station_to_keep(
@@ -506,17 +417,14 @@ def pod_at(warehouse: WarehouseView, station: Station) -> Pod | None:
     return warehouse.pods[station.line[0].pod]
 
 
-def places_taken(warehouse: WarehouseView) -> dict[int, Flags]:
-    """Return which orders have a place at stations that count orders, by station and place; none: left out."""
-    placed: dict[int, Flags] = {}
-    if not warehouse.split_orders_open:
-        return placed
-    lines = warehouse.lines
-    for place in lines.begun.tolist():
+def places_taken(warehouse: WarehouseView) -> Flags:
+    """Return which orders have a place at stations that count orders, shape (stations, orders); (stations, 0): none."""
+    lines, stations = warehouse.lines, warehouse.stations
+    begun = lines.begun.tolist() if warehouse.split_orders_open else []
+    placed = np.zeros((len(stations), len(lines.items) if begun else 0), np.bool_)
+    for place in begun:
         order = warehouse.order(int(lines.order_id[place]))
-        for station in warehouse.stations:
-            if station.counts_orders and order.has_place_at(station.id):
-                placed.setdefault(station.id, np.zeros(len(lines.items), np.bool_))[place] = True
+        placed[:, place] = [station.counts_orders and order.has_place_at(station.id) for station in stations]
     return placed
 
 
@@ -528,10 +436,3 @@ def _scratch(length: int) -> Floats:
     if length > len(_zeros[0]):
         _zeros[0] = np.zeros(2 * length)
     return _zeros[0]
-
-
-def _shown(array: NDArray[Any]) -> NDArray[Any]:
-    """Return a view of an array, for looking only, so that compiled functions take one kind of it."""
-    view = array[:]
-    view.setflags(write=False)
-    return view

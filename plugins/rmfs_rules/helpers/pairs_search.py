@@ -1,4 +1,4 @@
-"""Compiled search for the best order of a station; `pairs` says what is decided with it."""
+"""Compiled search for the best pair of order and station; `pairs` says what is decided with it."""
 
 from __future__ import annotations
 
@@ -10,34 +10,59 @@ from numpy.typing import NDArray
 from rmfs_core.jit import inlined, njit
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Lines
+    from rmfs_core.warehouse import Lines, Stock
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+SHARE = 0.5
+"""What an order counts all of whose lines are in `Scores.shares`: less than an item."""
 
-class Space(NamedTuple):
-    """What a station has space for.
+
+class Stations(NamedTuple):
+    """The stations in one decision, by id.
 
     Parameters
     ----------
-    room, free
-        Capacity for any order, and for those that the pod which stands there can complete; items, or orders. Below 0:
-        not even for an order that has a place there.
-    capacity
-        Of the empty station.
+    free, load, capacity
+        Items, or orders, int64, shape (stations,). ``free`` below 0: not even orders fit that take up none.
+    counts_orders
+        Whether that is orders, not items, shape (stations,).
+    most
+        Items of the largest order that may go there, int64, shape (stations,).
     largest
         Items of the largest order that fits any station; a larger one fits an empty station.
-    counts_orders
-        Whether capacity is orders, not items.
+    extra
+        What a station adds to the scores of all orders, float64, shape (stations,).
+    placed
+        Orders that have a place there, by place, shape (stations, orders), or (stations, 0): none anywhere.
+    kept
+        Capacity that a station with something to do keeps for what the pod that stands there completes.
+    pod
+        The pod that stands there, -1: none; shape (stations,).
+    left
+        Items of each entry of the stock that are not taken in this decision, shape (entries,), or (0,) if none is kept.
+    stale
+        Whether `best_pair` must look anew for the order that goes first there, shape (stations,).
+    head, score
+        That order, by place (-1: none fits), and its score; shape (stations,).
     """
 
-    room: int
-    free: int
-    capacity: int
+    free: Ints
+    load: Ints
+    capacity: Ints
+    counts_orders: Flags
+    most: Ints
     largest: float
-    counts_orders: bool
+    extra: Floats
+    placed: Flags
+    kept: int
+    pod: Ints
+    left: Ints
+    stale: Flags
+    head: Ints
+    score: Floats
 
 
 class Order(NamedTuple):
@@ -58,37 +83,46 @@ class Order(NamedTuple):
     rank: Floats
 
 
-class Counts(NamedTuple):
-    """What SKUs count at a station.
+class Scores(NamedTuple):
+    """What orders score at stations.
 
-    An order scores the sum over its open lines of min(items, ``most`` of the SKU), and `SHARE` times the share of its
-    open lines whose SKU is in ``shares``: less than an item.
+    An order scores the sum over its open lines of min(items, ``table`` of the SKU), and `SHARE` times the share of its
+    open lines whose SKU is in ``shares``; or what is ``given``.
 
     Parameters
     ----------
-    most
-        By SKU, shape (n_skus,), or (0,): nothing counts.
+    table
+        By SKU, shape (stations, n_skus), or (stations, 0): nothing counts.
     shares
-        1 or 0 by SKU, shape (n_skus,), or (0,): none.
+        1 or 0 by SKU, shape (stations, n_skus), or (stations, 0): none.
+    given
+        By place, below 0: never there; shape (stations, orders), or (stations, 0): the sums.
+    zeros
+        By place, before and after each search.
     """
 
-    most: Ints
+    table: Ints
     shares: Ints
-
-
-SHARE = 0.5
-"""What an order counts all of whose lines are in `Counts.shares`."""
+    given: Floats
+    zeros: Floats
 
 
 @inlined
-def fits(lines: Lines, place: int, free: int, space: Space, placed: Flags) -> bool:
-    """Whether an order fits a station with so much capacity free; ``placed``: the orders that have a place there."""
+def room(at: int, stations: Stations) -> int:
+    """Capacity for any order: all that is free, but for what a station with something to do keeps."""
+    free = int(stations.free[at])
+    return min(free, max(free - stations.kept, 0)) if stations.load[at] else free
+
+
+@inlined
+def fits(lines: Lines, place: int, at: int, free: int, stations: Stations) -> bool:
+    """Whether an order fits a station with so much capacity free."""
     items = lines.items[place]
-    if items == 0:
+    if items == 0 or items > stations.most[at]:
         return False
-    if space.counts_orders:
-        return free >= (0 if len(placed) and placed[place] else 1)
-    return items <= free or (items > space.largest and 0 < free == space.capacity)
+    if stations.counts_orders[at]:
+        return free >= (0 if stations.placed.shape[1] and stations.placed[at, place] else 1)
+    return bool(items <= free or (items > stations.largest and 0 < free == stations.capacity[at]))
 
 
 @inlined
@@ -106,181 +140,177 @@ def goes_before(place: int, other: int, scores: Floats, order: Order) -> bool:
 
 
 @inlined
-def score_of(lines: Lines, place: int, counts: Counts) -> float:
-    """Score of one order."""
+def best_of(
+    lines: Lines, places: Ints, scores: Floats, order: Order, at: int, free: int, stations: Stations, best: int
+) -> int:
+    """Of an order and those at some places that fit, the one that goes first."""
+    for place in places:
+        if scores[place] >= 0 and not order.taken[place] and fits(lines, place, at, free, stations):
+            best = place if goes_before(place, best, scores, order) else best
+    return best
+
+
+@inlined
+def score_of(lines: Lines, place: int, at: int, scores: Scores) -> float:
+    """Score of one order at a station."""
+    if scores.given.shape[1]:
+        return float(scores.given[at, place])
     score: float = 0.0
     shared: float = 0.0
     for line in range(lines.begin[place], lines.begin[place + 1]):
-        if len(counts.most):
-            score += min(lines.quantity[line], counts.most[lines.sku[line]])
-        if len(counts.shares) and lines.quantity[line] > 0:
-            shared += counts.shares[lines.sku[line]]
+        if scores.table.shape[1]:
+            score += min(lines.quantity[line], scores.table[at, lines.sku[line]])
+        if scores.shares.shape[1] and lines.quantity[line] > 0:
+            shared += scores.shares[at, lines.sku[line]]
     return float(score + SHARE * (shared / lines.open_lines[place]))
 
 
 @inlined
-def best_of(
-    lines: Lines, places: Ints, scores: Floats, order: Order, free: int, space: Space, placed: Flags, best: int
-) -> int:
-    """Of an order and those at some places that fit, the one that goes first."""
-    for place in places:
-        fitting = scores[place] >= 0 and not order.taken[place] and fits(lines, place, free, space, placed)
-        if fitting and goes_before(place, best, scores, order):
-            best = place
-    return best
+def listed(lines: Lines, counts: Ints, at: int) -> int:
+    """Number of open lines of the SKUs that count at a station."""
+    number = 0
+    for sku in range(counts.shape[1]):
+        if counts[at, sku] > 0:
+            number += lines.number[sku]
+    return number
 
 
 @inlined
-def best_of_all(lines: Lines, scores: Floats, order: Order, space: Space, placed: Flags, best: int) -> int:
-    """Of an order and all that fit, the one that goes first, where those with a score have been looked at."""
-    for place in range(len(lines.items)):
-        if not order.taken[place] and fits(lines, place, space.room, space, placed):
-            if goes_before(place, best, scores, order):
-                best = place
-            if not len(order.first) and not len(order.rank):
-                break  # the oldest of those that score nothing
-    return best
-
-
-@inlined
-def score_all(lines: Lines, counts: Counts, scores: Floats, scored: Ints) -> int:
+def score_listed(lines: Lines, scores: Scores, at: int, scored: Ints) -> int:
     """Add up the scores of the orders that score anything; note their places, and return how many there are."""
-    number = 0
-    for sku in range(len(counts.shares)):
-        if counts.shares[sku] > 0:
-            for at in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
-                place = lines.listed_order[at]
-                if scores[place] == 0:
+    sums, number = scores.zeros, 0
+    for sku in range(scores.shares.shape[1]):
+        if scores.shares[at, sku] > 0:
+            for entry in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
+                place = lines.listed_order[entry]
+                if sums[place] == 0:
                     scored[number] = place
                     number += 1
-                scores[place] += counts.shares[sku]
+                sums[place] += scores.shares[at, sku]
     for place in scored[:number]:
-        scores[place] = SHARE * (scores[place] / lines.open_lines[place])
-    for sku in range(len(counts.most)):
-        most = counts.most[sku]
+        sums[place] = SHARE * (sums[place] / lines.open_lines[place])
+    for sku in range(scores.table.shape[1]):
+        most = scores.table[at, sku]
         if most > 0:
-            for at in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
-                place = lines.listed_order[at]
-                if scores[place] == 0:
+            for entry in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
+                place = lines.listed_order[entry]
+                if sums[place] == 0:
                     scored[number] = place
                     number += 1
-                scores[place] += min(lines.listed_items[at], most)
-    return number
-
-
-@inlined
-def listed(lines: Lines, counts: Counts) -> int:
-    """Number of open lines of the SKUs that count."""
-    number = 0
-    for sku in range(len(counts.most)):
-        if counts.most[sku] > 0:
-            number += lines.number[sku]
-    for sku in range(len(counts.shares)):
-        if counts.shares[sku] > 0:
-            number += lines.number[sku]
+                sums[place] += min(lines.listed_items[entry], most)
     return number
 
 
 @njit(cache=True)
-def best_by_score(
-    lines: Lines, scores: Floats, order: Order, space: Space, placed: Flags, completed: Ints
-) -> tuple[int, float]:
-    """Place and score of the order that goes first at a station, of those with a score of 0 or more; -1: none fits.
-
-    Parameters
-    ----------
-    lines
-        The open lines.
-    scores
-        By place, shape (orders,).
-    order
-        What goes first of those with the same score.
-    space, placed
-        What fits; `fits`.
-    completed
-        Places of the orders that the pod at the station can complete.
-    """
-    best = best_of(lines, np.arange(len(scores)), scores, order, space.room, space, placed, -1)
-    best = best_of(lines, completed, scores, order, space.free, space, placed, best)
-    return best, scores[best] if best >= 0 else 0.0
+def completed_by(lines: Lines, stock: Stock, left: Ints, pod: int) -> Ints:
+    """Places of the orders of which all open lines can be served with what is left on a pod, by entry of the stock."""
+    begin, end, number = stock.of_pod[pod], stock.of_pod[pod + 1], 0
+    for entry in range(begin, end):
+        number += lines.number[stock.sku[entry]]
+    served, places, number = np.zeros(len(lines.items), np.int32), np.empty(number, np.int64), 0
+    for entry in range(begin, end):
+        first = lines.first[stock.sku[entry]]
+        for at in range(first, first + lines.number[stock.sku[entry]]):
+            if lines.listed_items[at] <= left[entry]:
+                place = lines.listed_order[at]
+                served[place] += 1
+                if served[place] == lines.open_lines[place]:
+                    places[number] = place
+                    number += 1
+    return places[:number]
 
 
 @njit(cache=True)
-def best_by_sku(
-    lines: Lines, counts: Counts, zeros: Floats, order: Order, space: Space, placed: Flags, completed: Ints
+def best_order(
+    lines: Lines, stock: Stock, scores: Scores, order: Order, at: int, stations: Stations
 ) -> tuple[int, float]:
-    """As `best_by_score`, where an order scores what its SKUs count.
+    """Place and score of the order that goes first at a station; -1: none fits.
 
-    Only orders are scored that score anything: those in the lists of the SKUs that count. ``zeros`` are by place,
-    before and afterwards.
+    Only orders are scored that score anything: those in the lists of the SKUs that count.
     """
-    scores, number, best = zeros, 0, -1
-    for_all = space.room > 0 or len(placed) > 0
-    scored = np.empty((listed(lines, counts) if for_all else 0) + len(completed), np.int64)
-    if for_all:
-        number = score_all(lines, counts, scores, scored)
-        best = best_of(lines, scored[:number], scores, order, space.room, space, placed, best)
+    for_all, free = room(at, stations), stations.free[at]
+    if free < 0 or (free == 0 and not stations.placed[at].any()):
+        return -1, 0.0
+    completed = np.empty(0, np.int64)
+    if for_all < free and stations.pod[at] >= 0:
+        completed = completed_by(lines, stock, stations.left, stations.pod[at])
+    if scores.given.shape[1]:
+        given = scores.given[at]
+        best = best_of(lines, np.arange(len(given)), given, order, at, for_all, stations, -1)
+        best = best_of(lines, completed, given, order, at, free, stations, best)
+        return best, given[best] if best >= 0 else 0.0
+    sums, number, best = scores.zeros, 0, -1
+    any_fits = for_all > 0 or stations.placed.shape[1] > 0
+    most = listed(lines, scores.table, at) + listed(lines, scores.shares, at) if any_fits else 0
+    scored = np.empty(most + len(completed), np.int64)
+    if any_fits:
+        number = score_listed(lines, scores, at, scored)
+        best = best_of(lines, scored[:number], sums, order, at, for_all, stations, best)
     for place in completed:
-        if scores[place] == 0:
-            scores[place] = score_of(lines, place, counts)
+        if sums[place] == 0:
+            sums[place] = score_of(lines, place, at, scores)
             scored[number] = place
             number += 1
-    best = best_of(lines, completed, scores, order, space.free, space, placed, best)
-    if for_all and (best < 0 or scores[best] == 0 or (len(order.first) and not order.first[best])):
-        best = best_of_all(lines, scores, order, space, placed, best)
-    found = best, scores[best] if best >= 0 else 0.0
+    best = best_of(lines, completed, sums, order, at, free, stations, best)
+    if any_fits and (best < 0 or sums[best] == 0 or (len(order.first) and not order.first[best])):
+        for other in range(len(lines.items)):  # those that score nothing
+            if not order.taken[other] and fits(lines, other, at, for_all, stations):
+                best = other if goes_before(other, best, sums, order) else best
+                if not len(order.first) and not len(order.rank):
+                    break  # the oldest of them
+    found = best, sums[best] if best >= 0 else 0.0
     for place in scored[:number]:
-        scores[place] = 0
+        sums[place] = 0
     return found
 
 
 @njit(cache=True)
-def best_by_skus(
-    lines: Lines, table: Counts, zeros: Floats, order: Order, spaces: Ints, largest: float, placed: Flags,
-    completed: Ints, ends: Ints,
-) -> tuple[Ints, Floats]:  # fmt: skip
-    """As `best_by_sku`, for several stations at once: places, and scores, shape (stations asked for,).
-
-    Parameters
-    ----------
-    lines, zeros, order
-        See there.
-    table
-        What SKUs count at all stations, shapes (stations, n_skus), or (stations, 0).
-    spaces
-        Id of each station asked for, and its `Space`: room, free, capacity, and whether it counts orders; shape
-        (stations asked for, 5).
-    largest
-        The same for all.
-    placed
-        Orders that have a place there, shape (stations asked for, orders), or (.., 0): none has any anywhere.
-    completed, ends
-        Orders that the pod at each of these stations can complete, one after another, and where those of each end.
-    """
-    places, scores, begin = np.empty(len(spaces), np.int64), np.empty(len(spaces), np.float64), 0
-    for i in range(len(spaces)):
-        at = spaces[i, 0]
-        space = Space(spaces[i, 1], spaces[i, 2], spaces[i, 3], largest, spaces[i, 4] != 0)
-        counts = Counts(table.most[at], table.shares[at])
-        there = completed[begin : ends[i]]
-        places[i], scores[i] = best_by_sku(lines, counts, zeros, order, space, placed[i], there)
-        begin = ends[i]
-    return places, scores
+def best_pair(lines: Lines, stock: Stock, scores: Scores, order: Order, stations: Stations) -> tuple[int, int]:
+    """Order (place) and station that go next; -1 and -1: nothing fits. Looks at stations that are stale."""
+    best, best_value, head, score = -1, 0.0, stations.head, stations.score
+    for at in range(len(head)):
+        if stations.stale[at]:
+            stations.stale[at] = False
+            head[at], score[at] = best_order(lines, stock, scores, order, at, stations)
+        if head[at] < 0:
+            continue
+        value = score[at] + stations.extra[at]
+        before = best < 0
+        if not before:
+            one, other = head[at], head[best]
+            if len(order.first) and order.first[one] != order.first[other]:
+                before = order.first[one]
+            elif value != best_value:
+                before = value > best_value
+            elif len(order.rank) and order.rank[one] != order.rank[other]:
+                before = order.rank[one] < order.rank[other]
+            elif one != other:
+                before = one < other
+            else:
+                before = stations.load[at] < stations.load[best]
+        if before:
+            best, best_value = at, value
+    return (head[best] if best >= 0 else -1), best
 
 
 @njit(cache=True)
-def completed_by(lines: Lines, sku: Ints, items: Ints) -> Ints:
-    """Places of the orders of which all open lines can be served with so many items of SKUs, each SKU once."""
-    enough, found = np.zeros(len(lines.items), np.int32), [np.int64(0) for _ in range(0)]
-    for entry in range(len(sku)):
-        first = lines.first[sku[entry]]
-        for at in range(first, first + lines.number[sku[entry]]):
-            if lines.listed_items[at] <= items[entry]:
-                place = lines.listed_order[at]
-                enough[place] += 1
-                if enough[place] == lines.open_lines[place]:
-                    found.append(place)
-    places = np.empty(len(found), np.int64)
-    for i in range(len(found)):
-        places[i] = found[i]
-    return places
+def values_of(lines: Lines, stock: Stock, scores: Scores, place: int, stations: Stations) -> Floats:
+    """Score and ``extra`` of an order at each station where it fits, -inf elsewhere; shape (stations,)."""
+    values = np.full(len(stations.free), -np.inf)
+    for at in range(len(values)):
+        fitting = fits(lines, place, at, room(at, stations), stations)
+        if not fitting and stations.pod[at] >= 0 and fits(lines, place, at, stations.free[at], stations):
+            fitting = (completed_by(lines, stock, stations.left, stations.pod[at]) == place).any()
+        if fitting:
+            values[at] = score_of(lines, place, at, scores) + stations.extra[at]
+    return values
+
+
+@njit(cache=True)
+def serve(lines: Lines, stock: Stock, place: int, pods: Ints, left: Ints) -> None:
+    """Let pods serve an order's open lines: what is left on each of them is less."""
+    for pod in pods:
+        for entry in range(stock.of_pod[pod], stock.of_pod[pod + 1]):
+            for line in range(lines.begin[place], lines.begin[place + 1]):
+                if lines.sku[line] == stock.sku[entry]:
+                    left[entry] -= lines.quantity[line]

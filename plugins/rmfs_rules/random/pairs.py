@@ -61,13 +61,14 @@ class Drawing:
         sizes = [(size, number) for size, number in enumerate(self._number.tolist()) if size and number]
         for at in self._with_room():
             yield from ((at, size, number) for size, number in sizes if self._fits(size, at))
-        for at, placed in self._placed.items():
-            if self._free[at] == 0:
-                yield at, PLACED, int(np.count_nonzero(placed & (self._items > 0)))
+        for at, free in enumerate(self._free):
+            if free == 0 and self._placed.size:
+                yield at, PLACED, int(np.count_nonzero(self._alike(at, PLACED)))
 
     def _alike(self, at: int, size: int) -> NDArray[np.bool_]:
         """Return which orders are of a group, by place."""
-        return self._placed[at] & (self._items > 0) if size == PLACED else self._items == size
+        alike: NDArray[np.bool_] = self._placed[at] & (self._items > 0) if size == PLACED else self._items == size
+        return alike
 
     def _with_room(self) -> list[int]:
         """Return the ids of the stations that are not full."""
@@ -82,7 +83,7 @@ class Drawing:
         """Assign an order."""
         station, items = self._warehouse.stations[at], int(self._items[place])
         self._chosen.append(OrderAssignment(int(self._lines.order_id[place]), at))
-        placed = at in self._placed and self._placed[at][place]
+        placed = self._placed.size and self._placed[at, place]
         self._free[at] -= int(not placed) if station.counts_orders else min(items, station.capacity)
         self._number[items] -= 1
         self._items[place] = 0

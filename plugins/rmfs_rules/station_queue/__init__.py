@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rules.helpers.pairs import (
-    NO_PLACES,
     Flags,
     Floats,
     Ints,
@@ -86,7 +84,7 @@ class StationQueue:
         lines, available = warehouse.lines, warehouse.available()
         large = np.flatnonzero(lines.items > largest_capacity(warehouse))
         self._fill(warehouse, available, large)
-        places = lines.place[[*self.queue_of]] if self.queue_of else NO_PLACES
+        places = lines.place[np.array([*self.queue_of], np.int64)]
         chosen = np.union1d(places[places >= 0], large)  # a filter may leave out some that queue
         candidates = warehouse.showing([warehouse.order(order) for order in lines.order_id[chosen].tolist()])
         return self._drain(candidates, available, np.isin(chosen, large))
@@ -97,9 +95,10 @@ class StationQueue:
         for station in warehouse.stations:
             wanted[station.id, [request.sku for request in station.open_requests]] = 1
         length = Counter(self.queue_of.values())
-        queues = _Queues(warehouse, available, shares=wanted, rank=warehouse.lines.due_s)
-        queues.begin([length[station.id] for station in warehouse.stations], self.queue_length)
-        places = warehouse.lines.place[[*self.queue_of]] if self.queue_of else NO_PLACES
+        told = [length[station.id] for station in warehouse.stations]
+        free = [self.queue_length - length[station.id] if station.open else 0 for station in warehouse.stations]
+        queues = Pairs(warehouse, available, shares=wanted, rank=warehouse.lines.due_s, queues=(free, told))
+        places = warehouse.lines.place[np.array([*self.queue_of], np.int64)]
         queues.taken[places[places >= 0]] = queues.taken[large] = True
         self.queue_of |= {joined.order: joined.station for joined in queues.assign()}
 
@@ -121,21 +120,5 @@ class StationQueue:
             here = 4.0 * urgent + 2.0 * completed(at_station) + completed(available[station.id])
             return np.where((queue == station.id) | oversize, here, -1.0)
 
-        return Pairs(candidates, score=score, fast_lane=self.fast_lane).assign()
-
-
-class _Queues(Pairs):
-    """Queues of stations that orders join: each takes one place, if it would fit the station were it empty."""
-
-    def begin(self, length: list[int], most: int) -> None:
-        """Let queues have these lengths, and so many orders at most; stations that are closed take none."""
-        self._load = length
-        self._free = [most - length[at] if station.open else 0 for at, station in enumerate(self.stations)]
-        self._largest = math.inf  # no order is so large that it may join alone
-
-    def _space(self, at: int) -> Any:
-        capacity = self.stations[at].capacity
-        return self._search.Space(capacity, capacity, capacity, self._largest, self.stations[at].counts_orders)
-
-    def _size(self, place: int, at: int) -> int:  # noqa: ARG002
-        return 1
+        scores = np.stack([score(station) for station in candidates.stations])
+        return Pairs(candidates, scores=scores, fast_lane=self.fast_lane).assign()

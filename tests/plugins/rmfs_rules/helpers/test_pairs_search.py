@@ -2,72 +2,103 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import WarehouseView
-from rmfs_rules.helpers.pairs_search import SHARE, Counts, Order, Space, best_by_score, best_by_sku, completed_by
+from rmfs_rules.helpers.pairs_search import SHARE, Order, Scores, Stations, best_pair, completed_by, values_of
 
 SKUS = "abc"
 lines = st.dictionaries(st.sampled_from(SKUS), st.integers(1, 4), min_size=1, max_size=3)
 
 
-@given(st.lists(lines, min_size=1, max_size=8), st.data())
-def test_the_best_order_is_found(orders: list[dict[str, int]], data: st.DataObject) -> None:
-    """By first, score, rank, age, of those that fit; scores by SKU and given ones alike; nothing stays behind."""
+@given(st.lists(lines, min_size=1, max_size=8), st.integers(1, 3), st.data())
+def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, data: st.DataObject) -> None:
+    """By first, value, rank, age, load, of those that fit; scores by SKU and given ones alike; nothing stays behind."""
     number = len(orders)
     view = WarehouseView(small_world({str(i): order for i, order in enumerate(orders)}, {"p": [*SKUS]}))
-    skus = view.n_skus
-    flags = st.lists(st.booleans(), min_size=number, max_size=number)
-    most = np.array(data.draw(st.lists(st.integers(0, 4), min_size=skus, max_size=skus)))
-    shares = np.array(data.draw(st.just([]) | st.lists(st.integers(0, 1), min_size=skus, max_size=skus)), np.int64)
-    taken, first = np.array(data.draw(flags)), np.array(data.draw(st.just([]) | flags), np.bool_)
-    rank = np.array(data.draw(st.just([]) | st.lists(st.integers(0, 2), min_size=number, max_size=number)), np.float64)
-    counts, capacity = data.draw(st.booleans()), data.draw(st.integers(1, 9))
-    free = data.draw(st.integers(0, capacity))
-    room = data.draw(st.integers(0, free))
-    placed = np.array(data.draw(st.just([]) | flags), np.bool_) if counts else np.zeros(0, np.bool_)
-    completed = np.array([place for place in range(number) if data.draw(st.booleans())], np.int64)
-    largest = np.inf if counts else data.draw(st.integers(1, 9))
-    space = Space(room, free, capacity, float(largest), counts)
-    columns = view.lines
+    columns, stock = view.lines, view.stock
 
-    def score(place: int) -> float:
+    def drawn(values: st.SearchStrategy[Any], shape: tuple[int, ...], kind: Any) -> Any:
+        length = math.prod(shape)
+        return np.array(data.draw(st.lists(values, min_size=length, max_size=length)), kind).reshape(shape)
+
+    def maybe(values: st.SearchStrategy[Any], columns: int, kind: Any, may: bool = True) -> Any:
+        return drawn(values, (stations, columns if may and data.draw(st.booleans()) else 0), kind)
+
+    table = maybe(st.integers(0, 4), view.n_skus, np.int64)
+    shares = maybe(st.integers(0, 1), view.n_skus, np.int64)
+    taken = drawn(st.booleans(), (number,), np.bool_)
+    first = maybe(st.booleans(), number, np.bool_)[0]
+    rank = maybe(st.integers(0, 2), number, np.float64)[0]
+    counts = drawn(st.booleans(), (stations,), np.bool_)
+    placed = maybe(st.booleans(), number, np.bool_, bool(counts.all()))
+    capacity = drawn(st.integers(1, 9), (stations,), np.int64)
+    free = np.minimum(drawn(st.integers(-1, 9), (stations,), np.int64), capacity)
+    load = drawn(st.integers(0, 2), (stations,), np.int64)
+    largest = math.inf if counts.any() else float(capacity.max())
+    most = drawn(st.sampled_from([2, 99]), (stations,), np.int64)
+    extra = drawn(st.integers(-1, 1), (stations,), np.float64)
+    kept = data.draw(st.integers(0, 2))
+    pod, left = drawn(st.integers(-1, 0), (stations,), np.int64), drawn(st.integers(0, 4), stock.items.shape, np.int64)
+
+    def score(place: int, at: int) -> float:
         wanted = columns.of_order(place)
-        share = sum(shares[sku] for sku, _ in wanted) / len(wanted) if len(shares) else 0.0
-        return sum(min(items, most[sku]) for sku, items in wanted) + SHARE * share
+        share = sum(shares[at, sku] for sku, _ in wanted) / len(wanted) if shares.size else 0.0
+        return (sum(min(items, table[at, sku]) for sku, items in wanted) if table.size else 0) + SHARE * share
 
-    scores = np.array([score(place) for place in range(number)], np.float64)
-
-    def fits(place: int) -> bool:
-        there = free if place in completed else room
-        if counts:
-            return there >= (0 if len(placed) and placed[place] else 1)
-        items = int(columns.items[place])
-        return items <= there or (items > largest and there == capacity)
+    def fits(place: int, at: int) -> bool:
+        wanted, items = columns.of_order(place), int(columns.items[place])
+        completed = pod[at] == 0 and all(left[[*stock.sku].index(sku)] >= number for sku, number in wanted)
+        room = free[at] if completed or not load[at] else min(free[at], max(free[at] - kept, 0))
+        if free[at] < 0 or items > most[at]:
+            return False
+        if counts[at]:
+            return bool(room >= (0 if placed.size and placed[at, place] else 1))
+        return bool(items <= room or (items > largest and room == capacity[at]))
 
     able = [
-        (not (len(first) and first[place]), -float(scores[place]), rank[place] if len(rank) else 0.0, place)
+        (
+            not (first.size and first[place]),
+            -score(place, at) - extra[at],
+            rank[place] if rank.size else 0,
+            place,
+            load[at],
+            at,
+        )
         for place in range(number)
-        if not taken[place] and fits(place)
+        for at in range(stations)
+        if not taken[place] and fits(place, at)
     ]
-    best = min(able, default=(True, -0.0, 0.0, -1))
+    best = min(able, default=(0, 0, 0, -1, 0, -1))
     rank.setflags(write=False)
-    zeros, order = np.zeros(number), Order(taken, first, rank)
-    assert best_by_sku(columns, Counts(most, shares), zeros, order, space, placed, completed) == (best[3], -best[1])
-    assert not zeros.any()
-    assert best_by_score(columns, scores, order, space, placed, completed) == (best[3], -best[1])
+    given = np.array([[score(place, at) for place in range(number)] for at in range(stations)], np.float64)
+    for scored in (np.zeros((stations, 0)), given):
+        zeros, none = np.zeros(number), np.zeros(stations, np.int64)
+        told = Stations(
+            free, load, capacity, counts, most, largest, extra, placed, kept, pod, left, np.ones(stations, np.bool_),
+            none, none.astype(np.float64),
+        )  # fmt: skip
+        scores = Scores(table, shares, scored, zeros)
+        assert best_pair(columns, stock, scores, Order(taken, first, rank), told) == (best[3], best[5])
+        assert not zeros.any()
+        values = values_of(columns, stock, scores, 0, told)
+        assert [at for at in range(stations) if values[at] > -math.inf] == [at for at in range(stations) if fits(0, at)]
 
 
-@given(st.lists(lines, max_size=8), st.dictionaries(st.integers(0, 2), st.integers(0, 4)))
-def test_completed_orders_are_found(orders: list[dict[str, int]], held: dict[int, int]) -> None:
+@given(st.lists(lines, max_size=8), st.lists(st.integers(0, 4), min_size=3, max_size=3))
+def test_completed_orders_are_found(orders: list[dict[str, int]], left: list[int]) -> None:
     """Those of which every line can be served."""
     named = {str(i): order for i, order in enumerate([dict.fromkeys(SKUS, 1), *orders])}
-    columns = WarehouseView(small_world(named, {"p": [*SKUS]})).lines
-    entries = np.array([*held.items()], np.int64).reshape(-1, 2).T.copy()
+    view = WarehouseView(small_world(named, {"p": [*SKUS]}))
     whole = [
-        place for place in range(len(named)) if all(held.get(sku, 0) >= items for sku, items in columns.of_order(place))
+        place
+        for place in range(len(named))
+        if all(left[[*view.stock.sku].index(sku)] >= items for sku, items in view.lines.of_order(place))
     ]
-    assert sorted(completed_by(columns, *entries).tolist()) == whole
+    assert sorted(completed_by(view.lines, view.stock, np.array(left), 0).tolist()) == whole
