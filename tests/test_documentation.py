@@ -475,7 +475,7 @@ def test_where_do_i_find_leads_to_what_is_there() -> None:
 
 OWN = re.compile(r"^\s*(?:from|import) (rmfs_\w+(?:\.\w+)*)", re.MULTILINE)
 INTERNAL = {
-    "docs/how-to/keep-scores.md": {"rmfs_rules.helpers.kept_options", "rmfs_rules.helpers.pod_sending"},
+    "docs/how-to/score-by-columns.md": {"rmfs_rules.helpers.pairs", "rmfs_rules.helpers.sending"},
     "docs/reference/hook_examples.py": {"rmfs_core.traffic", "rmfs_rules.sipp"},
 }
 """What pages import besides the façade: rules of ours, and what only few need."""
