@@ -132,6 +132,7 @@ def test_parameters_are_set(by_hand: dict[str, Any]) -> None:
 def test_a_rule_that_asks_for_driving_times(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:
     """`nearest-pod` goes by driving time: refused where there is no layout, answered where there is."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
+    by_hand["pods"]["P3"] = {"contents": {"jam": None}}
     with pytest.raises(InputError, match=r'rule "nearest-pod" .* asks for driving times, but the state has no layout'):
         decide(state_from_dict(by_hand), RuleChoice("nearest-pod"))
     del at_work["orders"]["A"]["parts"]

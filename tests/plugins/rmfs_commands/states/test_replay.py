@@ -139,6 +139,10 @@ def test_rules_see_what_they_saw_in_the_run(tmp_path: Path, settings: tuple[str,
     assert len(seen) > 20
 
 
+COLUMNS = {"backlog_lines", "free_items", "lines", "stock"}
+"""Arrays made of the other values, which are compared by themselves."""
+
+
 def public_values(view: WarehouseView) -> dict[Any, Any]:
     """Return what a view and everything in it show, by whose it is and what it is called."""
     parts: list[Any] = [view, *view.orders, *view.pods, *view.stations, *view.robots, *view.bundles]
@@ -148,25 +152,17 @@ def public_values(view: WarehouseView) -> dict[Any, Any]:
     values: dict[Any, Any] = {}
     for part in parts:
         for name in dir(part):
-            if not name.startswith("_") and name not in ("label", "travel", "backlog_lines", "free_items"):
+            if not name.startswith("_") and name not in COLUMNS | {"label", "travel"}:
                 value = getattr(part, name)
                 if not callable(value):
                     values[plain(part), name] = plain(value)
     for pod in view.pods:
         values["free", pod.id] = [pod.free_items(sku) for sku in pod.contents]
         values["home", pod.id] = view.home(pod)
-    lines, free = view.backlog_lines, view.free_items
-    arrays = (
-        lines.order,
-        lines.sku,
-        lines.quantity,
-        free.pod,
-        free.sku,
-        free.number,
-        view.open_demand(),
-        view.available(),
-    )
-    values["arrays"] = [array.tolist() for array in arrays]
+    lines, stock = view.backlog_lines, view.stock
+    values["lines"] = [of.tolist() for of in (lines.order, lines.sku, lines.quantity)]
+    values["stock"] = [of.tolist() for of in (*stock[:6], stock.at, stock.location, stock.space)]
+    values["sums"] = [of.tolist() for of in (view.open_demand(), view.available(), view.ordered())]
     return values
 
 
