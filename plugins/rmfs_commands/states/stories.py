@@ -7,11 +7,18 @@ from typing import Any
 
 from attrs import define, frozen
 
+from rmfs_commands.states.rebuilding import OpenState, open_state
 from rmfs_commands.states.recorded import Recorded
+from rmfs_commands.states.state import FORMAT, VERSIONS
+from rmfs_commands.states.state_json import state_from_dict
 from rmfs_core.roles import Role
+from rmfs_core.warehouse import WarehouseView
 from rmfs_core.world.grid import where
 
 Content = Mapping[str, Any]
+
+_OF_STATIONS = {"item_capacity", "order_capacity", "in_hand", "staffed", "active"}
+"""What of a station says how much room it has, besides its requests."""
 
 
 @frozen
@@ -119,42 +126,24 @@ def where_in(content: Content, cell: int) -> str:
     return where(cell, max(map(len, content["layout"]["map"])))
 
 
-def open_lines(content: Content, order: str) -> dict[str, int]:
-    """Return the lines of an order that are not assigned, and their numbers of items."""
-    given = content["orders"][order]
-    assigned = {sku for part in given["parts"] for sku in part["skus"]}
-    return {sku: n for sku, n in given["lines"].items() if sku not in assigned}
+def reduced(content: Content, order: str) -> OpenState:
+    """Return the warehouse of a recorded state with what an order's assignment depends on alone.
 
-
-def free_capacity(content: Content, station: str) -> int:
-    """Return what a station has room for: items, or orders with order capacity; nothing while it is closed."""
-    given = content["stations"][station]
-    if not is_open(given):
-        return 0
-    parts = {(r["order"], _part_of(content, station, r)): r["order"] for r in _kept(given)}
-    if "order_capacity" in given:
-        return int(given["order_capacity"] - len({order for order, _ in parts}))
-    items = 0
-    for order, part in parts:
-        lines = content["orders"][order]["lines"]
-        items += sum(lines[sku] for sku in content["orders"][order]["parts"][part]["skus"])
-    return max(int(given["item_capacity"] - items), 0)
-
-
-def is_open(station: Content) -> bool:
-    """Return whether a station takes work."""
-    return bool(station.get("staffed", True) and station.get("active", True))
-
-
-def _kept(station: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return what takes up room at a station: its requests, and the item that is picked and not yet handled."""
-    return [*station["requests"], *([station["in_hand"]] if "in_hand" in station else [])]
-
-
-def _part_of(content: Content, station: str, request: Mapping[str, Any]) -> int:
-    """Return which part of an order a request belongs to: each line is in one part."""
-    parts = content["orders"][request["order"]]["parts"]
-    return next(i for i, part in enumerate(parts) if part["station"] == station and request["sku"] in part["skus"])
+    That is the order, and the picking stations with their requests. Robots, what pods hold and other orders of the
+    backlog make no difference, but would take most of the time.
+    """
+    stations = {
+        name: {key: given[key] for key in _OF_STATIONS & given.keys()}
+        | {"requests": [{"order": request["order"], "sku": request["sku"]} for request in given["requests"]]}
+        for name, given in content["stations"].items()
+        if "item_capacity" in given or "order_capacity" in given
+    }
+    named = [request["order"] for given in stations.values() for request in given["requests"]]
+    named += [given["in_hand"]["order"] for given in stations.values() if "in_hand" in given]
+    orders = {name: content["orders"][name] for name in dict.fromkeys([order, *named])}
+    held = dict.fromkeys(sku for given in orders.values() for sku in given["lines"])
+    told = {"format": FORMAT, "version": VERSIONS[-1], "stations": stations, "orders": orders}
+    return open_state(state_from_dict(told | {"pods": {"any": {"contents": held}}}))
 
 
 def _episode(decision: Recorded, what: str) -> Episode:
@@ -167,7 +156,8 @@ def _done_for(decision: Recorded, order: str) -> Iterator[str]:
     decided, content = decision.decision or {}, decision.content
     wanted: dict[str, set[str]] = {}
     assigned = [given for given in decided.get("assignments", ()) if given["order"] == order]
-    left = len(open_lines(content, order)) - sum(len(given["skus"]) for given in assigned)
+    left = len(reduced(content, order).view.orders[0].open_lines) if assigned else 0
+    left -= sum(len(given["skus"]) for given in assigned)
     for given in assigned:
         wanted.setdefault(given["station"], set()).update(given["skus"])
         last = left and given is assigned[-1]
@@ -187,32 +177,31 @@ def _done_for(decision: Recorded, order: str) -> Iterator[str]:
 def _why_waiting(decision: Recorded, order: str) -> str | None:
     """Say why all open lines of an order stay in the backlog; None when there are none, or some do not."""
     content, decided = decision.content, decision.decision
-    lines = open_lines(content, order)
     given = (decided or {}).get("assignments", ())
-    if not lines or any(assignment["order"] == order for assignment in given):
+    if any(assignment["order"] == order for assignment in given):
+        return None
+    warehouse = reduced(content, order).view
+    if not warehouse.orders[0].open_lines:
         return None
     if decided is None:
         return "the rule decided nothing valid, which ended the run"
     if order not in content.get("backlog", (order,)):
         return "the prefilters left it out"
-    return _why_not_chosen(content, lines, "preferred others" if given else "assigned nothing")
+    return _why_not_chosen(warehouse, "preferred others" if given else "assigned nothing")
 
 
-def _why_not_chosen(content: Content, lines: Mapping[str, int], did: str) -> str:
-    picking = [
-        name for name, given in content["stations"].items() if "item_capacity" in given or "order_capacity" in given
-    ]
-    room = {name: free_capacity(content, name) for name in picking}
-    counts_orders = {name for name, station in content["stations"].items() if "order_capacity" in station}
-    items = sum(lines.values())
-    if any(free >= (1 if name in counts_orders else items) for name, free in room.items()):
+def _why_not_chosen(warehouse: WarehouseView, did: str) -> str:
+    """Say why the first order was assigned nowhere, although it was shown to the rule."""
+    order, stations = warehouse.orders[0], [station for station in warehouse.stations if station.open]
+    if any(warehouse.size_at(order, station) <= station.free_capacity for station in stations):
         return f"it fitted a station, but the rule {did}"
-    n_closed = sum(not is_open(content["stations"][name]) for name in picking)
-    if n_closed == len(picking):
+    if not stations:
         return "all stations were closed"
-    no_room = f"no {'open ' if n_closed else ''}station had room for its {items} open item{'s' if items > 1 else ''}"
+    items, kind = order.open_items, "" if len(stations) == len(warehouse.stations) else "open "
+    no_room = f"no {kind}station had room for its {items} open item{'s' if items > 1 else ''}"
     # What a rule that splits orders could have done, too; whether this one does, the recording does not tell.
-    some = any(free >= min(lines.values()) for name, free in room.items() if name not in counts_orders)
+    least = min(line.quantity for line in order.open_lines)
+    some = any(station.free_capacity >= least for station in stations if not station.counts_orders)
     return f"{no_room}, only for some of them" if some else no_room
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from rmfs_commands.states import Recorded
 from rmfs_commands.states.rebuilding import open_state
-from rmfs_commands.states.stories import free_capacity, open_lines, order_story, pod_story
+from rmfs_commands.states.stories import order_story, pod_story, reduced
 from rmfs_core.roles import Role
 
 Content = dict[str, Any]
@@ -18,19 +18,25 @@ def decision(number: int, decides: str, content: Content, decided: Any, **ask: A
     return Recorded(number, Role.labelled(decides), "rule", content, decided, None, f"line {number}")
 
 
-def content(capacity: int, **changes: Any) -> Content:
-    """Return a state with one station and two orders of two items each."""
-    orders = {name: {"lines": {"milk": 1, "tea": 1}, "parts": []} for name in "AB"}
+def content(room: int, **changes: Any) -> Content:
+    """Return a state with a station for four items, of which so many fit now, and two orders of two items each."""
+    orders: dict[str, Any] = {name: {"lines": {"milk": 1, "tea": 1}, "parts": []} for name in "AB"}
     pods = {"P": {"contents": {"milk": None, "tea": None}}}
-    station = {"item_capacity": capacity, "requests": []}
-    return {"orders": orders, "pods": pods, "stations": {"s": station}, "layout": {"map": ["....", "...."]}, **changes}
+    state = {"orders": orders, "pods": pods, "stations": {"s": station(orders, room)}}
+    return state | {"layout": {"map": ["....", "...."]}} | changes
+
+
+def station(orders: dict[str, Any], room: int) -> Content:
+    """Return a station for four items, of which so many fit now; the others are for an order that it adds."""
+    if room < 4:
+        orders["F"] = {"lines": {"jam": 4 - room}, "parts": [{"station": "s", "skus": ["jam"], "period": 1}]}
+    return {"item_capacity": 4, "requests": [{"order": "F", "sku": "jam"}] * (4 - room)}
 
 
 def test_why_an_order_waited() -> None:
     """Left out by the prefilters, no room, others preferred, part of it, all of it: one entry each, in order."""
-    part = {
-        "orders": {"A": {"lines": {"milk": 1, "tea": 1}, "parts": [{"station": "s", "skus": ["tea"], "period": 5}]}}
-    }
+    begun = content(2)
+    begun["orders"]["A"]["parts"] = [{"station": "s", "skus": ["tea"], "period": 5}]
     other = {"assignments": [{"order": "B", "station": "s", "skus": ["milk", "tea"]}]}
     decisions = [
         decision(1, "POA", content(4, backlog=["B"]), other),
@@ -40,7 +46,7 @@ def test_why_an_order_waited() -> None:
         decision(
             5, "POA+PPS", content(2), {"assignments": [{"order": "A", "station": "s", "skus": ["tea"]}], "trips": []}
         ),
-        decision(6, "POA", content(2, **part), {"assignments": [{"order": "A", "station": "s", "skus": ["milk"]}]}),
+        decision(6, "POA", begun, {"assignments": [{"order": "A", "station": "s", "skus": ["milk"]}]}),
     ]
     assert [(episode.periods, episode.what) for episode in order_story(decisions, "A")] == [
         ((1, 1), "the prefilters left it out"),
@@ -81,10 +87,10 @@ def test_a_wait_for_stock() -> None:
 
 def test_a_wait_for_stations_to_open() -> None:
     """All stations closed, or those with room: it is said."""
-    full = {"item_capacity": 1, "requests": []}
-    closed = {"item_capacity": 4, "requests": [], "staffed": False}
+    state = content(1)
+    full, closed = state["stations"]["s"], {"item_capacity": 4, "requests": [], "staffed": False}
     decisions = [
-        decision(number, "POA", content(1, stations=stations), {"assignments": []})
+        decision(number, "POA", state | {"stations": stations}, {"assignments": []})
         for number, stations in enumerate([{"s": closed}, {"s": full, "t": closed}, {"s": full}], start=1)
     ]
     assert [episode.what for episode in order_story(decisions, "A")] == [
@@ -146,15 +152,18 @@ def test_where_a_pod_went() -> None:
     ]
 
 
-def test_figures_are_those_of_the_warehouse(record: Any) -> None:
-    """Free capacity and open lines, read off the JSON, are what the warehouse made from it has."""
+def test_a_reduced_warehouse_has_the_room_of_the_whole_one(record: Any) -> None:
+    """Free capacity, and open lines and size of an order, are those of the warehouse made from all of the state."""
     joint = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
     by_orders, small = ("stations.order_capacity=2",), ("stations.item_capacity=3",)
     for settings in ((), by_orders, small, joint, (*joint, *by_orders)):
         for recorded in record(*settings):
-            opened = open_state(recorded.state())
-            for station in opened.view.stations:
-                assert free_capacity(recorded.content, station.name) == station.free_capacity
-            for order in opened.view.orders:
-                lines = {opened.instance.skus[line.sku]: line.quantity for line in order.open_lines}
-                assert open_lines(recorded.content, order.name) == lines
+            whole = open_state(recorded.state())
+            for order in whole.view.orders[-3:]:
+                part = reduced(recorded.content, order.name)
+                alone = part.view.orders[0]
+                lines = [(part.instance.skus[line.sku], line.quantity) for line in alone.open_lines]
+                assert lines == [(whole.instance.skus[line.sku], line.quantity) for line in order.open_lines]
+                for station, there in zip(part.view.stations, whole.view.stations, strict=True):
+                    assert station.free_capacity == there.free_capacity
+                    assert part.view.size_at(alone, station) == whole.view.size_at(order, there)
