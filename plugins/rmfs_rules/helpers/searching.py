@@ -6,31 +6,49 @@ A table is what `rmfs_core.traffic.intervals` describes.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rmfs_core import clock
 from rmfs_core.jit import inlined, njit
-from rmfs_core.traffic import FOREVER, Query, Reservations, Roads
+from rmfs_core.traffic import FOREVER, Intervals, Query, Reservations, Roads
+
+Ints = NDArray[np.int64]
 
 far: Any = inlined(clock.far)
 """`rmfs_core.clock.far` in compiled code."""
 
 
+class Asked(NamedTuple):
+    """A robot that asks for a path, as `rmfs_core.traffic.Query` has it."""
+
+    me: int
+    cell: int
+    heading: int
+    start: int
+    goal: int
+
+    @classmethod
+    def by(cls, query: Query) -> Asked:
+        """Return what a query asks."""
+        return cls(query.robot, query.cell, query.heading, query.start_tick, query.goal)
+
+
 @njit(cache=True)
-def last_end(first, count, until):
+def last_end(table: Intervals) -> int:
     """Latest end of an interval that has one; 0 if there is none."""
     latest = 0
-    for cell in range(len(first)):
-        for p in range(first[cell], first[cell] + count[cell]):
-            if until[p] < FOREVER:
-                latest = max(latest, until[p])
+    for cell in range(len(table.first)):
+        for p in range(table.first[cell], table.first[cell] + table.count[cell]):
+            if table.until[p] < FOREVER:
+                latest = max(latest, table.until[p])
     return latest
 
 
 @inlined
-def gap_at(cell, tick, me, table):
+def gap_at(cell: int, tick: int, me: int, table: Intervals) -> tuple[int, int]:
     """Number and end of the gap of a cell that holds ``tick``; (-1, -1) when another has the cell then."""
     first, count, since, until, owner = table
     p, end = first[cell], first[cell] + count[cell]
@@ -44,17 +62,19 @@ def gap_at(cell, tick, me, table):
 
 
 @inlined
-def free_for_good(cell, me, table):
+def free_for_good(cell: int, me: int, table: Intervals) -> int:
     """Tick from which on nobody else has a cell any more: 0 if nobody does, FOREVER if someone stays."""
     first, count, _, until, owner = table
     for p in range(first[cell] + count[cell] - 1, first[cell] - 1, -1):
         if owner[p] != me:
-            return until[p]
+            return int(until[p])
     return 0
 
 
 @inlined
-def narrow(low, high, now, n, to, cell, enter, leave, me, table):
+def narrow(
+    low: Ints, high: Ints, now: int, n: int, to: int, cell: int, enter: int, leave: int, me: int, table: Intervals
+) -> int:
     """Narrow windows of departure to those in which a cell is free as well.
 
     Windows are closed, ascending and disjoint: ``low[now, i]`` to ``high[now, i]`` for the first ``n`` of them. The run

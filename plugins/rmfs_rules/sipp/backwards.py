@@ -7,33 +7,31 @@ leads over this or a later one; and every path does until the gap of the start i
 
 from __future__ import annotations
 
-import numpy as np
-
 from rmfs_core.jit import inlined, njit
-from rmfs_core.traffic import FOREVER
-from rmfs_rules.helpers.searching import narrow
-from rmfs_rules.sipp.states import ARRIVAL, CELL, DONE, DUE, PLACE, REST, STAMP, left_from, put, take
+from rmfs_core.traffic import FOREVER, Intervals, Tracks
+from rmfs_rules.helpers.searching import Asked, narrow
+from rmfs_rules.sipp.states import ARRIVAL, CELL, DONE, DUE, PLACE, REST, STAMP, Ints, Search, left_from, put, take
 
 AMPLE = 10_000
 """Ticks to spare with which a state is taken for one that paths come to."""
 
 
 @njit(cache=True)
-def earliest(cell, heading, start, gap, goal, due, latest, labels, me, number, tracks, table, states, queue, low, high):
+def earliest(asked: Asked, gap: int, due: int, latest: int, labels: int, search: Search) -> tuple[int, int]:
     """Tick before which no path arrives, at least ``due``, and the one at which none does any more.
 
     ``latest`` for both where no path arrives before that. ``gap`` is the one that the robot starts in; it looks at so
     many ``labels``.
     """
-    brake = np.int64(FOREVER)
+    brake, goal, tracks, states = int(FOREVER), search.goal, search.tracks, search.memory.states
     for length in range(1, len(tracks.runs)):
         brake = min(brake, tracks.runs[length] - tracks.enter[length, length])
-    waiting, last = 0, np.int64(due)
+    waiting, last = 0, int(due)
     for towards in range(4):  # they are taken first
-        state = 4 * (table.first[goal] + table.count[goal]) + towards
-        waiting = _note(state, goal, latest, due, -FOREVER, number, states, queue, waiting)
+        state = 4 * (search.table.first[goal] + search.table.count[goal]) + towards
+        waiting = _note(state, goal, latest, due, -FOREVER, waiting, search)
     while waiting:
-        state = take(states, queue, waiting)
+        state = take(waiting, search.memory)
         waiting -= 1
         if states[state, CELL] != goal:
             latest = min(latest, last + 1)
@@ -41,19 +39,26 @@ def earliest(cell, heading, start, gap, goal, due, latest, labels, me, number, t
                 return min(states[state, DUE], latest), latest
         labels -= 1
         states[state, DONE] = states[state, ARRIVAL]
-        arrives, waiting = _before(
-            state, cell, heading, start, gap, brake, me, number, tracks, table, states, queue, waiting, low, high
-        )
+        arrives, waiting = _before(state, asked, gap, brake, waiting, search)
         if states[state, CELL] == goal:
             last = max(last, arrives)
     return latest, latest
 
 
 @inlined
-def _before(state, cell, heading, start, gap, brake, me, number, tracks, table, states, queue, waiting, low, high):
+def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, search: Search) -> tuple[int, int]:
     """Note the states that runs into a state begin in; return when the last run arrives, and the queue's length."""
+    cell, heading, start, me, tracks, table = (
+        asked.cell,
+        asked.heading,
+        asked.start,
+        search.me,
+        search.tracks,
+        search.table,
+    )
+    states, low, high = search.memory.states, search.memory.low, search.memory.high
     to, towards, due = states[state, CELL], state % 4, states[state, DUE]
-    rest, arrives = left_from(to, towards, tracks), np.int64(-FOREVER)
+    rest, arrives = left_from(to, towards, tracks), int(-FOREVER)
     begin, end = _gap(to, state // 4, me, table)
     by = min(end, states[state, ARRIVAL])
     soonest = start + tracks.times[cell, heading] - rest - 4  # four ticks for what is rounded
@@ -83,39 +88,39 @@ def _before(state, cell, heading, start, gap, brake, me, number, tracks, table, 
             departure, final = _departs(start + turn, until - tracks.leave[length, 0], now, n, low, high)
             if departure <= final:
                 alone, by = departure + run + rest, final - turn
-                waiting = _note(4 * gap + heading, at, by, max(due, alone), alone, number, states, queue, waiting)
+                waiting = _note(4 * gap + heading, at, by, max(due, alone), alone, waiting, search)
         if n and tracks.passable[at]:
-            waiting = _note_all(
-                at, towards, length, due, rest, start + _least(cell, at, tracks), brake, now, n,
-                me, number, tracks, table, states, queue, waiting, low, high,
-            )  # fmt: skip
+            soon = start + _least(cell, at, tracks)
+            waiting = _note_all(at, towards, length, due, rest, soon, brake, now, n, waiting, search)
         if not tracks.passable[at]:
             break
     return arrives, waiting
 
 
 @inlined
-def _gap(cell, gap, me, table):
+def _gap(cell: int, gap: int, me: int, table: Intervals) -> tuple[int, int]:
     """Begin and end of a gap of a cell."""
-    begin, last = np.int64(-FOREVER), table.first[cell] + table.count[cell]
+    begin, last = int(-FOREVER), table.first[cell] + table.count[cell]
     for p in range(table.first[cell], gap):
         if table.owner[p] != me:
             begin = table.until[p]
-    return begin, table.since[gap] if gap < last else np.int64(FOREVER)
+    return begin, table.since[gap] if gap < last else int(FOREVER)
 
 
 @inlined
 def _note_all(
-    at, towards, length, due, rest, soonest, brake, now, n, me, number, tracks, table, states, queue, waiting, low, high
-):
+    at: int, towards: int, length: int, due: int, rest: int, soonest: int, brake: int, now: int, n: int, waiting: int,
+    search: Search,
+) -> int:  # fmt: skip
     """Note every gap of a cell that a run may begin in, with each heading that the robot can have come with."""
+    tracks, table, low, high = search.tracks, search.table, search.memory.low, search.memory.high
     p = table.first[at]
     end = p + table.count[at]
-    since = np.int64(-FOREVER)
+    since = int(-FOREVER)
     while since < high[now, n - 1]:
-        while p < end and table.owner[p] == me:
+        while p < end and table.owner[p] == search.me:
             p += 1
-        until = table.since[p] if p < end else np.int64(FOREVER)
+        until = table.since[p] if p < end else int(FOREVER)
         for difference in range(4):
             came, turn = (towards - difference) % 4, tracks.turns[difference]
             behind = at - tracks.offsets[came]
@@ -125,7 +130,7 @@ def _note_all(
                 if departure <= final:
                     onwards, by = tracks.runs[length] + rest, final - turn
                     arrival = max(due, departure + onwards)
-                    waiting = _note(4 * p + came, at, by, arrival, ready + onwards, number, states, queue, waiting)
+                    waiting = _note(4 * p + came, at, by, arrival, ready + onwards, waiting, search)
         if p >= end:
             break
         since = table.until[p]
@@ -134,18 +139,18 @@ def _note_all(
 
 
 @inlined
-def _least(cell, at, tracks):
+def _least(cell: int, at: int, tracks: Tracks) -> int:
     """Ticks that a way between two cells takes at least: a run across, a run down, and a turn between them."""
     width = tracks.offsets[3]
     across, down = abs(at % width - cell % width), abs(at // width - cell // width)
-    turn = min(tracks.turns[1], tracks.turns[3]) if across and down else np.int64(0)
-    return tracks.runs[across] + tracks.runs[down] + turn
+    turn = min(tracks.turns[1], tracks.turns[3]) if across and down else 0
+    return int(tracks.runs[across] + tracks.runs[down] + turn)
 
 
 @inlined
-def _departs(since, until, now, n, low, high):
+def _departs(since: int, until: int, now: int, n: int, low: Ints, high: Ints) -> tuple[int, int]:
     """First and last departure from a tick to another, in windows; the first is the later one if there is none."""
-    first, last = np.int64(FOREVER), np.int64(-FOREVER)
+    first, last = int(FOREVER), int(-FOREVER)
     for w in range(n):
         begin, end = max(low[now, w], since), min(high[now, w], until)
         if begin <= end:
@@ -154,10 +159,11 @@ def _departs(since, until, now, n, low, high):
 
 
 @inlined
-def _note(state, cell, by, arrival, alone, number, states, queue, waiting):
+def _note(state: int, cell: int, by: int, arrival: int, alone: int, waiting: int, search: Search) -> int:
     """Note that who is at rest in a state by a tick may arrive at another; labels that wait become one."""
-    if states[state, STAMP] != number:
-        states[state, STAMP], states[state, PLACE], states[state, DONE] = number, -1, -FOREVER
+    states = search.memory.states
+    if states[state, STAMP] != search.number:
+        states[state, STAMP], states[state, PLACE], states[state, DONE] = search.number, -1, -FOREVER
     if by <= states[state, DONE]:
         return waiting
     if states[state, PLACE] >= 0:
@@ -167,4 +173,4 @@ def _note(state, cell, by, arrival, alone, number, states, queue, waiting):
         by = states[state, ARRIVAL]
     states[state, ARRIVAL], states[state, CELL], states[state, DUE] = by, cell, arrival
     states[state, REST] = alone - arrival
-    return put(state, states, queue, waiting)
+    return int(put(state, waiting, search.memory))

@@ -12,7 +12,7 @@ import numpy as np
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
-from rmfs_rules.helpers.searching import far, free_for_good, gap_at, narrow
+from rmfs_rules.helpers.searching import Asked, far, free_for_good, gap_at, narrow
 from rmfs_rules.sipp.backwards import earliest
 from rmfs_rules.sipp.states import (
     AHEAD,
@@ -23,6 +23,9 @@ from rmfs_rules.sipp.states import (
     GAP_END,
     PARENT,
     REST,
+    Ints,
+    Memory,
+    Search,
     known,
     left_from,
     put,
@@ -41,62 +44,49 @@ NONE, FOUND, UNDECIDED = range(3)
 
 @njit(cache=True)
 def search(
-    cell, heading, start, goal, latest, me, number, little,
-    moves, passable, offsets, runs, turns, enter, leave, common, times, first, count, since, until, owner,
-    states, queue, low, high,
-):  # fmt: skip
+    asked: Asked, latest: int, number: int, little: int, tracks: Tracks, table: Intervals, memory: Memory
+) -> Ints | None:
     """Legs of the path that arrives first, as rows (end, wait); None when none does before ``latest``.
 
     After expanding ``little`` states it looks from the goal when a path can arrive at all, and begins anew with that:
     where others have the last cells before the goal for long, estimates are far too early. All in all it uses three
     numbers, up to ``number + 2``.
-
-    Arrays come one by one: those in a named tuple take numba longer to look at than a short search takes.
     """
-    tracks = Tracks(moves, passable, offsets, runs, turns, enter, leave, common, times)
-    table = Intervals(first, count, since, until, owner)
+    cell, heading, start, goal, me = asked.cell, asked.heading, asked.start, asked.goal, asked.me
     gap, end = gap_at(cell, start, me, table)
     last = free_for_good(goal, me, table)
-    if gap < 0 or last >= FOREVER or times[cell, heading] >= far(times):
+    if gap < 0 or last >= FOREVER or tracks.times[cell, heading] >= far(tracks.times):
         return None
     if cell == goal and end >= FOREVER:
         return np.empty((0, 2), np.int64)
     bound = _entered(last, tracks)
-    rows, found = _forward(
-        cell, heading, start, goal, gap, end, bound, latest, little, me, number,
-        tracks, table, states, queue, low, high,
-    )  # fmt: skip
+    rows, found = _forward(asked, gap, end, latest, little, Search(me, goal, number, bound, tracks, table, memory))
     if found != UNDECIDED:
         return rows if found == FOUND else None
-    due = max(start + times[cell, heading], bound)
+    due = max(start + tracks.times[cell, heading], bound)
     bound, latest = earliest(
-        cell, heading, start, gap, goal, due, latest, LABELS, me, number + 1,
-        tracks, table, states, queue, low, high,
-    )  # fmt: skip
-    rows, found = _forward(
-        cell, heading, start, goal, gap, end, bound, latest, FOREVER, me, number + 2,
-        tracks, table, states, queue, low, high,
-    )  # fmt: skip
+        asked, gap, due, latest, LABELS, Search(me, goal, number + 1, bound, tracks, table, memory)
+    )
+    rows, found = _forward(asked, gap, end, latest, FOREVER, Search(me, goal, number + 2, bound, tracks, table, memory))
     return rows if found == FOUND else None
 
 
 @njit(cache=True)
-def _forward(
-    cell, heading, start, goal, gap, end, bound, latest, most, me, number,
-    tracks, table, states, queue, low, high,
-):  # fmt: skip
+def _forward(asked: Asked, gap: int, end: int, latest: int, most: int, search: Search) -> tuple[Ints, int]:
     """Rows of the path, as `search` returns them, and what came of it: at most so many states are expanded."""
     nothing = np.empty((0, 2), np.int64)
-    due = max(start + tracks.times[cell, heading], bound)
-    waiting = reach(4 * gap + heading, number, start, -1, cell, end, due, tracks, states, queue, 0)
-    found = np.int64(latest)
+    states, tracks, goal = search.memory.states, search.tracks, search.goal
+    cell, heading, start = asked.cell, asked.heading, asked.start
+    due = max(start + tracks.times[cell, heading], search.bound)
+    waiting = reach(4 * gap + heading, start, -1, cell, end, due, 0, search)
+    found = int(latest)
     while waiting:
-        state = take(states, queue, waiting)
+        state = take(waiting, search.memory)
         waiting -= 1
         if states[state, DUE] >= latest:
             return nothing, NONE
         time = states[state, ARRIVAL]
-        if turned(state, time, number, tracks.turns, states):
+        if turned(state, time, search):
             continue
         if states[state, CELL] == goal and states[state, GAP_END] >= FOREVER:
             return _legs(state, tracks, states), FOUND
@@ -108,53 +98,52 @@ def _forward(
         limit = states[state, DUE]
         if states[state, DONE] >= 0:
             limit += (limit - time - states[state, REST]) // 2  # the farther off, the more at once
-        found, left, waiting = _expand(
-            state, limit, goal, me, number, bound, found, tracks, table, states, queue, waiting, low, high
-        )
+        found, left, waiting = _expand(state, limit, found, waiting, search)
         if left < FAR:
-            states[state, DONE], states[state, DUE] = limit, max(left, bound)
-            waiting = put(state, states, queue, waiting)
+            states[state, DONE], states[state, DUE] = limit, max(left, search.bound)
+            waiting = put(state, waiting, search.memory)
     return nothing, NONE
 
 
 @inlined
-def _entered(last, tracks):
+def _entered(last: int, tracks: Tracks) -> int:
     """Earliest end of a run into a goal that is free for good from a tick on; 0 if nobody else ever has it."""
     if last == 0:
-        return np.int64(0)
-    shortest = np.int64(FAR)
+        return 0
+    shortest = int(FAR)
     for length in range(1, len(tracks.runs)):
         shortest = min(shortest, tracks.runs[length] - tracks.enter[length, length])
     return last + shortest
 
 
 @inlined
-def _expand(state, limit, goal, me, number, bound, found, tracks, table, states, queue, waiting, low, high):
+def _expand(state: int, limit: int, found: int, waiting: int, search: Search) -> tuple[int, int, int]:
     """Turn and run from a state, wherever the estimate is up to ``limit`` and was not before, into every gap.
 
     Returns the best arrival at the goal so far, the least estimate of a run beyond the limit, and the queue's length.
     """
-    left = np.int64(FAR)
+    left, states = int(FAR), search.memory.states
     for difference in (0, 1, 3, 2):
         towards = (state + difference) % 4
         if states[state, AHEAD + towards] <= limit:
-            ready = states[state, ARRIVAL] + tracks.turns[difference]
+            ready = states[state, ARRIVAL] + search.tracks.turns[difference]
             found, states[state, AHEAD + towards], waiting = _drive(
-                state, towards, ready, limit, goal, me, number, bound, found,
-                tracks, table, states, queue, waiting, low, high,
-            )  # fmt: skip
+                state, towards, ready, limit, found, waiting, search
+            )
         left = min(left, states[state, AHEAD + towards])
     return found, left, waiting
 
 
 @inlined
 def _drive(
-    state, towards, ready, limit, goal, me, number, bound, found, tracks, table, states, queue, waiting, low, high
-):
+    state: int, towards: int, ready: int, limit: int, found: int, waiting: int, search: Search
+) -> tuple[int, int, int]:
     """Do what `_expand` does, in one heading."""
+    goal, tracks, table = search.goal, search.tracks, search.table
+    states, low, high = search.memory.states, search.memory.low, search.memory.high
     cell, done, offset = states[state, CELL], states[state, DONE], tracks.offsets[towards]
     longest = len(tracks.runs) - 1
-    left = np.int64(FAR)
+    left = int(FAR)
     # No run clears the first cell faster than the longest one.
     low[0, 0], high[0, 0] = ready, states[state, GAP_END] - tracks.leave[longest, 0]
     now, n, common, length, at, departure = 0, 1 if low[0, 0] <= high[0, 0] else 0, 1, 0, cell, ready
@@ -169,7 +158,7 @@ def _drive(
                 there = cell + common * offset
                 if table.count[there]:
                     begin, stop = tracks.enter[longest, common], tracks.leave[longest, common]
-                    n = narrow(low, high, now, n, 1 - now, there, begin, stop, me, table)
+                    n = narrow(low, high, now, n, 1 - now, there, begin, stop, search.me, table)
                     now = 1 - now
                 common += 1
             if n == 0:
@@ -181,42 +170,38 @@ def _drive(
             if estimate - _saved(length, tracks) >= left:
                 break
         elif (
-            estimate > done
-            and max(estimate, bound) < found
-            and _better(at, towards, length, departure, me, number, tracks, table, states)
+            estimate > done and max(estimate, search.bound) < found and _better(at, towards, length, departure, search)
         ):
-            found, waiting = _arrive(
-                state, cell, length, towards, at, n, now, common, goal, me, number, bound, found,
-                tracks, table, states, queue, waiting, low, high,
-            )  # fmt: skip
+            found, waiting = _arrive(state, towards, length, at, n, now, common, found, waiting, search)
         if not tracks.passable[at]:
             break
     return found, left, waiting
 
 
 @inlined
-def _saved(length, tracks):
+def _saved(length: int, tracks: Tracks) -> int:
     """Ticks by which the estimate of a longer run in the same heading may be less, at most.
 
     A robot that stops after ``length`` cells and drives on as far as the longer run takes longer by what it loses at
     the stop, most of it when the longer run is the longest. Three ticks to spare for what is rounded.
     """
     longest = len(tracks.runs) - 1
-    return tracks.runs[length] + tracks.runs[longest - length] - tracks.runs[longest] + 3
+    return int(tracks.runs[length] + tracks.runs[longest - length] - tracks.runs[longest] + 3)
 
 
 @inlined
-def _better(at, towards, length, departure, me, number, tracks, table, states):
+def _better(at: int, towards: int, length: int, departure: int, search: Search) -> bool:
     """Whether a run that departs no earlier could come into some gap of its last cell before all runs so far."""
+    tracks, table = search.tracks, search.table
     p = table.first[at]
     end = p + table.count[at]
-    free_since = np.int64(-FOREVER)
+    free_since = int(-FOREVER)
     while True:
-        while p < end and table.owner[p] == me:
+        while p < end and table.owner[p] == search.me:
             p += 1
         free_until = table.since[p] if p < end else FOREVER
         time = max(departure, free_since - tracks.enter[length, length]) + tracks.runs[length]
-        if time <= free_until and not known(4 * p + towards, time, number, tracks.turns, states):
+        if time <= free_until and not known(4 * p + towards, time, search):
             return True
         if p >= end:
             return False
@@ -226,10 +211,13 @@ def _better(at, towards, length, departure, me, number, tracks, table, states):
 
 @inlined
 def _arrive(
-    state, cell, length, towards, at, n, now, common, goal, me, number, bound, found,
-    tracks, table, states, queue, waiting, low, high,
-):  # fmt: skip
+    state: int, towards: int, length: int, at: int, n: int, now: int, common: int, found: int, waiting: int,
+    search: Search,
+) -> tuple[int, int]:  # fmt: skip
     """Drive one run as early as can be into each gap of its last cell; windows ``now`` stay as they are."""
+    tracks, table = search.tracks, search.table
+    states, low, high = search.memory.states, search.memory.low, search.memory.high
+    cell = states[state, CELL]
     leave_by = states[state, GAP_END] - tracks.leave[length, 0]
     rest = tracks.times[at, towards]
     while n and common < length:
@@ -237,15 +225,15 @@ def _arrive(
         if table.count[there]:
             to = 3 if now == 2 else 2
             begin, stop = tracks.enter[length, common], tracks.leave[length, common]
-            n = narrow(low, high, now, n, to, there, begin, stop, me, table)
+            n = narrow(low, high, now, n, to, there, begin, stop, search.me, table)
             now = to
         common += 1
     p = table.first[at]
     end = p + table.count[at]
-    free_since = np.int64(-FOREVER)
+    free_since = int(-FOREVER)
     w = 0
     while w < n:
-        while p < end and table.owner[p] == me:
+        while p < end and table.owner[p] == search.me:
             p += 1
         free_until = table.since[p] if p < end else FOREVER
         earliest = free_since - tracks.enter[length, length]
@@ -254,10 +242,10 @@ def _arrive(
         if w == n or max(low[now, w], earliest) > leave_by:
             break
         time = max(low[now, w], earliest) + tracks.runs[length]
-        into, due = 4 * p + towards, max(time + rest, bound)
-        if time <= free_until and due < found and not known(into, time, number, tracks.turns, states):
-            waiting = reach(into, number, time, state, at, free_until, due, tracks, states, queue, waiting)
-            if at == goal and free_until >= FOREVER:
+        into, due = 4 * p + towards, max(time + rest, search.bound)
+        if time <= free_until and due < found and not known(into, time, search):
+            waiting = reach(into, time, state, at, free_until, due, waiting, search)
+            if at == search.goal and free_until >= FOREVER:
                 found = time
         if p >= end:
             break
@@ -267,7 +255,7 @@ def _arrive(
 
 
 @njit(cache=True)
-def _legs(state, tracks, states):
+def _legs(state: int, tracks: Tracks, states: Ints) -> Ints:
     """Read the legs of a path back from its last state."""
     steps = 0
     at = state

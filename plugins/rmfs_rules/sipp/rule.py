@@ -6,16 +6,13 @@ from functools import cache
 from itertools import starmap
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
 from attrs import define, field
 
 from rmfs_core import Leg, Path, hookimpl
 from rmfs_core.traffic import timed_path
-from rmfs_rules.helpers.searching import search_once
+from rmfs_rules.helpers.searching import Asked, search_once
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Tracks, Traffic
 
 LATER_TICKS = 3_000, 15_000, 60_000
@@ -26,23 +23,16 @@ LATER_TICKS = 3_000, 15_000, 60_000
 class _Memory:
     """Arrays of the compiled search, kept from query to query."""
 
-    states: NDArray[np.int64] = field(factory=lambda: np.empty((0, 0), dtype=np.int64))
-    queue: NDArray[np.int64] = field(factory=lambda: np.empty(0, dtype=np.int64))
-    low: NDArray[np.int64] = field(factory=lambda: np.empty((4, 0), dtype=np.int64))
-    high: NDArray[np.int64] = field(factory=lambda: np.empty((4, 0), dtype=np.int64))
+    arrays: Any = None
     searches: int = 0
 
     def next(self, table: Reservations) -> int:
         """Make room for a search of a table and return the search's number."""
         gaps = len(table.arrays.since)  # their numbers are below this
-        if len(self.queue) < 4 * gaps:
-            from rmfs_rules.sipp.states import empty_states
+        if self.arrays is None or len(self.arrays.queue) < 4 * gaps:
+            from rmfs_rules.sipp.states import memory_for
 
-            self.states, self.queue = empty_states(4 * gaps)
-            self.searches = 0
-            self.low, self.high = (
-                np.zeros((4, gaps + 2), dtype=np.int64) for _ in range(2)
-            )  # a window for each at most
+            self.arrays, self.searches = memory_for(gaps), 0
         self.searches += 3  # as many numbers as a search may take
         return self.searches
 
@@ -106,7 +96,6 @@ class Sipp:
         memory = self._memory
         number, compiled = memory.next(table), _compiled()
         rows: Any = compiled.search(
-            query.cell, query.heading, query.start_tick, query.goal, latest, query.robot, number,
-            compiled.LITTLE, *tracks, *table.arrays, memory.states, memory.queue, memory.low, memory.high,
-        )  # fmt: skip
+            Asked.by(query), latest, number, compiled.LITTLE, tracks, table.arrays, memory.arrays
+        )
         return None if rows is None else tuple(starmap(Leg, rows.tolist()))

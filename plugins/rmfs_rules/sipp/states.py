@@ -8,12 +8,17 @@ last: nothing has to be cleared in between. The queue is a binary heap of states
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import inlined
+from rmfs_core.traffic import Intervals, Tracks
 from rmfs_rules.helpers.searching import far
+
+Ints = NDArray[np.int64]
 
 STAMP, ARRIVAL, PARENT, CELL, GAP_END, REST, DUE, DONE, PLACE, AHEAD = range(10)
 """Columns of a state.
@@ -25,55 +30,103 @@ the least estimate of a path by a run not driven yet; those with estimates up to
 COLUMNS = AHEAD + 4
 
 
-def empty_states(number: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return so many states that no search has reached, and a queue with room for them all."""
-    return np.zeros((number, COLUMNS), dtype=np.int64), np.zeros(number, dtype=np.int64)
+class Memory(NamedTuple):
+    """Arrays that searches write, kept from one to the next.
+
+    Parameters
+    ----------
+    states, queue
+        Rows of the states, and those that are to be expanded: shapes (states, `COLUMNS`) and (states,).
+    low, high
+        Windows of departure, as `rmfs_rules.helpers.searching.narrow` has them: shape (4, windows).
+    """
+
+    states: Ints
+    queue: Ints
+    low: Ints
+    high: Ints
+
+
+class Search(NamedTuple):
+    """What one search goes by.
+
+    Parameters
+    ----------
+    me, goal
+        The robot, and the cell that it has to reach.
+    number
+        Of the search; `STAMP` has it in the states that this search wrote.
+    bound
+        Tick before which no path arrives.
+    tracks, table
+        The roads, and who has reserved them.
+    memory
+        What it writes.
+    """
+
+    me: int
+    goal: int
+    number: int
+    bound: int
+    tracks: Tracks
+    table: Intervals
+    memory: Memory
+
+
+def memory_for(gaps: int) -> Memory:
+    """Return arrays for searches of a table with so many gaps: states that none has reached, a window for each gap."""
+    states = np.zeros((4 * gaps, COLUMNS), np.int64), np.zeros(4 * gaps, np.int64)
+    return Memory(*states, np.zeros((4, gaps + 2), np.int64), np.zeros((4, gaps + 2), np.int64))
 
 
 @inlined
-def left_from(cell, heading, tracks):
+def left_from(cell: int, heading: int, tracks: Tracks) -> int:
     """Ticks of the fastest way to the goal without other robots, `UNREACHABLE` if there is none."""
-    ticks = np.int64(tracks.times[cell, heading])
+    ticks = int(tracks.times[cell, heading])
     return ticks if ticks < far(tracks.times) else UNREACHABLE
 
 
 @inlined
-def reach(into, number, time, parent, cell, gap_end, due, tracks, states, queue, waiting):
+def reach(into: int, time: int, parent: int, cell: int, gap_end: int, due: int, waiting: int, search: Search) -> int:
     """Note how a state is reached, earlier than before, and queue it; returns the length of the queue."""
-    if states[into, STAMP] != number:
-        states[into, STAMP], states[into, PLACE] = number, -1
+    states, tracks = search.memory.states, search.tracks
+    if states[into, STAMP] != search.number:
+        states[into, STAMP], states[into, PLACE] = search.number, -1
     states[into, ARRIVAL], states[into, PARENT] = time, parent
     states[into, CELL], states[into, GAP_END] = cell, gap_end
     states[into, REST], states[into, DUE], states[into, DONE] = tracks.times[cell, into % 4], due, -1
     for difference in range(4):
         heading = (into + difference) % 4
         states[into, AHEAD + heading] = time + tracks.turns[difference] + left_from(cell, heading, tracks)
-    return put(into, states, queue, waiting)
+    return int(put(into, waiting, search.memory))
 
 
 @inlined
-def known(into, time, number, turns, states):
+def known(into: int, time: int, search: Search) -> bool:
     """Whether a state has been reached as early, or early enough with another heading."""
-    if states[into, STAMP] == number and states[into, ARRIVAL] <= time:
+    states = search.memory.states
+    if states[into, STAMP] == search.number and states[into, ARRIVAL] <= time:
         return True
-    return turned(into, time, number, turns, states)
+    return bool(turned(into, time, search))
 
 
 @inlined
-def turned(into, time, number, turns, states):
+def turned(into: int, time: int, search: Search) -> bool:
     """Whether a robot got there so early with another heading that there was time for the turn."""
+    states, turns = search.memory.states, search.tracks.turns
     gap, heading = into // 4 * 4, into % 4
     for difference in range(1, 4):
         other = gap + (heading - difference) % 4
         # A tick to spare: two turns rounded to ticks may take one less than the turn they add up to.
-        if states[other, STAMP] == number and states[other, ARRIVAL] + turns[difference] < time:
+        if states[other, STAMP] == search.number and states[other, ARRIVAL] + turns[difference] < time:
             return True
     return False
 
 
 @inlined
-def put(state, states, queue, waiting):
+def put(state: int, waiting: int, memory: Memory) -> int:
     """Queue a state, or move it up to where it belongs now; returns the length of the queue."""
+    states, queue = memory.states, memory.queue
     i = states[state, PLACE]
     if i < 0:
         i = waiting
@@ -90,8 +143,9 @@ def put(state, states, queue, waiting):
 
 
 @inlined
-def take(states, queue, waiting):
+def take(waiting: int, memory: Memory) -> int:
     """Take the first state out of a queue of that length."""
+    states, queue = memory.states, memory.queue
     top, last = queue[0], queue[waiting - 1]
     i, down = 0, 1
     while down < waiting - 1:
@@ -104,13 +158,13 @@ def take(states, queue, waiting):
         i, down = down, 2 * down + 1
     queue[i], states[last, PLACE] = last, i
     states[top, PLACE] = -1
-    return top
+    return int(top)
 
 
 @inlined
-def _before(a, b, states):
+def _before(a: int, b: int, states: Ints) -> bool:
     if states[a, DUE] != states[b, DUE]:
-        return states[a, DUE] < states[b, DUE]
+        return bool(states[a, DUE] < states[b, DUE])
     if states[a, REST] != states[b, REST]:
-        return states[a, REST] < states[b, REST]
+        return bool(states[a, REST] < states[b, REST])
     return a < b

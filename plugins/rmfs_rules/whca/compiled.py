@@ -15,22 +15,15 @@ import numpy as np
 
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
-from rmfs_rules.helpers.searching import far, free_for_good, gap_at, last_end
+from rmfs_rules.helpers.searching import Asked, Ints, far, free_for_good, gap_at, last_end
 
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 
 
 @njit(cache=True)
-def search(
-    cell, heading, start, goal, me, window_end, wait, max_nodes,
-    moves, passable, offsets, runs, turns, enter, leave, common, times, first, count, since, until, owner,
-):  # fmt: skip
-    """Legs of the path found, as rows (end, wait), the last one perhaps a wait alone; None without a path.
-
-    Arrays come one by one: those in a named tuple take numba longer to look at than a short search takes.
-    """
-    tracks = Tracks(moves, passable, offsets, runs, turns, enter, leave, common, times)
-    table = Intervals(first, count, since, until, owner)
+def search(asked: Asked, window_end: int, wait: int, max_nodes: int, tracks: Tracks, table: Intervals) -> Ints | None:
+    """Legs of the path found, as rows (end, wait), the last one perhaps a wait alone; None without a path."""
+    cell, heading, start, goal, me, times = asked.cell, asked.heading, asked.start, asked.goal, asked.me, tracks.times
     gap, end = gap_at(cell, start, me, table)
     if gap < 0 or times[cell, heading] >= far(times):
         return None
@@ -41,7 +34,7 @@ def search(
         bound = free_for_good(goal, me, table)
         if bound >= FOREVER:
             return None
-        settled = last_end(table.first, table.count, table.until)
+        settled = last_end(table)
     steps = max(settled - start, 0) // wait + 1
     keys, earliest, known = np.full(1024, -1, np.int64), np.empty(1024, np.int64), 0
     nodes = np.empty((1024, 6), np.int64)
@@ -52,7 +45,8 @@ def search(
         _, _, i = heappop(queue)
         at, time = nodes[i, CELL], nodes[i, TIME]
         if nodes[i, GAP_END] >= FOREVER and (at == goal or time >= window_end):
-            return _legs(i, nodes)
+            rows: Ints = _legs(i, nodes)
+            return rows
         if time >= window_end:
             continue
         if n + 4 * len(tracks.runs) >= len(nodes):
@@ -87,7 +81,7 @@ def search(
 
 
 @inlined
-def _copy(i, to, nodes):
+def _copy(i: int, to: int, nodes: Ints) -> None:
     """Copy a node; quicker than by a row, which is an array of its own."""
     if to != i:
         for column in range(GAP + 1):
@@ -95,7 +89,7 @@ def _copy(i, to, nodes):
 
 
 @inlined
-def _slot(key, keys):
+def _slot(key: int, keys: Ints) -> int:
     """Where a key is in a table of twice as many places as keys, or would be."""
     slot = (key * 0x9E3779B1 >> 8) & (len(keys) - 1)
     while keys[slot] >= 0 and keys[slot] != key:
@@ -104,7 +98,7 @@ def _slot(key, keys):
 
 
 @inlined
-def _note(key, time, keys, earliest):
+def _note(key: int, time: int, keys: Ints, earliest: Ints) -> int:
     """Note the earliest time of a key; returns how many more keys there are, -1 where it was known as early."""
     slot = _slot(key, keys)
     there = keys[slot] == key
@@ -115,7 +109,7 @@ def _note(key, time, keys, earliest):
 
 
 @njit(cache=True)
-def _larger(keys, values):
+def _larger(keys: Ints, values: Ints) -> tuple[Ints, Ints]:
     """Return a table of twice the places."""
     more, there = np.full(2 * len(keys), -1, np.int64), np.empty(2 * len(keys), np.int64)
     for i in range(len(keys)):
@@ -126,7 +120,7 @@ def _larger(keys, values):
 
 
 @inlined
-def _expand(i, n, goal, me, nodes, tracks, table):
+def _expand(i: int, n: int, goal: int, me: int, nodes: Ints, tracks: Tracks, table: Intervals) -> int:
     """Append what turns and runs at once lead to from node ``i``; returns the number of nodes then."""
     cell, heading, leave_by = nodes[i, CELL], nodes[i, HEADING], nodes[i, GAP_END]
     longest = len(tracks.runs) - 1
@@ -162,7 +156,9 @@ def _expand(i, n, goal, me, nodes, tracks, table):
 
 
 @inlined
-def _passed(cell, offset, begin, end, length, departure, me, tracks, table):
+def _passed(
+    cell: int, offset: int, begin: int, end: int, length: int, departure: int, me: int, tracks: Tracks, table: Intervals
+) -> int:
     """First of the cells ``begin`` to ``end`` of a run that is not free when it is passed; ``end`` if all are."""
     for i in range(begin, end):
         there = cell + i * offset
@@ -173,7 +169,7 @@ def _passed(cell, offset, begin, end, length, departure, me, tracks, table):
 
 
 @njit(cache=True)
-def _legs(i, nodes):
+def _legs(i: int, nodes: Ints) -> Ints:
     """Read the legs of a path back from its last node: waits in a row are one, that of the run that follows."""
     legs = []  # type: ignore[var-annotated]
     while nodes[i, PARENT] >= 0:
@@ -191,7 +187,7 @@ def _legs(i, nodes):
 
 
 @inlined
-def _is_free(cell, begin, end, me, table):
+def _is_free(cell: int, begin: int, end: int, me: int, table: Intervals) -> bool:
     """Whether nobody else has a cell between two ticks."""
     first, count, since, until, owner = table
     for p in range(first[cell], first[cell] + count[cell]):

@@ -11,7 +11,7 @@ from attrs import define, field, validators
 from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
 from rmfs_core.traffic import FOREVER, timed_path
-from rmfs_rules.helpers.searching import search_once
+from rmfs_rules.helpers.searching import Asked, search_once
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Traffic
@@ -97,7 +97,5 @@ class WhcaN:
     def _ends(self, roads: Roads, table: Reservations, query: Query) -> Any:
         """End and wait of each leg, as an array; None when there is no path."""
         end = FOREVER if self.window_s == math.inf else query.start_tick + to_ticks(self.window_s)
-        return _compiled().search(
-            query.cell, query.heading, query.start_tick, query.goal, query.robot, end, to_ticks(self.wait_s),
-            self.max_nodes, *roads.tracks(query.goal, query.loaded), *table.arrays,
-        )  # fmt: skip
+        tracks = roads.tracks(query.goal, query.loaded)
+        return _compiled().search(Asked.by(query), end, to_ticks(self.wait_s), self.max_nodes, tracks, table.arrays)

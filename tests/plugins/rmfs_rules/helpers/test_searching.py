@@ -54,11 +54,10 @@ def test_a_cell_is_free_for_good_after_all_others(held: list[tuple[int, int, int
     table = table_with(held)
     others = [until for owner, _, until in table.reserved(1) if owner != ME]
     assert free_for_good(1, ME, table.arrays) == max(others, default=0)
-    first, count, _, until, _ = table.arrays
-    assert last_end(first, count, until) == max((until for _, _, until in table.reserved(1)), default=0)
+    assert last_end(table.arrays) == max((until for _, _, until in table.reserved(1)), default=0)
     table.hold(5, 2, 3)
     assert free_for_good(2, ME, table.arrays) == FOREVER
-    assert last_end(first, count, until) == max((until for _, _, until in table.reserved(1)), default=0)
+    assert last_end(table.arrays) == max((until for _, _, until in table.reserved(1)), default=0)
 
 
 @given(

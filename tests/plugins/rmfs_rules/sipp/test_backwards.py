@@ -16,10 +16,10 @@ from rmfs_commands.layouts import parse_map
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, roads_on
 from rmfs_core.world.travel import travel_on
-from rmfs_rules.helpers.searching import gap_at
+from rmfs_rules.helpers.searching import Asked, gap_at
 from rmfs_rules.sipp import Sipp, compiled
 from rmfs_rules.sipp.backwards import earliest
-from rmfs_rules.sipp.states import empty_states
+from rmfs_rules.sipp.states import Search, memory_for
 
 OPEN = parse_map("#.....\n....#.\n.qO...\n.#....", "open")
 AISLES = parse_map(".>>>.\nv###^\n.<<<.\nqO...", "aisles")
@@ -30,14 +30,11 @@ LANE = parse_map("#........#\n@q@.......\n@O........", "lane")
 def limits(roads: Roads, table: Reservations, query: Query, labels: int) -> tuple[int, int]:
     """Return the tick before which no path arrives, and the one from which on none does."""
     tracks = roads.tracks(query.goal, query.loaded)
-    pool = len(table.arrays.since)
-    windows = (np.zeros((4, pool + 2), dtype=np.int64) for _ in range(2))
+    memory = memory_for(len(table.arrays.since))
     gap, _ = gap_at(query.cell, query.start_tick, query.robot, table.arrays)
     due = query.start_tick + int(tracks.times[query.cell, query.heading])
-    return earliest(  # type: ignore[no-any-return]
-        query.cell, query.heading, query.start_tick, gap, query.goal, due, query.latest, labels, query.robot, 1,
-        tracks, table.arrays, *empty_states(4 * pool), *windows,
-    )  # fmt: skip
+    search = Search(query.robot, query.goal, 1, 0, tracks, table.arrays, memory)
+    return earliest(Asked.by(query), gap, due, query.latest, labels, search)  # type: ignore[no-any-return]
 
 
 @given(data=st.data())

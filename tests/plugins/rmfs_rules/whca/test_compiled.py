@@ -17,6 +17,7 @@ from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Reservations, Roads, occupancy, roads_on
 from rmfs_core.world import EAST
 from rmfs_core.world.travel import travel_on
+from rmfs_rules.helpers.searching import Asked
 from rmfs_rules.sipp import Sipp
 from rmfs_rules.whca import WhcaN
 from rmfs_rules.whca.compiled import search
@@ -67,7 +68,7 @@ def rows(
     table: Reservations, roads: Roads, goal: int, window_end: int, max_nodes: int = 1000
 ) -> list[list[int]] | None:
     """Return what the search finds for robot 0, at rest in cell 0 and facing east, with waits of 2 s."""
-    found = search(0, EAST, 0, goal, 0, window_end, 2000, max_nodes, *roads.tracks(goal, False), *table.arrays)
+    found = search(Asked(0, 0, EAST, 0, goal), window_end, 2000, max_nodes, roads.tracks(goal, False), table.arrays)
     return None if found is None else found.tolist()
 
 
