@@ -99,7 +99,7 @@ class Pairs:
             np.zeros((number, 0)) if scores is None else scores,
             _scratch(orders),
         )
-        self._order = pairs_search.Order(
+        self._order = pairs_search.Precedence(
             self.taken, self.taken[:0] if first is None else first, np.zeros(0) if rank is None else rank.view()
         )
         self._order.rank.setflags(write=False)  # so that compiled functions take one kind of array
@@ -386,7 +386,7 @@ def load() -> None:
         none, none, none, flags, none, math.inf, np.zeros(0), nothing.astype(np.bool_), 0, none, none, flags, none,
         np.zeros(0),
     )  # fmt: skip
-    search.best_pair(*columns, scores, search.Order(flags, flags, rank), at)
+    search.best_pair(*columns, scores, search.Precedence(flags, flags, rank), at)
 
 
 def station_to_keep(

@@ -65,7 +65,7 @@ class Stations(NamedTuple):
     score: Floats
 
 
-class Order(NamedTuple):
+class Precedence(NamedTuple):
     """In which order orders go that have the same score, and which do not go at all; all by place.
 
     Parameters
@@ -126,7 +126,7 @@ def fits(lines: Lines, place: int, at: int, free: int, stations: Stations) -> bo
 
 
 @inlined
-def goes_before(place: int, other: int, scores: Floats, order: Order) -> bool:
+def goes_before(place: int, other: int, scores: Floats, order: Precedence) -> bool:
     """Whether an order goes before another (-1: none): ``first``, score, rank, age."""
     if other < 0:
         return True
@@ -141,7 +141,7 @@ def goes_before(place: int, other: int, scores: Floats, order: Order) -> bool:
 
 @inlined
 def best_of(
-    lines: Lines, places: Ints, scores: Floats, order: Order, at: int, free: int, stations: Stations, best: int
+    lines: Lines, places: Ints, scores: Floats, order: Precedence, at: int, free: int, stations: Stations, best: int
 ) -> int:
     """Of an order and those at some places that fit, the one that goes first."""
     for place in places:
@@ -222,7 +222,7 @@ def completed_by(lines: Lines, stock: Stock, left: Ints, pod: int) -> Ints:
 
 @njit(cache=True)
 def best_order(
-    lines: Lines, stock: Stock, scores: Scores, order: Order, at: int, stations: Stations
+    lines: Lines, stock: Stock, scores: Scores, order: Precedence, at: int, stations: Stations
 ) -> tuple[int, float]:
     """Place and score of the order that goes first at a station; -1: none fits.
 
@@ -265,7 +265,7 @@ def best_order(
 
 
 @njit(cache=True)
-def best_pair(lines: Lines, stock: Stock, scores: Scores, order: Order, stations: Stations) -> tuple[int, int]:
+def best_pair(lines: Lines, stock: Stock, scores: Scores, order: Precedence, stations: Stations) -> tuple[int, int]:
     """Order (place) and station that go next; -1 and -1: nothing fits. Looks at stations that are stale."""
     best, best_value, head, score = -1, 0.0, stations.head, stations.score
     for at in range(len(head)):

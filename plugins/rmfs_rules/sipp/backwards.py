@@ -10,28 +10,28 @@ from __future__ import annotations
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
 from rmfs_rules.helpers.searching import Asked, narrow
-from rmfs_rules.sipp.states import ARRIVAL, CELL, DONE, DUE, PLACE, REST, STAMP, Ints, Search, left_from, put, take
+from rmfs_rules.sipp.states import ARRIVAL, CELL, DONE, DUE, PLACE, REST, STAMP, Ints, Problem, left_from, put, take
 
 AMPLE = 10_000
 """Ticks to spare with which a state is taken for one that paths come to."""
 
 
 @njit(cache=True)
-def earliest(asked: Asked, gap: int, due: int, latest: int, labels: int, search: Search) -> tuple[int, int]:
+def earliest(asked: Asked, gap: int, due: int, latest: int, labels: int, problem: Problem) -> tuple[int, int]:
     """Tick before which no path arrives, at least ``due``, and the one at which none does any more.
 
     ``latest`` for both where no path arrives before that. ``gap`` is the one that the robot starts in; it looks at so
     many ``labels``.
     """
-    brake, goal, tracks, states = int(FOREVER), search.goal, search.tracks, search.memory.states
+    brake, goal, tracks, states = int(FOREVER), problem.goal, problem.tracks, problem.memory.states
     for length in range(1, len(tracks.runs)):
         brake = min(brake, tracks.runs[length] - tracks.enter[length, length])
     waiting, last = 0, int(due)
     for towards in range(4):  # they are taken first
-        state = 4 * (search.table.first[goal] + search.table.count[goal]) + towards
-        waiting = _note(state, goal, latest, due, -FOREVER, waiting, search)
+        state = 4 * (problem.table.first[goal] + problem.table.count[goal]) + towards
+        waiting = _note(state, goal, latest, due, -FOREVER, waiting, problem)
     while waiting:
-        state = take(waiting, search.memory)
+        state = take(waiting, problem.memory)
         waiting -= 1
         if states[state, CELL] != goal:
             latest = min(latest, last + 1)
@@ -39,24 +39,24 @@ def earliest(asked: Asked, gap: int, due: int, latest: int, labels: int, search:
                 return min(states[state, DUE], latest), latest
         labels -= 1
         states[state, DONE] = states[state, ARRIVAL]
-        arrives, waiting = _before(state, asked, gap, brake, waiting, search)
+        arrives, waiting = _before(state, asked, gap, brake, waiting, problem)
         if states[state, CELL] == goal:
             last = max(last, arrives)
     return latest, latest
 
 
 @inlined
-def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, search: Search) -> tuple[int, int]:
+def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, problem: Problem) -> tuple[int, int]:
     """Note the states that runs into a state begin in; return when the last run arrives, and the queue's length."""
     cell, heading, start, me, tracks, table = (
         asked.cell,
         asked.heading,
         asked.start,
-        search.me,
-        search.tracks,
-        search.table,
+        problem.me,
+        problem.tracks,
+        problem.table,
     )
-    states, low, high = search.memory.states, search.memory.low, search.memory.high
+    states, low, high = problem.memory.states, problem.memory.low, problem.memory.high
     to, towards, due = states[state, CELL], state % 4, states[state, DUE]
     rest, arrives = left_from(to, towards, tracks), int(-FOREVER)
     begin, end = _gap(to, state // 4, me, table)
@@ -88,10 +88,10 @@ def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, search
             departure, final = _departs(start + turn, until - tracks.leave[length, 0], now, n, low, high)
             if departure <= final:
                 alone, by = departure + run + rest, final - turn
-                waiting = _note(4 * gap + heading, at, by, max(due, alone), alone, waiting, search)
+                waiting = _note(4 * gap + heading, at, by, max(due, alone), alone, waiting, problem)
         if n and tracks.passable[at]:
             soon = start + _least(cell, at, tracks)
-            waiting = _note_all(at, towards, length, due, rest, soon, brake, now, n, waiting, search)
+            waiting = _note_all(at, towards, length, due, rest, soon, brake, now, n, waiting, problem)
         if not tracks.passable[at]:
             break
     return arrives, waiting
@@ -110,15 +110,15 @@ def _gap(cell: int, gap: int, me: int, table: Intervals) -> tuple[int, int]:
 @inlined
 def _note_all(
     at: int, towards: int, length: int, due: int, rest: int, soonest: int, brake: int, now: int, n: int, waiting: int,
-    search: Search,
+    problem: Problem,
 ) -> int:  # fmt: skip
     """Note every gap of a cell that a run may begin in, with each heading that the robot can have come with."""
-    tracks, table, low, high = search.tracks, search.table, search.memory.low, search.memory.high
+    tracks, table, low, high = problem.tracks, problem.table, problem.memory.low, problem.memory.high
     p = table.first[at]
     end = p + table.count[at]
     since = int(-FOREVER)
     while since < high[now, n - 1]:
-        while p < end and table.owner[p] == search.me:
+        while p < end and table.owner[p] == problem.me:
             p += 1
         until = table.since[p] if p < end else int(FOREVER)
         for difference in range(4):
@@ -130,7 +130,7 @@ def _note_all(
                 if departure <= final:
                     onwards, by = tracks.runs[length] + rest, final - turn
                     arrival = max(due, departure + onwards)
-                    waiting = _note(4 * p + came, at, by, arrival, ready + onwards, waiting, search)
+                    waiting = _note(4 * p + came, at, by, arrival, ready + onwards, waiting, problem)
         if p >= end:
             break
         since = table.until[p]
@@ -159,11 +159,11 @@ def _departs(since: int, until: int, now: int, n: int, low: Ints, high: Ints) ->
 
 
 @inlined
-def _note(state: int, cell: int, by: int, arrival: int, alone: int, waiting: int, search: Search) -> int:
+def _note(state: int, cell: int, by: int, arrival: int, alone: int, waiting: int, problem: Problem) -> int:
     """Note that who is at rest in a state by a tick may arrive at another; labels that wait become one."""
-    states = search.memory.states
-    if states[state, STAMP] != search.number:
-        states[state, STAMP], states[state, PLACE], states[state, DONE] = search.number, -1, -FOREVER
+    states = problem.memory.states
+    if states[state, STAMP] != problem.number:
+        states[state, STAMP], states[state, PLACE], states[state, DONE] = problem.number, -1, -FOREVER
     if by <= states[state, DONE]:
         return waiting
     if states[state, PLACE] >= 0:
@@ -173,4 +173,4 @@ def _note(state: int, cell: int, by: int, arrival: int, alone: int, waiting: int
         by = states[state, ARRIVAL]
     states[state, ARRIVAL], states[state, CELL], states[state, DUE] = by, cell, arrival
     states[state, REST] = alone - arrival
-    return int(put(state, waiting, search.memory))
+    return int(put(state, waiting, problem.memory))

@@ -25,7 +25,7 @@ from rmfs_rules.sipp.states import (
     REST,
     Ints,
     Memory,
-    Search,
+    Problem,
     known,
     left_from,
     put,
@@ -60,33 +60,35 @@ def search(
     if cell == goal and end >= FOREVER:
         return np.empty((0, 2), np.int64)
     bound = _entered(last, tracks)
-    rows, found = _forward(asked, gap, end, latest, little, Search(me, goal, number, bound, tracks, table, memory))
+    rows, found = _forward(asked, gap, end, latest, little, Problem(me, goal, number, bound, tracks, table, memory))
     if found != UNDECIDED:
         return rows if found == FOUND else None
     due = max(start + tracks.times[cell, heading], bound)
     bound, latest = earliest(
-        asked, gap, due, latest, LABELS, Search(me, goal, number + 1, bound, tracks, table, memory)
+        asked, gap, due, latest, LABELS, Problem(me, goal, number + 1, bound, tracks, table, memory)
     )
-    rows, found = _forward(asked, gap, end, latest, FOREVER, Search(me, goal, number + 2, bound, tracks, table, memory))
+    rows, found = _forward(
+        asked, gap, end, latest, FOREVER, Problem(me, goal, number + 2, bound, tracks, table, memory)
+    )
     return rows if found == FOUND else None
 
 
 @njit(cache=True)
-def _forward(asked: Asked, gap: int, end: int, latest: int, most: int, search: Search) -> tuple[Ints, int]:
+def _forward(asked: Asked, gap: int, end: int, latest: int, most: int, problem: Problem) -> tuple[Ints, int]:
     """Rows of the path, as `search` returns them, and what came of it: at most so many states are expanded."""
     nothing = np.empty((0, 2), np.int64)
-    states, tracks, goal = search.memory.states, search.tracks, search.goal
+    states, tracks, goal = problem.memory.states, problem.tracks, problem.goal
     cell, heading, start = asked.cell, asked.heading, asked.start
-    due = max(start + tracks.times[cell, heading], search.bound)
-    waiting = reach(4 * gap + heading, start, -1, cell, end, due, 0, search)
+    due = max(start + tracks.times[cell, heading], problem.bound)
+    waiting = reach(4 * gap + heading, start, -1, cell, end, due, 0, problem)
     found = int(latest)
     while waiting:
-        state = take(waiting, search.memory)
+        state = take(waiting, problem.memory)
         waiting -= 1
         if states[state, DUE] >= latest:
             return nothing, NONE
         time = states[state, ARRIVAL]
-        if turned(state, time, search):
+        if turned(state, time, problem):
             continue
         if states[state, CELL] == goal and states[state, GAP_END] >= FOREVER:
             return _legs(state, tracks, states), FOUND
@@ -98,10 +100,10 @@ def _forward(asked: Asked, gap: int, end: int, latest: int, most: int, search: S
         limit = states[state, DUE]
         if states[state, DONE] >= 0:
             limit += (limit - time - states[state, REST]) // 2  # the farther off, the more at once
-        found, left, waiting = _expand(state, limit, found, waiting, search)
+        found, left, waiting = _expand(state, limit, found, waiting, problem)
         if left < FAR:
-            states[state, DONE], states[state, DUE] = limit, max(left, search.bound)
-            waiting = put(state, waiting, search.memory)
+            states[state, DONE], states[state, DUE] = limit, max(left, problem.bound)
+            waiting = put(state, waiting, problem.memory)
     return nothing, NONE
 
 
@@ -117,18 +119,18 @@ def _entered(last: int, tracks: Tracks) -> int:
 
 
 @inlined
-def _expand(state: int, limit: int, found: int, waiting: int, search: Search) -> tuple[int, int, int]:
+def _expand(state: int, limit: int, found: int, waiting: int, problem: Problem) -> tuple[int, int, int]:
     """Turn and run from a state, wherever the estimate is up to ``limit`` and was not before, into every gap.
 
     Returns the best arrival at the goal so far, the least estimate of a run beyond the limit, and the queue's length.
     """
-    left, states = int(FAR), search.memory.states
+    left, states = int(FAR), problem.memory.states
     for difference in (0, 1, 3, 2):
         towards = (state + difference) % 4
         if states[state, AHEAD + towards] <= limit:
-            ready = states[state, ARRIVAL] + search.tracks.turns[difference]
+            ready = states[state, ARRIVAL] + problem.tracks.turns[difference]
             found, states[state, AHEAD + towards], waiting = _drive(
-                state, towards, ready, limit, found, waiting, search
+                state, towards, ready, limit, found, waiting, problem
             )
         left = min(left, states[state, AHEAD + towards])
     return found, left, waiting
@@ -136,11 +138,11 @@ def _expand(state: int, limit: int, found: int, waiting: int, search: Search) ->
 
 @inlined
 def _drive(
-    state: int, towards: int, ready: int, limit: int, found: int, waiting: int, search: Search
+    state: int, towards: int, ready: int, limit: int, found: int, waiting: int, problem: Problem
 ) -> tuple[int, int, int]:
     """Do what `_expand` does, in one heading."""
-    goal, tracks, table = search.goal, search.tracks, search.table
-    states, low, high = search.memory.states, search.memory.low, search.memory.high
+    goal, tracks, table = problem.goal, problem.tracks, problem.table
+    states, low, high = problem.memory.states, problem.memory.low, problem.memory.high
     cell, done, offset = states[state, CELL], states[state, DONE], tracks.offsets[towards]
     longest = len(tracks.runs) - 1
     left = int(FAR)
@@ -158,7 +160,7 @@ def _drive(
                 there = cell + common * offset
                 if table.count[there]:
                     begin, stop = tracks.enter[longest, common], tracks.leave[longest, common]
-                    n = narrow(low, high, now, n, 1 - now, there, begin, stop, search.me, table)
+                    n = narrow(low, high, now, n, 1 - now, there, begin, stop, problem.me, table)
                     now = 1 - now
                 common += 1
             if n == 0:
@@ -170,9 +172,11 @@ def _drive(
             if estimate - _saved(length, tracks) >= left:
                 break
         elif (
-            estimate > done and max(estimate, search.bound) < found and _better(at, towards, length, departure, search)
+            estimate > done
+            and max(estimate, problem.bound) < found
+            and _better(at, towards, length, departure, problem)
         ):
-            found, waiting = _arrive(state, towards, length, at, n, now, common, found, waiting, search)
+            found, waiting = _arrive(state, towards, length, at, n, now, common, found, waiting, problem)
         if not tracks.passable[at]:
             break
     return found, left, waiting
@@ -190,18 +194,18 @@ def _saved(length: int, tracks: Tracks) -> int:
 
 
 @inlined
-def _better(at: int, towards: int, length: int, departure: int, search: Search) -> bool:
+def _better(at: int, towards: int, length: int, departure: int, problem: Problem) -> bool:
     """Whether a run that departs no earlier could come into some gap of its last cell before all runs so far."""
-    tracks, table = search.tracks, search.table
+    tracks, table = problem.tracks, problem.table
     p = table.first[at]
     end = p + table.count[at]
     free_since = int(-FOREVER)
     while True:
-        while p < end and table.owner[p] == search.me:
+        while p < end and table.owner[p] == problem.me:
             p += 1
         free_until = table.since[p] if p < end else FOREVER
         time = max(departure, free_since - tracks.enter[length, length]) + tracks.runs[length]
-        if time <= free_until and not known(4 * p + towards, time, search):
+        if time <= free_until and not known(4 * p + towards, time, problem):
             return True
         if p >= end:
             return False
@@ -212,11 +216,11 @@ def _better(at: int, towards: int, length: int, departure: int, search: Search) 
 @inlined
 def _arrive(
     state: int, towards: int, length: int, at: int, n: int, now: int, common: int, found: int, waiting: int,
-    search: Search,
+    problem: Problem,
 ) -> tuple[int, int]:  # fmt: skip
     """Drive one run as early as can be into each gap of its last cell; windows ``now`` stay as they are."""
-    tracks, table = search.tracks, search.table
-    states, low, high = search.memory.states, search.memory.low, search.memory.high
+    tracks, table = problem.tracks, problem.table
+    states, low, high = problem.memory.states, problem.memory.low, problem.memory.high
     cell = states[state, CELL]
     leave_by = states[state, GAP_END] - tracks.leave[length, 0]
     rest = tracks.times[at, towards]
@@ -225,7 +229,7 @@ def _arrive(
         if table.count[there]:
             to = 3 if now == 2 else 2
             begin, stop = tracks.enter[length, common], tracks.leave[length, common]
-            n = narrow(low, high, now, n, to, there, begin, stop, search.me, table)
+            n = narrow(low, high, now, n, to, there, begin, stop, problem.me, table)
             now = to
         common += 1
     p = table.first[at]
@@ -233,7 +237,7 @@ def _arrive(
     free_since = int(-FOREVER)
     w = 0
     while w < n:
-        while p < end and table.owner[p] == search.me:
+        while p < end and table.owner[p] == problem.me:
             p += 1
         free_until = table.since[p] if p < end else FOREVER
         earliest = free_since - tracks.enter[length, length]
@@ -242,10 +246,10 @@ def _arrive(
         if w == n or max(low[now, w], earliest) > leave_by:
             break
         time = max(low[now, w], earliest) + tracks.runs[length]
-        into, due = 4 * p + towards, max(time + rest, search.bound)
-        if time <= free_until and due < found and not known(into, time, search):
-            waiting = reach(into, time, state, at, free_until, due, waiting, search)
-            if at == search.goal and free_until >= FOREVER:
+        into, due = 4 * p + towards, max(time + rest, problem.bound)
+        if time <= free_until and due < found and not known(into, time, problem):
+            waiting = reach(into, time, state, at, free_until, due, waiting, problem)
+            if at == problem.goal and free_until >= FOREVER:
                 found = time
         if p >= end:
             break

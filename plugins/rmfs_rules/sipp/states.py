@@ -47,7 +47,7 @@ class Memory(NamedTuple):
     high: Ints
 
 
-class Search(NamedTuple):
+class Problem(NamedTuple):
     """What one search goes by.
 
     Parameters
@@ -87,38 +87,38 @@ def left_from(cell: int, heading: int, tracks: Tracks) -> int:
 
 
 @inlined
-def reach(into: int, time: int, parent: int, cell: int, gap_end: int, due: int, waiting: int, search: Search) -> int:
+def reach(into: int, time: int, parent: int, cell: int, gap_end: int, due: int, waiting: int, problem: Problem) -> int:
     """Note how a state is reached, earlier than before, and queue it; returns the length of the queue."""
-    states, tracks = search.memory.states, search.tracks
-    if states[into, STAMP] != search.number:
-        states[into, STAMP], states[into, PLACE] = search.number, -1
+    states, tracks = problem.memory.states, problem.tracks
+    if states[into, STAMP] != problem.number:
+        states[into, STAMP], states[into, PLACE] = problem.number, -1
     states[into, ARRIVAL], states[into, PARENT] = time, parent
     states[into, CELL], states[into, GAP_END] = cell, gap_end
     states[into, REST], states[into, DUE], states[into, DONE] = tracks.times[cell, into % 4], due, -1
     for difference in range(4):
         heading = (into + difference) % 4
         states[into, AHEAD + heading] = time + tracks.turns[difference] + left_from(cell, heading, tracks)
-    return int(put(into, waiting, search.memory))
+    return int(put(into, waiting, problem.memory))
 
 
 @inlined
-def known(into: int, time: int, search: Search) -> bool:
+def known(into: int, time: int, problem: Problem) -> bool:
     """Whether a state has been reached as early, or early enough with another heading."""
-    states = search.memory.states
-    if states[into, STAMP] == search.number and states[into, ARRIVAL] <= time:
+    states = problem.memory.states
+    if states[into, STAMP] == problem.number and states[into, ARRIVAL] <= time:
         return True
-    return bool(turned(into, time, search))
+    return bool(turned(into, time, problem))
 
 
 @inlined
-def turned(into: int, time: int, search: Search) -> bool:
+def turned(into: int, time: int, problem: Problem) -> bool:
     """Whether a robot got there so early with another heading that there was time for the turn."""
-    states, turns = search.memory.states, search.tracks.turns
+    states, turns = problem.memory.states, problem.tracks.turns
     gap, heading = into // 4 * 4, into % 4
     for difference in range(1, 4):
         other = gap + (heading - difference) % 4
         # A tick to spare: two turns rounded to ticks may take one less than the turn they add up to.
-        if states[other, STAMP] == search.number and states[other, ARRIVAL] + turns[difference] < time:
+        if states[other, STAMP] == problem.number and states[other, ARRIVAL] + turns[difference] < time:
             return True
     return False
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import WarehouseView
-from rmfs_rules.helpers.pairs_search import SHARE, Order, Scores, Stations, best_pair, completed_by, values_of
+from rmfs_rules.helpers.pairs_search import SHARE, Precedence, Scores, Stations, best_pair, completed_by, values_of
 
 SKUS = "abc"
 lines = st.dictionaries(st.sampled_from(SKUS), st.integers(1, 4), min_size=1, max_size=3)
@@ -85,7 +85,7 @@ def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, dat
             none, none.astype(np.float64),
         )  # fmt: skip
         scores = Scores(table, shares, scored, zeros)
-        assert best_pair(columns, stock, scores, Order(taken, first, rank), told) == (best[3], best[5])
+        assert best_pair(columns, stock, scores, Precedence(taken, first, rank), told) == (best[3], best[5])
         assert not zeros.any()
         values = values_of(columns, stock, scores, 0, told)
         assert [at for at in range(stations) if values[at] > -math.inf] == [at for at in range(stations) if fits(0, at)]

@@ -19,7 +19,7 @@ from rmfs_core.world.travel import travel_on
 from rmfs_rules.helpers.searching import Asked, gap_at
 from rmfs_rules.sipp import Sipp, compiled
 from rmfs_rules.sipp.backwards import earliest
-from rmfs_rules.sipp.states import Search, memory_for
+from rmfs_rules.sipp.states import Problem, memory_for
 
 OPEN = parse_map("#.....\n....#.\n.qO...\n.#....", "open")
 AISLES = parse_map(".>>>.\nv###^\n.<<<.\nqO...", "aisles")
@@ -33,7 +33,7 @@ def limits(roads: Roads, table: Reservations, query: Query, labels: int) -> tupl
     memory = memory_for(len(table.arrays.since))
     gap, _ = gap_at(query.cell, query.start_tick, query.robot, table.arrays)
     due = query.start_tick + int(tracks.times[query.cell, query.heading])
-    search = Search(query.robot, query.goal, 1, 0, tracks, table.arrays, memory)
+    search = Problem(query.robot, query.goal, 1, 0, tracks, table.arrays, memory)
     return earliest(Asked.by(query), gap, due, query.latest, labels, search)  # type: ignore[no-any-return]
 
 

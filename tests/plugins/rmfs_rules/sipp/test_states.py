@@ -19,7 +19,7 @@ from rmfs_rules.sipp.states import (
     REST,
     STAMP,
     Memory,
-    Search,
+    Problem,
     known,
     memory_for,
     put,
@@ -34,9 +34,9 @@ ROADS = roads_on(travel_on(small_layout(), Motion()))
 GOAL = ROADS.layout.storage_locations[0]
 
 
-def searching(number: int, memory: Memory) -> Search:
+def searching(number: int, memory: Memory) -> Problem:
     """Return what a search goes by, with so many gaps."""
-    return Search(0, GOAL, number, 0, ROADS.tracks(GOAL, False), Reservations(ROADS.cells).arrays, memory)
+    return Problem(0, GOAL, number, 0, ROADS.tracks(GOAL, False), Reservations(ROADS.cells).arrays, memory)
 
 
 @given(st.lists(st.tuples(st.integers(0, STATES - 1), st.integers(0, 3), st.integers(0, 3)), max_size=60), st.data())
