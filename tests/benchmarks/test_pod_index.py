@@ -1,7 +1,6 @@
-"""Decisions of pod-index: ms an order, and ms a call with up to 50,000 orders waiting. `make bench` measures.
+"""Decisions of pod-index: ms an order, and ms a call with up to 50,000 orders waiting, also by `most-covered`.
 
-The aims are 1 ms an order and, with 4,000 orders, 2.5 ms a call on a machine that does nothing else. No run fails for
-these.
+The aim is 1 ms an order on a machine that does nothing else; no run fails for that.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ WORLDS = {
     "grocery-day": ("grocery-day", ["rules.ta=nearest-robot"], 25_200),
     "10,000 orders": ("paper-250", ["instance.orders=10000"], 300),
 }
+WITH_4000_MS = 2.5
 RULES = ["rules.poa=", "rules.pps=", "rules.poa_pps=pod-index"]
 
 
@@ -31,7 +31,10 @@ def test_decisions_an_order(benchmark: Any, world: str) -> None:
     benchmark.extra_info["decisions_ms_an_order"] = 1000 * sum(one["seconds"] for one in result.periods) / orders
 
 
-def ms_a_call(backlog: int) -> float:
+RULES_OF = {"pod-index": RULES, "most-covered": ["rules.filters=[{rule='most-covered',n=20}]"]}
+
+
+def ms_a_call(rule: str, backlog: int) -> float:
     """Return the mean time of a decision where stations count orders, but for the first ones: they fill stations."""
     world = [
         "instance.skus=1000",
@@ -44,15 +47,20 @@ def ms_a_call(backlog: int) -> float:
         f"instance.orders={backlog + 2000}",
         f"instance.arrivals={{process='refill',backlog={backlog}}}",
     ]
-    seconds = [one["seconds"] for one in run("paper-250", overrides=[*RULES, *world]).periods]
+    seconds = [one["seconds"] for one in run("paper-250", overrides=[*RULES_OF[rule], *world]).periods]
     return 1000 * sum(seconds[5:]) / len(seconds[5:])
 
 
+@pytest.mark.parametrize("rule", RULES_OF)
 @pytest.mark.parametrize("backlog", [4000, 10_000, 50_000])
-def test_a_call_of_a_large_backlog(benchmark: Any, backlog: int) -> None:
-    """Bar: it grows no faster than the backlog, from 1,000 orders on; where nothing is timed, 250 and 500 orders do."""
+def test_a_call_of_a_large_backlog(benchmark: Any, rule: str, backlog: int) -> None:
+    """Bar: it grows no faster than the backlog, from 1,000 orders on; where nothing is timed, 250 and 500 orders do.
+
+    With 4,000 orders a call takes at most `WITH_4000_MS`.
+    """
     few, many = (1000, backlog) if benchmark.enabled else (250, 500)
-    took = {few: ms_a_call(few), many: benchmark.pedantic(ms_a_call, args=(many,), rounds=1)}
+    took = {few: ms_a_call(rule, few), many: benchmark.pedantic(ms_a_call, args=(rule, many), rounds=1)}
     if benchmark.enabled:
         benchmark.extra_info["ms_a_call"] = took
         assert took[many] <= many / few * took[few], took
+        assert many > 4000 or took[many] <= WITH_4000_MS, took
