@@ -56,6 +56,7 @@ TESTS_OF_SEVERAL = {
     "tests/plugins/rmfs_rules/mip/test_propositions.py": "what the paper proves, in all models",
     "tests/plugins/rmfs_rules/test_late_orders.py": "orders that had to wait for stock, in rules that keep accounts",
     "tests/plugins/rmfs_rules/test_oracles.py": "rules against literal versions of their definitions",
+    "tests/rmfs_core/warehouse/test_counted_requests.py": "items of a line as one request, in several files",
     "tests/rmfs_core/simulation/test_invariants.py": "what holds in every run, whatever rules and worlds",
     "tests/rmfs_core/simulation/test_no_standstill.py": "random worlds run to their end, batteries included",
     "tests/rmfs_core/simulation/test_opening_hours.py": "when stations and robots are there, from scenario to event",

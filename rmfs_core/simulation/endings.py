@@ -54,7 +54,7 @@ def standstill(warehouse: Warehouse, rules: RuleSet, skus: Sequence[str]) -> str
     asked = ", ".join(rule.describe() for rule in deciding if rule is not None)
     left = sum(not order.complete for order in warehouse.orders)
     closed = sum(not station.open for station in warehouse.stations)
-    uncovered = sum(len(station.uncovered_requests) for station in warehouse.stations)
+    uncovered = sum(station.uncovered_items for station in warehouse.stations)
     low = sum(robot.low for robot in warehouse.robots)
     off = sum(not robot.on_duty for robot in warehouse.robots)
     details = (

@@ -13,7 +13,7 @@ from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.column_keeping import StockColumns
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
-from rmfs_core.warehouse.promises import Promises, serves_none
+from rmfs_core.warehouse.promises import Promises, drop_item, enter, serves_none
 from rmfs_core.warehouse.stock import Stock, by_age
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
@@ -98,7 +98,8 @@ class Warehouse:
         self.split_orders_open = 0
         self.backlog = Backlog(self.n_skus)
         self.promises = Promises(self.stations, self.n_skus)
-        self._next_request = 0
+        self.next_request = 0
+        """Id of the request that is made next."""
         with_sku: dict[int, list[Pod]] = {}
         for pod in self.pods:
             for sku in pod.contents:
@@ -214,12 +215,11 @@ class Warehouse:
         part._items += items
         self.split_orders_open += order.split - was_split
         for line in lines:
-            for _ in range(line.quantity):
-                request = Request(self._next_request, part, line.sku)
-                self._next_request += 1
-                station._requests[request.id] = request
-                station._by_sku.setdefault(line.sku, {})[request.id] = request
-                self.promises.cover(request)
+            enter(station, Request(self.next_request, part, line.sku, line.quantity))
+            self.next_request += line.quantity
+            same_sku = station._by_sku[line.sku]
+            while same_sku[-1]._pod is None and self.promises.cover(same_sku[-1]):
+                pass
         return items
 
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
@@ -393,9 +393,8 @@ class Warehouse:
         del station._inbound[pod.id]
 
     def fulfil(self, request: Request, pod: Pod, *, handled: bool = True) -> None:
-        """Pick the item of a request from a pod that stands at its station; ``handled``: and give its place back."""
-        self.promises.secure(request, pod)
-        self.promises.withdraw(request, picked=True)
+        """Pick an item of a request from a pod that stands at its station; ``handled``: and give its place back."""
+        request = self.promises.pick(request, pod)
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
             pod._used -= self.sizes[request.sku]
@@ -406,12 +405,9 @@ class Warehouse:
             self.release(request)
 
     def close(self, request: Request) -> None:
-        """Take the request of a picked item off the books; its place is kept until `release`."""
+        """Take a picked item, the oldest of a request, off the books; its place is kept until `release`."""
         station = self.stations[request.station]
-        del station._requests[request.id]
-        del station._by_sku[request.sku][request.id]
-        if not station._by_sku[request.sku]:
-            del station._by_sku[request.sku]
+        drop_item(station, request)
         self.open_demand[request.sku] -= 1
         request.part._picked += 1
         station._in_hand = request
@@ -441,8 +437,8 @@ class Warehouse:
         """
         stock = self.stock = Stock(self.pods)
         for station in self.stations:
-            for request in station._requests.values():
-                stock.claim(request.sku, 1)
+            for request in station._requests:
+                stock.claim(request.sku, request._items)
         shown = {order.id: bool(order._parts) or told.get(order.id) is False for order in self.backlog}
         for order in sorted(self.backlog, key=lambda order: (not shown[order.id], by_age(order))):
             if shown[order.id]:
@@ -456,13 +452,12 @@ class Warehouse:
             backlog, self.backlog = self.backlog, Backlog(self.n_skus)
             self.backlog.add(*(order for order in backlog if not order._waits))
 
-    def renumber(self, station: Station, requests: Mapping[int, Request]) -> None:
-        """Give the requests of a station these ids, oldest first."""
-        station._requests, station._by_sku = {}, {}
-        for number, request in requests.items():
-            station._requests[number] = Request(number, request.part, request.sku)
-            station._by_sku.setdefault(request.sku, {})[number] = station._requests[number]
-            self._next_request = max(self._next_request, number + 1)
+    def renumber(self, station: Station, requests: Iterable[tuple[int, Request, int]]) -> None:
+        """Give a station these requests: each has an id, one of the same line that is there now, and items."""
+        station._requests, station._by_sku = [], {}
+        for number, known, items in requests:
+            enter(station, Request(number, known.part, known.sku, items))
+            self.next_request = max(self.next_request, number + items)
 
     def reroute(self, pod: Pod, stations: Sequence[int]) -> None:
         """Let a pod visit the stations that it is bound for in this order."""
