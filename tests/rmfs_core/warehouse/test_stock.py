@@ -156,7 +156,8 @@ def unclaimed(world: Warehouse) -> Counter[int]:
     for pod in world.pods:
         left.update(dict(pod.contents))
     for station in world.stations:
-        left.subtract(Counter(request.sku for request in station.open_requests))
+        for request in station.open_requests:
+            left[request.sku] -= request.items
     for order in world.backlog.orders:
         left.subtract(dict(order.open_lines))
     return left
