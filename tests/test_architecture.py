@@ -24,7 +24,6 @@ MOST_LINES, MOST_FILES, MOST_FOLDERS = 13_500, 85, 8
 """The kernel's budget: round numbers with room, to be lowered when the kernel becomes smaller."""
 
 NAMES_A_PLUGIN = {
-    "world/__init__.py": "keeps `rmfs_core.world.parse_map` and `block_map` importable",
     "testing.py": "keeps `rmfs_core.testing` importable, under which tests of rules know those tools",
     "rule_helpers.py": "keeps `rmfs_core.rule_helpers` importable, from which rules take their loops and look-ups",
 }
@@ -32,7 +31,7 @@ NAMES_A_PLUGIN = {
 
 NO_TEST_OF_ITS_OWN = {
     "rmfs_core/hookspecs.py": "declares the hooks; tests/test_documentation.py runs an example of each",
-    "rmfs_core/world/__init__.py": "forwards two old names; tests of layouts use them",
+    "rmfs_core/world/__init__.py": "says what is there; `read_instance` is that of the format `csv`",
     "rmfs_core/info.py": "declares what observers are handed, and does nothing",
     "plugins/rmfs_commands/experiments/watching.py": "declares what watchers are told, and does nothing",
     "plugins/rmfs_commands/experiments/workers.py": "declares what workers are; each kind has its own test",

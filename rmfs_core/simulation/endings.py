@@ -75,9 +75,9 @@ def standstill(warehouse: Warehouse, rules: RuleSet, skus: Sequence[str]) -> str
 
 def _lacking(warehouse: Warehouse, skus: Sequence[str]) -> str:
     """Say how many orders wait for stock, and of which SKUs; nothing if none does."""
-    if warehouse.stock is None or not (number := len(warehouse.stock.waiting)):
+    if warehouse.claims is None or not (number := len(warehouse.claims.waiting)):
         return ""
-    missing = [skus[sku] for sku in warehouse.stock.missing]
+    missing = [skus[sku] for sku in warehouse.claims.missing]
     what = f"SKU{'s' if len(missing) > 1 else ''} {first_few(missing)}"
     return f"{counted(number, 'order')} {'waits' if number == 1 else 'wait'} for stock of {what}"
 

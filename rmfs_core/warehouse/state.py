@@ -14,7 +14,7 @@ from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.column_keeping import StockColumns
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
 from rmfs_core.warehouse.promises import Promises, drop_item, enter, serves_none
-from rmfs_core.warehouse.stock import Stock, by_age
+from rmfs_core.warehouse.claims import Claims, by_age
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
 
@@ -70,7 +70,7 @@ class Warehouse:
             for i, (data, cell, capacity) in enumerate(zip(instance.pods, pod_cells, capacities, strict=True))
         )
         self.columns = StockColumns(self.pods, self.n_skus)
-        self.stock = Stock(self.pods) if wait_for_stock and not self.unlimited_stock else None
+        self.claims = Claims(self.pods) if wait_for_stock and not self.unlimited_stock else None
         self.homes = tuple(pod_cells)
         self.stations = tuple(stations)
         self.picking = tuple(station for station in stations if station.picks)
@@ -191,7 +191,7 @@ class Warehouse:
             put(order, "arrival_tick", tick)
             put(order, "arrival_s", to_seconds(tick))
         self.arrived[order.id] = order
-        if self.stock is None or self.stock.serve(order):
+        if self.claims is None or self.claims.serve(order):
             self.backlog.add(order)
         for line in order.lines:
             self.open_demand[line.sku] += line.quantity
@@ -280,7 +280,7 @@ class Warehouse:
         pod._touched.add((pod, bundle.sku))
         for station in pod._itinerary:
             self.promises.promise_items(pod, self.stations[station])
-        served = self.stock.stored(bundle.sku, bundle.items) if self.stock is not None else ()
+        served = self.claims.stored(bundle.sku, bundle.items) if self.claims is not None else ()
         if served:
             self.backlog.add(*served)
         return served
@@ -435,20 +435,20 @@ class Warehouse:
         told
             Whether an order waits, by id, of those of which that is known.
         """
-        stock = self.stock = Stock(self.pods)
+        claims = self.claims = Claims(self.pods)
         for station in self.stations:
             for request in station._requests:
-                stock.claim(request.sku, request._items)
+                claims.claim(request.sku, request._items)
         shown = {order.id: bool(order._parts) or told.get(order.id) is False for order in self.backlog}
         for order in sorted(self.backlog, key=lambda order: (not shown[order.id], by_age(order))):
             if shown[order.id]:
                 for line in order.open_lines:
-                    stock.claim(*line)
-            elif told.get(order.id) and stock.lacking(order) is None:
-                stock.wait(order, order.lines[0].sku)  # there is enough: any of its SKUs will do
+                    claims.claim(*line)
+            elif told.get(order.id) and claims.lacking(order) is None:
+                claims.wait(order, order.lines[0].sku)  # there is enough: any of its SKUs will do
             else:
-                stock.serve(order)
-        if stock.waiting:
+                claims.serve(order)
+        if claims.waiting:
             backlog, self.backlog = self.backlog, Backlog(self.n_skus)
             self.backlog.add(*(order for order in backlog if not order._waits))
 
