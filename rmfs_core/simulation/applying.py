@@ -62,9 +62,8 @@ def apply_assignments(
     decision = instance_of(answer, JointDecision) if joint else JointDecision(sequence_of(answer, OrderAssignment))
     if decision.report is not None:
         instance_of(decision.report, SolveReport)
-    # None in a run with a joint rule; but such a rule may be asked in a state that other rules have led to.
-    uncovered = {request for station in warehouse.stations for request in station.uncovered_requests} if joint else ()
-    split = warehouse.split_orders_open
+    # Some may be uncovered before a joint rule is asked: in a state that other rules have led to.
+    split, first = warehouse.split_orders_open, warehouse.next_request
     trips = [checks.trip(warehouse, given) for given in sequence_of(decision.trips, PodTrip)]
     trips = _nearer_first(warehouse, trips) if trips else trips
     for pod, station in trips:
@@ -74,7 +73,7 @@ def apply_assignments(
     for pod, station in trips:  # what the decision assigns comes before what was uncovered already
         warehouse.promises.promise_items(pod, station)
     if joint:
-        checks.covered(warehouse.stations, uncovered)
+        checks.covered(warehouse.stations, first)
         checks.wanted(trips)
     checks.packing(warehouse, packing_capacity, split)
     return decision

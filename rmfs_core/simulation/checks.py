@@ -13,7 +13,7 @@ from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.traffic import ReservedError, roads_on
 from rmfs_core.traffic.paths import Rows, ends_of
-from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station, Warehouse
+from rmfs_core.warehouse import Bundle, Order, Pod, Robot, Station, Warehouse
 from rmfs_core.wording import shown_short
 from rmfs_core.world import Layout
 
@@ -115,11 +115,11 @@ def selected_trip(
     return pod, station
 
 
-def covered(stations: Sequence[Station], before: Container[Request]) -> None:
-    """Check that a joint decision leaves no request uncovered but those that were so ``before`` it."""
+def covered(stations: Sequence[Station], first: int) -> None:
+    """Check that a joint decision leaves no request uncovered that it made: of an id from ``first`` on."""
     for station in stations:
         for request in station.uncovered_requests:
-            if request not in before:
+            if request.id >= first:
                 raise ImpossibleError(
                     f"assigned order {request.order.label} to station {station.label}, but no pod there or bound for "
                     f"it has an item of SKU id {request.sku} left for it"

@@ -54,7 +54,7 @@ def standstill(warehouse: Warehouse, rules: RuleSet, skus: Sequence[str]) -> str
     asked = ", ".join(rule.describe() for rule in deciding if rule is not None)
     left = sum(not order.complete for order in warehouse.orders)
     closed = sum(not station.open for station in warehouse.stations)
-    uncovered = sum(len(station.uncovered_requests) for station in warehouse.stations)
+    uncovered = sum(station.uncovered_items for station in warehouse.stations)
     low = sum(robot.low for robot in warehouse.robots)
     off = sum(not robot.on_duty for robot in warehouse.robots)
     details = (
@@ -75,9 +75,9 @@ def standstill(warehouse: Warehouse, rules: RuleSet, skus: Sequence[str]) -> str
 
 def _lacking(warehouse: Warehouse, skus: Sequence[str]) -> str:
     """Say how many orders wait for stock, and of which SKUs; nothing if none does."""
-    if warehouse.stock is None or not (number := len(warehouse.stock.waiting)):
+    if warehouse.claims is None or not (number := len(warehouse.claims.waiting)):
         return ""
-    missing = [skus[sku] for sku in warehouse.stock.missing]
+    missing = [skus[sku] for sku in warehouse.claims.missing]
     what = f"SKU{'s' if len(missing) > 1 else ''} {first_few(missing)}"
     return f"{counted(number, 'order')} {'waits' if number == 1 else 'wait'} for stock of {what}"
 

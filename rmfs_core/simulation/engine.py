@@ -317,8 +317,8 @@ class Simulation:
 
     def _refill(self) -> None:
         """Let the next orders arrive where the backlog is to be kept filled."""
-        stock = self.warehouse.stock
-        there = len(self.warehouse.backlog) + (len(stock.waiting) if stock is not None else 0)
+        claims = self.warehouse.claims
+        there = len(self.warehouse.backlog) + (0 if claims is None else len(claims.waiting))
         wanted = self.scenario.instance.arrivals.backlog or 0
         for _ in range(min(wanted - there, len(self._coming))):
             self._arrive(self._coming.pop())

@@ -15,13 +15,12 @@ from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
-from rmfs_core.timetable import ALWAYS, Timetable, read_spans
+from rmfs_core.timetable import ALWAYS, Calendar, Timetable, read_spans
 from rmfs_core.warehouse import Robot, Station, Warehouse
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_core.world import NORTH, CellKind, Instance, Layout
-from rmfs_core.world.csv_files import Calendar, Place, read_robots
-from rmfs_core.world.instance_making import oversize_orders
+from rmfs_core.world.instance_making import oversize_orders, reader
 from rmfs_core.world.layout_making import queue_length
 from rmfs_core.world.travel import Travel, travel_on
 
@@ -82,7 +81,7 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     stations = _stations(scenario, layout)
     robot_places = [locations[i] for i in stream(scenario.seed, "robot places").permutation(len(locations))]
     if (name := scenario.robots.file) is not None:
-        given = read_robots(Path(scenario.folder) / name)
+        given = reader().read_robots(Path(scenario.folder) / name)
         robot_places = _cells(given, layout, {*CellKind} - {CellKind.WALL}, "a cell of the layout, no wall,")
         if len(robot_places) < scenario.robots.count:
             raise InputError("robots.count", f"found {scenario.robots.count}; {name} places {len(robot_places)}")
@@ -156,7 +155,7 @@ def battery_of(scenario: Scenario, travel: Travel) -> Callable[[Callable[[], int
     return partial(Battery, battery, joules)
 
 
-def _cells(places: Iterable[Place], layout: Layout, kinds: set[CellKind], expected: str) -> list[int]:
+def _cells(places: Iterable[tuple[int, int, str]], layout: Layout, kinds: set[CellKind], expected: str) -> list[int]:
     """Return the cells that lines of a file name."""
     found: dict[int, None] = {}
     for row, column, line in places:

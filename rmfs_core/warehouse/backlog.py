@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rmfs_core.warehouse.column_keeping import LineColumns
 from rmfs_core.warehouse.columns import Lines, Stock
 from rmfs_core.warehouse.parts import Order, OrderLine
-from rmfs_core.warehouse.stock import by_age
+from rmfs_core.warehouse.claims import by_age
 
 Ints = NDArray[np.int64]
 

@@ -171,36 +171,47 @@ class Part(ReadOnly):
 
 
 class Request(ReadOnly):
-    """Extract request: one item of an order line wanted at a station."""
+    """Extract requests of one order line at a station, one after another, that were promised the same pod or none.
 
-    __slots__ = ("_pod", "id", "order", "part", "sku", "station")
+    Items count up from 0 as they are assigned; ``id`` is the number of the oldest item.
+    """
+
+    __slots__ = ("_items", "_pod", "id", "order", "part", "sku", "station")
 
     part: Part
     order: Order
     station: int
     sku: int
+    _items: int
     _pod: Pod | None
 
-    def __init__(self, request_id: int, part: Part, sku: int) -> None:
-        put(self, "id", request_id)
+    def __init__(self, request_id: int, part: Part, sku: int, items: int = 1, pod: Pod | None = None) -> None:
         put(self, "part", part)
         put(self, "order", part.order)
         put(self, "station", part.station)
         put(self, "sku", sku)
-        put(self, "_pod", None)
+        put(self, "id", request_id)
+        put(self, "_items", items)
+        put(self, "_pod", pod)
+
+    @property
+    def items(self) -> int:
+        """Number of items that are still to be picked."""
+        return self._items
 
     @property
     def covered(self) -> bool:
-        """Whether a pod inbound to the station holds an item for this request."""
+        """Whether a pod inbound to the station holds an item for each of its items."""
         return self._pod is not None
 
     @property
     def pod(self) -> Pod | None:
-        """The inbound pod that an item is promised from; another one may serve the request in the end."""
+        """The inbound pod that its items are promised from; another one may serve them in the end."""
         return self._pod
 
     def __repr__(self) -> str:
-        return f"Request(order={self.order.name!r}, sku={self.sku}, station={self.station}, covered={self.covered})"
+        what = f"order={self.order.name!r}, sku={self.sku}, items={self._items}, station={self.station}"
+        return f"Request({what}, covered={self.covered})"
 
 
 class Bundle(ReadOnly):
@@ -384,8 +395,8 @@ class Station(ReadOnly):
         self.counts_orders = counts_orders
         self.queue_length = queue_length
         self._load = 0
-        self._requests: dict[int, Request] = {}
-        self._by_sku: dict[int, dict[int, Request]] = {}
+        self._requests: list[Request] = []  # by id
+        self._by_sku: dict[int, list[Request]] = {}
         self._inbound: dict[int, Pod] = {}
         self._line: list[Robot] = []
         self._claims = 0
@@ -458,12 +469,22 @@ class Station(ReadOnly):
     @property
     def open_requests(self) -> tuple[Request, ...]:
         """Requests not yet picked, oldest first."""
-        return tuple(self._requests.values())
+        return tuple(self._requests)
 
     @property
     def uncovered_requests(self) -> tuple[Request, ...]:
         """Open requests for which no inbound pod holds an item, oldest first."""
-        return tuple([request for request in self._requests.values() if request._pod is None])
+        return tuple([request for request in self._requests if request._pod is None])
+
+    @property
+    def open_items(self) -> int:
+        """Number of items assigned to it and not yet picked."""
+        return sum([request._items for request in self._requests])
+
+    @property
+    def uncovered_items(self) -> int:
+        """Number of items of ``uncovered_requests``."""
+        return sum([request._items for request in self._requests if request._pod is None])
 
     @property
     def inbound_pods(self) -> tuple[Pod, ...]:
@@ -486,7 +507,7 @@ class Station(ReadOnly):
         return self.queue_length + 1 - self._claims
 
     def __repr__(self) -> str:
-        return f"Station({self.name}, load={self._load}/{self.capacity}, requests={len(self._requests)})"
+        return f"Station({self.name}, load={self._load}/{self.capacity}, open_items={self.open_items})"
 
 
 class Robot(ReadOnly):

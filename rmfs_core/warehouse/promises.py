@@ -7,12 +7,16 @@ serves a request in the end is decided by arrival (`next_request`, `Promises.sec
 
 from __future__ import annotations
 
+from bisect import bisect_left, insort
 from collections.abc import Sequence
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.warehouse.parts import UNLIMITED, Pod, Request, Station
+from rmfs_core.warehouse.parts import UNLIMITED, Pod, Request, Station, put
+
+_by_id = attrgetter("id")
 
 
 class Promises:
@@ -54,89 +58,155 @@ class Promises:
             for station in pod._itinerary:
                 self._available[station, sku] += items
 
-    def promise(self, request: Request, pod: Pod) -> None:
-        """Promise a free item of a pod to a request that is uncovered."""
-        promise(request, pod)
-        self.change(pod, request.sku, -1)
+    def promise(self, request: Request, pod: Pod, items: int = 1) -> Request:
+        """Promise free items of a pod to the oldest items of an uncovered request; return the request that has them."""
+        station = self._stations[request.station]
+        _part_off(station, request, items)
+        request._pod = pod
+        _count_promised(pod, request, items)
+        self.change(pod, request.sku, -items)
+        return _join(station, request)
 
-    def withdraw(self, request: Request, *, picked: bool = False) -> None:
-        """Take back what a covered request was promised; ``picked``: its pod has the item no more."""
+    def withdraw(self, request: Request) -> None:
+        """Take back what the oldest item of a covered request was promised; the others stay covered."""
         pod = request._pod
         assert pod is not None
+        _part_off(self._stations[request.station], request, 1)
         request._pod = None
-        pod._touched.add((pod, request.sku))
-        by_station = pod._promised[request.sku]
-        by_station[request.station] -= 1
-        if not by_station[request.station]:
-            del by_station[request.station]
-            if not by_station:
-                del pod._promised[request.sku]
-        if not picked:
-            self.change(pod, request.sku, 1)
+        _count_promised(pod, request, -1)
+        self.change(pod, request.sku, 1)
+
+    def pick(self, request: Request, pod: Pod) -> Request:
+        """Let a pod have an item less, the oldest of a request; return the request that it belongs to, as `secure`."""
+        request = self.secure(request, pod)
+        _count_promised(pod, request, -1)
+        return request
 
     def promise_items(self, pod: Pod, station: Station) -> None:
         """Promise free items of a pod to the uncovered requests of a station, oldest first."""
         for sku in pod._contents:
-            for request in station._by_sku.get(sku, {}).values():
-                if not request.covered:
-                    if pod.free_items(sku) <= 0:
-                        break
-                    self.promise(request, pod)
+            for request in [one for one in station._by_sku.get(sku, ()) if one._pod is None]:
+                if (free := pod.free_items(sku)) <= 0:
+                    break
+                self.promise(request, pod, min(free, request._items))
 
     def cover(self, request: Request, tried: set[int] | None = None) -> bool:
-        """Promise an item of the first pod that has one free, or can have by what its period assigned elsewhere."""
+        """Promise items of the first pod that has some free, or one that a pod can have.
+
+        It can have one if what its period assigned elsewhere can be promised from another pod.
+        """
         sku, pods, tried, station = request.sku, [], tried or set(), self._stations[request.station]
         for pod in station._inbound.values():
             if sku in pod._contents and pod.id not in tried:
-                if pod.free_items(sku) > 0:
-                    self.promise(request, pod)
+                if (free := pod.free_items(sku)) > 0:
+                    self.promise(request, pod, min(free, request._items))
                     return True
                 pods.append(pod)
+        period = request.part.period
         for pod in pods:
             tried.add(pod.id)
             for other in (self._stations[at] for at in pod._itinerary if at != station.id):
-                for moved in other._by_sku.get(sku, {}).values():
-                    if moved._pod is pod and moved.part.period == request.part.period:
-                        self.withdraw(moved)
-                        if self.cover(moved, tried):
-                            self.promise(request, pod)
-                            return True
-                        self.promise(moved, pod)
-                        break  # the others from here have the same ways out
+                same_sku = other._by_sku.get(sku, ())
+                moved = next((one for one in same_sku if one._pod is pod and one.part.period == period), None)
+                if moved is not None:  # the others from here have the same ways out
+                    self.withdraw(moved)
+                    if self.cover(moved, tried):
+                        self.promise(request, pod)
+                        return True
+                    self.promise(moved, pod)
         return False
 
-    def secure(self, request: Request, pod: Pod) -> None:
-        """Make sure that the item for a request is promised from the pod that is about to serve it."""
+    def secure(self, request: Request, pod: Pod) -> Request:
+        """Make sure that the oldest item of a request is promised from the pod that is about to serve it.
+
+        Returns
+        -------
+        Request
+            The request that the item belongs to then; that given, where it is the oldest of its SKU at the station.
+        """
         if request._pod is pod:
-            return
-        same_sku = self._stations[request.station]._by_sku[request.sku]
+            return request
+        station = self._stations[request.station]
         # The pod's item may be promised to a younger request here: the two swap what they were promised.
-        younger = next((other for other in same_sku.values() if other._pod is pod), None)
+        younger = next((other for other in station._by_sku[request.sku] if other._pod is pod), None)
         if younger is not None:
+            _part_off(station, younger, 1)
+            _part_off(station, request, 1)
             younger._pod, request._pod = request._pod, pod
-            return
+            _join(station, younger)
+            return _join(station, request)
         released = request._pod
         if released is not None:
             self.withdraw(request)
-        self.promise(request, pod)
+        request = self.promise(request, pod)
         if released is not None:
-            for station in released._itinerary:
-                self.promise_items(released, self._stations[station])
+            for at in released._itinerary:
+                self.promise_items(released, self._stations[at])
+        return request
 
 
-def promise(request: Request, pod: Pod) -> None:
-    """Promise a free item of a pod to a request that is uncovered, without any account."""
-    request._pod = pod
+def _count_promised(pod: Pod, request: Request, items: int) -> None:
+    """Count items of a pod that are promised to a request's station, more or fewer."""
     pod._touched.add((pod, request.sku))
     by_station = pod._promised.setdefault(request.sku, {})
-    by_station[request.station] = by_station.get(request.station, 0) + 1
+    by_station[request.station] = by_station.get(request.station, 0) + items
+    if not by_station[request.station]:
+        del by_station[request.station]
+        if not by_station:
+            del pod._promised[request.sku]
+
+
+def enter(station: Station, request: Request) -> None:
+    """Put a request among those of its station."""
+    insort(station._requests, request, key=_by_id)
+    insort(station._by_sku.setdefault(request.sku, []), request, key=_by_id)
+
+
+def drop_item(station: Station, request: Request) -> None:
+    """Let a request lose its oldest item; it is gone with the last one."""
+    if request._items == 1:
+        _leave(station, request)
+    put(request, "id", request.id + 1)
+    request._items -= 1
+
+
+def _leave(station: Station, request: Request) -> None:
+    same_sku = station._by_sku[request.sku]
+    for requests in (station._requests, same_sku):
+        del requests[bisect_left(requests, request.id, key=_by_id)]
+    if not same_sku:
+        del station._by_sku[request.sku]
+
+
+def _part_off(station: Station, request: Request, items: int) -> None:
+    """Leave a request with so many items, its oldest; the others become a request of their own."""
+    if items < request._items:
+        rest = Request(request.id + items, request.part, request.sku, request._items - items, request._pod)
+        request._items = items
+        enter(station, rest)
+
+
+def _join(station: Station, request: Request) -> Request:
+    """Let a request be one with those of its line that come right before and after it, if their pod is the same."""
+    same_sku = station._by_sku[request.sku]
+    if len(same_sku) == 1:
+        return request
+    at = bisect_left(same_sku, request.id, key=_by_id)
+    for earlier, later in ((at, at + 1), (at - 1, at)):
+        if earlier >= 0 and later < len(same_sku):
+            one, other = same_sku[earlier], same_sku[later]
+            if one._pod is other._pod and one.part is other.part and one.id + one._items == other.id:
+                _leave(station, other)
+                one._items += other._items
+                request = one
+    return request
 
 
 def next_request(station: Station, pod: Pod) -> Request | None:
     """Oldest open request at a station that an item on the pod can serve, not counting items promised elsewhere."""
     best: Request | None = None
     for sku in station._by_sku.keys() & pod._contents.keys():
-        first = next(iter(station._by_sku[sku].values()))
+        first = station._by_sku[sku][0]
         if (best is None or first.id < best.id) and _usable(pod, sku, station.id):
             best = first
     return best

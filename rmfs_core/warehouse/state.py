@@ -13,8 +13,8 @@ from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.column_keeping import StockColumns
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
-from rmfs_core.warehouse.promises import Promises, serves_none
-from rmfs_core.warehouse.stock import Stock, by_age
+from rmfs_core.warehouse.promises import Promises, drop_item, enter, serves_none
+from rmfs_core.warehouse.claims import Claims, by_age
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
 
@@ -70,7 +70,7 @@ class Warehouse:
             for i, (data, cell, capacity) in enumerate(zip(instance.pods, pod_cells, capacities, strict=True))
         )
         self.columns = StockColumns(self.pods, self.n_skus)
-        self.stock = Stock(self.pods) if wait_for_stock and not self.unlimited_stock else None
+        self.claims = Claims(self.pods) if wait_for_stock and not self.unlimited_stock else None
         self.homes = tuple(pod_cells)
         self.stations = tuple(stations)
         self.picking = tuple(station for station in stations if station.picks)
@@ -98,7 +98,8 @@ class Warehouse:
         self.split_orders_open = 0
         self.backlog = Backlog(self.n_skus)
         self.promises = Promises(self.stations, self.n_skus)
-        self._next_request = 0
+        self.next_request = 0
+        """Id of the request that is made next."""
         with_sku: dict[int, list[Pod]] = {}
         for pod in self.pods:
             for sku in pod.contents:
@@ -190,7 +191,7 @@ class Warehouse:
             put(order, "arrival_tick", tick)
             put(order, "arrival_s", to_seconds(tick))
         self.arrived[order.id] = order
-        if self.stock is None or self.stock.serve(order):
+        if self.claims is None or self.claims.serve(order):
             self.backlog.add(order)
         for line in order.lines:
             self.open_demand[line.sku] += line.quantity
@@ -214,12 +215,11 @@ class Warehouse:
         part._items += items
         self.split_orders_open += order.split - was_split
         for line in lines:
-            for _ in range(line.quantity):
-                request = Request(self._next_request, part, line.sku)
-                self._next_request += 1
-                station._requests[request.id] = request
-                station._by_sku.setdefault(line.sku, {})[request.id] = request
-                self.promises.cover(request)
+            enter(station, Request(self.next_request, part, line.sku, line.quantity))
+            self.next_request += line.quantity
+            same_sku = station._by_sku[line.sku]
+            while same_sku[-1]._pod is None and self.promises.cover(same_sku[-1]):
+                pass
         return items
 
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
@@ -280,7 +280,7 @@ class Warehouse:
         pod._touched.add((pod, bundle.sku))
         for station in pod._itinerary:
             self.promises.promise_items(pod, self.stations[station])
-        served = self.stock.stored(bundle.sku, bundle.items) if self.stock is not None else ()
+        served = self.claims.stored(bundle.sku, bundle.items) if self.claims is not None else ()
         if served:
             self.backlog.add(*served)
         return served
@@ -393,9 +393,8 @@ class Warehouse:
         del station._inbound[pod.id]
 
     def fulfil(self, request: Request, pod: Pod, *, handled: bool = True) -> None:
-        """Pick the item of a request from a pod that stands at its station; ``handled``: and give its place back."""
-        self.promises.secure(request, pod)
-        self.promises.withdraw(request, picked=True)
+        """Pick an item of a request from a pod that stands at its station; ``handled``: and give its place back."""
+        request = self.promises.pick(request, pod)
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
             pod._used -= self.sizes[request.sku]
@@ -406,12 +405,9 @@ class Warehouse:
             self.release(request)
 
     def close(self, request: Request) -> None:
-        """Take the request of a picked item off the books; its place is kept until `release`."""
+        """Take a picked item, the oldest of a request, off the books; its place is kept until `release`."""
         station = self.stations[request.station]
-        del station._requests[request.id]
-        del station._by_sku[request.sku][request.id]
-        if not station._by_sku[request.sku]:
-            del station._by_sku[request.sku]
+        drop_item(station, request)
         self.open_demand[request.sku] -= 1
         request.part._picked += 1
         station._in_hand = request
@@ -439,30 +435,29 @@ class Warehouse:
         told
             Whether an order waits, by id, of those of which that is known.
         """
-        stock = self.stock = Stock(self.pods)
+        claims = self.claims = Claims(self.pods)
         for station in self.stations:
-            for request in station._requests.values():
-                stock.claim(request.sku, 1)
+            for request in station._requests:
+                claims.claim(request.sku, request._items)
         shown = {order.id: bool(order._parts) or told.get(order.id) is False for order in self.backlog}
         for order in sorted(self.backlog, key=lambda order: (not shown[order.id], by_age(order))):
             if shown[order.id]:
                 for line in order.open_lines:
-                    stock.claim(*line)
-            elif told.get(order.id) and stock.lacking(order) is None:
-                stock.wait(order, order.lines[0].sku)  # there is enough: any of its SKUs will do
+                    claims.claim(*line)
+            elif told.get(order.id) and claims.lacking(order) is None:
+                claims.wait(order, order.lines[0].sku)  # there is enough: any of its SKUs will do
             else:
-                stock.serve(order)
-        if stock.waiting:
+                claims.serve(order)
+        if claims.waiting:
             backlog, self.backlog = self.backlog, Backlog(self.n_skus)
             self.backlog.add(*(order for order in backlog if not order._waits))
 
-    def renumber(self, station: Station, requests: Mapping[int, Request]) -> None:
-        """Give the requests of a station these ids, oldest first."""
-        station._requests, station._by_sku = {}, {}
-        for number, request in requests.items():
-            station._requests[number] = Request(number, request.part, request.sku)
-            station._by_sku.setdefault(request.sku, {})[number] = station._requests[number]
-            self._next_request = max(self._next_request, number + 1)
+    def renumber(self, station: Station, requests: Iterable[tuple[int, Request, int]]) -> None:
+        """Give a station these requests: each has an id, one of the same line that is there now, and items."""
+        station._requests, station._by_sku = [], {}
+        for number, known, items in requests:
+            enter(station, Request(number, known.part, known.sku, items))
+            self.next_request = max(self.next_request, number + items)
 
     def reroute(self, pod: Pod, stations: Sequence[int]) -> None:
         """Let a pod visit the stations that it is bound for in this order."""

@@ -59,7 +59,7 @@ class WarehouseView(ReadOnly):
         An order is when what the pods hold, less what open requests and the orders of the backlog take, is too little
         for one of its lines. None where stock is unlimited, or with ``rules.wait_for_stock = false``.
         """
-        return () if self._state.stock is None else tuple(self._state.stock.waiting.values())
+        return () if self._state.claims is None else tuple(self._state.claims.waiting.values())
 
     @property
     def filtered(self) -> bool:

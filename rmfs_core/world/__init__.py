@@ -1,12 +1,11 @@
 """What is there when a run begins: the grid, its travel times, and the instance of orders, pods and SKUs."""
 
-import importlib
-import warnings
+from typing import Any
 
-from rmfs_core.world.csv_files import Calendar, read_instance
+from rmfs_core.timetable import Calendar
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells, check_size
 from rmfs_core.world.instance import BundleData, Instance, OrderData, PodData
-from rmfs_core.world.instance_making import make_instance
+from rmfs_core.world.instance_making import make_instance, reader
 from rmfs_core.world.layout_making import check_layout, make_layout, reached
 
 __all__ = [
@@ -32,9 +31,8 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> object:
-    """Return what was here in rmfs 0.1.0; until rmfs 0.3.0."""
-    if name in ("block_map", "parse_map"):
-        warnings.warn(f"`rmfs_core.world.{name}` is `rmfs.layouts.{name}` now", DeprecationWarning, stacklevel=2)
-        return getattr(importlib.import_module("rmfs_commands.layouts"), name)
+def __getattr__(name: str) -> Any:
+    """Return `read_instance`, which is read from the format that is plugged in."""
+    if name == "read_instance":
+        return reader().read_instance
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

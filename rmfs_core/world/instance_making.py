@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from importlib.metadata import EntryPoint
 from operator import itemgetter
 from pathlib import Path
@@ -14,22 +14,29 @@ from typing import Any
 from attrs import evolve
 
 from rmfs_core import entrypoints
-from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_PODS, InstanceSection, Replenishment, Scenario
 from rmfs_core.scenario.reading import located
+from rmfs_core.timetable import Calendar
 from rmfs_core.wording import did_you_mean, first_few, nearest, one_line, shown_short
-from rmfs_core.world.csv_files import (
-    Calendar,
-    Wrong,
-    line_of,
-    read_bundles,
-    read_instance,
-    read_profile,
-    read_skus,
-    refuse,
-)
-from rmfs_core.world.instance import BundleData, Instance, OrderData, PodData
+from rmfs_core.world.instance import Instance, OrderData, PodData
+
+Wrong = Callable[[InputError], None]
+"""What is called with a mistake in a file; when it returns, the row is left out."""
+
+
+def refuse(error: InputError) -> None:
+    """Raise the first mistake."""
+    raise error
+
+
+def reader() -> Any:
+    """Return the module that reads the files which scenarios name, the entry point ``csv`` of ``rmfs.formats``.
+
+    It has ``read_instance(orders_file, pods_file, start, wrong)``, ``restocked(instance, scenario, wrong)``,
+    ``read_profile(file)``, ``read_robots(file)`` and ``line_of(orders_file, order, sku)``.
+    """
+    return entrypoints.load(entrypoints.chosen(entrypoints.FORMATS, None, "csv"), "instance", "format")
 
 
 def make_instance(scenario: Scenario) -> Instance:
@@ -57,13 +64,21 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     Calendar(section.start).zero()  # whether or not it is used, what is wrong with it is said
     if section.orders_file is None or section.pods_file is None:
         if isinstance(profile := section.arrivals.profile, str):
-            section = evolve(section, arrivals=evolve(section.arrivals, profile=read_profile(folder / profile)))
+            section = evolve(
+                section, arrivals=evolve(section.arrivals, profile=reader().read_profile(folder / profile))
+            )
         return _restocked(_generated(section, scenario.seed), scenario, wrong)
     orders, pods = folder / section.orders_file, folder / section.pods_file
     for key, file in (("orders_file", orders), ("pods_file", pods)):
         if not os.path.exists(file):  # noqa: PTH110 (False for a name that is too long, too)
             raise InputError(f"instance.{key}", f"there is no file {file}")
-    return _restocked(read_instance(orders, pods, section.start, wrong), scenario, wrong)
+    return _restocked(reader().read_instance(orders, pods, section.start, wrong), scenario, wrong)
+
+
+def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance:
+    given = scenario.instance.replenishment
+    plain = scenario.instance.skus_file is None and (given is None or given.process == "none")
+    return instance if plain else reader().restocked(instance, scenario, wrong)
 
 
 def generator_of(section: InstanceSection) -> tuple[EntryPoint, ...]:
@@ -135,51 +150,6 @@ def _fit(entries: Any, instance: Instance, least: int) -> bool:
         return False
 
 
-def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance:
-    """Add to an instance what is known of its SKUs, and of the bundles to come."""
-    section, folder = scenario.instance, Path(scenario.folder)
-    given = section.replenishment or Replenishment()
-    coming = {} if given.file is None else read_bundles(folder / given.file, wrong)
-    skus = tuple(dict.fromkeys([*instance.skus, *(sku for _, sku, _, _ in coming.values())]))
-    told = {} if section.skus_file is None else read_skus(folder / section.skus_file, wrong)
-    ids = {sku: i for i, sku in enumerate(skus)}
-    bundles = [BundleData(name, tick, ids[sku], items) for name, (tick, sku, items, _) in coming.items()]
-    return evolve(
-        instance,
-        skus=skus,
-        sizes=tuple(int(told.get(sku, {}).get("size", 1)) for sku in skus) if told else (),
-        bundles=tuple(sorted(bundles, key=lambda bundle: bundle.arrival_tick)),
-        levels=tuple(_levels(instance, given, told)) if given.process == "reorder-point" else (),
-        restocked=given.process != "none",
-    )
-
-
-def _levels(
-    instance: Instance, given: Replenishment, told: Mapping[str, Mapping[str, float]]
-) -> Iterator[tuple[int, int]]:
-    """Yield s and S of each SKU in items; s at least what lets no single order line wait for ever."""
-    wanted, largest = Counter[int](), Counter[int]()
-    for order in instance.orders:
-        for sku, quantity in order.lines:
-            wanted[sku] += quantity
-            largest[sku] = max(largest[sku], quantity)
-    days = max(max((order.arrival_tick for order in instance.orders), default=0) / to_ticks(86_400), 1)
-    for sku, name in enumerate(instance.skus):
-        own = told.get(name, {})
-        s, up_to = own.get("reorder_point", given.reorder_point), own.get("order_up_to", given.order_up_to)
-        if s is None or up_to is None:
-            key = "reorder_point" if s is None else "order_up_to"
-            raise InputError(
-                f"instance.replenishment.{key}", f"expected a number, or one for SKU {name} in the file of SKUs"
-            )
-        if s >= up_to:
-            problem = f"expected order_up_to > reorder_point, found {up_to:g} <= {s:g} for SKU {name}"
-            raise InputError("instance.replenishment", problem)
-        unit = wanted[sku] / days if given.unit == "days" else 1
-        least = max(math.floor(s * unit), largest[sku] - 1)
-        yield least, max(math.ceil(up_to * unit), least + 1)
-
-
 def instance_problems(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
     """Yield what keeps an instance from being run: short SKUs, orders that are too large, pods at stations."""
     given = scenario.instance.replenishment
@@ -197,7 +167,7 @@ def _place(scenario: Scenario, order: str, sku: str | None = None) -> str:
     if scenario.instance.orders_file is None:
         return "instance.orders"
     file = Path(scenario.folder) / scenario.instance.orders_file
-    return f"{file}, line {line_of(file, order, sku)}"
+    return f"{file}, line {reader().line_of(file, order, sku)}"
 
 
 def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:

@@ -15,6 +15,7 @@ import click
 from attrs import define, evolve, field
 
 from rmfs_commands.cli.single_rule import load_rule
+from rmfs_commands.instances.csv_files import read_skus
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
@@ -30,7 +31,6 @@ from rmfs_core.simulation.setup import hours_of, open_warehouse, shifts_of, unme
 from rmfs_core.timetable import first_common
 from rmfs_core.wording import first_few, sentence
 from rmfs_core.world import Instance, Layout, make_layout
-from rmfs_core.world.csv_files import read_skus
 from rmfs_core.world.instance_making import instance_problems, oversize_orders, unchecked_instance
 
 ROLES = {role.key: role for role in Role}

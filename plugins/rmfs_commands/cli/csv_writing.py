@@ -6,9 +6,9 @@ import csv
 import io
 from collections.abc import Iterable
 
+from rmfs_commands.instances.csv_files import DUE_COLUMNS, ORDER_COLUMNS, PLACE_COLUMNS, POD_COLUMNS
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.world import Instance, OrderData
-from rmfs_core.world.csv_files import DUE_COLUMNS, ORDER_COLUMNS, PLACE_COLUMNS, POD_COLUMNS
 
 
 def orders_csv(instance: Instance) -> str:

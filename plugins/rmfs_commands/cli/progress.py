@@ -329,7 +329,7 @@ class RunPanel(PanelDisplay):
             load,
             "-" if picking is None else run.warehouse.pods[picking].name,
             str(len(station.inbound_pods)),
-            str(len(station.open_requests)) if picks else "-",
+            str(station.open_items) if picks else "-",
             *bundles,
             f"{self.counts.picks_at[station.id]:,}" if picks else "-",
             waits_for(run, station) if picking is None else "-",

@@ -13,9 +13,9 @@ from rmfs_commands.convert.tables import Row
 from rmfs_commands.convert.tally import Tally
 from rmfs_commands.convert.time_formats import Moment, UnusableError, guessed
 from rmfs_commands.convert.times import Clock, ClockError
+from rmfs_commands.instances.csv_files import MOST_ITEMS_OF_LINE
 from rmfs_core.errors import InputError
 from rmfs_core.wording import counted, did_you_mean
-from rmfs_core.world.csv_files import MOST_ITEMS_OF_LINE
 
 NO_QUANTITY = "a quantity that is no whole number from 1 on (returns, weights)"
 NO_TIME = "no time that can be read"

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, cast
 
 from rmfs_commands.convert.headers import plain, positions
+from rmfs_commands.instances.csv_files import csv_records
 from rmfs_core.errors import InputError
 from rmfs_core.wording import listed, shown_short
-from rmfs_core.world.csv_files import csv_records
 
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 """Signs between fields that have a name, and are looked for where a header does not have the columns."""

@@ -21,9 +21,9 @@ from rmfs_commands.convert.order_heads import OrderHeads
 from rmfs_commands.convert.tables import Table
 from rmfs_commands.convert.tally import SHOWN
 from rmfs_commands.convert.time_formats import Moment
+from rmfs_commands.instances.csv_files import TEN_YEARS
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.errors import InputError
-from rmfs_core.world.csv_files import TEN_YEARS
 
 _SCHEMA = """
 PRAGMA journal_mode = OFF;

@@ -24,7 +24,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.results.files import AtomicFile, staged, write_text
 from rmfs_core.timetable import DAY
 from rmfs_core.wording import counted, listed
-from rmfs_core.world.csv_files import Calendar
+from rmfs_core.world import Calendar
 
 LARGEST = 5
 """Lines that are named, those with most items."""

@@ -195,14 +195,15 @@ class PodChoices:
     def __init__(self, warehouse: WarehouseView) -> None:
         self._warehouse = warehouse
         self._demand = warehouse.open_demand().tolist()
-        self._lacking: dict[int, list[Request]] = {}
+        self._lacking: dict[int, list[tuple[Request, int]]] = {}  # with the items that are left
         self._inbound = Counter({station.id: len(station.inbound_pods) for station in warehouse.stations})
         self._idle = _idle(warehouse)
         self._pods = len(warehouse.pods)
 
     def among(self, station: Station, pods: Sequence[Pod]) -> Choice:
         """Choose one of the pods for a station."""
-        lacking = self._lacking.setdefault(station.id, list(station.uncovered_requests))
+        uncovered = [(request, request.items) for request in station.uncovered_requests]
+        lacking = self._lacking.setdefault(station.id, uncovered)
         wanted = np.array([_wanted(pod, self._demand) for pod in pods])
         ticks = self._warehouse.travel.times_to(station.cell, True)[[pod.cell for pod in pods]].min(axis=1)
         served = np.array([_served(pod, lacking) for pod in pods])
@@ -211,7 +212,7 @@ class PodChoices:
             wanted / max(int(wanted.max()), 1),
             ticks / TICKS_PER_S,
             [pod.location is None for pod in pods],
-            len(lacking),
+            sum(items for _, items in lacking),
             self._inbound[station.id],
             self._idle,
         ]
@@ -221,25 +222,26 @@ class PodChoices:
         """Take note that a pod was chosen for a station."""
         free = {sku: pod.free_items(sku) for sku in pod.contents}
         left = []
-        for request in self._lacking[station.id]:
-            if free.get(request.sku, 0) > 0:
-                free[request.sku] -= 1
-            else:
-                left.append(request)
+        for request, items in self._lacking[station.id]:
+            taken = max(min(items, free.get(request.sku, 0)), 0)
+            if taken:
+                free[request.sku] -= taken
+            if taken < items:
+                left.append((request, items - taken))
         self._lacking[station.id] = left
         self._inbound[station.id] += 1
 
 
-def _served(pod: Pod, lacking: Sequence[Request]) -> tuple[int, int]:
-    """Return how many requests a pod can serve, oldest first, and how many orders lack nothing then."""
-    free = {sku: pod.free_items(sku) for sku in {request.sku for request in lacking} & pod.contents.keys()}
-    served, lack = 0, dict.fromkeys([request.order.id for request in lacking], 0)
-    for request in lacking:
-        if free.get(request.sku, 0) > 0:
-            free[request.sku] -= 1
-            served += 1
-        else:
-            lack[request.order.id] += 1
+def _served(pod: Pod, lacking: Sequence[tuple[Request, int]]) -> tuple[int, int]:
+    """Return how many items a pod can serve, oldest first, and how many orders lack nothing then."""
+    free = {sku: pod.free_items(sku) for sku in {request.sku for request, _ in lacking} & pod.contents.keys()}
+    served, lack = 0, dict.fromkeys([request.order.id for request, _ in lacking], 0)
+    for request, items in lacking:
+        taken = max(min(items, free.get(request.sku, 0)), 0)
+        if taken:
+            free[request.sku] -= taken
+        served += taken
+        lack[request.order.id] += items - taken
     return served, sum(not number for number in lack.values())
 
 

@@ -7,10 +7,8 @@ import shlex
 import click
 
 from rmfs_commands.cli.screen import tell
+from rmfs_commands.kit.names import COMMAND
 from rmfs_core.roles import Role
-
-COMMAND = "command"
-"""What can be written besides rules: a command of `rmfs`."""
 
 
 @click.command(name="new-rule", short_help="Write a distribution with a rule of your own.")

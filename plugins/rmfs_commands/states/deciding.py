@@ -326,7 +326,7 @@ def carry_out(
         items=open_before - sum(order.open_items for order in warehouse.backlog.orders),
         visits=len(decision.trips),
         unused=sum(station.free_capacity for station in warehouse.picking),
-        uncovered=sum(len(station.uncovered_requests) for station in warehouse.stations),
+        uncovered=sum(station.uncovered_items for station in warehouse.stations),
     )
 
 

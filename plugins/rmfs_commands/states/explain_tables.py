@@ -210,8 +210,8 @@ def _stations(opened: OpenState) -> Table:
             station.name,
             _free(station),
             *((f"{len(station.bundles)} of {station.bundle_capacity}" if station.stores else "-",) if stores else ()),
-            str(len(station.open_requests)),
-            str(len(station.uncovered_requests)),
+            str(station.open_items),
+            str(station.uncovered_items),
             str(station.queue_room),
             Text(", ".join(pods) or "-"),
         )
@@ -265,7 +265,9 @@ def _print_wanted(console: Console, opened: OpenState, max_fetches: int | None) 
     """Print what pods are wanted for, and which could be sent."""
     table = _table("Station", "SKUs not covered")
     for station in opened.warehouse.stations:
-        skus = Counter(opened.instance.skus[request.sku] for request in station.uncovered_requests)
+        skus = Counter[str]()
+        for request in station.uncovered_requests:
+            skus[opened.instance.skus[request.sku]] += request.items
         if skus:
             table.add_row(station.name, Text(_counted(skus)))
     console.print(table)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import TypeVar
 
-from rmfs_commands.states.plain import BundleMemento, Memento, OrderMemento, StationMemento
-from rmfs_core.warehouse import Order, Request, Robot, Station, Warehouse
+from rmfs_commands.states.plain import BundleMemento, Memento, OrderMemento, RequestMemento, StationMemento
+from rmfs_core.warehouse import Order, Robot, Station, Warehouse
 from rmfs_core.world import CellKind, Instance
 from rmfs_core.world.travel import Travel
 
@@ -114,31 +115,47 @@ def _assign(warehouse: Warehouse, order: Order, given: OrderMemento, skus: Seque
 
 def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento, memento: Memento) -> None:
     """Leave a station with the requests told, in their order and with their ids; the others were picked."""
-    assigned: dict[tuple[int, int], list[Request]] = {}
-    for request in station.open_requests:
-        assigned.setdefault((request.order.id, request.sku), []).append(request)
-    kept: dict[int, Request] = {}  # those to come, by id
+    assigned = {(request.order.id, request.sku): request for request in station.open_requests}
+    picked = Counter({line: request.items for line, request in assigned.items()})
+    path, last = ("stations", station.id, "requests"), -1
     for i, wanted in enumerate(given.requests):
-        path = ("stations", station.id, "requests")
-        same = assigned.get((wanted.order, wanted.sku))
-        if not same:
+        line = wanted.order, wanted.sku
+        if not picked[line]:
             name = _at(warehouse.orders, wanted.order, *path, i).name
             more = f'requests more of SKU "{_at(memento.skus, wanted.sku, *path, i)}" for order "{name}"'
             raise ContradictionError(f"{more} than `lines` and `parts` of the order assign to this station", *path, i)
-        _check(wanted.id not in kept, f"found the id {wanted.id} twice; expected each once", *path)
-        kept[wanted.id] = same.pop(0)
-    held = next(iter(assigned.get(given.in_hand, ())), None) if given.in_hand else None
-    _check(held is not None or given.in_hand is None, "names no item picked here", "stations", station.id, "in_hand")
-    for request in (request for picked in assigned.values() for request in picked):
-        if request is not held:
-            warehouse.close(request)
-            warehouse.release(request)
+        expected = f"found the id {wanted.id} after {last}; expected a higher one for each request"
+        _check(wanted.id > last, expected, *path)
+        last = wanted.id
+        picked[line] -= 1
+    runs = [(first.id, assigned[first.order, first.sku], items) for _, first, items in _runs(given.requests)]
+    if (held := given.in_hand) is not None:
+        _check(bool(picked[held]), "names no item picked here", "stations", station.id, "in_hand")
+        picked[held] -= 1
+    for line, number in picked.items():
+        for _ in range(number):
+            warehouse.close(assigned[line])
+            warehouse.release(assigned[line])
     if held is not None:
-        warehouse.close(held)
+        warehouse.close(assigned[held])
     problem = f"found {given.capacity}; expected at least {station.load}, what is assigned and not picked"
-    alone = len({request.order for request in (*kept.values(), held) if request}) == 1  # one larger than any station
+    orders = {known.order.id for _, known, _ in runs} | ({held[0]} if held else set())
+    alone = len(orders) == 1  # one larger than any station
     _check(alone or given.capacity >= station.load, problem, "stations", station.id, "capacity")
-    warehouse.renumber(station, kept)
+    warehouse.renumber(station, runs)
+
+
+def _runs(requests: Sequence[RequestMemento]) -> list[tuple[int, RequestMemento, int]]:
+    """Return position, first item and number of items of those of a line that follow each other for the same pod."""
+    runs: list[tuple[int, RequestMemento, int]] = []
+    for at, item in enumerate(requests):
+        if runs:
+            begin, first, items = runs[-1]
+            if item == first._replace(id=first.id + items):
+                runs[-1] = begin, first, items + 1
+                continue
+        runs.append((at, item, 1))
+    return runs
 
 
 def _bind(warehouse: Warehouse, memento: Memento) -> None:
@@ -240,14 +257,14 @@ def _restore_bundle(warehouse: Warehouse, told: BundleMemento, *path: str | int)
 def _promise(warehouse: Warehouse, memento: Memento) -> None:
     """Promise items on inbound pods to requests: first as told, then to whatever is left over."""
     for station, given in zip(warehouse.stations, memento.stations, strict=True):
-        for i, (request, wanted) in enumerate(zip(station.open_requests, given.requests, strict=True)):
+        for request, (at, wanted, items) in zip(station.open_requests, _runs(given.requests), strict=True):
             if wanted.pod is not None:
-                path = ("stations", station.id, "requests", i, "pod")
-                pod = _at(warehouse.pods, wanted.pod, *path)
-                spare = station.id in pod.bound_for and pod.free_items(request.sku) > 0
-                sku = memento.skus[request.sku]
-                _check(spare, f'pod "{pod.name}" is not inbound here with an item of "{sku}" to spare', *path)
-                warehouse.promises.promise(request, pod)
+                path = ("stations", station.id, "requests")
+                pod = _at(warehouse.pods, wanted.pod, *path, at, "pod")
+                spare = max(pod.free_items(request.sku), 0) if station.id in pod.bound_for else 0
+                lacking = f'pod "{pod.name}" is not inbound here with an item of "{memento.skus[request.sku]}" to spare'
+                _check(spare >= items, lacking, *path, at + spare, "pod")
+                warehouse.promises.promise(request, pod, items)
     for station in warehouse.stations:
         for pod in station.inbound_pods:
             warehouse.promises.promise_items(pod, station)

@@ -46,11 +46,13 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
     search: Any = sending_search
     stock = warehouse.stock
     at, leaving = stock.at.copy(), np.count_nonzero(stock.at >= 0)  # a pod that is sent is busy from then on
-    needy = [  # those with the fewest inbound pods, and of these with the most uncovered requests, go first
-        (len(station.inbound_pods), -len(uncovered), station.id, Counter([request.sku for request in uncovered]))
-        for station in warehouse.stations
-        if (uncovered := station.uncovered_requests)
-    ]
+    needy = []  # those with the fewest inbound pods, and of these with the most uncovered items, go first
+    for station in warehouse.stations:
+        if uncovered := station.uncovered_requests:
+            wanted = Counter[int]()
+            for request in uncovered:
+                wanted[request.sku] += request.items
+            needy.append((len(station.inbound_pods), -wanted.total(), station.id, wanted))
     heapify(needy)
     trips: list[PodTrip] = []
     while needy and (max_fetches > 0 or leaving):

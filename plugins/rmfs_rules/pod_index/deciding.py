@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import frozen
@@ -18,7 +18,6 @@ from rmfs_rules.pod_index.worth import MOST_STEPS
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
-    from rmfs_rules.pod_index.rule import PodIndex
 
 MOST_SECONDS = 4096
 """Of how many seconds the power is kept in a table."""
@@ -26,8 +25,8 @@ NO_PAIRS = np.zeros((0, 2), np.int64)
 NOTHING = JointDecision()
 
 
-def weights_of(rule: PodIndex) -> Weights:
-    """Return the parameters of a rule as compiled code takes them."""
+def weights_of(rule: Any) -> Weights:
+    """Return the parameters of a `PodIndex` as compiled code takes them."""
     seconds_and_shares = {name: float(getattr(rule, name)) for name in Weights._fields[:10]}
     return Weights(
         **seconds_and_shares,

@@ -99,7 +99,7 @@ class PodScores:
         return number
 
     def picks(self, station: Station, pods: Ids) -> Values:
-        """Uncovered requests of the station that the pod fulfils."""
+        """Uncovered items of the station that the pod has."""
         wanted = self._wanted(station)
         picks: Values = np.minimum(self._on(pods, wanted.skus), wanted.needs.sum(axis=0)).sum(axis=1).astype(np.float64)
         return picks
@@ -112,10 +112,13 @@ class PodScores:
         total = weights.time_cost_per_s * self.nearest(station, pods)
         items = self._on(pods, wanted.skus)
         for column in range(len(wanted.skus)):
-            sums = np.concatenate(([0.0], np.cumsum(each[wanted.column == column])))
-            total += sums[np.minimum(items[:, column], len(sums) - 1)]
+            of_sku = wanted.column == column
+            number, sums = (
+                np.concatenate(([0], np.cumsum(values[of_sku]))) for values in (wanted.items, each * wanted.items)
+            )
+            total += np.interp(items[:, column], number, sums)  # of a request that it serves in part, a part
         if weights.completion_boost:
-            of_order = np.bincount(wanted.row, weights=each, minlength=len(wanted.needs))
+            of_order = np.bincount(wanted.row, weights=each * wanted.items, minlength=len(wanted.needs))
             total += weights.completion_boost * (of_order @ self._completed(station, pods))
         if weights.backlog_weight:
             lines, stock, wanted_by_sku = self._lines, self._stock, self._wanted_by_sku(station)
@@ -161,7 +164,8 @@ class PodScores:
 
     def _wanted(self, station: Station) -> Requests:
         if station.id not in self._requests:
-            self._requests[station.id] = Requests.of(station.uncovered_requests)
+            uncovered = station.uncovered_requests
+            self._requests[station.id] = Requests.of(uncovered, [request.items for request in uncovered])
         return self._requests[station.id]
 
     def _take(self, pod: int, station: Station) -> None:
@@ -169,12 +173,12 @@ class PodScores:
         wanted = self._wanted(station)
         left = Counter(dict(zip(wanted.skus.tolist(), self._on(np.array([pod]), wanted.skus)[0].tolist(), strict=True)))
         still = []
-        for request in wanted.requests:
-            if left[request.sku] > 0:
-                left[request.sku] -= 1
-            else:
-                still.append(request)
-        self._requests[station.id] = Requests.of(still)
+        for request, items in zip(wanted.requests, wanted.items.tolist(), strict=True):
+            taken = min(items, left[request.sku])
+            left[request.sku] -= taken
+            if taken < items:
+                still.append((request, items - taken))
+        self._requests[station.id] = Requests.of([request for request, _ in still], [items for _, items in still])
 
     def _on(self, pods: Ids, skus: Ids) -> NDArray[np.int64]:
         """Return the free items of SKUs on pods, shape (pods, SKUs)."""

@@ -24,6 +24,8 @@ class Requests:
     ----------
     requests
         The requests, oldest first.
+    items
+        Items of each that are uncovered, shape (requests,).
     skus
         Ids of their SKUs, ascending, shape (k,).
     column
@@ -35,21 +37,22 @@ class Requests:
     """
 
     requests: Sequence[Request]
+    items: Ids
     skus: Ids
     column: Ids
     row: Ids
     needs: NDArray[np.int64]
 
     @classmethod
-    def of(cls, requests: Sequence[Request]) -> Requests:
-        """Count requests by order and SKU."""
+    def of(cls, requests: Sequence[Request], items: Sequence[int]) -> Requests:
+        """Count items of requests by order and SKU."""
         rows = {order: i for i, order in enumerate(dict.fromkeys(request.order.id for request in requests))}
         row = np.array([rows[request.order.id] for request in requests], np.int64)
         skus, column = np.unique(np.array([request.sku for request in requests], np.int64), return_inverse=True)
         needs = np.zeros((len(rows), len(skus)), np.int64)
-        np.add.at(needs, (row, column), 1)
-        return cls(requests, skus, column, row, needs)
+        np.add.at(needs, (row, column), items)
+        return cls(requests, np.array(items, np.int64), skus, column, row, needs)
 
     def worth(self, worth: Callable[[Order], float]) -> Values:
-        """Return what each request is worth."""
+        """Return what an item of each request is worth."""
         return np.array([worth(request.order) for request in self.requests])

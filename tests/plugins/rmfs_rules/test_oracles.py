@@ -247,7 +247,7 @@ def literal_trips(world: Warehouse, max_fetches: int, value: Value) -> Iterator[
         stations = [s for s in world.stations if s.uncovered_requests and s.id not in given_up]
         if not stations:
             return
-        station = min(stations, key=lambda s: (len(s.inbound_pods), -len(s.uncovered_requests), s.id))
+        station = min(stations, key=lambda s: (len(s.inbound_pods), -s.uncovered_items, s.id))
         times = world.travel.times_to(station.cell, True)
         ranked = [
             (tuple(-part for part in value(world, pod, station)), times[pod.cell].min(), pod.id)
@@ -275,7 +275,7 @@ def system_demand(world: Warehouse, pod: Pod, _: Station) -> tuple[int]:
             demand[line.sku] = demand.get(line.sku, 0) + line.quantity
     for station in world.stations:
         for request in station.open_requests:
-            demand[request.sku] = demand.get(request.sku, 0) + 1
+            demand[request.sku] = demand.get(request.sku, 0) + request.items
     return (sum(min(demand.get(sku, 0), items) for sku, items in pod.contents.items()),)
 
 
@@ -301,7 +301,7 @@ def wanted_at(station: Station) -> dict[int, Counter[int]]:
     """Uncovered items by order and SKU; the order that was assigned first comes first."""
     wanted: dict[int, Counter[int]] = {}
     for request in station.uncovered_requests:
-        wanted.setdefault(request.order.id, Counter())[request.sku] += 1
+        wanted.setdefault(request.order.id, Counter())[request.sku] += request.items
     return wanted
 
 
@@ -317,11 +317,11 @@ def completed(wanted: Iterable[Counter[int]], items: Counter[int]) -> list[bool]
 
 def picks(station: Station, items: Counter[int]) -> Counter[int]:
     """Items that serve uncovered requests of the station."""
-    return items & Counter(request.sku for request in station.uncovered_requests)
+    return items & sum(wanted_at(station).values(), Counter())
 
 
 def picks_of(_: Warehouse, pod: Pod, station: Station) -> int:
-    """Uncovered requests of the station that the pod serves."""
+    """Uncovered items of the station that the pod serves."""
     return picks(station, Counter({sku: pod.free_items(sku) for sku in pod.contents})).total()
 
 
@@ -353,10 +353,9 @@ def work(value: str, world: Warehouse, pod: Pod, station: Station) -> tuple[floa
     whole = dict(zip(wanted, completed(wanted.values(), items), strict=True))
     total = 0.0
     for request in station.uncovered_requests:
-        total += share(request.order) * whole[request.order.id]
-        if items[request.sku] > 0:
-            items[request.sku] -= 1
-            total += share(request.order)
+        served = min(items[request.sku], request.items)
+        items[request.sku] -= served
+        total += share(request.order) * (request.items * whole[request.order.id] + served)
     for order in world.backlog.orders:
         for line in order.open_lines:
             served = min(items[line.sku], line.quantity)

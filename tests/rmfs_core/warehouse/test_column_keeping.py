@@ -14,7 +14,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition,
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import BUSY, STORED, Lines, Order, Pod, Stock, Warehouse, WarehouseView, column_keeping
 from rmfs_core.warehouse.backlog import Backlog
-from rmfs_core.warehouse.stock import Stock as Claims
+from rmfs_core.warehouse.claims import Claims
 from standing import put_at_station
 
 SKUS = "abcd"
@@ -102,7 +102,7 @@ class Run(RuleBasedStateMachine):
         self.world.arrived.clear()
         self.world.open_demand[:] = self.world.ordered[:] = 0
         if finite:
-            self.world.stock = Claims(self.world.pods)
+            self.world.claims = Claims(self.world.pods)
         self.coming = [*self.world.orders]
 
     @rule(number=st.integers(1, 20), tick=st.integers(0, 3))
@@ -165,7 +165,7 @@ class Run(RuleBasedStateMachine):
     def store(self, which: int, sku: int, lacking: bool, items: int) -> None:
         """Store a bundle, perhaps of a SKU that the pod never held: orders may wait no more."""
         pod = self.world.pods[which % len(self.world.pods)]
-        missing = self.world.stock.missing if lacking and self.world.stock is not None else []
+        missing = self.world.claims.missing if lacking and self.world.claims is not None else []
         bundle = self.world.bundle_arrives((missing or [sku % self.world.n_skus])[0], items)
         self.world.assign_bundle(bundle, self.world.stations[1])
         self.world.bind_bundle(bundle, pod)

@@ -122,15 +122,14 @@ def test_a_stations_load_is_items_or_orders(counts_orders: bool, load: int) -> N
 
 
 def test_a_stations_requests_and_pods_are_in_order(world: Warehouse) -> None:
-    """Requests by age, one an item; pods in the order of their trips; what no pod holds an item for is uncovered."""
+    """Requests by age, one a line and promised pod; pods by trip; what no pod holds an item for is uncovered."""
     station, (p, q) = world.stations[0], world.pods
     world.bind(q, station)
     world.bind(p, station)
     for order in world.orders:
         world.assign(order, station, [line.sku for line in order.open_lines])
-    assert [(request.order.name, request.sku) for request in station.open_requests] == [
-        ("first", 0), ("first", 0), ("first", 1), ("second", 1), ("second", 1),
-    ]  # fmt: skip
+    requests = [(request.order.name, request.sku, request.items) for request in station.open_requests]
+    assert requests == [("first", 0, 2), ("first", 1, 1), ("second", 1, 2)]
     assert station.inbound_pods == (q, p)
     assert station.uncovered_requests == ()
     other = world.stations[1]
@@ -156,9 +155,9 @@ def test_parts_say_what_they_are(world: Warehouse) -> None:
     world.place_at_station(robot, pod, station)
     world.assign(world.orders[0], station, [0])
     assert repr(world.orders[1]) == "Order('second', lines=(OrderLine(sku=1, quantity=2),))"
-    assert repr(station.open_requests[0]) == "Request(order='first', sku=0, station=0, covered=True)"
+    assert repr(station.open_requests[0]) == "Request(order='first', sku=0, items=2, station=0, covered=True)"
     assert repr(pod) == "Pod('p', location=None, bound_for=[0])"
-    assert repr(station) == "Station(1, load=2/5, requests=2)"
+    assert repr(station) == "Station(1, load=2/5, open_items=2)"
     assert repr(robot) == f"Robot(1, cell={station.cell}, task=0, pod=0)"
 
 

@@ -132,9 +132,9 @@ def check_promises(world: Warehouse) -> None:
     requests = [request for station in world.stations for request in station.open_requests]
     for pod in world.pods:
         for sku, number in pod.contents.items():
-            promised = [r for r in requests if r.pod is pod and r.sku == sku]
-            assert 0 <= len(promised) <= number
-            assert pod.free_items(sku) == number - len(promised)
+            promised = sum(r.items for r in requests if r.pod is pod and r.sku == sku)
+            assert 0 <= promised <= number
+            assert pod.free_items(sku) == number - promised
     for request in requests:
         inbound = world.stations[request.station].inbound_pods
         if request.covered:

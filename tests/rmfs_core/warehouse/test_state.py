@@ -110,7 +110,7 @@ def test_requests_of_a_station_are_given_other_ids() -> None:
     station = world.stations[0]
     world.assign(world.orders[0], station, [0, 1])
     first, second = station.open_requests
-    world.renumber(station, {4: second, 7: first})
+    world.renumber(station, [(4, second, 1), (7, first, 1)])
     assert [(request.id, request.sku) for request in station.open_requests] == [(4, 1), (7, 0)]
     put_at_station(world, 0)
     served = next_request(station, world.pods[0])

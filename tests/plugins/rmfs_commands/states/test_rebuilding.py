@@ -147,7 +147,7 @@ def test_without_a_layout_places_cannot_be_asked_for(by_hand: dict[str, Any]) ->
                 }
             },
             "stations.north.requests",
-            "the id 1 twice",
+            "the id 1 after 1",
         ),
         (
             {"orders": {"A": {"parts": [{"station": "north", "skus": ["jam"]}]}}},

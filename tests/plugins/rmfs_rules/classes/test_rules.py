@@ -149,7 +149,8 @@ def test_speed_and_demand_can_be_told_apart(put_at_station: PutAtStation) -> Non
     world = small_world({"1": {"a": 3}, "2": {"b": 1}}, {"p": ["a"], "q": ["b"]})
     world.assign(world.orders[0], world.stations[0], [0])
     put_at_station(world, 0, 0)
-    for request in world.stations[0].open_requests:
+    (request,) = world.stations[0].open_requests
+    for _ in range(request.items):
         world.fulfil(request, world.pods[0])
     best = min(world.free_locations, key=lambda cell: (drive(world, cell), trip(world, cell)))
     fast = Utility(weight_speed=1, weight_demand=0, corridor=1, buffer=1)

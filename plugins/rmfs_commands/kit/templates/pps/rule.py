@@ -34,7 +34,9 @@ class TheRule:
         """Send pods one after another, the one with the lowest cost each time."""
 
         def cost(station: Station, pod: Pod) -> tuple[float, int]:
-            wanted = Counter(request.sku for request in station.uncovered_requests)
+            wanted = Counter[int]()
+            for request in station.uncovered_requests:
+                wanted[request.sku] += request.items
             items = sum(min(number, pod.free_items(sku)) for sku, number in wanted.items())
             drive_s = to_seconds(ticks_to_station(warehouse, pod, station))
             return drive_s - self.seconds_per_item * items, pod.id

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from rmfs_commands.instances.csv_files import read_bundles, read_robots, read_skus
 from rmfs_core.errors import InputError
 from rmfs_core.world import Calendar, Instance, OrderData, PodData, read_instance
-from rmfs_core.world.csv_files import read_bundles, read_robots, read_skus
 
 ORDERS = "order,arrival_s,sku,quantity\n"
 PODS = "pod,sku,quantity\n"

@@ -17,7 +17,7 @@ _Aged = tuple[int, int, Order]
 """An order with its age before it, so that a heap has the oldest first."""
 
 
-class Stock:
+class Claims:
     """Items that no order has claimed, and the orders that wait for more of them.
 
     An order claims its open lines when it joins the backlog. Assigning turns claims into requests, and a pick takes an

@@ -18,7 +18,7 @@ from rmfs_core.events import BundleStored, OrderArrived, OrderAssigned, OrderCom
 from rmfs_core.info import RunInfo
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.warehouse import Order, Warehouse, WarehouseView
-from rmfs_core.warehouse.stock import Stock
+from rmfs_core.warehouse.claims import Claims
 from rmfs_core.world import BundleData, Instance
 
 POA = ("common-lines", "earliest-due", "first-come", "least-slack", "near-best-pod", "pod-match", "random")
@@ -47,8 +47,8 @@ def test_the_oldest_orders_take_their_share_first() -> None:
     assert [order.waits_for_stock for order in view.orders] == [False, True, False, True]
     assert view.open_demand().tolist() == [4, 1]
     assert [order.name for order in view.orders_since(2)] == ["3", "4"]
-    assert world.stock is not None
-    assert world.stock.missing == [0, 1]
+    assert world.claims is not None
+    assert world.claims.missing == [0, 1]
 
 
 def test_orders_are_looked_at_again_when_there_is_more_of_what_they_lack() -> None:
@@ -69,13 +69,13 @@ def test_orders_are_looked_at_again_when_there_is_more_of_what_they_lack() -> No
 def test_a_bundle_costs_no_look_at_orders_that_want_more_than_there_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each order is looked at when it comes, and when there is enough of what it lacks; not with each bundle."""
     looked: list[str] = []
-    lacking = Stock.lacking
+    lacking = Claims.lacking
 
-    def noting(stock: Stock, order: Order) -> int | None:
+    def noting(stock: Claims, order: Order) -> int | None:
         looked.append(order.name)
         return lacking(stock, order)
 
-    monkeypatch.setattr(Stock, "lacking", noting)
+    monkeypatch.setattr(Claims, "lacking", noting)
     orders = {str(i): {"a": 3} for i in range(50)} | {"less": {"a": 2}, "both": {"a": 1, "b": 1}}
     world = replenished_world(orders, {"p": {"b": 1}}, wait_for_stock=True)
     looked.clear()
@@ -87,13 +87,13 @@ def test_a_bundle_costs_no_look_at_orders_that_want_more_than_there_is(monkeypat
 def test_assigning_and_picking_leave_what_is_unclaimed_as_it_is() -> None:
     """Claims become requests, and requests go with the items."""
     world = replenished_world({"1": {"a": 1}, "2": {"a": 2}}, {"p": {"a": 3}}, wait_for_stock=True)
-    assert world.stock is not None
-    assert dict(world.stock.unclaimed) == {0: 0}
+    assert world.claims is not None
+    assert dict(world.claims.unclaimed) == {0: 0}
     world.assign(world.orders[0], world.stations[0], [0])
     world.bind(world.pods[0], world.stations[0])
     world.fulfil(world.stations[0].open_requests[0], world.pods[0])
-    assert dict(world.stock.unclaimed) == {0: 0}
-    assert dict(Stock(world.pods).unclaimed) == {0: 2}
+    assert dict(world.claims.unclaimed) == {0: 0}
+    assert dict(Claims(world.pods).unclaimed) == {0: 2}
 
 
 def test_nothing_waits_for_what_never_runs_out_or_where_nothing_is_to_wait() -> None:
@@ -134,7 +134,7 @@ def test_who_waits_is_who_would_by_a_look_at_all_of_them(data: st.DataObject) ->
             order = data.draw(st.sampled_from(world.backlog.orders))
             world.assign(order, world.stations[0], [order.open_lines[0].sku])
         else:
-            waiting = list(world.stock.waiting.values()) if world.stock is not None else []
+            waiting = list(world.claims.waiting.values()) if world.claims is not None else []
             sku, items = data.draw(st.integers(0, world.n_skus - 1)), data.draw(st.integers(1, 3))
             left = unclaimed(world)
             left[sku] += items
@@ -144,9 +144,9 @@ def test_who_waits_is_who_would_by_a_look_at_all_of_them(data: st.DataObject) ->
                     left.subtract(dict(order.lines))
                     expected.append(order.name)
             assert bring(world, sku, items) == expected
-        assert world.stock is not None
+        assert world.claims is not None
         left = unclaimed(world)
-        assert {sku: n for sku, n in world.stock.unclaimed.items() if n} == {sku: n for sku, n in left.items() if n}
+        assert {sku: n for sku, n in world.claims.unclaimed.items() if n} == {sku: n for sku, n in left.items() if n}
         assert min(left.values(), default=0) >= 0
 
 
@@ -156,7 +156,8 @@ def unclaimed(world: Warehouse) -> Counter[int]:
     for pod in world.pods:
         left.update(dict(pod.contents))
     for station in world.stations:
-        left.subtract(Counter(request.sku for request in station.open_requests))
+        for request in station.open_requests:
+            left[request.sku] -= request.items
     for order in world.backlog.orders:
         left.subtract(dict(order.open_lines))
     return left

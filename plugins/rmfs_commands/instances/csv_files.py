@@ -1,4 +1,7 @@
-"""Orders and pods from CSV files, with the line of whatever is wrong."""
+"""Orders, pods, SKUs and bundles from CSV files, with the line of whatever is wrong.
+
+It is the entry point ``csv`` of the group ``rmfs.formats``: what reads the files that a scenario names.
+"""
 
 from __future__ import annotations
 
@@ -6,19 +9,21 @@ import csv
 import math
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from datetime import UTC, datetime
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TextIO
 
 from attrs import evolve
 
-from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
-from rmfs_core.timetable import DAY
+from rmfs_core.scenario.model import Replenishment, Scenario
+from rmfs_core.timetable import DAY, Calendar
 from rmfs_core.wording import counted, did_you_mean, listed, sentence
-from rmfs_core.world.instance import Instance, OrderData, PodData
+from rmfs_core.world import BundleData, Instance, OrderData, PodData
+from rmfs_core.world.instance_making import Wrong, refuse
 
 ORDER_COLUMNS = ("order", "arrival_s", "sku", "quantity")
 POD_COLUMNS = ("pod", "sku", "quantity")
@@ -34,16 +39,8 @@ MOST_ITEMS_OF_LINE = 1_000_000  # of a row: with more a run would go on for year
 TEN_YEARS = 3_653 * DAY  # what comes later has a wrong year, or counts from 1970
 
 Place = tuple[int, int, str]  # as in PodData
-Wrong = Callable[[InputError], None]
-"""What is called with a mistake; when it returns, the row is left out."""
-
 _WHOLE = re.compile(r"[0-9]{1,10}")  # sums of them over a file fit into 64 bits
 _NUMBER = re.compile(r"[0-9]{1,12}(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+")
-
-
-def refuse(error: InputError) -> None:
-    """Raise the first mistake."""
-    raise error
 
 
 def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, wrong: Wrong = refuse) -> Instance:
@@ -82,6 +79,51 @@ def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, 
             for name, (place, contents) in pods.items()
         ),
     )
+
+
+def restocked(instance: Instance, scenario: Scenario, wrong: Wrong = refuse) -> Instance:
+    """Add to an instance what a scenario and its files know of the SKUs, and of the bundles to come."""
+    section, folder = scenario.instance, Path(scenario.folder)
+    given = section.replenishment or Replenishment()
+    coming = {} if given.file is None else read_bundles(folder / given.file, wrong)
+    skus = tuple(dict.fromkeys([*instance.skus, *(sku for _, sku, _, _ in coming.values())]))
+    told = {} if section.skus_file is None else read_skus(folder / section.skus_file, wrong)
+    ids = {sku: i for i, sku in enumerate(skus)}
+    bundles = [BundleData(name, tick, ids[sku], items) for name, (tick, sku, items, _) in coming.items()]
+    return evolve(
+        instance,
+        skus=skus,
+        sizes=tuple(int(told.get(sku, {}).get("size", 1)) for sku in skus) if told else (),
+        bundles=tuple(sorted(bundles, key=lambda bundle: bundle.arrival_tick)),
+        levels=tuple(_levels(instance, given, told)) if given.process == "reorder-point" else (),
+        restocked=given.process != "none",
+    )
+
+
+def _levels(
+    instance: Instance, given: Replenishment, told: Mapping[str, Mapping[str, float]]
+) -> Iterator[tuple[int, int]]:
+    """Yield s and S of each SKU in items; s at least what lets no single order line wait for ever."""
+    wanted, largest = Counter[int](), Counter[int]()
+    for order in instance.orders:
+        for sku, quantity in order.lines:
+            wanted[sku] += quantity
+            largest[sku] = max(largest[sku], quantity)
+    days = max(max((order.arrival_tick for order in instance.orders), default=0) / to_ticks(86_400), 1)
+    for sku, name in enumerate(instance.skus):
+        own = told.get(name, {})
+        s, up_to = own.get("reorder_point", given.reorder_point), own.get("order_up_to", given.order_up_to)
+        if s is None or up_to is None:
+            key = "reorder_point" if s is None else "order_up_to"
+            raise InputError(
+                f"instance.replenishment.{key}", f"expected a number, or one for SKU {name} in the file of SKUs"
+            )
+        if s >= up_to:
+            problem = f"expected order_up_to > reorder_point, found {up_to:g} <= {s:g} for SKU {name}"
+            raise InputError("instance.replenishment", problem)
+        unit = wanted[sku] / days if given.unit == "days" else 1
+        least = max(math.floor(s * unit), largest[sku] - 1)
+        yield least, max(math.ceil(up_to * unit), least + 1)
 
 
 def line_of(orders_file: Path, order: str, sku: str | None = None) -> int:
@@ -349,38 +391,3 @@ def _natural(name: str) -> tuple[list[tuple[int, int, str]], str]:
     """Return a sort key by which numbers within a name, of any length, count as numbers."""
     parts = [part.lstrip("0") if i % 2 else part for i, part in enumerate(re.split(r"([0-9]+)", name))]
     return [(0, len(part), part) if i % 2 else (1, 0, part) for i, part in enumerate(parts) if part or i % 2], name
-
-
-class Calendar:
-    """Reads the times of a file; time 0 is the start, or else midnight by the clock of the earliest time."""
-
-    def __init__(self, start: str | None) -> None:
-        self._start = start
-        self._first: datetime | None = None
-        self._earliest: dict[str, tuple[int, int]] = {}  # by column: tick, and ticks ahead of UTC
-
-    def tick(self, text: str, place: str, column: str) -> int:
-        """Return a time in ticks since 1970, in UTC if it has an offset; the place is where a wrong one stands."""
-        try:
-            moment = datetime.fromisoformat(text)
-        except ValueError:
-            expected = "expected a time in ISO 8601, such as 2024-03-01T06:30"
-            raise InputError(place, f'{expected}, found "{text}"') from None
-        self._first = self._first or moment
-        if (moment.tzinfo is None) != (self._first.tzinfo is None):
-            raise InputError(place, f'expected an offset from UTC in all times or in none, found "{text}"')
-        now, offset = moment.replace(tzinfo=moment.tzinfo or UTC), moment.utcoffset()
-        found = round(now.timestamp() * TICKS_PER_S), to_ticks(offset.total_seconds() if offset else 0)
-        self._earliest[column] = min(found, self._earliest.get(column, found))
-        return found[0]
-
-    def zero(self, columns: Iterable[str] = ()) -> int:
-        """Return time 0 in these ticks: the start, or midnight before the earliest in the first column with times."""
-        if self._start is not None:
-            return self.tick(self._start, "instance.start", "start")
-        tick, ahead = next((self._earliest[column] for column in columns if column in self._earliest), (0, 0))
-        return tick - (tick + ahead) % DAY
-
-    def time_of_day(self) -> int:
-        """Return the ticks from midnight to time 0, by the clock of the start; 0 without a start."""
-        return 0 if self._start is None else (self.zero() + self._earliest["start"][1]) % DAY
