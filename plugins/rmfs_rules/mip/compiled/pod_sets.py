@@ -116,10 +116,8 @@ def ones(bits):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _helps(a, pod, other, skus, which):  # type: ignore[no-untyped-def]
-    """Return how many of the SKUs the other pod brings and the pod does not."""
-    if len(skus) < MOST_BITS:
-        return ones(which[other] & ~which[pod])
+def _helps(a, pod, other, skus):  # type: ignore[no-untyped-def]
+    """Return how many of the SKUs, too many for the bits of a number, the other pod brings and the pod does not."""
     helps = 0
     for sku in skus:
         on_other, on_pod = False, False
@@ -193,12 +191,20 @@ def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
             elif more > 1 and c + others >= m:
                 share = worth[order] * c / m / (m - c)
                 for y in range(count):
-                    if y != x:
-                        other = touching[y]
-                        all_of_them = brings[other] == m
-                        helps = m - c if all_of_them else _helps(a, pod, other, skus[:m], which)
-                        if c + helps + third >= m:
-                            pair[place[pod], place[other]] += share * helps
+                    other = touching[y]
+                    if y == x:
+                        continue
+                    if brings[other] == m:
+                        helps = m - c
+                    elif m < MOST_BITS:  # here and not in `_helps`: calls with all arrays take most of the time
+                        helps, bits = 0, which[other] & ~which[pod]
+                        while bits:
+                            helps += 1
+                            bits &= bits - 1
+                    else:
+                        helps = _helps(a, pod, other, skus[:m])
+                    if c + helps + third >= m:
+                        pair[place[pod], place[other]] += share * helps
         for x in range(count):
             brings[touching[x]] = 0
     _add_largest(alone, pair, min(more - 1, n))
