@@ -116,20 +116,6 @@ def ones(bits):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _helps(a, pod, other, skus):  # type: ignore[no-untyped-def]
-    """Return how many of the SKUs, too many for the bits of a number, the other pod brings and the pod does not."""
-    helps = 0
-    for sku in skus:
-        on_other, on_pod = False, False
-        for at in range(a.pod_start[other], a.pod_start[other + 1]):
-            on_other |= a.pod_sku[at] == sku
-        for at in range(a.pod_start[pod], a.pod_start[pod + 1]):
-            on_pod |= a.pod_sku[at] == sku
-        helps += on_other and not on_pod
-    return helps
-
-
-@njit(cache=True)
 def _others(brings, touching, numbers, more):  # type: ignore[no-untyped-def]
     """Return how many SKUs of an order the best ``more - 1`` pods bring at most, and the best ``more - 2``."""
     for c in range(len(numbers)):
@@ -191,20 +177,12 @@ def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
             elif more > 1 and c + others >= m:
                 share = worth[order] * c / m / (m - c)
                 for y in range(count):
-                    other = touching[y]
-                    if y == x:
-                        continue
-                    if brings[other] == m:
-                        helps = m - c
-                    elif m < MOST_BITS:  # here and not in `_helps`: calls with all arrays take most of the time
-                        helps, bits = 0, which[other] & ~which[pod]
-                        while bits:
-                            helps += 1
-                            bits &= bits - 1
-                    else:
-                        helps = _helps(a, pod, other, skus[:m])
-                    if c + helps + third >= m:
-                        pair[place[pod], place[other]] += share * helps
+                    if y != x:
+                        other = touching[y]
+                        # How many of the SKUs that it lacks the other one brings, or more
+                        helps = ones(which[other] & ~which[pod]) if m < MOST_BITS else min(brings[other], m - c)
+                        if c + helps + third >= m:
+                            pair[place[pod], place[other]] += share * helps
         for x in range(count):
             brings[touching[x]] = 0
     _add_largest(alone, pair, min(more - 1, n))

@@ -1,7 +1,4 @@
-"""Solutions found quickly where some SKUs are scarce: as `proof.feasible`, with an eye on the free items.
-
-`fill_from_stock` assigns what the pods at the stations have, `orders_from_stock` sends pods for whole orders first.
-"""
+"""Solutions found quickly where SKUs are scarce: as `rmfs_rules.mip.proof.feasible`, with an eye on the free items."""
 
 from __future__ import annotations
 
@@ -13,7 +10,7 @@ from numpy.typing import NDArray
 
 from rmfs_rules.mip.period.reduction import Reduced, highest
 from rmfs_rules.mip.period.serving import PlacesFromStock, stations_of
-from rmfs_rules.mip.period.solution import Assigned, Model, Part, Visits
+from rmfs_rules.mip.period.solution import Model, Part, Visits
 from rmfs_rules.mip.proof.feasible import subset
 
 
@@ -182,68 +179,3 @@ def _orders_at_hand(reduced: Reduced, shelf: Shelf) -> tuple[Part, ...]:
             parts.append(Part(order, station, tuple(sku for sku, _ in period.lines_of(order))))
             shelf.take(station, period.lines[order])
     return tuple(parts)
-
-
-def orders_from_stock(reduced: Reduced, weight: float) -> Assigned:
-    """Return new visits and whole orders, found greedily.
-
-    Again and again, the order and station are taken that save most: W_u for each item, less the SKUs that have to come.
-
-    Parameters
-    ----------
-    reduced
-        The period, for the integrated model.
-    weight
-        W_u.
-    """
-    period = reduced.period
-    shelf, rooms = Shelf(reduced), list(period.capacities)
-    wanted = np.zeros((len(period.orders), period.stock.n_skus), dtype=np.int64)
-    for order in reduced.orders:
-        skus, quantities = zip(*period.lines[order], strict=True)
-        wanted[order, list(skus)] = quantities
-    sizes = wanted.sum(axis=1)
-    able = np.repeat([sizes > 0], len(rooms), axis=0)
-    visits: list[tuple[int, int]] = []
-    parts: list[Part] = []
-    while True:
-        best: tuple[float, int, int] | None = None
-        for station, room in enumerate(rooms):
-            fits = np.flatnonzero(able[station] & (sizes <= room))
-            if len(fits):
-                missing = (wanted[fits] > shelf.supply[station]).sum(axis=1)
-                saved = (weight * sizes[fits] - missing) / sizes[fits]
-                at = int(np.lexsort((missing, -saved))[0])
-                if saved[at] > 0 and (best is None or saved[at] > best[0]):
-                    best = float(saved[at]), station, int(fits[at])
-        if best is None:
-            return tuple(visits), tuple(parts)
-        _, station, order = best
-        sent = _pods_for(reduced, shelf, wanted[order], station)
-        able[station, order] = False
-        if sent is None or weight * sizes[order] < len(sent):
-            continue
-        visits += [(pod, station) for pod in sent]
-        for pod in sent:
-            shelf.bring(pod, station)
-        shelf.take(station, period.lines[order])
-        parts.append(Part(order, station, tuple(sku for sku, _ in period.lines_of(order))))
-        able[:, order] = False
-        rooms[station] -= int(sizes[order])
-
-
-def _pods_for(reduced: Reduced, shelf: Shelf, wanted: NDArray[np.int64], station: int) -> list[int] | None:
-    """Return pods that bring what a station lacks of an order, the most of it first; None if there are none."""
-    missing = np.maximum(wanted - shelf.supply[station], 0)
-    at_hand = [pod for pod in range(len(shelf.left)) if shelf.brought(pod, station)]
-    sent: list[int] = []
-    while missing.any():
-        brings = np.minimum(shelf.left, missing).sum(axis=1)
-        brings[at_hand + sent] = 0
-        worth = np.minimum(shelf.left, reduced.demand).sum(axis=1)
-        pod = int(np.lexsort((-worth, -reduced.period.preferred.pods, -brings))[0])
-        if not brings[pod]:
-            return None
-        sent.append(pod)
-        missing = np.maximum(missing - shelf.left[pod], 0)
-    return sent
