@@ -12,8 +12,7 @@ type T it takes. It has no symmetry, and its relaxation is close to the optimum.
 Patterns are priced exactly (`proof.pricing`), so each round ends in a lower bound.
 
 What the relaxation leaves open is settled from its prices: every better solution consists of patterns that are nearly
-as good as the best one, so their sets of pods are few, and a small program chooses among them (`choose_among`). Where
-there are few orders, their sets of orders are few, too, and a search chooses among these (`choose_orders`).
+as good as the best one, so their sets of pods are few, and a small program chooses among them (`choose_among`).
 
 Where SKUs are scarce, patterns leave that aside, which bounds from below all the same; the small program does not.
 """
@@ -38,12 +37,6 @@ STEPS_PER_ENTRY = 10
 """What an entry of the relaxation counts of the effort: building takes longer than solving."""
 STEPS_PER_CHOICE = 125
 """What an entry counts where whole patterns are chosen."""
-MOST_ORDER_SETS = 50_000
-"""Sets of orders among which a solution is looked for at most."""
-MOST_CHOICES = 20_000_000
-"""Steps of that before it is left to a program."""
-STEPS_PER_SET = 0.02
-"""What one of them counts of the effort."""
 LEAST_ENTRIES = 4000
 """Entries among which whole patterns are chosen even where no effort is left."""
 
@@ -135,32 +128,20 @@ class ColumnGeneration:
         return True
 
     def run(self) -> None:
-        """Generate patterns until none has negative reduced cost (or the time is up).
-
-        Where sets of orders are searched, the first call ends as soon as the bound, rounded up, is what it will be.
-        """
-        pricing = self.pricing
+        """Generate patterns until none has negative reduced cost (or the time is up)."""
         prices, convexity = np.zeros(len(self.reduced.types)), float("inf")
-        again = len(self.prices) > 0
-        if again:
-            prices, convexity = self._relaxation()
         while True:
-            priced = pricing.by_orders(prices, convexity) or pricing.by_sets(prices, convexity)
+            priced = self.pricing.by_sets(prices, convexity)
             if not self._take(priced, prices, convexity) and priced.bound is None:
-                proven = pricing.by_model(prices, self.seconds_left())
+                proven = self.pricing.by_model(prices, self.seconds_left())
                 if proven is None or not self._take(proven, prices, convexity):
                     return
-            elif not self._grown or (not again and self._settled(prices, convexity)):
+            elif not self._grown:
                 return
             left = self.seconds_left()
             if (left is not None and left <= 0) or not self._affordable():
                 return
             prices, convexity = self._relaxation()
-
-    def _settled(self, prices: NDArray[np.float64], convexity: float) -> bool:
-        """Whether the bound, rounded up, is what it will be in the end, where that is all that matters."""
-        value = float(prices @ self.counts) + len(self.reduced.capacities) * convexity
-        return self.pricing.by_types and bool(np.ceil(self.bound - SAFE) >= np.ceil(value - SAFE))
 
     def _affordable(self) -> bool:
         """Whether the relaxation can be solved once more; it is taken from the effort."""
@@ -263,41 +244,6 @@ class ColumnGeneration:
         if outcome.values is None:
             return None
         return [p for p, value in zip(patterns, outcome.values, strict=True) for _ in range(round(value))]
-
-
-def choose_orders(generation: ColumnGeneration, value: float) -> tuple[Assigned | None, bool]:
-    """Return a solution of a given value, or that there is none, from all sets of orders that may be in one.
-
-    Parameters
-    ----------
-    generation
-        The relaxation, with its bound and the prices behind it.
-    value
-        What the solution may cost, without the pods of P_s.
-
-    Returns
-    -------
-    found, proven
-        None when nothing costs as little, or there are too many sets; whether the answer is proven.
-    """
-    from rmfs_rules.mip.compiled.order_sets import choose
-
-    pricing, stations = generation.pricing, len(generation.reduced.capacities)
-    slack = value - generation.bound + SAFE
-    found = pricing.order_sets(generation.prices, generation.least + slack, MOST_ORDER_SETS)
-    if found is None or len(found[0]) == MOST_ORDER_SETS:
-        return None, False
-    costs, numbers = found
-    work, effort = np.zeros(1, dtype=np.int64), generation.limits.effort
-    most_work = effort.most(MOST_CHOICES, STEPS_PER_SET)
-    costs = np.maximum(costs - generation.least, 0.0)
-    chosen = choose(costs, numbers, -generation.prices, generation.counts, stations, slack, work, most_work)
-    effort.take(STEPS_PER_SET * float(work[0]))
-    if not len(chosen):
-        all_tried = bool(work[0] <= most_work)
-        effort.short |= not all_tried and most_work < MOST_CHOICES
-        return None, all_tried
-    return generation.assigned([pricing.serving(numbers[at]) for at in chosen.tolist()]), True
 
 
 @define

@@ -45,7 +45,6 @@ from rmfs_rules.mip.proof.patterns import (
     ColumnGeneration,
     alike,
     choose_among,
-    choose_orders,
     lines_as_orders,
     orders_of_lines,
 )
@@ -238,9 +237,8 @@ def by_patterns(proof: Proof) -> None:
     worth = proof.weight * period.factors[0]
     generation = ColumnGeneration(reduced, worth, proof.limits, lambda: proof.seconds_left)
     generation.run()
-    _raise_bound(proof, generation)
-    while not proof.proven and _try_orders(proof, generation):
-        pass
+    if len(generation.prices):  # else the time was up before anything was known
+        proof.bound = max(proof.bound, period.visits_before + math.ceil(generation.bound - SAFE))
     if proof.proven:
         return
     chosen = generation.whole()
@@ -248,30 +246,6 @@ def by_patterns(proof: Proof) -> None:
         _offer_whole(proof, reduced, chosen, "patterns")
     while len(generation.prices) and not proof.proven and _try_bound(proof, generation):
         pass
-
-
-def _raise_bound(proof: Proof, generation: ColumnGeneration) -> None:
-    if len(generation.prices):  # else the time was up before anything was known
-        bound = proof.reduced.period.visits_before + math.ceil(generation.bound - SAFE)
-        proof.bound = max(proof.bound, bound)
-
-
-def _try_orders(proof: Proof, generation: ColumnGeneration) -> bool:
-    """Look for a solution with the value of the bound among sets of orders, or raise the bound; return whether it rose.
-
-    Before the next value is tried, the relaxation is solved to its end, so that fewer sets are left.
-    """
-    if not generation.pricing.by_types or not len(generation.prices):
-        return False
-    found, proven = choose_orders(generation, proof.bound - proof.reduced.period.visits_before)
-    if found is not None:
-        _offer_whole(proof, generation.reduced, found, "patterns")
-        return False
-    if proven:
-        proof.bound += 1
-        generation.run()
-        _raise_bound(proof, generation)
-    return proven
 
 
 def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
