@@ -226,33 +226,27 @@ def _promising(a, worth, pods, there, more, short):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True)
+def complete(a, order, there):  # type: ignore[no-untyped-def]
+    """Whether all SKUs of an order are there: a table of these, or of the bit masks of the stations that have them."""
+    line, last = a.order_start[order], a.order_start[order + 1]
+    while line < last and there[a.line_sku[line]] != 0:
+        line += 1
+    return line == last
+
+
+@njit(cache=True)
 def _value_of(a, worth, there):  # type: ignore[no-untyped-def]
     """Return the worth of the orders that these SKUs complete."""
     value = 0.0
     for order in range(len(a.order_start) - 1):
-        complete = worth[order] > 0
-        for line in range(a.order_start[order], a.order_start[order + 1]):
-            complete &= there[a.line_sku[line]]
-        if complete:
+        if worth[order] > 0 and complete(a, order, there):
             value += worth[order]
     return value
 
 
 @njit(cache=True)
 def sets_of(a, number, worth, least):  # type: ignore[no-untyped-def]
-    """Return a search for sets of pods, to be handed to `next_set`.
-
-    Parameters
-    ----------
-    a
-        The period (`compiled.arrays.Arrays`).
-    number
-        Number of pods in a set.
-    worth
-        What each order counts.
-    least
-        What the orders that a set completes have to be worth.
-    """
+    """Return a search, for `next_set`, of sets of so many pods that complete orders of at least some worth."""
     n, rows = len(a.pod_start) - 1, number + 1
     there, pods = np.zeros((rows, len(a.at_hand)), np.bool_), np.zeros((rows, n), np.int64)
     value, left, at = np.zeros(rows), np.zeros(rows, np.int64), np.full(rows, -1)
@@ -327,11 +321,8 @@ def _knapsack(a, values, there, best):  # type: ignore[no-untyped-def]
     for place in range(room + 1):
         best[place] = 0.0
     for order in range(len(a.order_start) - 1):
-        complete, size = values[order] > 0, 0
-        for line in range(a.order_start[order], a.order_start[order + 1]):
-            complete &= there[a.line_sku[line]]
-            size += a.line_items[line]
-        if complete:
+        if values[order] > 0 and complete(a, order, there):
+            size = a.items[order]
             for place in range(room, size - 1, -1):
                 best[place] = max(best[place], best[place - size] + values[order])
     return best[room]

@@ -154,16 +154,9 @@ class FewestVisits:
         return True, None
 
     def _answers(self, number: int, visits: int, target: int) -> Iterator[tuple[int, list[int], list[int], Any]]:
-        """Yield what the search finds, one after the other where SKUs are scarce; last that it finds nothing more."""
+        """Yield what the search finds, one after the other; last that it finds nothing more."""
         from rmfs_rules.mip.compiled import spreading
 
-        if not len(self.reduced.scarce):
-            with self._most_work(number) as most_work:
-                answer, pods, masks, orders = spreading.pods_that_fill(
-                    self._arrays, number, visits, target, self._work, most_work
-                )
-            yield answer, pods.tolist(), masks.tolist(), orders.tolist()
-            return
         sets = spreading.sets_that_fill(self._arrays, number, target)
         refused, last, answer = -1, None, spreading.FOUND
         while answer == spreading.FOUND:

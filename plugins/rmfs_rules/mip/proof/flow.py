@@ -11,7 +11,6 @@ cut bounds what flows of the SKU by its demand and by the items of the pods that
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from attrs import evolve, frozen
@@ -34,14 +33,6 @@ def _within(numbers: Floats, stations: int) -> Floats:
         halves = sums.reshape(-1, 2, 1 << station)
         halves[:, 1] += halves[:, 0]
     return sums.reshape(-1, 1 << stations)
-
-
-@lru_cache(maxsize=256)
-def _places(capacities: tuple[int, ...]) -> Floats:
-    """Return the places of every cut."""
-    sets = np.arange(1 << len(capacities))
-    inside = (sets[:, None] >> np.arange(len(capacities))) & 1
-    return inside.astype(np.float64) @ np.array(capacities, dtype=np.float64)
 
 
 def _sums(of: NDArray[np.int64], numbers: Floats, length: int) -> Floats:
@@ -167,8 +158,10 @@ class Network:
     def by_cut(self) -> Floats:
         """Return for each set of stations its places and the demand that some other station covers."""
         stations = len(self.capacities)
-        covered = _within(_sums(self.mask, self.demand, 1 << stations), stations)[0]
-        by_cut: Floats = _places(self.capacities) + covered[-1] - covered
+        numbers = -_sums(self.mask, self.demand, 1 << stations)
+        covered = -numbers.sum()
+        numbers[1 << np.arange(stations)] += self.capacities
+        by_cut: Floats = covered + _within(numbers, stations)[0]
         return by_cut if self.scarce is None else by_cut + self.scarce.flow(stations)
 
     def flow(self) -> int:

@@ -125,18 +125,7 @@ class Completing:
     def pods_for(self, there: Bools, number: int, room: int, able: Bools) -> list[int]:
         """Return so many pods that complete many open orders, no more than fill the room: the best of several tries.
 
-        Each try begins with another of the pods that bring orders furthest alone.
-
-        Parameters
-        ----------
-        there
-            SKUs that are there without them.
-        number
-            How many.
-        room
-            Items that there is room for.
-        able
-            Which pods may be sent.
+        Each try begins with another of the pods that may be sent (``able``) and bring orders furthest alone.
         """
         if not number:
             return []

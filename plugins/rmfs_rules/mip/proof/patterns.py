@@ -19,6 +19,7 @@ Where SKUs are scarce, patterns leave that aside, which bounds from below all th
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 
 import mip
@@ -106,17 +107,7 @@ class ColumnGeneration:
 
     def __attrs_post_init__(self) -> None:
         self.pricing = Pricing(self.reduced, self.weight, self.limits)
-        self._add(Pattern((), (), self.weight * self.room))
-
-    @property
-    def room(self) -> int:
-        """C: free places of each station."""
-        return self.reduced.capacities[0]
-
-    @property
-    def counts(self) -> NDArray[np.int64]:
-        """n_T: how many orders each type has."""
-        return np.array([len(kind.orders) for kind in self.reduced.types], dtype=np.int64)
+        self._add(Pattern((), (), self.weight * self.pricing.room))
 
     def _add(self, pattern: Pattern) -> bool:
         """Take in a pattern; return whether it is new."""
@@ -155,17 +146,12 @@ class ColumnGeneration:
     def _take(self, priced: Priced, prices: NDArray[np.float64], convexity: float) -> bool:
         """Take in patterns with negative reduced cost and the bound; return whether there were new ones."""
         if priced.bound is not None:
-            bound = float(prices @ self.counts) + len(self.reduced.capacities) * priced.bound
+            bound = float(prices @ self.pricing.counts) + len(self.reduced.capacities) * priced.bound
             if bound > self.bound:
                 self.bound, self.prices, self.least = bound, prices, priced.bound
         new = [self._add(p) for value, p in priced.patterns if value < convexity - CLOSE]
         self._grown = any(new)
         return self._grown
-
-    def _close(self) -> list[Pattern]:
-        """Return the patterns of which a solution with the value of the bound, rounded up, may consist."""
-        limit = self.least + np.ceil(self.bound - SAFE) - self.bound + SAFE
-        return [p for p, value in zip(self.patterns, self._values(self.patterns), strict=True) if value <= limit]
 
     def _values(self, patterns: list[Pattern]) -> list[float]:
         """Return what the patterns cost at the prices."""
@@ -198,7 +184,7 @@ class ColumnGeneration:
                 variables, factors = taking.setdefault(number, ([], []))
                 variables.append(variable)
                 factors.append(float(orders))
-        counts = self.counts
+        counts = self.pricing.counts
         rows = {
             number: model.add_constr(mip.LinExpr(variables, factors, -float(counts[number]), "<"))
             for number, (variables, factors) in sorted(taking.items())
@@ -215,13 +201,16 @@ class ColumnGeneration:
         return prices, float(convexity.pi)
 
     def whole(self) -> Assigned | None:
-        """Return visits (pod, station) and parts of the best choice of whole patterns, or None when time is up.
-
-        Where there are few orders, it is looked for among the patterns that may reach the bound first.
-        """
-        used = self._choice(self._close()) if self.pricing.few_orders and len(self.prices) else None
-        used = used or self._choice(self.patterns)
-        return None if used is None else self.assigned(used)
+        """Return visits (pod, station) and parts of the best choice of whole patterns, or None when time is up."""
+        patterns = self._as_effort_allows(self.patterns)
+        if not patterns:
+            return None
+        model, _, _, _ = self._master(patterns, whole=True)
+        outcome = optimise(model, self.limits, absolute_gap=0.9, seconds=self.seconds_left())
+        if outcome.values is None:
+            return None
+        used = [p for p, value in zip(patterns, outcome.values, strict=True) for _ in range(round(value))]
+        return self.assigned(used)
 
     def assigned(self, used: list[Pattern]) -> Assigned:
         """Return visits (pod, station) and parts of a pattern for each station."""
@@ -234,16 +223,6 @@ class ColumnGeneration:
                 skus = tuple(sku for sku, _ in self.reduced.types[number].lines)
                 parts += [Part(left[number].pop(0), station, skus) for _ in range(orders)]
         return tuple(visits), tuple(parts)
-
-    def _choice(self, patterns: list[Pattern]) -> list[Pattern] | None:
-        patterns = self._as_effort_allows(patterns)
-        if not patterns:
-            return None
-        model, _, _, _ = self._master(patterns, whole=True)
-        outcome = optimise(model, self.limits, absolute_gap=0.9, seconds=self.seconds_left())
-        if outcome.values is None:
-            return None
-        return [p for p, value in zip(patterns, outcome.values, strict=True) for _ in range(round(value))]
 
 
 @define
@@ -292,21 +271,14 @@ def choose_among(
     outcome = program.solve(generation.limits, absolute_gap=0.9, seconds=seconds)
     if outcome.values is None:
         return None, outcome.bound == float("inf")
-    visits: list[tuple[int, int]] = []
-    parts: list[Part] = []
-    left = [list(kind.orders) for kind in reduced.types]
-    first = 0
+    used: list[Pattern] = []
     for choice in choices:
-        number = round(outcome.values[choice.stations])
         taken = {t: round(outcome.values[column]) for t, column in choice.orders.items()}
-        packed = _pack(reduced, taken, number)
+        packed = _pack(reduced, taken, round(outcome.values[choice.stations]))
         if packed is None:
             return None, False
-        for station, kinds in enumerate(packed, first):
-            visits += [(pod, station) for pod in choice.pods]
-            parts += [Part(left[t].pop(0), station, tuple(sku for sku, _ in reduced.types[t].lines)) for t in kinds]
-        first += number
-    return (tuple(visits), tuple(parts)), outcome.optimal
+        used += [Pattern(choice.pods, tuple(Counter(kinds).items()), choice.worth) for kinds in packed]
+    return generation.assigned(used), outcome.optimal
 
 
 def _set_program(reduced: Reduced, sets: list[CloseSet], weight: float) -> tuple[Program, list[_SetChoice]]:
@@ -341,7 +313,7 @@ def _add_prices(generation: ColumnGeneration, program: Program, choices: list[_S
     What a solution costs more than the bound is what its patterns are worth more than the least one, and the prices of
     the orders that it leaves.
     """
-    reduced, room = generation.reduced, generation.room
+    reduced, room = generation.reduced, generation.pricing.room
     slack = value - generation.bound + SAFE
     limit = generation.least + slack
     sizes = np.array([kind.size for kind in reduced.types])

@@ -30,7 +30,7 @@ import numpy as np
 from attrs import evolve
 
 from rmfs_rules.mip.period.decoding import parts_of
-from rmfs_rules.mip.period.effort import is_large
+from rmfs_rules.mip.period.effort import Effort, is_large
 from rmfs_rules.mip.period.period import Period
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Assigned, Model, Visits
@@ -65,6 +65,8 @@ WORK_ALIKE_SCARCE = 20_000
 """And with scarce SKUs, for each pod and station: there the solver, too, has bounds that are close."""
 SHARE_OF_SEARCH = 2
 """The part of the effort that the search for visits may take where little is proven; `by_greedy` needs the rest."""
+GREEDY_PER_PLACE = 1000
+"""Steps that improving a greedy solution may take for each free place, where a period is not large."""
 STEPS_PER_LINE = 100
 """What building the program counts of the effort, for each line and station, where a period is large."""
 CLOSE_SETS = (100, 500, 2000)
@@ -175,9 +177,7 @@ def _least_of_station(reduced: Reduced, station: int, weight: float) -> float:
     period, room = reduced.period, reduced.capacities[station]
     there = period.covered[station]
     covered = reduced.demand[there].sum()
-    brings = np.minimum(period.stock.sums(np.where(there, 0.0, reduced.demand)), room)
-    if len(reduced.scarce):
-        brings = np.minimum(period.stock.sums(np.where(there & ~reduced.is_scarce, 0.0, reduced.demand)), room)
+    brings = np.minimum(period.stock.sums(np.where(there & ~reduced.is_scarce, 0.0, reduced.demand)), room)
     filled = covered + np.concatenate(([0.0], np.cumsum(np.sort(brings)[::-1][:room])))
     return float((np.arange(len(filled)) + weight * np.maximum(room - filled, 0.0)).min())
 
@@ -215,7 +215,12 @@ def by_greedy(proof: Proof) -> None:
     reduced = proof.reduced
     whole = _as_whole(reduced) if proof.splits is None else Reduced(reduced.period, Model.INTEGRATED)
     if whole.candidates.any():
-        visits, parts = station_by_station(whole, proof.weight, proof.limits.effort)
+        effort = proof.limits.effort
+        most = float("inf") if is_large(reduced.period) else GREEDY_PER_PLACE * sum(reduced.capacities)
+        part = Effort(min(effort.left, most))
+        visits, parts = station_by_station(whole, proof.weight, part)
+        effort.take(min(effort.left, most) - part.left if part.left < float("inf") else 0)
+        effort.short |= part.short and effort.left < most
         _offer_whole(proof, whole, (visits, parts), "greedy")
         _fill_by(proof, visits, "greedy")
     if reduced.model is Model.SPLIT_AMONG_STATIONS or proof.splits is not None:
