@@ -17,6 +17,7 @@ COMMANDS = "rmfs.commands"
 RECORDERS = "rmfs.recorders"
 OBSERVERS = "rmfs.observers"
 INSTANCES = "rmfs.instances"
+LAYOUTS = "rmfs.layouts"
 
 RENAMED = {RULES: "rmfs"}
 """Groups with the name that they had in rmfs 0.1.0, which is read as well until rmfs 0.3.0."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tarfile
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from packaging.specifiers import SpecifierSet
+from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parent.parent
 Built = Callable[..., tuple[Path, Path]]
@@ -66,6 +68,27 @@ def test_the_sdist_holds_what_it_takes_to_build_and_test(built: Built) -> None:
         files = (file for file in (ROOT / folder).rglob("*") if file.is_file() and "__pycache__" not in file.parts)
         found |= {file.relative_to(ROOT).as_posix() for file in files}
     assert found <= names
+
+
+def test_the_version_is_in_pyproject_alone() -> None:
+    """Tests and pages that are executed name none: what they compare with is the installed one, or `...`."""
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    named = re.compile(rf"(rmfs |\{{){re.escape(version)}\b")
+    files = [file for folder in ("tests", "docs/how-to", "docs/tutorial") for file in (ROOT / folder).rglob("*.*")]
+    files = [file for file in files if file.suffix in (".py", ".md", ".ipynb")]
+    assert [str(file) for file in files if named.search(file.read_text(encoding="utf-8"))] == []
+
+
+def test_the_citation_is_that_of_the_last_release() -> None:
+    """CITATION.cff has its version and date as CHANGELOG.md has them; pyproject.toml has it, too, or a later one."""
+    changes, citation, project = (
+        (ROOT / name).read_text(encoding="utf-8") for name in ("CHANGELOG.md", "CITATION.cff", "pyproject.toml")
+    )
+    released = re.findall(r"^## \[(\d\S*)\] - (\S+)$", changes, re.MULTILINE)[0]
+    (cited,) = re.findall(r"^version: (\S+)\ndate-released: (\S+)$", citation, re.MULTILINE)
+    assert cited == released
+    version = Version(tomllib.loads(project)["project"]["version"])
+    assert version == Version(released[0]) or (version > Version(released[0]) and version.is_devrelease)
 
 
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")

@@ -13,29 +13,16 @@ import pytest
 
 import rmfs_core
 from rmfs_commands.cli.main import rmfs
+from try_wheel import README, blocks, commands, save_files
 
 ROOT = Path(__file__).resolve().parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-PAGES = [*(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")), *(ROOT / "docs").rglob("*.md")]
-
-
-def blocks(language: str) -> list[str]:
-    """Return the README's code blocks of a language."""
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
-
-
-COMMANDS = [
-    shlex.split(line, comments=True)
-    for block in blocks("sh")
-    for line in block.splitlines()
-    if line.startswith("rmfs ")
+PAGES = [
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")),
+    *(ROOT / "docs").rglob("*.md"),
 ]
 
 
-def save_files(folder: Path) -> None:
-    """Save the README's rule and scenario as it says."""
-    (folder / "my_rule.py").write_text(blocks("python")[0], encoding="utf-8")
-    (folder / "my-scenario.toml").write_text(blocks("toml")[0], encoding="utf-8")
+COMMANDS = commands()
 
 
 def test_it_is_short() -> None:

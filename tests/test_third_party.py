@@ -82,6 +82,36 @@ def test_its_observer_and_recorder_write_beside_the_results(place: Any) -> None:
     assert int(asked["free-flow"]) > int(asked["pod-match"]) > 0
 
 
+def test_its_layouts_are_layouts(place: Any) -> None:
+    """One is made of the keys, one is read from a file in a format of its own; both are checked, run and validated."""
+    (place.folder / "hall.runs").write_text("6# 5.\n7. 2q 1O 1.\n6# 5.\n", encoding="utf-8")
+    small = (
+        "--set",
+        "instance.orders=5",
+        "--set",
+        "robots.count=2",
+        "--set",
+        "instance.pods=5",
+        "--set",
+        "instance.skus=5",
+    )
+    for name, keys in (
+        ("acme-aisle", {"block_length": 9}),
+        ("acme-runs", {"map_file": "hall.runs", "generator": "acme-runs"}),
+    ):
+        given = [
+            word for key, value in {"generator": name, **keys}.items() for word in ("--set", f"layout.{key}={value}")
+        ]
+        place.call(*RMFS, "run", "watched.toml", "--out", name, "--trace", *small, *given)
+        result = json.loads((place.folder / name / "result.json").read_text("utf-8"))
+        assert (result["status"], result["versions"]["acme"]) == ("complete", "2.0")
+        assert "no fault" in place.call(*RMFS, "validate", name)
+        assert (
+            place.call(*RMFS, "scenario", "map", "watched.toml", *given).count("#")
+            == {"acme-aisle": 18, "acme-runs": 12}[name]
+        )
+
+
 def test_its_metrics_are_metrics(place: Any) -> None:
     """They are in result.json and in the run's summary, with label and unit where it says some; the trace is valid."""
     content = json.loads((place.folder / "day" / "result.json").read_text("utf-8"))

@@ -48,6 +48,7 @@ from rmfs_core.results.catalogue import Metric as Metric
 from . import events as events
 from . import gym as gym
 from . import helpers as helpers
+from . import layouts as layouts
 from . import testing as testing
 from . import warehouse as warehouse
 

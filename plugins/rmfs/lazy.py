@@ -8,19 +8,19 @@ from importlib import import_module
 from pathlib import Path
 
 
-def names_of(stub: Path) -> tuple[Callable[[str], object], list[str]]:
-    """Return a module's ``__getattr__`` and ``__all__``: what its stub imports from other packages.
+def names_of(file: str) -> tuple[Callable[[str], object], list[str]]:
+    """Return a module's ``__getattr__`` and names: what the stub beside it imports from other packages.
 
     `lazy_loader` does the same for names of one's own package alone.
 
     Parameters
     ----------
-    stub
-        The module's ``.pyi``, all of it ``from PACKAGE import NAME as NAME``.
+    file
+        The module's. In its ``.pyi`` stands ``from PACKAGE import NAME as NAME`` for each.
     """
     where = {
         alias.name: node.module
-        for node in ast.parse(stub.read_text(encoding="utf-8")).body
+        for node in ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8")).body
         if isinstance(node, ast.ImportFrom) and node.module
         for alias in node.names
     }

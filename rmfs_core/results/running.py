@@ -37,6 +37,7 @@ from rmfs_core.simulation.engine import Simulation
 from rmfs_core.wording import one_line
 from rmfs_core.world import make_instance, make_layout
 from rmfs_core.world.instance_making import generator_of
+from rmfs_core.world.layout_making import layout_maker
 
 
 def run(
@@ -166,6 +167,7 @@ class PreparedRun:
         self.status = "failed" if error else self.status
         if self.interrupted and self.status == "complete":  # not all that is measured may be there
             self.status = "partial"
+        self.simulation.rules.sources.close()
         orders, periods = self.tables.orders, self.tables.periods
         end_s, warmup_s = to_seconds(context.warehouse.now), scenario.run.warmup_s or 0
         return Result(
@@ -255,15 +257,20 @@ def prepare(
     """
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules, objects=objects)
-        scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
-        instance, layout = make_instance(scenario), make_layout(scenario)
-    tables = Tables()
-    for observer, name in (*told, (tables, None)):  # whatever another observer does wrong, the tables have it already
-        rules.register_observer(observer, name)
-    described = described_by(reversed(rules.instances))
-    folder = folder_for(files_of(observer for observer, name in told if name is not None))
-    simulation = Simulation(scenario, instance, layout, rules, folder)
-    return PreparedRun(simulation, tables, versions_of(rules, scenario), described, folder)
+    with ExitStack() as failing:
+        failing.callback(rules.sources.close)
+        with located(scenario):
+            scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
+            instance, layout = make_instance(scenario), make_layout(scenario)
+        tables = Tables()
+        for observer, name in (*told, (tables, None)):  # whatever another does wrong, the tables have it already
+            rules.register_observer(observer, name)
+        described = described_by(reversed(rules.instances))
+        folder = folder_for(files_of(observer for observer, name in told if name is not None))
+        simulation = Simulation(scenario, instance, layout, rules, folder)
+        prepared = PreparedRun(simulation, tables, versions_of(rules, scenario), described, folder)
+        failing.pop_all()
+    return prepared
 
 
 def versions_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
@@ -272,6 +279,7 @@ def versions_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
     A file in the scenario's folder is named as seen from there, any other by its absolute path.
     """
     found, folder = versions_of_observers() | dict(rules.distributions), scenario.folder
+    found |= dict([entrypoints.origin(layout_maker(scenario.layout)[0])])
     if scenario.instance.orders_file is None:
         found |= dict([entrypoints.origin(generator_of(scenario.instance)[0])])
     found |= {one.name: one.digest() for one in rules.files}

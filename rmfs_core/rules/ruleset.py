@@ -122,6 +122,8 @@ class RuleSet:
         Files beside the scenario that code was loaded from.
     files
         Files that parameters of rules name.
+    sources
+        Where the rules come from; whoever is done with the rules closes them.
     """
 
     pm: pluggy.PluginManager
@@ -142,6 +144,7 @@ class RuleSet:
     distributions: dict[str, str] = field(factory=dict)
     inline_files: tuple[str, ...] = ()
     files: tuple[NamedFile, ...] = ()
+    sources: RuleSources = field(factory=lambda: RuleSources("."))
 
     @classmethod
     def load(
@@ -173,7 +176,12 @@ class RuleSet:
         there = {dotted(("rules", *path)): rule for path, rule, _ in _given(objects or {})}
         keyed = {role.key: role for role in Role}
         chosen = [(keyed[str(path[0])], choice, dotted(("rules", *path))) for path, choice in rule_choices(rules)]
-        manager, bound = bind(RuleSources(folder, allow_inline), chosen, there)
+        sources = RuleSources(folder, allow_inline)
+        try:
+            manager, bound = bind(sources, chosen, there)
+        except BaseException:
+            sources.close()
+            raise
         playing = {role: [rule for rule in bound if rule.role is role] for role in Role}
         filters, observers = playing.pop(Role.FILTER), playing.pop(Role.OBSERVER)
         return cls(
@@ -184,6 +192,7 @@ class RuleSet:
             distributions=_versions(bound),
             files=tuple(one for rule in bound for one in rule.parts.files),
             inline_files=tuple(dict.fromkeys(rule.source.file for rule in bound if rule.source.file is not None)),
+            sources=sources,
         )
 
     @property

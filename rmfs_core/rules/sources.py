@@ -9,8 +9,9 @@ import types
 from contextlib import suppress
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from weakref import finalize
 
-from attrs import frozen
+from attrs import field, frozen
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
@@ -39,6 +40,8 @@ class RuleSource:
         Where it comes from; for a file, the file's name and ``"inline"``; for an object, its module and ``"object"``.
     file
         The file the code was loaded from, for a rule beside the scenario.
+    sources
+        Who keeps the file's module.
     """
 
     name: str
@@ -46,6 +49,7 @@ class RuleSource:
     distribution: str
     version: str
     file: str | None = None
+    sources: RuleSources | None = field(default=None, eq=False, repr=False)
 
     def describe(self) -> str:
         """Name the rule for a message: ``rule "demand" (rmfs 0.1.0)``."""
@@ -72,6 +76,9 @@ def source_of(rule: object) -> RuleSource:
 class RuleSources:
     """Finds rules by the names that a scenario uses. Each file beside the scenario is loaded once.
 
+    Its module is in ``sys.modules``, where pickle, inspect and typing look for that of a class, until `close` is called
+    or nobody has these sources or a rule of theirs any more.
+
     Parameters
     ----------
     folder
@@ -85,6 +92,8 @@ class RuleSources:
         self.allow_inline = allow_inline and not os.environ.get("RMFS_NO_INLINE_RULES")
         self._offers = entrypoints.offers(entrypoints.RULES)
         self._modules: dict[str, types.ModuleType] = {}
+        self.close = finalize(self, _forget, self._modules)
+        """Removes the modules from ``sys.modules``."""
 
     def find(self, name: str, place: str) -> RuleSource:
         """Import what a rule's name leads to."""
@@ -111,7 +120,7 @@ class RuleSources:
         if class_name not in vars(module):
             classes = [key for key, value in vars(module).items() if isinstance(value, type)]
             raise InputError(place, f"{path} has no class `{class_name}`{did_you_mean(class_name, classes)}")
-        return RuleSource(name, vars(module)[class_name], Path(path).name, INLINE, path)
+        return RuleSource(name, vars(module)[class_name], Path(path).name, INLINE, path, self)
 
 
 def _load_file(path: str, name: str, place: str) -> types.ModuleType:
@@ -121,11 +130,22 @@ def _load_file(path: str, name: str, place: str) -> types.ModuleType:
     except (OSError, ValueError) as error:  # ValueError: of a name that no file can have
         raise InputError(place, f'rule "{name}": cannot read {path}: {getattr(error, "strerror", error)}') from error
     digest = hashlib.sha256(str(Path(path).resolve()).encode()).hexdigest()[:12]
-    module = types.ModuleType(f"rmfs_inline_{Path(path).stem}_{digest}")
+    base, number = f"rmfs_inline_{Path(path).stem}_{digest}", 1
+    module = types.ModuleType(base)
     module.__file__ = path
-    sys.modules[module.__name__] = module  # attrs and typing look up the module of a class there
+    while sys.modules.setdefault(module.__name__, module) is not module:  # another run has one of the same file
+        number += 1
+        module.__name__ = f"{base}_{number}"
     try:
         exec(compile(source, path, "exec"), module.__dict__)
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
+        _forget({path: module})
+        if not isinstance(error, Exception | SystemExit):
+            raise
         raise InputError(place, f'rule "{name}": {path} cannot be loaded: {one_line(error)}') from error
     return module
+
+
+def _forget(modules: dict[str, types.ModuleType]) -> None:
+    for module in modules.values():
+        sys.modules.pop(module.__name__, None)

@@ -184,7 +184,7 @@ class InstanceSection:
 
 @frozen
 class LayoutSection:
-    """The grid: RAWSim-O's block layout, or a text map."""
+    """The grid: RAWSim-O's block layout, a text map, or what another generator makes."""
 
     block_rows: int = key("Rows of blocks of storage locations", 9, check=at_least(1, MOST_PODS))
     block_columns: int = key("Columns of blocks", 7, check=at_least(1, MOST_PODS))
@@ -202,7 +202,11 @@ class LayoutSection:
         "shortcut",
         check=OneOf("plain", "shortcut"),
     )
-    map_file: str | None = key("Text map to use instead of the block layout", None)
+    map_file: str | None = key("Text map to use instead of the block layout, or the file of another generator", None)
+    generator: str | None = key(
+        "Who makes it: an entry point of the group `rmfs.layouts`; left out: `text-map` with a map, else `blocks`",
+        None,
+    )
     chargers: int | None = key(
         "Storage locations of the block layout that are chargers instead, spread evenly; left out: none",
         None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,10 +43,9 @@ class Tracks(NamedTuple):
     times: Table
 
 
-@lru_cache(maxsize=8)
 def roads_on(travel: Travel) -> Roads:
     """Return the roads of a run's travel times, the same object whenever it is asked for."""
-    return Roads(travel)
+    return travel.once(Roads)
 
 
 class Roads:

@@ -1,12 +1,12 @@
 """What is there when a run begins: the grid, its travel times, and the instance of orders, pods and SKUs."""
 
-from rmfs_core.world.block import block_map
+import importlib
+
 from rmfs_core.world.csv_files import Calendar, read_instance
-from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells
+from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells, check_size
 from rmfs_core.world.instance import BundleData, Instance, OrderData, PodData
 from rmfs_core.world.instance_making import make_instance
 from rmfs_core.world.layout_making import check_layout, make_layout, reached
-from rmfs_core.world.textmap import check_size, parse_map
 
 __all__ = [
     "EAST",
@@ -22,12 +22,17 @@ __all__ = [
     "OrderData",
     "PodData",
     "StationCells",
-    "block_map",
     "check_layout",
     "check_size",
     "make_instance",
     "make_layout",
-    "parse_map",
     "reached",
     "read_instance",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """Return what was here in rmfs 0.1.0, and is a layout's now."""
+    if name in ("block_map", "parse_map"):
+        return getattr(importlib.import_module("rmfs_commands.layouts"), name)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

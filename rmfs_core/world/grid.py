@@ -11,9 +11,13 @@ import numpy as np
 from attrs import define, frozen
 from numpy.typing import NDArray
 
+from rmfs_core.errors import InputError
+
 EAST, NORTH, WEST, SOUTH = range(4)
 STEPS = ((1, 0), (0, -1), (-1, 0), (0, 1))
 """(columns, rows) of a step in each heading; row 0 is the northernmost."""
+LONGEST_SIDE, MOST_CELLS = 5_000, 4_000_000
+"""Of any map. Robots' times on straight runs are tables of the longest side squared: 0.8 GB at 5,000 cells."""
 
 
 class CellKind(IntEnum):
@@ -174,6 +178,13 @@ class Layout:
     def where(self, cell: int) -> str:
         """Cell for people: ``row 3, column 17`` (counted from 1, from the north-west corner)."""
         return where(cell, self.width)
+
+
+def check_size(width: int, height: int, place: str) -> None:
+    """Raise `InputError` when a map of so many cells is larger than any may be."""
+    if max(width, height) > LONGEST_SIDE or width * height > MOST_CELLS:
+        expected = f"expected at most {LONGEST_SIDE:,} in a row or column and {MOST_CELLS:,} in all"
+        raise InputError(place, f"found a map of {width:,} x {height:,} cells; {expected}")
 
 
 def where(cell: int, width: int) -> str:

@@ -5,63 +5,91 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
+from importlib.metadata import EntryPoint
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS, LayoutSection, Scenario
-from rmfs_core.wording import counted
-from rmfs_core.world.block import block_map
-from rmfs_core.world.grid import CellKind, Layout
-from rmfs_core.world.textmap import parse_map
+from rmfs_core.wording import counted, nearest, one_line, shown_short
+from rmfs_core.world.grid import CellKind, Layout, check_size
 
 QUEUE_LENGTH, SHOWN = 12, 3
 
 
-def make_layout(scenario: Scenario) -> Layout:
+def make_layout(scenario: Scenario, text: str | None = None) -> Layout:
     """Return the checked layout of a scenario; the same object for the same layout, so that its tables are shared.
+
+    Parameters
+    ----------
+    scenario
+        The scenario. Its layout is made by an entry point of the group ``rmfs.layouts``, a function of the section, the
+        text of ``layout.map_file`` (None without one), ``stations.queue_length`` (None: as it likes) and what to call
+        the map or the section in errors; it returns a `Layout`.
+    text
+        What to take for the text of the map file, in place of reading it.
 
     Raises
     ------
     InputError
         When the map is wrong, or something cannot be reached.
     """
-    section = scenario.layout
-    if section.map_file is None:
-        return _block_layout(section, scenario.stations.queue_length or QUEUE_LENGTH)
-    path = Path(scenario.folder) / section.map_file
+    section, place = scenario.layout, "layout"
+    if section.map_file is not None:
+        path = Path(scenario.folder) / section.map_file
+        place, text = str(path), _text_of(path) if text is None else text
+    return _layout(layout_maker(section), section, text, scenario.stations.queue_length, place)
+
+
+def layout_maker(section: LayoutSection) -> tuple[EntryPoint, ...]:
+    """Return the entry points of what makes a layout; one, or they clash."""
+    known, name = entrypoints.offers(entrypoints.LAYOUTS), section.generator
+    if name is None:
+        name = "blocks" if section.map_file is None else "text-map"
+    if name not in known:
+        raise InputError("layout.generator", f'there is no generator "{name}"{nearest(name, known)}')
+    return known[name]
+
+
+def _text_of(path: Path) -> str:
     try:
         with path.open(encoding="utf-8-sig") as stream:
-            text = stream.read(20 * MOST_CELLS)  # a device may have no end; `parse_map` refuses what is too large
+            return stream.read(20 * MOST_CELLS)  # a device may have no end; what is too large is refused
     except UnicodeDecodeError as error:
         raise InputError(str(path), f"cannot read the map: {error}") from error
     except (OSError, ValueError) as error:  # ValueError: of a name that no file can have
         raise InputError("layout.map_file", f"{path} cannot be read: {getattr(error, 'strerror', error)}") from error
-    return _map_layout(text, str(path), scenario.stations.queue_length or 1)
+
+
+@lru_cache(maxsize=16)
+def _layout(
+    entries: tuple[EntryPoint, ...], section: LayoutSection, text: str | None, queue_length: int | None, place: str
+) -> Layout:
+    described = entrypoints.describe("layout generator", entries[0].name, *entrypoints.origin(entries[0]))
+    make: Any = entrypoints.load(entries, "layout.generator", "layout generator")
+    try:
+        layout = make(section, text, queue_length, place)
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise InputError("layout.generator", f"{described} raised {one_line(error)}") from error
+    if not isinstance(layout, Layout):
+        raise InputError("layout.generator", f"{described} returned {shown_short(layout)}; expected a Layout")
+    check_size(layout.width, layout.height, place)
+    check_layout(layout, place)
+    for number, cells in enumerate(layout.stations, 1):
+        if queue_length is not None and (has := cells.places) < queue_length:
+            found = f"found {queue_length}, but the queue of station {number} in {place} has {counted(has, 'cell')}"
+            raise InputError("stations.queue_length", f"{found}; expected at most that many")
+    return layout
 
 
 def queue_length(scenario: Scenario, layout: Layout) -> int:
     """Return how many pods can wait at a station: as the scenario says, or else 12, or fewer where a map has fewer."""
     return scenario.stations.queue_length or min(QUEUE_LENGTH, *(cells.places for cells in layout.stations))
-
-
-@lru_cache(maxsize=16)
-def _block_layout(section: LayoutSection, queue_length: int) -> Layout:
-    layout = parse_map(block_map(section, queue_length), "layout")
-    check_layout(layout, "layout")
-    return layout
-
-
-@lru_cache(maxsize=16)
-def _map_layout(text: str, place: str, queue_length: int) -> Layout:
-    layout = parse_map(text, place)
-    check_layout(layout, place)
-    for number, cells in enumerate(layout.stations, 1):
-        if (has := cells.places) < queue_length:
-            found = f"found {queue_length}, but the queue of station {number} in {place} has {counted(has, 'cell')}"
-            raise InputError("stations.queue_length", f"{found}; expected at most that many")
-    return layout
 
 
 def check_layout(layout: Layout, place: str) -> None:

@@ -11,12 +11,12 @@ cell of the same queue, and a station is never driven through.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cached_property, lru_cache
 from threading import Lock
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,7 @@ ROWS_BYTES = 64 << 20
 """Memory for tables to cells of queues that is got at a time, but for one of them."""
 
 Table: TypeAlias = NDArray[np.int32] | NDArray[np.int64]
+Made = TypeVar("Made")
 
 
 def travel_on(layout: Layout, motion: Motion) -> Travel:
@@ -124,6 +125,7 @@ class Travel:
         for array in (self.runs, self.turns, self.offsets, self._floor, self._under):
             array.setflags(write=False)
         self._tables = _Tables()
+        self._made: dict[object, object] = {}
         self.seconds = 0.0
         """Wall-clock seconds that tables have taken so far."""
 
@@ -132,8 +134,15 @@ class Travel:
         other = copy(self)
         for name in ("_work", "_times", "_near", "_near_table", "_rows"):
             vars(other).pop(name, None)
+        other._made = {}
         other.seconds = 0.0
         return other
+
+    def once(self, make: Callable[[Travel], Made]) -> Made:
+        """Return what a function makes of these travel times; the same object whenever it is asked for."""
+        if make not in self._made:
+            self._made[make] = make(self)
+        return cast(Made, self._made[make])
 
     @property
     def layout(self) -> Layout:

@@ -16,7 +16,6 @@ import pytest
 import rmfs_core
 from releases import held_against_release
 from rmfs_core import hookimpl
-from rmfs_core.traffic import roads_on
 from rmfs_core.world.travel import shared_travel
 from yardstick import in_yardsticks
 
@@ -48,7 +47,6 @@ def test_matched_load(benchmark: Any, record_property: Any, robots: int, rule: s
 
     def run(hours: float) -> rmfs_core.Result:
         shared_travel.cache_clear()  # tables of driving times that another run has left are not there in a first run
-        roads_on.cache_clear()
         until = f"run.until_s={hours * 3600}"
         overrides = [f"robots.count={robots}", f"rules.pp={rule}", until, *places]
         return rmfs_core.run(SCENARIO, overrides=overrides, observers=[clock])

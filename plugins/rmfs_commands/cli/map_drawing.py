@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from rmfs_commands.layouts.textmap import CLEAR_SIGN, FLOOR_SIGN, QUEUE_SIGN
 from rmfs_core.world import CellKind, Layout
 from rmfs_core.world.grid import RESTING
-from rmfs_core.world.textmap import CLEAR_SIGN, FLOOR_SIGN, QUEUE_SIGN
 
 
 def draw_map(layout: Layout) -> str:

@@ -2,7 +2,7 @@
 
 A version says too little: that of an editable install, or of a package that is found by its path, stays when its code
 changes. What takes part is the kernel, what rules share, the packages of the selected rules and of those that they ask
-in turn, of the observers of every run and of the generator of the instance, and what these import of their own
+in turn, of the observers of every run and of the generators of layout and instance, and what these import of their own
 distributions, of this project, or from outside of the folders of installed packages. Other libraries are known by their
 versions.
 """
@@ -27,6 +27,7 @@ from rmfs_core import entrypoints
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario
 from rmfs_core.world.instance_making import generator_of
+from rmfs_core.world.layout_making import layout_maker
 
 KERNEL = "rmfs_core"
 ALWAYS = (KERNEL, "rmfs_rules.helpers")
@@ -59,7 +60,7 @@ def sources_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
     selected = {rule.name for rule in bound}
     entries = [entry for name, entry in offered.items() if name in selected or _root(entry.module) in roots]
     entries += [same[0] for same in entrypoints.offers(entrypoints.OBSERVERS).values()]
-    entries += _generator(scenario)
+    entries += [layout_maker(scenario.layout)[0], *_generator(scenario)]
     names = {*ALWAYS, *(entry.module for entry in entries)}
     names |= {kind.__module__ for cls in classes for kind in cls.__mro__}
     return _digests(names, entries, map(Path, rules.inline_files))

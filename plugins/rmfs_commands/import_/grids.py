@@ -9,12 +9,12 @@ from pathlib import Path
 from attrs import frozen
 
 from rmfs_commands.import_.notes import Notes
+from rmfs_commands.layouts.textmap import FLOOR_SIGN
 from rmfs_commands.plan.movingai import grid_rows, read_text
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS
 from rmfs_core.wording import shown_short
 from rmfs_core.world import check_size
-from rmfs_core.world.textmap import FLOOR_SIGN
 
 KINDS = {
     "movingai": {".": ".", "G": ".", "S": ".", "@": "@", "O": "@", "T": "@", "W": "@"},

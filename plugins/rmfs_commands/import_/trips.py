@@ -14,11 +14,12 @@ from scipy.sparse.csgraph import connected_components
 
 from rmfs_commands.import_.grids import Grid, read_kiva, read_octile, read_weighted
 from rmfs_commands.import_.notes import Imported, Notes
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.plan.movingai import Trip, read_text, read_trips
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
 from rmfs_core.wording import counted, shown_short
-from rmfs_core.world import STEPS, CellKind, Layout, parse_map
+from rmfs_core.world import STEPS, CellKind, Layout
 
 MOST_AGENTS, MOST_SHOWN, DEFAULT_AGENTS = 100_000, 100, 10
 """Robots of a problem; robots in the command that is shown; robots of `rmfs plan` unless told."""

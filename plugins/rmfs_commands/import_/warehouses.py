@@ -12,10 +12,11 @@ from attrs import define, field, frozen
 from rmfs_commands.import_.notes import Notes
 from rmfs_commands.import_.waypoints import Drawn, StationPoints, Waypoint, draw, nearest
 from rmfs_commands.import_.xml_reading import Element, document, elements
+from rmfs_commands.layouts import block_map, parse_map
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS, MOST_PODS, LayoutSection
 from rmfs_core.wording import counted
-from rmfs_core.world import CellKind, block_map, check_layout, parse_map
+from rmfs_core.world import CellKind, check_layout
 
 T = TypeVar("T")
 

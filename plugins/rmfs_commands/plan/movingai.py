@@ -13,10 +13,11 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
+from rmfs_commands.layouts import parse_map
 from rmfs_core.errors import InputError
 from rmfs_core.wording import counted, shown_short
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, Layout, check_size, parse_map
-from rmfs_core.world.textmap import LONGEST_SIDE
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, Layout, check_size
+from rmfs_core.world.grid import LONGEST_SIDE
 
 FREE, BLOCKED = ".GS", "@OTW"
 MOST_SIGNS = 100_000_000
@@ -32,7 +33,7 @@ class Trip:
 
 
 def read_map(path: str | Path) -> Layout:
-    """Read a map: MovingAI's where the file begins with ``type``, else one of `rmfs_core.world.parse_map`.
+    """Read a map: MovingAI's where the file begins with ``type``, else one of `rmfs_commands.layouts.parse_map`.
 
     On MovingAI's maps robots step in the four directions between free cells (``.``, ``G``, ``S``).
 

@@ -1,16 +1,20 @@
 """A run that is watched while it goes on: the page of a replay, served on loopback, which asks for what is new.
 
-The server is the standard library's: it needs nothing to be installed, and serves one person on one machine.
+The server is the standard library's: it needs nothing to be installed, and serves one person on one machine. The
+address has a random token, as those of notebooks do: other users of the machine, who reach the port, do not know it.
 """
 
 from __future__ import annotations
 
+import hmac
 import re
+import secrets
 import threading
 import time
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
+from urllib.parse import parse_qsl
 
 import click
 
@@ -25,7 +29,7 @@ from rmfs_core.info import RunInfo
 
 HOST = "127.0.0.1"
 _OWN = re.compile(r"(127\.0\.0\.1|localhost)(:\d+)?", re.ASCII | re.IGNORECASE)
-_AFTER = re.compile(r"after=(\d{1,18})", re.ASCII)
+_TICK = re.compile(r"\d{1,18}", re.ASCII)
 RUNNING = "running"
 REST = 10
 """So many times as long as it took to tell the run it is not told anew: watching costs a tenth of the time at most."""
@@ -41,13 +45,16 @@ class Watch:
 
     Attributes
     ----------
+    token
+        The random text that every request must have.
     address
-        Where the page is; empty before the run starts.
+        Where the page is, with the token; empty before the run starts.
     """
 
     def __init__(self, name: str = "run") -> None:
         self.name = name
         self.address = ""
+        self.token = secrets.token_urlsafe()
         self._server: _Server | None = None
         self._changes = threading.Lock()
         self._telling = threading.Lock()
@@ -61,7 +68,7 @@ class Watch:
         self._builder = ColumnsBuilder(self._start)
         self._server = _Server((HOST, 0), _Handler)
         self._server.watch = self
-        self.address = f"http://{HOST}:{self._server.server_port}/"
+        self.address = f"http://{HOST}:{self._server.server_port}/?token={self.token}"
         threading.Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True).start()
         click.echo(f"Watch the run at {self.address}", err=True)
 
@@ -138,14 +145,19 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Answer."""
         path, _, query = self.path.partition("?")
+        asked = dict(parse_qsl(query))
+        watch = self.server.watch
         # A page of somewhere else may ask, whose name was made to lead here; another port is that of a tunnel.
         if not _OWN.fullmatch(self.headers.get("Host", "")):
             self._answer(HTTPStatus.FORBIDDEN, "text/plain", "This page is for the machine that it runs on.")
+        elif not hmac.compare_digest(asked.get("token", "").encode("utf-8"), watch.token.encode("utf-8")):
+            problem = "Open the address that rmfs run --watch printed, with its token."
+            self._answer(HTTPStatus.FORBIDDEN, "text/plain", problem)
         elif path == "/":
-            self._answer(HTTPStatus.OK, "text/html", live_page(self.server.watch.name))
+            self._answer(HTTPStatus.OK, "text/html", live_page(watch.name))
         elif path == "/run":
-            known = _AFTER.fullmatch(query)
-            text = self.server.watch.news(int(known[1]) if known else -1)
+            after = asked.get("after", "")
+            text = watch.news(int(after) if _TICK.fullmatch(after) else -1)
             self._answer(HTTPStatus.NO_CONTENT if text is None else HTTPStatus.OK, "text/plain", text or "")
         else:
             self._answer(HTTPStatus.NOT_FOUND, "text/plain", "There is / and /run.")

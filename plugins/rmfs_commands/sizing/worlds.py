@@ -57,8 +57,9 @@ class Worlds:
 
     @property
     def on_a_map(self) -> bool:
-        """Whether a map says how many stations there are."""
-        return self.scenario.layout.map_file is not None
+        """Whether a map, or another generator than that of blocks, says how many stations there are."""
+        layout = self.scenario.layout
+        return layout.map_file is not None or layout.generator not in (None, "blocks")
 
     @property
     def at_once(self) -> bool:

@@ -7,6 +7,7 @@ from typing import NoReturn
 
 from attrs import frozen
 
+from rmfs_commands.layouts import block_map, parse_map
 from rmfs_commands.states.mementos import QUEUE_LENGTH, memento_of
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.restoring import ContradictionError, restore
@@ -14,7 +15,7 @@ from rmfs_commands.states.state import LayoutState, State
 from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.scenario.source import Source
 from rmfs_core.warehouse import Pod, Warehouse, WarehouseView
-from rmfs_core.world import Instance, Layout, block_map, check_layout, parse_map
+from rmfs_core.world import Instance, Layout, check_layout
 from rmfs_core.world.travel import travel_on
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 
+from rmfs_commands.layouts import block_map, parse_map
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.warehouse import UNLIMITED, Robot, Station, Warehouse
-from rmfs_core.world import NORTH, Instance, Layout, OrderData, PodData, block_map, check_layout, parse_map
+from rmfs_core.world import NORTH, Instance, Layout, OrderData, PodData, check_layout
 from rmfs_core.world.travel import travel_on
 
 Wanted = Mapping[str, Sequence[str] | Mapping[str, int]]

@@ -14,7 +14,7 @@ from rmfs_commands.validation.case import Case
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
 from rmfs_core.scenario import Scenario, scenario_from_dict
-from rmfs_core.world import NORTH, Instance, Layout, make_instance, make_layout, parse_map
+from rmfs_core.world import NORTH, Instance, Layout, make_instance, make_layout
 
 PLACE = "header of the trace"
 
@@ -49,9 +49,9 @@ def check_opening(case: Case) -> None:
 
 
 def _layout(scenario: Scenario, trace: Trace) -> Layout | None:
-    if scenario.layout.map_file is None:
-        return make_layout(scenario)
-    return None if trace.map_text is None else parse_map(trace.map_text, scenario.layout.map_file)
+    if scenario.layout.map_file is not None and trace.map_text is None:
+        return None
+    return make_layout(scenario, trace.map_text)
 
 
 def _compare_layouts(case: Case, layout: Layout) -> None:

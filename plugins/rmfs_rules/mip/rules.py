@@ -15,7 +15,7 @@ from rmfs_rules.mip.period.period import Period, Preference, Stock
 from rmfs_rules.mip.period.solution import Model, Solution
 from rmfs_rules.mip.printed.constraints import violation
 from rmfs_rules.mip.printed.models import solve_printed
-from rmfs_rules.mip.printed.solver import Limits, check_installed, collecting_later
+from rmfs_rules.mip.printed.solver import Limits, check_installed
 from rmfs_rules.mip.proof.parts import with_joining_lines
 from rmfs_rules.mip.proof.steps import proof_of
 from rmfs_rules.mip.proof.ties import break_ties
@@ -147,8 +147,7 @@ class _Joint:
         """Assign all that is left of an order to an empty station, or nothing."""
         period = Period.alone(warehouse, stock, large.order, large.station)
         limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
-        with collecting_later():
-            solution = proof_of(period, Model.INTEGRATED, max(self.unused_capacity_weight, 2), limits).run()
+        solution = proof_of(period, Model.INTEGRATED, max(self.unused_capacity_weight, 2), limits).run()
         return _decision(period, solution)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
@@ -173,15 +172,14 @@ class _Joint:
         """
         limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
         weight, packing = self.unused_capacity_weight, self._packing_capacity
-        with collecting_later():
-            if self.formulation == "paper":
-                solution = solve_printed(period, self.model, weight, limits, packing)
-            else:
-                proof = proof_of(period, self.model, weight, limits, packing)
-                proof.limits = evolve(limits, effort=Effort.for_period(period, self.effort, hard=proof.hard))
-                proof.run()
-                solution = break_ties(proof, self.tie_break)
-            solution = with_joining_lines(period, solution, self.model)
+        if self.formulation == "paper":
+            solution = solve_printed(period, self.model, weight, limits, packing)
+        else:
+            proof = proof_of(period, self.model, weight, limits, packing)
+            proof.limits = evolve(limits, effort=Effort.for_period(period, self.effort, hard=proof.hard))
+            proof.run()
+            solution = break_ties(proof, self.tie_break)
+        solution = with_joining_lines(period, solution, self.model)
         wrong = violation(period, solution, self.model, weight, packing)
         if wrong is not None:
             raise RuntimeError(f"the solution violates the printed model: {wrong}")

@@ -16,6 +16,7 @@ MODULES = {
     "events": "rmfs_core.events",
     "gym": "rmfs_commands.gym",
     "helpers": "rmfs_rules.helpers",
+    "layouts": "rmfs_commands.layouts",
     "testing": "rmfs_commands.testing",
     "warehouse": "rmfs_core.warehouse",
 }
@@ -23,8 +24,8 @@ MODULES = {
 
 def test_every_name_is_there() -> None:
     assert all(getattr(rmfs, name) is not None for name in rmfs.__all__)
+    assert all(getattr(rmfs, name) is getattr(rmfs_core, name) for name in rmfs_core.__all__)
     assert {*rmfs_core.__all__, *MODULES, "Decider", "load_result", "replay", "run_experiment"} <= {*rmfs.__all__}
-    assert rmfs.run is rmfs_core.run
     assert rmfs.__version__ == version("rmfs")
 
 

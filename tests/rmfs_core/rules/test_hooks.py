@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from installed import RMFS
 from rmfs_core import InputError, hookimpl
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import ARGUMENTS, OBSERVER_HOOKS, WAKE, check_hooks, decided, marked_methods, roles_of
@@ -19,8 +20,7 @@ Refusal = Callable[..., str]
 def test_wrong_role(refusal: Refusal) -> None:
     """The message says which decision the rule does make."""
     assert refusal(poa=RuleChoice("nearest")) == (
-        'rules.poa: rule "nearest" (rmfs 0.2.0.dev0) does not decide POA (hook `assign_orders`); '
-        "class Nearest decides PR"
+        f'rules.poa: rule "nearest" ({RMFS}) does not decide POA (hook `assign_orders`); class Nearest decides PR'
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any, Literal, Optional
 import pytest
 from attrs import define, field
 
+from installed import RMFS
 from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
 from rmfs_core.rules.parameters import build, parameters_of, type_name, values_of
@@ -86,7 +87,7 @@ def test_parameters_of_the_right_type_are_accepted(install: Install) -> None:
 def test_a_rule_without_parameters_says_so(refusal: Refusal) -> None:
     """There is no list of valid names to give."""
     assert refusal(pp=RuleChoice("free-flow", {"speed": 1})) == (
-        'rules.pp.speed: rule "free-flow" (rmfs 0.2.0.dev0) has no parameter `speed`; it has no parameters'
+        f'rules.pp.speed: rule "free-flow" ({RMFS}) has no parameter `speed`; it has no parameters'
     )
 
 

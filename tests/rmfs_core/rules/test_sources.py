@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import gc
+import inspect
+import pickle
+import sys
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 
-from rmfs_core import InputError
+import rmfs_core
+from rmfs_core import InputError, RunError
 from rmfs_core.rules import RuleSet
-from rmfs_core.rules.sources import source_of
+from rmfs_core.rules.sources import RuleSources, source_of
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 
 Install = Callable[..., None]
@@ -184,3 +190,101 @@ def test_an_object_of_an_installed_rule_is_named_as_in_a_scenario(install: Insta
     install("other", {"theirs": "other_rules:Mine"}, other_rules=source)
     assert source_of(import_module("other_rules").Mine()).describe() == 'rule "theirs" (other 1.0)'
     assert source_of(import_module("rmfs_rules.sipp").Sipp()).describe().startswith('rule "sipp" (rmfs ')
+
+
+KNOWING = """
+from __future__ import annotations
+import inspect
+import pickle
+import typing
+from dataclasses import dataclass
+
+from attrs import define
+from rmfs_core import OrderAssignment, hookimpl
+
+@define
+class Level:
+    least: Number
+
+@define
+class Mine:
+    level: Level
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        @dataclass
+        class Late:
+            level: Level
+        assert isinstance(self.level, Level)
+        assert typing.get_type_hints(Mine) == {"level": Level}
+        assert "Number" in inspect.getsource(Level)
+        assert pickle.loads(pickle.dumps(self)) == self
+        order = warehouse.backlog[0]
+        station = next(one for one in warehouse.stations if warehouse.fits(order, one))
+        return [OrderAssignment(order.id, station.id)][: self.level.least]
+"""
+
+
+def modules_of_files() -> set[str]:
+    """Return the names of the modules that files of rules were loaded as."""
+    return {name for name in sys.modules if name.startswith("rmfs_inline_")}
+
+
+def scenario_in(folder: Path, number: str, least: str) -> Path:
+    """Write a scenario with a rule of a file, whose parameter has a type of that file; return the scenario's file."""
+    folder.mkdir()
+    (folder / "mine.py").write_text(f"{KNOWING}\nNumber = {number}\n")
+    (folder / "it.toml").write_text(
+        '[instance]\norders = 5\n[rules]\npps = "demand"\n'
+        f'poa = {{ rule = "./mine.py:Mine", level = {{ least = {least} }} }}\n'
+    )
+    return folder / "it.toml"
+
+
+def test_a_run_leaves_no_module_behind(tmp_path: Path) -> None:
+    """While it is there typing, inspect and pickle find it; then it is gone, also after a run that failed."""
+    before = modules_of_files()
+    assert rmfs_core.run(scenario_in(tmp_path / "right", "int", "1")).status == "complete"
+    assert modules_of_files() == before
+    with pytest.raises(RunError, match="slice indices must be integers"):
+        rmfs_core.run(scenario_in(tmp_path / "failing", "str", '"x"'))
+    assert modules_of_files() == before
+    with pytest.raises(InputError, match="expected Level"):
+        rmfs_core.run(scenario_in(tmp_path / "refused", "int", '"x"'))
+    assert modules_of_files() == before
+    with pytest.raises(InputError, match=r"instance\.orders_file"):
+        rmfs_core.run(scenario_in(tmp_path / "lacking", "int", "1"), overrides=["instance.orders_file=none.csv"])
+    assert modules_of_files() == before
+
+
+@pytest.mark.parametrize("source", ["raise ValueError", "raise KeyboardInterrupt"])
+def test_a_file_that_cannot_be_loaded_leaves_no_module_behind(folder: Path, source: str) -> None:
+    """Whatever stopped it."""
+    before = modules_of_files()
+    (folder / "my_rule.py").write_text(source)
+    with pytest.raises((InputError, KeyboardInterrupt)):
+        load(folder, "./my_rule.py:MyRule")
+    assert modules_of_files() == before
+
+
+def test_two_scenarios_do_not_see_each_others_file(tmp_path: Path) -> None:
+    """Files of one name, and one file that was edited between two rule sets: each class has the types of its own."""
+    whole, text = (scenario_in(tmp_path / name, name, "1").parent for name in ("int", "str"))
+    sources = [RuleSources(str(folder)) for folder in (whole, text, whole)]
+    first = sources[0].find("./mine.py:Mine", "place").target
+    other = sources[1].find("./mine.py:Mine", "place").target
+    (whole / "mine.py").write_text((text / "mine.py").read_text())
+    edited = sources[2].find("./mine.py:Mine", "place").target
+    levels = [inspect.getmodule(rule).Level for rule in (first, other, edited)]  # type: ignore[arg-type, union-attr]
+    assert [get_type_hints(level)["least"] for level in levels] == [int, str, str]
+    assert [pickle.loads(pickle.dumps(level)) for level in levels] == levels
+
+
+def test_a_module_stays_as_long_as_its_rule(folder: Path) -> None:
+    """Who has a rule without a run need not close anything."""
+    before = modules_of_files()
+    source = RuleSources(str(folder)).find("./my_rule.py:MyRule", "place")
+    assert len(modules_of_files() - before) == 1
+    del source
+    gc.collect()
+    assert modules_of_files() == before

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from attrs import evolve
 
+from installed import RMFS
 from rmfs_commands.testing import small_instance
 from rmfs_core.errors import StandstillError
 from rmfs_core.scenario.model import RunSection, Scenario
@@ -48,7 +49,7 @@ def test_a_run_that_stands_still_says_what_is_left(
     assert str(caught.value) == (
         f"The run stands still at 0.000 s: {left} 0 open requests that no inbound pod can serve; 0 pods waiting for a "
         'robot), and no rule decides anything (asked last: rule "./own.py:CountsItems" (own.py inline), rule "demand" '
-        f'(rmfs 0.2.0.dev0), rule "nearest-robot" (rmfs 0.2.0.dev0)); {large} an empty station alone, as `fits` says.'
+        f'({RMFS}), rule "nearest-robot" ({RMFS})); {large} an empty station alone, as `fits` says.'
     )
 
 

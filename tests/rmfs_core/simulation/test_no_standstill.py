@@ -11,6 +11,7 @@ from attrs import evolve
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from rmfs_commands.layouts.textmap import FLOOR_MOVES, FLOOR_SIGN, QUEUE_MOVES, QUEUE_SIGN
 from rmfs_commands.testing import validate_trace
 from rmfs_commands.trace import TraceWriter
 from rmfs_core import hookimpl
@@ -32,7 +33,6 @@ from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.setup import Opening, battery_of, motion_of, open_warehouse
 from rmfs_core.world import CellKind, Instance, Layout, block_map, check_layout, make_instance, parse_map
-from rmfs_core.world.textmap import FLOOR_MOVES, FLOOR_SIGN, QUEUE_MOVES, QUEUE_SIGN
 from rmfs_core.world.travel import travel_on
 
 ONE_WAY = "".join(FLOOR_MOVES).replace(".", "")

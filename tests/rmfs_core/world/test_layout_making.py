@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from attrs import evolve
 
+from rmfs_core import run
 from rmfs_core.errors import InputError
-from rmfs_core.scenario import load_scenario
+from rmfs_core.scenario import LayoutSection, RuleChoice, RulesSection, Scenario, load_scenario
 from rmfs_core.world import check_layout, make_layout, parse_map
 from rmfs_core.world.layout_making import queue_length
 
@@ -153,3 +155,53 @@ def test_a_map_without_end_is_read_in_part(tmp_path: Path) -> None:
     scenario = load_scenario(scenario_with_map(tmp_path, MAP))
     with pytest.raises(InputError, match=r"^/dev/zero: found a map of [\d,]+ x 1 cells; expected at most 5,000"):
         make_layout(evolve(scenario, layout=evolve(scenario.layout, map_file="/dev/zero")))
+
+
+LAYOUTS = """
+from rmfs_commands.layouts import parse_map
+
+def lane(section, text, queue_length, place):
+    return parse_map(text or "####..@@@\\n......qqO\\n####.....", place)
+
+def nothing(section, text, queue_length, place):
+    return None
+
+def fails(section, text, queue_length, place):
+    raise KeyError(section.block_rows)
+
+def shut(section, text, queue_length, place):
+    return parse_map("#@.\\n@qO\\n...", place)
+"""
+RULES = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
+GENERATORS = {name: f"acme_halls:{name}" for name in ("lane", "nothing", "fails", "shut")}
+
+
+def test_a_distribution_makes_layouts(install: Callable[..., None]) -> None:
+    """Named by a scenario; what it is of stands among the versions; what the map file says is handed to it."""
+    install("acme", GENERATORS, group="rmfs.layouts", acme_halls=LAYOUTS)
+    scenario = load_scenario("examples/small", ["layout.generator=lane", "robots.count=2", "instance.pods=6"])
+    layout = make_layout(scenario)
+    assert (layout.width, len(layout.storage_locations), len(layout.stations)) == (9, 8, 1)
+    assert make_layout(scenario) is layout
+    assert run(scenario).versions["acme"] == "1.0"
+    assert make_layout(scenario, "#....\n..qqO\n.....").width == 5
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("line", 'layout.generator: there is no generator "line" (did you mean `lane`?)'),
+        ("nothing", 'layout.generator: layout generator "nothing" (acme 1.0) returned None; expected a Layout'),
+        ("fails", 'layout.generator: layout generator "fails" (acme 1.0) raised KeyError: 9'),
+        (
+            "shut",
+            "layout: found cells that have no floor beside them, so no pod gets in or out: row 1, column 1",
+        ),
+        ("text-map", "layout.map_file: expected the text map that the layout generator `text-map` reads"),
+    ],
+)
+def test_a_layout_that_cannot_be_had_is_one_sentence(install: Callable[..., None], name: str, problem: str) -> None:
+    install("acme", GENERATORS, group="rmfs.layouts", acme_halls=LAYOUTS)
+    with pytest.raises(InputError) as caught:
+        make_layout(Scenario(rules=RULES, layout=LayoutSection(generator=name)))
+    assert str(caught.value) == problem

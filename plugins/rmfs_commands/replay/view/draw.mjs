@@ -1,8 +1,11 @@
+// @ts-check
 // The warehouse on a canvas. What never moves is drawn once, on a canvas of its own.
 
 import { heatClass } from "./heat.mjs";
-import { lastUpTo, place, STEP_X, STEP_Y } from "./motion.mjs";
+import { lastUpTo, nowhere, place, STEP_X, STEP_Y } from "./motion.mjs";
 import { phaseOf, waitsOn } from "./story.mjs";
+/** @import { Heat, History, Palette, Position, Run, Thing } from "./types.d.ts" */
+/** @import { World } from "./world.mjs" */
 
 const [WALL, STORAGE, QUEUE, STATION, CHARGER] = [0, 2, 3, 4, 5];
 const BOLT = [[0.58, 0.1], [0.24, 0.56], [0.46, 0.56], [0.4, 0.9], [0.76, 0.42], [0.53, 0.42]]; // the sign of a charger in its cell
@@ -12,23 +15,47 @@ const CHIPS = 5; // in a row
 const MOST_CHIPS = 15;
 const FULL = 2 * Math.PI;
 
-/** Edges of the classes that open items are shown in: a pod with `edges[i]` or fewer is of class i. */
+/**
+ * Edges of the classes that open items are shown in: a pod with `edges[i]` or fewer is of class i.
+ * @param {number} most
+ */
 export function edgesFor(most) {
   return [0, Math.ceil(most / 8), Math.ceil(most / 4), Math.ceil(most / 2), most].filter((edge, i, all) => edge > (all[i - 1] ?? -1));
 }
 
+/**
+ * @param {number[]} edges
+ * @param {number} number
+ */
 export function levelOf(edges, number) {
   const level = edges.findIndex((edge) => number <= edge);
   return level < 0 ? edges.length - 1 : level;
 }
 
-/** The colours of the page's theme, by the names that style.css gives them. */
+/**
+ * What draws on a canvas.
+ * @param {HTMLCanvasElement} canvas
+ */
+export function penOf(canvas) {
+  const pen = canvas.getContext("2d");
+  if (!pen) throw new Error("this browser cannot draw");
+  return pen;
+}
+
+/**
+ * The colours of the page's theme, by the names that style.css gives them.
+ * @param {Element} element
+ * @returns {Palette}
+ */
 export function paletteOf(element) {
   const style = getComputedStyle(element);
+  /** @param {string} name */
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
-  const names = ["ink", "soft", "line", "floor", "place", "lane", "robot", "idle", "work", "rest", "accent", "wait", "card", "empty", "charge", "bundle", "moved"];
   return {
-    ...Object.fromEntries(names.map((name) => [name, colour(name)])),
+    ink: colour("ink"), soft: colour("soft"), line: colour("line"), card: colour("card"), accent: colour("accent"),
+    floor: colour("floor"), place: colour("place"), lane: colour("lane"), empty: colour("empty"), bundle: colour("bundle"),
+    robot: colour("robot"), idle: colour("idle"), work: colour("work"), rest: colour("rest"), wait: colour("wait"),
+    charge: colour("charge"), moved: colour("moved"),
     levels: [0, 1, 2, 3, 4].map((level) => colour(`level-${level}`)),
     heats: [0, 1, 2, 3, 4, 5].map((level) => colour(`heat-${level}`)),
   };
@@ -36,15 +63,33 @@ export function paletteOf(element) {
 
 /** Draws one run on one canvas, and knows what is where on it. */
 export class Scene {
-  constructor(canvas, run, history, edges) {
-    Object.assign(this, { canvas, run, history, edges });
-    this.context = canvas.getContext("2d");
+  ratio = 1; // pixels of the canvas in one of the page
+  scale = 0; // pixels of the canvas in a cell; 0 before it has a size
+  left = 0;
+  top = 0;
+  zoom = 1;
+  panX = 0;
+  panY = 0;
+  /** @type {(Heat & { edges: number[] }) | null} */
+  heat = null;
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {Run} run
+   * @param {History} history
+   * @param {number[]} edges
+   * @param {Palette} palette
+   */
+  constructor(canvas, run, history, edges, palette) {
+    this.canvas = canvas;
+    this.run = run;
+    this.history = history;
+    this.edges = edges;
+    this.palette = palette;
+    this.context = penOf(canvas);
     this.still = document.createElement("canvas");
-    this.places = run.legs.map(() => ({ x: 0, y: 0, heading: 0, moving: false, leg: -1 }));
+    this.places = run.legs.map(nowhere);
     this.picking = stationPicks(run);
-    this.heat = null;
-    this.zoom = 1;
-    this.panX = this.panY = 0;
     const { width, queues } = run.layout;
     const columns = queues.map(([cell]) => cell % width);
     this.west = columns.some((column) => column < width / 2) ? BESIDE : MARGIN;
@@ -53,7 +98,10 @@ export class Scene {
     this.rows = run.layout.height + 2 * MARGIN;
   }
 
-  /** Take the size that the canvas has on the page. */
+  /**
+   * Take the size that the canvas has on the page.
+   * @param {Palette} palette
+   */
   resize(palette) {
     const ratio = window.devicePixelRatio || 1;
     const { clientWidth, clientHeight } = this.canvas;
@@ -73,14 +121,21 @@ export class Scene {
     this.top = (height - this.rows * this.scale) / 2 + (MARGIN + this.panY) * this.scale;
     this.still.width = width;
     this.still.height = height;
-    this.drawStill(this.still.getContext("2d"));
+    this.drawStill(penOf(this.still));
   }
 
-  /** Pixel of the canvas that a column or row begins at. */
+  // Pixel of the canvas that a column or row begins at.
+
+  /** @param {number} column */
   toX = (column) => this.left + column * this.scale;
+  /** @param {number} row */
   toY = (row) => this.top + row * this.scale;
 
-  /** Column and row of the centre of a cell under a point of the page, as numbers with fractions. */
+  /**
+   * Column and row of the centre of a cell under a point of the page, as numbers with fractions.
+   * @param {number} clientX
+   * @param {number} clientY
+   */
   cellAt(clientX, clientY) {
     const box = this.canvas.getBoundingClientRect();
     const x = ((clientX - box.left) * this.ratio - this.left) / this.scale - 0.5;
@@ -88,6 +143,7 @@ export class Scene {
     return { x, y };
   }
 
+  /** @param {CanvasRenderingContext2D} pen */
   drawStill(pen) {
     const { palette: p, scale: s } = this;
     const { kind, width } = this.run.layout;
@@ -110,7 +166,7 @@ export class Scene {
         pen.fill();
       }
     }
-    if (this.heat?.by === "cell") this.drawHeat(pen);
+    if (this.heat?.by === "cell") this.drawHeat(pen, this.heat);
     pen.strokeStyle = p.empty;
     pen.lineWidth = Math.max(s * 0.05, 1);
     for (const cell of blocked) {
@@ -119,16 +175,23 @@ export class Scene {
     }
   }
 
-  drawHeat(pen) {
-    const { values } = this.heat;
+  /**
+   * @param {CanvasRenderingContext2D} pen
+   * @param {Heat & { edges: number[] }} heat
+   */
+  drawHeat(pen, { values, edges }) {
     for (let cell = 0; cell < values.length; cell++) {
       if (!values[cell]) continue;
-      pen.fillStyle = this.heatColour(values[cell]);
+      pen.fillStyle = this.palette.heats[heatClass(edges, values[cell])];
       this.tile(pen, cell);
     }
   }
 
-  /** Fill a cell, to whole pixels: no seam shows between two. */
+  /**
+   * Fill a cell, to whole pixels: no seam shows between two.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {number} cell
+   */
   tile(pen, cell) {
     const { width } = this.run.layout;
     const [column, row] = [cell % width, Math.floor(cell / width)];
@@ -136,9 +199,11 @@ export class Scene {
     pen.fillRect(x, y, Math.round(this.toX(column + 1)) - x, Math.round(this.toY(row + 1)) - y);
   }
 
-  heatColour = (value) => this.palette.heats[heatClass(this.heat.edges, value)];
-
-  /** Draw everything as it is at the time of `world`. */
+  /**
+   * Draw everything as it is at the time of `world`.
+   * @param {World} world
+   * @param {Thing | null} selected
+   */
   draw(world, selected) {
     const pen = this.context;
     if (!this.scale) return;
@@ -152,13 +217,22 @@ export class Scene {
     if (selected) this.drawSelected(pen, world, selected);
   }
 
+  /**
+   * @param {number} pod
+   * @param {Int32Array} open
+   */
   podColour(pod, open) {
     if (this.heat?.by === "pod") {
-      return this.heat.values[pod] ? this.heatColour(this.heat.values[pod]) : this.palette.levels[0];
+      const { values, edges } = this.heat;
+      return values[pod] ? this.palette.heats[heatClass(edges, values[pod])] : this.palette.levels[0];
     }
     return this.palette.levels[Math.min(levelOf(this.edges, open[pod]), 4)];
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} pen
+   * @param {World} world
+   */
   drawPods(pen, world) {
     const open = world.openItems();
     const { width } = this.run.layout;
@@ -174,6 +248,10 @@ export class Scene {
     pen.globalAlpha = 1;
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} pen
+   * @param {World} world
+   */
   drawRobots(pen, world) {
     const { palette: p, scale: s } = this;
     const open = world.openItems();
@@ -186,7 +264,7 @@ export class Scene {
         pen.fillStyle = this.podColour(pod, open);
         pen.fillRect(x - 0.43 * s, y - 0.43 * s, 0.86 * s, 0.86 * s);
         const moved = phase.cell !== undefined; // it has no visit before it
-        if (moved) this.drawGoal(pen, here, phase.cell);
+        if (phase.cell !== undefined) this.drawGoal(pen, here, phase.cell);
         pen.strokeStyle = moved ? p.moved : p.ink;
         pen.lineWidth = Math.max((moved ? 0.1 : 0.05) * s, 1);
         pen.setLineDash(moved ? [0.18 * s, 0.12 * s] : []);
@@ -205,15 +283,23 @@ export class Scene {
       pen.strokeStyle = p.card;
       pen.lineWidth = Math.max(0.11 * s, 1.5);
       pen.stroke();
-      if (phase.phase === "charging") this.drawCharge(pen, x, y, world.charge(robot));
+      if (phase.phase === "charging") this.drawCharge(pen, x, y, world.charge(robot) ?? 0);
     }
   }
 
-  /** A ring around a robot at a charger, closed when the battery is full. */
+  /**
+   * A ring around a robot at a charger, closed when the battery is full.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {number} x
+   * @param {number} y
+   * @param {number} share
+   */
   drawCharge(pen, x, y, share) {
     const s = this.scale;
     pen.lineWidth = Math.max(0.13 * s, 2);
-    for (const [colour, part] of [[this.palette.rest, 1], [this.palette.charge, share]]) {
+    /** @type {[string, number][]} */
+    const rings = [[this.palette.rest, 1], [this.palette.charge, share]];
+    for (const [colour, part] of rings) {
       pen.beginPath();
       pen.arc(x, y, 0.44 * s, -FULL / 4, -FULL / 4 + part * FULL);
       pen.strokeStyle = colour;
@@ -221,7 +307,12 @@ export class Scene {
     }
   }
 
-  /** Where a pod is carried without a visit, and a line there. */
+  /**
+   * Where a pod is carried without a visit, and a line there.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {Position} here
+   * @param {number} cell
+   */
   drawGoal(pen, here, cell) {
     const { scale: s, palette: p } = this;
     const { width } = this.run.layout;
@@ -239,6 +330,10 @@ export class Scene {
     pen.setLineDash([]);
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} pen
+   * @param {World} world
+   */
   drawStations(pen, world) {
     const { palette: p, scale: s, run } = this;
     const { width } = run.layout;
@@ -253,7 +348,7 @@ export class Scene {
       const px = x + (outward > 0 ? 1.55 : -0.55) * s;
       const py = y + 0.5 * s;
       pen.beginPath();
-      if (run.stations.capacity[i] || !run.stations.bundle_capacity?.[i]) pen.arc(px, py, 0.46 * s, 0, FULL);
+      if (run.stations.capacity[i] || !run.stations.bundle_capacity[i]) pen.arc(px, py, 0.46 * s, 0, FULL);
       else pen.rect(px - 0.44 * s, py - 0.44 * s, 0.88 * s, 0.88 * s); // it does nothing but store bundles
       pen.fillStyle = this.isPicking(i, world.tick) ? p.work : p.rest;
       pen.fill();
@@ -274,7 +369,15 @@ export class Scene {
     });
   }
 
-  /** Each open order of a station is a chip, fuller with more items to pick; each bundle one, hollow until it has a pod. */
+  /**
+   * Each open order of a station is a chip, fuller with more items to pick; each bundle one, hollow until it has a pod.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {World} world
+   * @param {number} station
+   * @param {number} x
+   * @param {number} y
+   * @param {number} outward
+   */
   drawChips(pen, world, station, x, y, outward) {
     const { palette: p, scale: s } = this;
     const step = 0.48 * s;
@@ -294,19 +397,32 @@ export class Scene {
     pen.globalAlpha = 1;
   }
 
+  /**
+   * @param {number} station
+   * @param {number} tick
+   */
   isPicking(station, tick) {
     const { start, free } = this.picking[station];
     const i = lastUpTo(start, tick);
     return i >= 0 && tick < free[i];
   }
 
-  /** Whether what a picker is at is to store a bundle. */
+  /**
+   * Whether what a picker is at is to store a bundle.
+   * @param {number} station
+   * @param {number} tick
+   */
   isStoring(station, tick) {
     const { start, stores } = this.picking[station];
     return this.isPicking(station, tick) && stores[lastUpTo(start, tick)];
   }
 
-  /** The way of a robot until it has something else to do. */
+  /**
+   * The way of a robot until it has something else to do.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {number} robot
+   * @param {number} tick
+   */
   drawWay(pen, robot, tick) {
     const legs = this.run.legs[robot];
     const here = this.places[robot];
@@ -328,6 +444,11 @@ export class Scene {
     pen.globalAlpha = 1;
   }
 
+  /**
+   * @param {CanvasRenderingContext2D} pen
+   * @param {World} world
+   * @param {Thing} selected
+   */
   drawSelected(pen, world, { kind, id }) {
     const s = this.scale;
     pen.strokeStyle = this.palette.ink;
@@ -339,22 +460,35 @@ export class Scene {
     }
   }
 
-  /** Where a thing is; an order is at the stations that have lines of it. */
+  /**
+   * Where a thing is; an order is at the stations that have lines of it.
+   * @param {World} world
+   * @param {Thing["kind"]} kind
+   * @param {number} id
+   * @returns {{ x: number, y: number }[]}
+   */
   whereIs(world, kind, id) {
     const { width, queues } = this.run.layout;
+    /** @param {number} cell */
     const centre = (cell) => ({ x: cell % width, y: Math.floor(cell / width) });
     if (kind === "robot") return [this.places[id]];
     if (kind === "station") return [centre(queues[id][0])];
     if (kind === "charger") return [centre(id)];
     if (kind === "bundle") {
-      const { station, pod, stored } = world.bundles[id] ?? { station: -1 };
+      const { station, pod, stored } = world.bundles[id] ?? { station: -1, pod: -1, stored: false };
       return stored ? this.whereIs(world, "pod", pod) : station < 0 ? [] : [centre(queues[station][0])];
     }
     if (kind === "order") return world.stations.flatMap((one, i) => (one.open.has(id) ? [centre(queues[i][0])] : []));
     return [world.podCell[id] < 0 ? this.places[world.podRobot[id]] : centre(world.podCell[id])];
   }
 
-  /** What is under a point of the page: a robot before a pod before a charger before a station with its queue. */
+  /**
+   * What is under a point of the page: a robot before a pod before a charger before a station with its queue.
+   * @param {World} world
+   * @param {number} clientX
+   * @param {number} clientY
+   * @returns {Thing | null}
+   */
   hit(world, clientX, clientY) {
     const { x, y } = this.cellAt(clientX, clientY);
     const robot = this.places.findIndex((here) => Math.hypot(here.x - x, here.y - y) < 0.45);
@@ -365,20 +499,24 @@ export class Scene {
     const pod = world.podCell.indexOf(cell);
     if (cell >= 0 && pod >= 0) return { kind: "pod", id: pod };
     if (cell >= 0 && Number(this.run.layout.kind[cell]) === CHARGER) return { kind: "charger", id: cell };
+    /** @param {number[]} cells */
     const near = ([own]) => Math.abs((own % width) - x) < 2 && Math.abs(Math.floor(own / width) - y) < 0.8;
     const station = this.run.layout.queues.findIndex((cells) => cells.includes(cell) || near(cells));
     return station >= 0 ? { kind: "station", id: station } : null;
   }
 }
 
-/** Begin and end of each time that a picker handles an item or stores a bundle, by station. */
+/**
+ * Begin and end of each time that a picker handles an item or stores a bundle, by station.
+ * @param {Run} run
+ */
 function stationPicks(run) {
   const { item_picked: picked, bundle_stored: stored } = run.events;
-  const found = run.stations.name.map(() => []);
-  picked.station.forEach((id, i) => found[id].push([picked.start_tick[i], picked.picker_free_tick[i], false]));
-  stored?.station.forEach((id, i) => found[id].push([stored.start_tick[i], stored.tick[i], true]));
+  const found = run.stations.name.map(() => /** @type {{ start: number, free: number, stores: boolean }[]} */ ([]));
+  picked.station.forEach((id, i) => found[id].push({ start: picked.start_tick[i], free: picked.picker_free_tick[i], stores: false }));
+  stored.station.forEach((id, i) => found[id].push({ start: stored.start_tick[i], free: stored.tick[i], stores: true }));
   return found.map((spans) => {
-    spans.sort((a, b) => a[0] - b[0]);
-    return { start: spans.map(([start]) => start), free: spans.map(([, free]) => free), stores: spans.map(([, , stores]) => stores) };
+    spans.sort((a, b) => a.start - b.start);
+    return { start: spans.map(({ start }) => start), free: spans.map(({ free }) => free), stores: spans.map(({ stores }) => stores) };
   });
 }

@@ -1,13 +1,19 @@
+// @ts-check
 // What there is in some warehouses only.
 
-/** What there is in a run besides orders, pods, robots and picking stations. */
+/** @import { Run } from "./types.d.ts" */
+
+/**
+ * What there is in a run besides orders, pods, robots and picking stations.
+ * @param {Run} run
+ */
 export function featuresOf(run) {
   const { events, stations, layout } = run;
   return {
-    bundles: stations.bundle_capacity?.some(Boolean) ?? false,
-    storing: stations.capacity.some((capacity, i) => !capacity && stations.bundle_capacity?.[i]),
+    bundles: stations.bundle_capacity.some(Boolean),
+    storing: stations.capacity.some((capacity, i) => !capacity && stations.bundle_capacity[i] > 0),
     chargers: layout.kind.includes("5"),
-    closed: Boolean(events.station_closed?.tick.length),
-    moves: Boolean(events.pod_move_decided?.tick.length),
+    closed: events.station_closed.tick.length > 0,
+    moves: events.pod_move_decided.tick.length > 0,
   };
 }

@@ -1,10 +1,13 @@
+// @ts-check
 // Heat maps of a whole run: figures by cell or by pod.
 
-import { lastUpTo, place, STEP_X, STEP_Y } from "./motion.mjs";
+import { lastUpTo, nowhere, place, STEP_X, STEP_Y } from "./motion.mjs";
 import { phaseOf } from "./story.mjs";
+/** @import { Heat, HeatKind, HeatName, History, Position, Run } from "./types.d.ts" */
 
 const WAYS = ["to_pod", "to_station", "storing"];
 
+/** @type {{ none: { label: string } } & Record<HeatName, HeatKind>} */
 export const HEATS = {
   none: { label: "Open items" },
   waiting: { label: "Waiting", unit: "s", by: "cell", says: "seconds that robots on a way stood in the cell" },
@@ -13,22 +16,37 @@ export const HEATS = {
   storage: { label: "Time in storage", unit: "%", by: "cell", says: "share of the time that a pod stood in the place" },
 };
 
+export const HEAT_NAMES = /** @type {("none" | HeatName)[]} */ (Object.keys(HEATS));
+
 const DOUBLING = [1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1]; // what most cells have is far below the most
 const EVEN = [1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6, 1];
 
-/** Upper ends of a heat map's classes: whole numbers, none twice. */
+/**
+ * Upper ends of a heat map's classes: whole numbers, none twice.
+ * @param {{ most: number, unit: string }} heat
+ */
 export function heatEdges({ most, unit }) {
   const edges = (unit === "%" ? EVEN : DOUBLING).map((share) => Math.ceil(share * most));
   return edges.filter((edge, i) => edge !== edges[i - 1]);
 }
 
-/** Class of a figure above 0, counted so that the most has the last of six colours. */
+/**
+ * Class of a figure above 0, counted so that the most has the last of six colours.
+ * @param {number[]} edges
+ * @param {number} value
+ */
 export function heatClass(edges, value) {
   const at = edges.findIndex((edge) => value <= edge);
   return at < 0 ? EVEN.length - 1 : at + EVEN.length - edges.length;
 }
 
-/** The figures of a heat map, and the largest. */
+/**
+ * The figures of a heat map, and the largest.
+ * @param {Run} run
+ * @param {History} history
+ * @param {HeatName} name
+ * @returns {Heat}
+ */
 export function heatOf(run, history, name) {
   const values = { waiting, traffic, picks, storage }[name](run, history);
   let most = 0;
@@ -36,6 +54,7 @@ export function heatOf(run, history, name) {
   return { ...HEATS[name], values, most };
 }
 
+/** @param {Run} run */
 function traffic(run) {
   const { width } = run.layout;
   const values = new Float64Array(run.layout.kind.length);
@@ -49,7 +68,13 @@ function traffic(run) {
   return values;
 }
 
-/** Spans of a robot without a leg that goes on, cut by what it is at: those on a way without lifting count. */
+/**
+ * Spans of a robot without a leg that goes on, cut by what it is at: those on a way without lifting count.
+ * @param {Run} run
+ * @param {History} history
+ * @param {number} robot
+ * @param {(here: Position, begin: number, end: number) => void} found
+ */
 export function waits(run, history, robot, found) {
   const legs = run.legs[robot];
   const { sequence } = run;
@@ -63,7 +88,7 @@ export function waits(run, history, robot, found) {
   let rests = 0;
   for (let i = 0; i <= legs.n; i++) {
     const goes = i < legs.n ? legs.start[i] + legs.wait[i] : last;
-    const here = place(run, robot, Math.max(rests, 0), {});
+    const here = place(run, robot, Math.max(rests, 0), nowhere());
     for (let begin = rests; begin < goes; ) {
       const next = changes[lastUpTo(changes, begin) + 1] ?? Infinity;
       const end = Math.min(next, goes);
@@ -75,6 +100,10 @@ export function waits(run, history, robot, found) {
   }
 }
 
+/**
+ * @param {Run} run
+ * @param {History} history
+ */
 function waiting(run, history) {
   const { width } = run.layout;
   const values = new Float64Array(run.layout.kind.length);
@@ -86,25 +115,31 @@ function waiting(run, history) {
   return values;
 }
 
+/** @param {Run} run */
 function picks(run) {
   const values = new Float64Array(run.pods.name.length);
   for (const pod of run.events.item_picked.pod) values[pod]++;
   return values;
 }
 
+/** @param {Run} run */
 function storage(run) {
   const values = new Float64Array(run.layout.kind.length);
+  /** @type {([number, number] | null)[]} */ // cell and time
   const since = run.pods.cell.map((cell, pod) => (run.pods.robot[pod] < 0 ? [cell, 0] : null));
   const { sequence, events } = run;
   for (let i = 0; i < sequence.n; i++) {
     const name = sequence.names[sequence.kind[i]];
-    const e = events[name];
     const k = sequence.index[i];
-    if (name === "pod_lifted" && since[e.pod[k]]) {
-      const [cell, begin] = since[e.pod[k]];
-      values[cell] += e.tick[k] - begin;
-      since[e.pod[k]] = null;
-    } else if (name === "pod_stored") since[e.pod[k]] = [e.cell[k], e.tick[k]];
+    if (name === "pod_lifted") {
+      const pod = events.pod_lifted.pod[k];
+      const stands = since[pod];
+      if (stands) values[stands[0]] += sequence.tick[i] - stands[1];
+      since[pod] = null;
+    } else if (name === "pod_stored") {
+      const { pod, cell } = events.pod_stored;
+      since[pod[k]] = [cell[k], sequence.tick[i]];
+    }
   }
   for (const stands of since) if (stands) values[stands[0]] += run.tick - stands[1];
   return values.map((ticks) => (100 * ticks) / Math.max(run.tick, 1));

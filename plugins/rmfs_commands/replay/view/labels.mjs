@@ -1,14 +1,27 @@
+// @ts-check
 // Words around the pictures: the legend, the figures of a view, the names that can be searched for.
 
 import { clockTime } from "./clock.mjs";
 import { featuresOf } from "./features.mjs";
-import { HEATS } from "./heat.mjs";
 import { make } from "./panel.mjs";
 import { doing, percent, phaseOf, plural } from "./story.mjs";
+/** @import { Kind, Palette, Run, Thing, View } from "./types.d.ts" */
 
-const NAMED = { pod: ({ pods }) => pods.name, station: ({ stations }) => stations.name, order: ({ orders }) => orders.name, bundle: ({ events }) => events.bundle_arrived?.name ?? [] };
+/** @type {Record<Exclude<Kind, "robot">, (run: Run) => string[]>} */
+const NAMED = {
+  station: ({ stations }) => stations.name,
+  pod: ({ pods }) => pods.name,
+  order: ({ orders }) => orders.name,
+  bundle: ({ events }) => events.bundle_arrived.name,
+};
 
-/** Figures of a view now, in a line. */
+/** @type {Kind[]} */
+const KINDS = ["robot", "station", "pod", "order", "bundle"];
+
+/**
+ * Figures of a view now, in a line.
+ * @param {View} view
+ */
 export function numbers({ run, world, distance }) {
   const has = featuresOf(run);
   const waiting = has.bundles ? [`${plural(world.waitingBundles.size, "bundle")} waiting`] : [];
@@ -17,9 +30,23 @@ export function numbers({ run, world, distance }) {
   return [...counted, `backlog ${world.backlog}`, ...waiting, `${(distance(world.tick) / 1000).toFixed(1)} km`, ...ended].join(", ");
 }
 
-const swatch = (colour, shape = "square") => make("i", { class: shape, style: `--colour: ${colour}` });
+/** @param {string} colour */
+function swatch(colour, shape = "square") {
+  const mark = make("i", { class: shape });
+  mark.style.setProperty("--colour", colour); // an attribute would be an inline style, which the page forbids itself
+  return mark;
+}
+
+/**
+ * @param {HTMLElement} mark
+ * @param {string} text
+ */
 const entry = (mark, text) => make("span", {}, mark, text);
 
+/**
+ * @param {number[]} edges
+ * @param {string[]} colours
+ */
 function classes(edges, colours) {
   return edges.map((edge, i) => {
     const low = (edges[i - 1] ?? -1) + 1;
@@ -27,17 +54,27 @@ function classes(edges, colours) {
   });
 }
 
+/**
+ * @param {{ edges: number[], unit: string }} heat
+ * @param {string[]} colours
+ */
 function heatClasses(heat, colours) {
   const unit = heat.unit && ` ${heat.unit}`;
   const first = colours.length - heat.edges.length;
   return heat.edges.map((edge, i) => entry(swatch(colours[first + i]), `up to ${edge}${unit}`));
 }
 
-/** What the signs mean that only some runs have. */
+/**
+ * What the signs mean that only some runs have.
+ * @param {Run[]} runs
+ * @param {Palette} palette
+ */
 function more(runs, palette) {
+  /** @param {keyof ReturnType<typeof featuresOf>} name */
   const has = (name) => runs.some((run) => featuresOf(run)[name]);
   const closed = swatch(palette.rest, "struck");
   closed.style.setProperty("--struck", palette.wait);
+  /** @type {[keyof ReturnType<typeof featuresOf>, HTMLElement, string][]} */
   const entries = [
     ["storing", swatch(palette.rest), "replenishment station"],
     ["bundles", swatch(palette.bundle, "small hollow"), "bundle without a pod"],
@@ -50,11 +87,15 @@ function more(runs, palette) {
   return entries.filter(([name]) => has(name)).map(([, mark, text]) => entry(mark, text));
 }
 
-/** What the colours mean. */
-export function legend(views, name, palette) {
+/**
+ * What the colours mean.
+ * @param {View[]} views
+ * @param {Palette} palette
+ */
+export function legend(views, palette) {
   const { heat } = views[0].scene;
   const scale = heat
-    ? [make("b", {}, heat.label), ...heatClasses(heat, palette.heats), make("span", { class: "soft" }, HEATS[name].says)]
+    ? [make("b", {}, heat.label), ...heatClasses(heat, palette.heats), make("span", { class: "soft" }, heat.says)]
     : [make("b", {}, "Open items on a pod"), ...classes(views[0].edges, palette.levels)];
   return [
     make("div", {}, ...scale),
@@ -71,7 +112,11 @@ export function legend(views, name, palette) {
   ];
 }
 
-/** A thing in a few words: its name, and what it is at. */
+/**
+ * A thing in a few words: its name, and what it is at.
+ * @param {View} view
+ * @param {Thing} thing
+ */
 export function brief({ run, history, names, world }, { kind, id }) {
   const name = names[kind](id);
   if (kind === "robot") {
@@ -85,18 +130,31 @@ export function brief({ run, history, names, world }, { kind, id }) {
   return [name, ...has, ...(world.closed.has(id) ? ["closed"] : [])].join(", ");
 }
 
-/** Names that the search knows, of each kind. */
+/**
+ * How many things of a kind there are.
+ * @param {Run} run
+ * @param {Kind} kind
+ */
+const countOf = (run, kind) => (kind === "robot" ? run.legs : NAMED[kind](run)).length;
+
+/**
+ * Names that the search knows, of each kind.
+ * @param {View} view
+ */
 export function suggestions({ run, names }) {
-  const counts = { robot: run.legs.length, ...Object.fromEntries(["station", "pod", "order", "bundle"].map((kind) => [kind, NAMED[kind](run).length])) };
-  return Object.entries(counts).flatMap(([kind, n]) => Array.from({ length: Math.min(n, 300) }, (_, id) => names[kind](id)));
+  return KINDS.flatMap((kind) => Array.from({ length: Math.min(countOf(run, kind), 300) }, (_, id) => names[kind](id)));
 }
 
-/** The thing that a text names: `robot 3`, `pod 12`, `station 1`, `order 7`, `bundle 2`; null for none. */
+/**
+ * The thing that a text names: `robot 3`, `pod 12`, `station 1`, `order 7`, `bundle 2`; null for none.
+ * @param {View} view
+ * @param {string} text
+ * @returns {Thing | null}
+ */
 export function thingNamed({ run }, text) {
-  const [, kind, name] = /^\s*(robot|pod|station|order|bundle)s?\s+(.+?)\s*$/i.exec(text) ?? [];
+  const [, word, name] = /^\s*(robot|pod|station|order|bundle)s?\s+(.+?)\s*$/i.exec(text) ?? [];
+  const kind = KINDS.find((one) => one === word?.toLowerCase());
   if (!kind) return null;
-  const lower = kind.toLowerCase();
-  const id = lower === "robot" ? Number(name) - 1 : NAMED[lower](run).indexOf(name);
-  const there = lower === "robot" ? Number.isInteger(id) && id >= 0 && id < run.legs.length : id >= 0;
-  return there ? { kind: lower, id } : null;
+  const id = kind === "robot" ? Number(name) - 1 : NAMED[kind](run).indexOf(name);
+  return Number.isInteger(id) && id >= 0 && id < countOf(run, kind) ? { kind, id } : null;
 }

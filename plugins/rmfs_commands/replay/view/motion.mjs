@@ -1,12 +1,24 @@
+// @ts-check
 // Where robots are: the formulas of rmfs_core.motion.Motion, and the legs of a trace.
 
-/** Seconds of a straight run from rest to rest. */
+/** @import { ChargeLine, Motion, Position, Run } from "./types.d.ts" */
+
+/**
+ * Seconds of a straight run from rest to rest.
+ * @param {Motion} motion
+ * @param {number} metres
+ */
 export function runSeconds(motion, metres) {
   const { acceleration: a, speed: v } = motion;
   return metres >= (v * v) / a ? metres / v + v / a : 2 * Math.sqrt(metres / a);
 }
 
-/** Metres from the start, `seconds` after the start of a run over `metres`. */
+/**
+ * Metres from the start, `seconds` after the start of a run over `metres`.
+ * @param {Motion} motion
+ * @param {number} metres
+ * @param {number} seconds
+ */
 export function metresAt(motion, metres, seconds) {
   const { acceleration: a, speed: v } = motion;
   const total = runSeconds(motion, metres);
@@ -16,7 +28,11 @@ export function metresAt(motion, metres, seconds) {
   return (a * ramp ** 2) / 2 + v * (seconds - ramp);
 }
 
-/** Index of the last of `n` ascending values that is not above `value`; -1 when all are. */
+/**
+ * Index of the last of `n` ascending values that is not above `value`; -1 when all are.
+ * @param {ArrayLike<number>} values
+ * @param {number} value
+ */
 export function lastUpTo(values, value, n = values.length) {
   let low = 0;
   let high = n;
@@ -28,7 +44,11 @@ export function lastUpTo(values, value, n = values.length) {
   return low - 1;
 }
 
-/** Charge at a time on a line of points. */
+/**
+ * Charge at a time on a line of points.
+ * @param {ChargeLine} line
+ * @param {number} tick
+ */
 export function between({ tick: ticks, charge }, tick) {
   const i = lastUpTo(ticks, tick);
   if (i < 0 || i + 1 >= ticks.length) return charge[Math.max(i, 0)];
@@ -39,9 +59,16 @@ export function between({ tick: ticks, charge }, tick) {
 export const STEP_X = [1, 0, -1, 0];
 export const STEP_Y = [0, -1, 0, 1];
 
+/** @returns {Position} */
+export const nowhere = () => ({ x: 0, y: 0, heading: 0, moving: false, leg: -1 });
+
 /**
  * Say where a robot is: column, row and heading (quarters of a turn, 0 east, 1 north) go to `out.x`, `out.y`,
  * `out.heading`; `out.moving` says whether it drives or turns, `out.leg` which leg it is on (-1: none yet).
+ * @param {Run} run
+ * @param {number} robot
+ * @param {number} tick
+ * @param {Position} out
  */
 export function place(run, robot, tick, out) {
   const legs = run.legs[robot];

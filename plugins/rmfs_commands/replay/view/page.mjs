@@ -1,39 +1,71 @@
+// @ts-check
 // The page: one clock, one or two views, a panel, and what keys and buttons do.
 
 import { Clock, clockTime, SPEEDS, spokenTime } from "./clock.mjs";
 import { paletteOf } from "./draw.mjs";
-import { HEATS } from "./heat.mjs";
+import { HEAT_NAMES, HEATS } from "./heat.mjs";
 import { brief, legend, numbers, suggestions, thingNamed } from "./labels.mjs";
 import { make, Panel } from "./panel.mjs";
 import { setHeat, viewsOf } from "./views.mjs";
+/** @import { Figure, HeatName, Run, Thing, View } from "./types.d.ts" */
 
 const PANEL_EVERY_MS = 200;
+/** @type {Record<string, number>} */
 const SKIP = { ArrowLeft: -10000, ArrowRight: 10000, PageDown: -600000, PageUp: 600000 };
-const $ = (id) => document.getElementById(id);
+
+/**
+ * An element of the page.
+ * @template {HTMLElement} Kind
+ * @param {string} id
+ * @param {new () => Kind} kind
+ */
+function part(id, kind) {
+  const element = document.getElementById(id);
+  if (!(element instanceof kind)) throw new Error(`it has no ${kind.name} ${id}`);
+  return element;
+}
+
+/** @param {string} id */
+const $ = (id) => part(id, HTMLElement);
 
 export class Page {
+  seekBar = part("seek", HTMLInputElement);
+  findBox = part("find", HTMLInputElement);
+  speedBox = part("speed", HTMLSelectElement);
+  heatBox = part("heat", HTMLSelectElement);
+  keys = part("keys", HTMLDialogElement);
+  /** @type {({ view: View } & Thing) | null} */
+  selected = null;
+  /** @type {"none" | HeatName} */
+  heat = "none";
+  drawn = { frames: 0, ms: 0 };
+  lastFrame = 0;
+  panelShown = 0;
+  stale = true;
+  themeBefore = "light"; // before the page is printed
+
+  /** @param {Run[]} runs */
   constructor(runs) {
     this.end = Math.max(...runs.map((run) => run.tick));
     this.clock = new Clock(this.end);
     const figures = runs.map((run) => this.figure(run));
-    this.views = viewsOf(runs, figures, this.end);
-    this.selected = null; // { view, kind, id }
-    this.heat = "none";
+    this.views = viewsOf(runs, figures, this.end, paletteOf(document.documentElement));
     this.panel = new Panel($("panel"), {
-      select: (view, kind, id) => this.select(kind && { view, kind, id }),
+      select: (view, thing) => this.select(thing && { view, ...thing }),
       seek: (tick) => this.seek(tick),
     });
-    this.views.forEach((view, i) => (figures[i].caption.textContent = caption(view, this.views)));
-    this.views.forEach((view, i) => (view.numbers = figures[i].numbers));
-    this.drawn = { frames: 0, ms: 0 };
+    for (const view of this.views) view.figure.caption.textContent = caption(view, this.views);
     this.controls();
     this.theme(localTheme());
     this.fromAddress();
-    this.lastFrame = this.panelShown = 0;
     new ResizeObserver(() => this.resize()).observe($("views"));
     requestAnimationFrame((now) => this.frame(now));
   }
 
+  /**
+   * @param {Run} run
+   * @returns {Figure}
+   */
   figure(run) {
     const canvas = make("canvas", { tabindex: "0", role: "img", "aria-label": `The warehouse of ${run.name}. Find a robot, pod, station or order by its name to hear of it.` });
     const timeline = make("canvas", { "aria-hidden": "true" });
@@ -51,22 +83,28 @@ export class Page {
     return this.clock.waits;
   }
 
-  /** Show runs as far as they have come; the clock, what is selected and how it is looked at stay. */
+  /**
+   * Show runs as far as they have come; the clock, what is selected and how it is looked at stay.
+   * @param {Run[]} runs
+   */
   renew(runs) {
     this.end = this.clock.end = Math.max(...runs.map((run) => run.tick));
     this.clock.waits = runs.some((run) => run.status === "running");
-    const renewed = viewsOf(runs, this.views.map(({ scene, timeline }) => ({ canvas: scene.canvas, timeline: timeline.canvas })), this.end);
+    const renewed = viewsOf(runs, this.views.map(({ figure }) => figure), this.end, paletteOf(document.documentElement));
     this.views.forEach((view, i) => {
       const { zoom, panX, panY } = view.scene;
       Object.assign(view, renewed[i]);
       Object.assign(view.scene, { zoom, panX, panY });
     });
-    $("seek").max = this.end;
+    this.seekBar.max = String(this.end);
     $("end").textContent = clockTime(this.end) + (this.running ? " so far" : "");
     this.setHeat(this.heat);
   }
 
-  /** Nothing more will come. */
+  /**
+   * Nothing more will come.
+   * @param {string} why
+   */
   stop(why) {
     this.clock.waits = false;
     this.say(why);
@@ -74,6 +112,7 @@ export class Page {
 
   // What is shown
 
+  /** @param {number} now */
   frame(now) {
     const passed = Math.min(now - this.lastFrame, 250); // a tab that was away does not leap
     this.lastFrame = now;
@@ -82,6 +121,7 @@ export class Page {
     requestAnimationFrame((next) => this.frame(next));
   }
 
+  /** @param {number} now */
   draw(now) {
     const begin = performance.now();
     this.stale = false;
@@ -91,14 +131,14 @@ export class Page {
       view.timeline.draw(tick);
     }
     $("time").textContent = clockTime(tick);
-    if (document.activeElement !== $("seek") || this.clock.playing) $("seek").value = tick;
+    if (document.activeElement !== this.seekBar || this.clock.playing) this.seekBar.value = String(tick);
     this.drawn.frames++;
     this.drawn.ms += performance.now() - begin;
     if (Math.abs(now - this.panelShown) > PANEL_EVERY_MS || !this.clock.playing) {
       this.panelShown = now;
       this.panel.show(this.views, this.selected);
-      for (const view of this.views) view.numbers.textContent = numbers(view);
-      $("seek").setAttribute("aria-valuetext", spokenTime(tick));
+      for (const view of this.views) view.figure.numbers.textContent = numbers(view);
+      this.seekBar.setAttribute("aria-valuetext", spokenTime(tick));
       $("play").textContent = this.clock.playing ? "Pause" : "Play";
     }
   }
@@ -110,7 +150,7 @@ export class Page {
       view.scene.resize(palette);
       view.timeline.resize(palette);
     }
-    $("legend").replaceChildren(...legend(this.views, this.heat, palette));
+    $("legend").replaceChildren(...legend(this.views, palette));
     this.draw(performance.now());
   }
 
@@ -124,24 +164,27 @@ export class Page {
     for (const { scene: own } of this.views) own.canvas.style.setProperty("--shape", `${own.columns} / ${own.rows}`);
   }
 
+  /** @param {string} name */
   theme(name) {
     document.documentElement.dataset.theme = name;
     $("theme").textContent = name === "dark" ? "Light" : "Dark";
     this.resize();
   }
 
+  /** @param {"none" | HeatName} name */
   setHeat(name) {
     this.heat = name;
-    $("heat").value = name;
+    this.heatBox.value = name;
     setHeat(this.views, name);
     this.resize();
   }
 
   // What is done
 
+  /** @param {number} tick */
   seek(tick) {
     this.clock.seek(tick);
-    $("seek").value = this.clock.tick;
+    this.seekBar.value = String(this.clock.tick);
     this.stale = true;
   }
 
@@ -151,11 +194,13 @@ export class Page {
     this.stale = true;
   }
 
+  /** @param {number} speed */
   speed(speed) {
     this.clock.speed = speed;
-    $("speed").value = speed;
+    this.speedBox.value = String(speed);
   }
 
+  /** @param {number} direction */
   round(direction) {
     const { tick } = this.clock;
     const all = this.views.flatMap((view) => Array.from(view.timeline.series.rounds));
@@ -163,23 +208,31 @@ export class Page {
     if (Number.isFinite(next)) this.seek(next);
   }
 
+  /** @param {({ view: View } & Thing) | null} thing */
   select(thing) {
-    this.selected = thing || null;
+    this.selected = thing;
     this.stale = true;
     this.draw(performance.now());
     const now = $("panel").querySelector(".now")?.textContent ?? "";
     this.say(thing ? `${thing.view.names[thing.kind](thing.id)}: ${now}` : "The whole run", "unseen");
   }
 
+  /** @param {string} text */
   find(text) {
     for (const view of this.views) {
       const found = thingNamed(view, text);
-      if (found) return this.select({ view, ...found });
+      if (found) {
+        this.select({ view, ...found });
+        return;
+      }
     }
     this.say(text ? `${text} is not here; try robot 1, pod 2, station 1 or order 3` : "");
   }
 
-  /** Tell something; unseen, it is for who listens to the page. */
+  /**
+   * Tell something; unseen, it is for who listens to the page.
+   * @param {string} text
+   */
   say(text, how = "") {
     $("said").textContent = text;
     $("said").className = how;
@@ -188,48 +241,54 @@ export class Page {
   // Buttons, pointer, keys
 
   controls() {
-    $("speed").append(...SPEEDS.map((speed) => make("option", { value: speed }, `${speed} ×`)));
-    $("speed").value = this.clock.speed;
-    $("heat").append(...Object.entries(HEATS).map(([name, { label }]) => make("option", { value: name }, label)));
-    $("seek").max = this.end;
+    this.speedBox.append(...SPEEDS.map((speed) => make("option", { value: speed }, `${speed} ×`)));
+    this.speedBox.value = String(this.clock.speed);
+    this.heatBox.append(...HEAT_NAMES.map((name) => make("option", { value: name }, HEATS[name].label)));
+    this.seekBar.max = String(this.end);
     $("end").textContent = clockTime(this.end);
     const [first] = this.views;
     $("names").append(...suggestions(first).map((name) => make("option", { value: name })));
     $("play").onclick = () => this.toggle();
     $("before").onclick = () => this.round(-1);
     $("after").onclick = () => this.round(1);
-    $("speed").onchange = () => this.speed(Number($("speed").value));
-    $("heat").onchange = () => this.setHeat($("heat").value);
+    this.speedBox.onchange = () => this.speed(Number(this.speedBox.value));
+    this.heatBox.onchange = () => this.setHeat(heatNamed(this.heatBox.value));
     $("theme").onclick = () => this.theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
-    $("help").onclick = () => $("keys").showModal();
-    $("seek").oninput = () => this.seek(Number($("seek").value));
-    $("find").onchange = () => this.find($("find").value);
-    $("find").addEventListener("keydown", ({ key }) => key === "Enter" && this.find($("find").value));
+    $("help").onclick = () => this.keys.showModal();
+    this.seekBar.oninput = () => this.seek(Number(this.seekBar.value));
+    this.findBox.onchange = () => this.find(this.findBox.value);
+    this.findBox.addEventListener("keydown", ({ key }) => key === "Enter" && this.find(this.findBox.value));
     document.addEventListener("keydown", (event) => this.key(event));
     for (const view of this.views) this.pointer(view);
     window.addEventListener("beforeprint", () => this.print(true));
     window.addEventListener("afterprint", () => this.print(false));
   }
 
+  /** @param {boolean} begins */
   print(begins) {
-    const { theme } = document.documentElement.dataset;
-    if (begins) [this.before, this.clock.playing] = [theme, false];
-    this.theme(begins ? "light" : this.before);
+    const { theme = "light" } = document.documentElement.dataset;
+    if (begins) [this.themeBefore, this.clock.playing] = [theme, false];
+    this.theme(begins ? "light" : this.themeBefore);
   }
 
+  /** @param {View} view */
   pointer(view) {
     const { canvas } = view.scene;
+    /** @type {{ x: number, y: number, panX: number, panY: number, moved: boolean } | null} */
     let from = null;
     canvas.onpointerdown = (event) => {
       from = { x: event.clientX, y: event.clientY, panX: view.scene.panX, panY: view.scene.panY, moved: false };
     };
     canvas.onpointermove = (event) => {
-      if (!from || !event.buttons) return this.hover(view, event);
+      if (!from || !event.buttons) {
+        this.hover(view, event);
+        return;
+      }
       const [dx, dy] = [event.clientX - from.x, event.clientY - from.y];
-      if (view.scene.zoom === 1 || Math.hypot(dx, dy) < 4) return undefined;
+      if (view.scene.zoom === 1 || Math.hypot(dx, dy) < 4) return;
       from.moved = true;
       const by = view.scene.ratio / view.scene.scale;
-      return this.pan(from.panX + dx * by, from.panY + dy * by);
+      this.pan(from.panX + dx * by, from.panY + dy * by);
     };
     canvas.onpointerup = (event) => {
       if (from && !from.moved) {
@@ -251,12 +310,17 @@ export class Page {
     };
   }
 
+  /**
+   * @param {View} view
+   * @param {PointerEvent} event
+   */
   hover(view, event) {
     const found = view.scene.hit(view.world, event.clientX, event.clientY);
     view.scene.canvas.title = found ? brief(view, found) : "";
     view.scene.canvas.style.cursor = found ? "pointer" : view.scene.zoom > 1 ? "grab" : "default";
   }
 
+  /** @param {number} factor */
   zoom(factor) {
     for (const { scene } of this.views) {
       scene.zoom = factor ? Math.min(Math.max(scene.zoom * factor, 1), 8) : 1;
@@ -266,6 +330,10 @@ export class Page {
     this.stale = true;
   }
 
+  /**
+   * @param {number} x
+   * @param {number} y
+   */
   pan(x, y) {
     for (const { scene } of this.views) {
       [scene.panX, scene.panY] = [x, y];
@@ -274,13 +342,14 @@ export class Page {
     this.stale = true;
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
     const { target, key } = event;
-    if (event.ctrlKey || event.metaKey || event.altKey || $("keys").open) return;
-    if (target.matches("input:not([type=range]), select")) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || this.keys.open) return;
+    if (!(target instanceof Element) || target.matches("input:not([type=range]), select")) return;
     if (key === " " && target.matches("button")) return; // it presses the button
-    const heats = Object.keys(HEATS);
-    const done = {
+    /** @type {Record<string, () => void>} */
+    const does = {
       " ": () => this.toggle(),
       ",": () => this.round(-1),
       ".": () => this.round(1),
@@ -288,16 +357,16 @@ export class Page {
       End: () => this.seek(this.end),
       ArrowUp: () => (this.clock.faster(1), this.speed(this.clock.speed)),
       ArrowDown: () => (this.clock.faster(-1), this.speed(this.clock.speed)),
-      h: () => this.setHeat(heats[(heats.indexOf(this.heat) + 1) % heats.length]),
+      h: () => this.setHeat(HEAT_NAMES[(HEAT_NAMES.indexOf(this.heat) + 1) % HEAT_NAMES.length]),
       d: () => $("theme").click(),
       "+": () => this.zoom(1.25),
       "-": () => this.zoom(0.8),
       0: () => this.zoom(0),
-      "/": () => $("find").focus(),
-      "?": () => $("keys").showModal(),
+      "/": () => this.findBox.focus(),
+      "?": () => this.keys.showModal(),
       Escape: () => this.select(null),
-    }[key];
-    if (done) done();
+    };
+    if (key in does) does[key]();
     else if (key in SKIP) this.seek(this.clock.tick + SKIP[key] * (event.shiftKey ? 6 : 1));
     else return;
     event.preventDefault();
@@ -307,17 +376,28 @@ export class Page {
   fromAddress() {
     const asked = new URLSearchParams(location.hash.slice(1));
     if (asked.has("theme")) this.theme(asked.get("theme") === "dark" ? "dark" : "light");
-    if (HEATS[asked.get("heat")]) this.setHeat(asked.get("heat"));
+    if (asked.has("heat")) this.setHeat(heatNamed(asked.get("heat")));
     if (SPEEDS.includes(Number(asked.get("speed")))) this.speed(Number(asked.get("speed")));
     this.seek(Number(asked.get("t") ?? 0) * 1000 || 0);
-    if (asked.has("show")) this.find(asked.get("show"));
+    const show = asked.get("show");
+    if (show !== null) this.find(show);
     this.stale = true;
   }
 }
 
+/**
+ * The heat map of a name; none where there is none of it.
+ * @param {string | null} name
+ */
+const heatNamed = (name) => HEAT_NAMES.find((one) => one === name) ?? "none";
+
 const localTheme = () => (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 
-/** Name a view, by what its rules differ in from the other's where there are two. */
+/**
+ * Name a view, by what its rules differ in from the other's where there are two.
+ * @param {View} view
+ * @param {View[]} views
+ */
 function caption(view, views) {
   const other = views.find((one) => one !== view);
   if (!other) return "";
@@ -326,12 +406,15 @@ function caption(view, views) {
   return said ? `${view.title} (${said})` : view.title;
 }
 
-/** Show what there is to show, or say why it cannot be shown. */
+/**
+ * Show what there is to show, or say why it cannot be shown.
+ * @param {() => Promise<void>} show
+ */
 export async function begin(show) {
   try {
     await show();
   } catch (error) {
-    $("said").textContent = `This page cannot be shown: ${error.message}`;
+    $("said").textContent = `This page cannot be shown: ${error instanceof Error ? error.message : error}`;
     $("said").className = "problem";
     throw error;
   }

@@ -1,54 +1,85 @@
+// @ts-check
 // What is beside the warehouse: the run as a whole, or the thing that was clicked.
 
 import { clockTime, duration } from "./clock.mjs";
 import { bundleStatus, doing, lastOf, orderStatus, percent, phaseOf, plural, tell, waitsOn, why } from "./story.mjs";
 import { featuresOf } from "./features.mjs";
 import { ORDER } from "./world.mjs";
+/** @import { Child, Row, Thing, View } from "./types.d.ts" */
+/** @import { World } from "./world.mjs" */
 
 const NEAR = 24; // entries of a history that are shown,
 const BEFORE = 6; // so many of them before the last one
 const OLDEST = 8;
 
-/** Make an element with children: texts and elements. */
+/**
+ * Make an element with children: texts and elements.
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Record<string, string | number | null | (() => void)>} [attributes] null leaves one out; a function is called on an event
+ * @param {Child[]} children
+ */
 export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
-    else if (value !== null && value !== undefined && value !== false) element.setAttribute(name, value);
+    if (typeof value === "function") element.addEventListener(name.slice(2), value);
+    else if (value !== null) element.setAttribute(name, String(value));
   }
   element.append(...children.filter((child) => child !== null));
   return element;
 }
 
+/** @param {string} text */
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
 /** Shows one view's run; `select` and `seek` are called when something in it is clicked. */
 export class Panel {
+  shown = "";
+
+  /**
+   * @param {HTMLElement} element
+   * @param {{ select: (view: View, thing: Thing | null) => void, seek: (tick: number) => void }} done
+   */
   constructor(element, { select, seek }) {
-    Object.assign(this, { element, select, seek });
-    this.shown = "";
+    this.element = element;
+    this.select = select;
+    this.seek = seek;
   }
 
-  /** Show a thing that is selected, or the runs. */
+  /**
+   * Show a thing that is selected, or the runs.
+   * @param {View[]} views
+   * @param {({ view: View } & Thing) | null} selected
+   */
   show(views, selected) {
     const content = selected ? this.thing(selected.view, selected) : this.overview(views);
     const key = content.map((element) => element.outerHTML).join("");
     if (key === this.shown) return; // nothing new: what has the focus keeps it
     this.shown = key;
-    const focus = document.activeElement?.closest?.("#panel [data-key]")?.dataset.key;
+    const focus = document.activeElement?.closest("#panel [data-key]")?.getAttribute("data-key");
     this.element.replaceChildren(...content);
-    if (focus) this.element.querySelector(`[data-key="${CSS.escape(focus)}"]`)?.focus();
+    const again = focus && this.element.querySelector(`[data-key="${CSS.escape(focus)}"]`);
+    if (again instanceof HTMLElement) again.focus();
   }
 
+  /**
+   * @param {View} view
+   * @param {Thing["kind"]} kind
+   * @param {number} id
+   */
   link(view, kind, id, text = view.names[kind](id)) {
-    const attributes = { type: "button", class: "link", "data-key": `${view.letter}${kind}:${id}`, onclick: () => this.select(view, kind, id) };
+    const attributes = { type: "button", class: "link", "data-key": `${view.letter}${kind}:${id}`, onclick: () => this.select(view, { kind, id }) };
     return make("button", attributes, text);
   }
 
-  /** The run as a whole; of two, their figures beside each other. */
+  /**
+   * The run as a whole; of two, their figures beside each other.
+   * @param {View[]} views
+   */
   overview(views) {
     const columns = views.map((view) => new Map(this.figures(view)));
     const rows = new Set(columns.flatMap((column) => [...column.keys()]));
+    /** @type {Row[]} */
     const cells = [...rows].map((name) => [name, ...columns.map((column) => column.get(name) ?? "–")]);
     if (views.length === 1) return [make("h2", {}, "The run"), facts(cells), ...this.parts(views[0]), ...whole(views)];
     cells.shift(); // what differs in the rules stands above each view
@@ -56,11 +87,17 @@ export class Panel {
     return [make("h2", {}, "The runs"), table, ...whole(views), ...views.flatMap((view) => this.parts(view))];
   }
 
+  /**
+   * @param {View} view
+   * @returns {[string, Node | string][]}
+   */
   figures(view) {
     const { world, run } = view;
     const rules = Object.entries(run.rules).map(([role, rule]) => make("span", {}, `${role} ${rule}`));
     const has = featuresOf(run);
-    const charges = run.legs.map((_, robot) => world.charge(robot));
+    const charges = run.legs.map((_, robot) => world.charge(robot) ?? 1);
+    /** @type {(told: boolean, name: string, value: string) => [string, string][]} */
+    const where = (told, name, value) => (told ? [[name, value]] : []);
     return [
       ["Rules", make("span", { class: "links" }, ...rules)],
       ["Complete", `${world.done} of ${run.orders.name.length} orders`],
@@ -70,12 +107,13 @@ export class Panel {
       ["Picks a visit", world.visits ? (world.picks / world.visits).toFixed(2) : "–"],
       ["Driven", `${(view.distance(world.tick) / 1000).toFixed(1)} km`],
       ["Robots", this.robots(view)],
-      ...(run.charges ? [["Lowest charge", percent(Math.min(...charges))]] : []),
-      ...(has.moves ? [["Pods moved", String(world.moves)]] : []),
-      ...(has.bundles ? [["Bundles", `${world.waitingBundles.size} waiting, ${world.stored} of ${world.bundles.length} stored`]] : []),
+      ...where(run.charges !== null, "Lowest charge", percent(Math.min(...charges))),
+      ...where(has.moves, "Pods moved", String(world.moves)),
+      ...where(has.bundles, "Bundles", `${world.waitingBundles.size} waiting, ${world.stored} of ${world.bundles.length} stored`),
     ];
   }
 
+  /** @param {View} view */
   parts(view) {
     const { backlog } = view.world;
     const of = view.letter && ` of ${view.letter}`;
@@ -88,6 +126,7 @@ export class Panel {
     ];
   }
 
+  /** @param {View} view */
   waitingBundles(view) {
     const waiting = view.world.waitingBundles;
     if (!waiting.size) return [];
@@ -95,6 +134,7 @@ export class Panel {
     return [make("h3", {}, `Oldest of ${plural(waiting.size, "bundle")} waiting${view.letter && ` of ${view.letter}`}`), make("p", { class: "links" }, ...links)];
   }
 
+  /** @param {View} view */
   robots(view) {
     const counts = new Map();
     view.scene.places.forEach((here, robot) => {
@@ -109,6 +149,7 @@ export class Panel {
     return make("span", { class: "links" }, ...said);
   }
 
+  /** @param {View} view */
   stations(view) {
     const { bundles } = featuresOf(view.run);
     const rows = view.world.stations.map((station, i) =>
@@ -126,7 +167,11 @@ export class Panel {
     return make("table", { class: bundles ? "dense" : null }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...rows));
   }
 
-  /** What a station's picker does, in a word. */
+  /**
+   * What a station's picker does, in a word.
+   * @param {View} view
+   * @param {number} id
+   */
   picker({ world, scene }, id) {
     const { items, bundles } = world.stations[id];
     if (scene.isPicking(id, world.tick)) return scene.isStoring(id, world.tick) ? "stores" : "picks";
@@ -134,6 +179,7 @@ export class Panel {
     return world.closed.has(id) ? "closed" : "idle";
   }
 
+  /** @param {View} view */
   oldest(view) {
     const { orders } = view.world;
     const found = [];
@@ -144,6 +190,10 @@ export class Panel {
     return make("p", { class: "links" }, ...found.map((i) => this.link(view, "order", i)));
   }
 
+  /**
+   * @param {View} view
+   * @param {Thing} thing
+   */
   thing(view, { kind, id }) {
     const { names, world } = view;
     const back = make("button", { type: "button", class: "link back", "data-key": "back", onclick: () => this.select(view, null) }, "← whole run");
@@ -152,16 +202,22 @@ export class Panel {
     return [...head, ...this[kind](view, id, world), ...this.why(view, kind, id), ...this.history(view, kind, id)];
   }
 
+  /**
+   * @param {View} view
+   * @param {number} id
+   * @param {World} world
+   */
   robot(view, id, world) {
     const phase = phaseOf(view.run, view.history, id, world.tick, world);
     const here = view.scene.places[id];
+    const charge = world.charge(id);
     const said = doing(view.names, phase, waitsOn(phase, here, view.run.legs[id]));
     return [
       make("p", { class: "now" }, `${capital(said)}.`),
       facts([
         ["Since", `${clockTime(phase.since)}, ${duration(world.tick - phase.since)} ago`],
         ["At", view.names.cell(Math.round(here.y) * view.run.layout.width + Math.round(here.x))],
-        world.charge(id) === null ? null : ["Charge", percent(world.charge(id))],
+        charge === null ? null : ["Charge", percent(charge)],
         id >= world.onDuty ? ["Duty", "off: it takes no tasks"] : null,
         phase.pod >= 0 ? ["Pod", this.link(view, "pod", phase.pod, view.run.pods.name[phase.pod])] : null,
         phase.station >= 0 ? ["Station", this.link(view, "station", phase.station, view.run.stations.name[phase.station])] : null,
@@ -169,6 +225,11 @@ export class Panel {
     ];
   }
 
+  /**
+   * @param {View} view
+   * @param {number} id
+   * @param {World} world
+   */
   pod(view, id, world) {
     const robot = world.podRobot[id];
     const open = world.openItems()[id];
@@ -188,6 +249,11 @@ export class Panel {
     ];
   }
 
+  /**
+   * @param {View} view
+   * @param {number} id
+   * @param {World} world
+   */
   station(view, id, world) {
     const station = world.stations[id];
     const picks = view.scene.isPicking(id, world.tick);
@@ -198,10 +264,13 @@ export class Panel {
     const nothing = capacity[id] ? "Nothing is to be picked" : "Nothing is to be stored";
     const busy = view.scene.isStoring(id, world.tick) ? `${worker} stores a bundle` : `${worker} handles an item`;
     const said = picks ? busy : station.items || station.bundles.size ? waits : nothing;
+    /** @type {Row | null} */
     const closed = world.closed.has(id) ? ["Closed", "takes no new orders"] : null;
+    /** @param {number[]} ids */
     const pods = (ids) => (ids.length ? make("span", { class: "links" }, ...ids.map((pod) => this.link(view, "pod", pod, view.run.pods.name[pod]))) : "none");
     const orders = [...station.open].map(([order, items]) => this.link(view, "order", order, `${view.run.orders.name[order]} (${items})`));
     const bundles = [...station.bundles].map((bundle) => this.link(view, "bundle", bundle, `${view.run.events.bundle_arrived.name[bundle]}${world.bundles[bundle].pod < 0 ? " (no pod yet)" : ""}`));
+    /** @param {HTMLElement[]} found */
     const links = (found) => (found.length ? make("span", { class: "links" }, ...found) : "none");
     const unit = counts_orders[id] ? "orders" : "items";
     return [
@@ -209,15 +278,20 @@ export class Panel {
       facts([
         closed,
         capacity[id] ? ["Load", `${unit === "orders" ? station.open.size : station.items} of ${capacity[id]} ${unit}`] : null,
-        bundle_capacity?.[id] ? ["Room", `${plural(station.bundles.size, "bundle")} of ${bundle_capacity[id]}`] : null,
+        bundle_capacity[id] ? ["Room", `${plural(station.bundles.size, "bundle")} of ${bundle_capacity[id]}`] : null,
         ["Pod there", pods(station.visit ? [station.visit.pod] : [])],
         ["Queue", pods(queued)],
         capacity[id] ? ["Open orders", links(orders)] : null,
-        bundle_capacity?.[id] ? ["Bundles", links(bundles)] : null,
+        bundle_capacity[id] ? ["Bundles", links(bundles)] : null,
       ]),
     ];
   }
 
+  /**
+   * @param {View} view
+   * @param {number} id
+   * @param {World} world
+   */
   bundle(view, id, world) {
     const { sku, items } = view.run.events.bundle_arrived;
     const bundle = world.bundles[id];
@@ -225,12 +299,17 @@ export class Panel {
       make("p", { class: "now" }, `${capital(bundleStatus(view.names, world, id))}.`),
       facts([
         ["Holds", `${items[id]} × ${view.run.skus[sku[id]]}`],
-        bundle?.station >= 0 ? ["Station", this.link(view, "station", bundle.station, view.run.stations.name[bundle.station])] : null,
-        bundle?.pod >= 0 ? ["Pod", this.link(view, "pod", bundle.pod, view.run.pods.name[bundle.pod])] : null,
+        bundle && bundle.station >= 0 ? ["Station", this.link(view, "station", bundle.station, view.run.stations.name[bundle.station])] : null,
+        bundle && bundle.pod >= 0 ? ["Pod", this.link(view, "pod", bundle.pod, view.run.pods.name[bundle.pod])] : null,
       ]),
     ];
   }
 
+  /**
+   * @param {View} view
+   * @param {number} id
+   * @param {World} world
+   */
   charger(view, id, world) {
     const { width } = view.run.layout;
     const there = view.scene.places.findIndex((here) => !here.moving && here.y * width + here.x === id);
@@ -242,10 +321,15 @@ export class Panel {
     ];
   }
 
+  /**
+   * @param {View} view
+   * @param {number} id
+   * @param {World} world
+   */
   order(view, id, world) {
     const { run, names } = view;
     const due = run.orders.due?.[id];
-    const status = orderStatus(run, names, world, id);
+    const status = orderStatus(names, world, id);
     return [
       make("p", { class: "now" }, `${capital(status)}.`),
       facts([
@@ -255,6 +339,11 @@ export class Panel {
     ];
   }
 
+  /**
+   * @param {View} view
+   * @param {Thing["kind"]} kind
+   * @param {number} id
+   */
   why(view, kind, id) {
     const found = why(view.run, view.names, kind, id, view.world.tick);
     if (!found) return [];
@@ -262,9 +351,14 @@ export class Panel {
     return [make("h3", {}, "Why"), ...found.lines.map((line) => make("p", {}, line)), ...(more ? [more] : [])];
   }
 
+  /**
+   * @param {View} view
+   * @param {Thing["kind"]} kind
+   * @param {number} id
+   */
   history(view, kind, id) {
-    const list = view.history[kind]?.[id] ?? [];
-    if (!list.length) return [];
+    const list = kind === "charger" ? [] : (view.history[kind][id] ?? []);
+    if (kind === "charger" || !list.length) return [];
     const now = lastOf(view.run, list, view.world.tick);
     const begin = Math.max(Math.min(now - BEFORE, list.length - NEAR), 0);
     const rows = list.slice(begin, begin + NEAR).map((at, i) => {
@@ -277,21 +371,30 @@ export class Panel {
   }
 }
 
-/** What became of the runs at their ends, from their results. */
+/**
+ * What became of the runs at their ends, from their results.
+ * @param {View[]} views
+ */
 function whole(views) {
-  const columns = views.map(({ run }) => new Map([["Seed", String(run.seed)], ["Ends", `${clockTime(run.tick)}, ${run.status}`], ...run.metrics]));
+  const columns = views.map(({ run }) => new Map(/** @type {[string, string][]} */ ([["Seed", String(run.seed)], ["Ends", `${clockTime(run.tick)}, ${run.status}`], ...run.metrics])));
   const names = new Set(columns.flatMap((column) => [...column.keys()]));
+  /** @type {Row[]} */
   const rows = [...names].map((name) => [name, ...columns.map((column) => column.get(name) ?? "–")]);
   return [make("h3", {}, views.length > 1 ? "At their ends" : "At its end"), views.length > 1 ? compared(views, rows) : facts(rows)];
 }
 
+/**
+ * @param {View[]} views
+ * @param {Row[]} rows
+ */
 function compared(views, rows) {
   const head = ["", ...views.map((view) => view.letter)].map((text) => make("th", { scope: "col" }, text));
   const body = rows.map(([name, ...values]) => make("tr", {}, make("th", { scope: "row" }, name), ...values.map((value) => make("td", {}, value))));
   return make("table", { class: "compare" }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...body));
 }
 
+/** @param {(Row | null)[]} rows */
 function facts(rows) {
-  const cells = rows.filter(Boolean).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]);
+  const cells = rows.flatMap((row) => (row ? [make("dt", {}, row[0]), make("dd", {}, row[1])] : []));
   return make("dl", {}, ...cells);
 }

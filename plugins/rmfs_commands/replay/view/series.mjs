@@ -1,16 +1,26 @@
+// @ts-check
 // What the time line shows: throughput, backlog, and the rounds of decisions.
+
+/** @import { Run, Series } from "./types.d.ts" */
 
 const BINS = 120;
 const NICE_MINUTES = [1, 2, 5, 10, 15, 30, 60, 120, 240, 480, 1440];
 
-/** Width of a bin: a round number of minutes, so that there are at most about 120; shorter in a run of minutes. */
+/**
+ * Width of a bin: a round number of minutes, so that there are at most about 120; shorter in a run of minutes.
+ * @param {number} end
+ */
 export function binTicks(end) {
   const minutes = end / 60000 / BINS;
   const found = NICE_MINUTES.find((nice) => nice >= minutes) ?? Math.ceil(minutes / 1440) * 1440;
   return minutes < 0.5 ? Math.max(Math.ceil(end / BINS / 5000) * 5000, 5000) : found * 60000;
 }
 
-/** Picks an hour in each bin, orders in the backlog at the end of each, and the times of decisions. */
+/**
+ * Picks an hour in each bin, orders in the backlog at the end of each, and the times of decisions.
+ * @param {Run} run
+ * @returns {Series}
+ */
 export function seriesOf(run, end = run.tick) {
   const width = binTicks(end);
   const n = Math.max(Math.ceil(run.tick / width), 1);
@@ -26,7 +36,10 @@ export function seriesOf(run, end = run.tick) {
   return { width, perHour, backlog, rounds: roundsOf(run) };
 }
 
-/** Times at which anything was decided, each once. */
+/**
+ * Times at which anything was decided, each once.
+ * @param {Run} run
+ */
 export function roundsOf(run) {
   const ticks = [...run.events.decision_made.tick, ...(run.decisions?.tick ?? [])].sort((a, b) => a - b);
   return Float64Array.from(new Set(ticks));

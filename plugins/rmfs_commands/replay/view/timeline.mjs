@@ -1,36 +1,58 @@
+// @ts-check
 // The time line: picks an hour as bars, backlog as a line, decisions as ticks; where the clock is.
 
 import { clockTime } from "./clock.mjs";
+import { penOf } from "./draw.mjs";
+/** @import { Palette, Series } from "./types.d.ts" */
 
 const TOP = 17;
 const BOTTOM = 9;
 
 /** Draws the series of one run; what does not change is drawn once. */
 export class Timeline {
-  constructor(canvas, series, end, label) {
-    Object.assign(this, { canvas, series, end, label });
+  ratio = 1; // pixels of the canvas in one of the page
+  width = 0; // in those of the page
+  height = 0;
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {Series} series
+   * @param {number} end
+   * @param {string} label
+   * @param {Palette} palette
+   */
+  constructor(canvas, series, end, label, palette) {
+    this.canvas = canvas;
+    this.series = series;
+    this.end = end;
+    this.label = label;
+    this.palette = palette;
     this.still = document.createElement("canvas");
     this.mostPicks = series.perHour.reduce((a, b) => Math.max(a, b), 0);
     this.mostBacklog = series.backlog.reduce((a, b) => Math.max(a, b), 0);
   }
 
+  /** @param {Palette} palette */
   resize(palette) {
-    const ratio = window.devicePixelRatio || 1;
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    if (!width || !height) return;
-    Object.assign(this, { ratio, width, height, palette });
+    const { clientWidth, clientHeight } = this.canvas;
+    if (!clientWidth || !clientHeight) return;
+    this.ratio = window.devicePixelRatio || 1;
+    this.width = clientWidth;
+    this.height = clientHeight;
+    this.palette = palette;
     for (const canvas of [this.canvas, this.still]) {
-      canvas.width = Math.round(width * ratio);
-      canvas.height = Math.round(height * ratio);
+      canvas.width = Math.round(this.width * this.ratio);
+      canvas.height = Math.round(this.height * this.ratio);
     }
     this.drawStill();
   }
 
+  /** @param {number} tick */
   toX = (tick) => (tick / Math.max(this.end, 1)) * this.width;
 
   drawStill() {
     const { series, palette: p, height } = this;
-    const pen = this.still.getContext("2d");
+    const pen = penOf(this.still);
     pen.scale(this.ratio, this.ratio);
     pen.clearRect(0, 0, this.width, height);
     const floor = height - BOTTOM;
@@ -58,11 +80,17 @@ export class Timeline {
     this.drawLabels(pen);
   }
 
+  /** @param {CanvasRenderingContext2D} pen */
   drawLabels(pen) {
     const { palette: p } = this;
     pen.font = "12px system-ui, sans-serif";
     pen.textBaseline = "top";
     let x = 0;
+    /**
+     * @param {string} text
+     * @param {string} colour
+     * @param {string} [mark]
+     */
     const say = (text, colour, mark) => {
       if (mark) {
         pen.fillStyle = mark;
@@ -79,22 +107,29 @@ export class Timeline {
     if (this.width > 560) say("decisions below", p.soft);
   }
 
+  /** @param {number} tick */
   draw(tick) {
     if (!this.width) return;
-    const pen = this.canvas.getContext("2d");
+    const pen = penOf(this.canvas);
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     pen.drawImage(this.still, 0, 0);
     pen.fillStyle = this.palette.ink;
     pen.fillRect(Math.min(this.toX(tick), this.width - 2) * this.ratio, TOP * this.ratio, 2 * this.ratio, this.canvas.height);
   }
 
-  /** Time under a point of the page. */
+  /**
+   * Time under a point of the page.
+   * @param {number} clientX
+   */
   tickAt(clientX) {
     const box = this.canvas.getBoundingClientRect();
     return ((clientX - box.left) / box.width) * this.end;
   }
 
-  /** What the time line says at a time, for people. */
+  /**
+   * What the time line says at a time, for people.
+   * @param {number} tick
+   */
   says(tick) {
     const bin = Math.min(Math.floor(tick / this.series.width), this.series.perHour.length - 1);
     return `${clockTime(tick)}: ${Math.round(this.series.perHour[bin])} picks an hour, backlog ${this.series.backlog[bin]}`;

@@ -1,3 +1,4 @@
+// @ts-check
 // The page of a run that goes on, which asks for it.
 
 import { firstNews, follow } from "./live.mjs";

@@ -1,16 +1,54 @@
+// @ts-check
 // What is where at a time, apart from robots on their way: told from the events, first to last.
 
 import { between } from "./motion.mjs";
+/** @import { EventName, Run } from "./types.d.ts" */
 
 /** State of an order. */
 export const ORDER = { ABSENT: 0, WAITING: 1, PARTLY: 2, ASSIGNED: 3, DONE: 4 };
 
+/**
+ * A station: pods in its line, the visit that goes on, items to pick of each open order and of all, bundles to store.
+ * @typedef {{ line: number[], visit: { pod: number, robot: number } | null, open: Map<number, number>, items: number, bundles: Set<number> }} StationNow
+ */
+
 /** The warehouse at `tick`; `go` takes it to another time, backwards too. */
 export class World {
+  tick = -1;
+  next = 0; // index of the next event
+  podCell = new Int32Array();
+  podRobot = new Int32Array();
+  robotPod = new Int32Array();
+  demand = new Int32Array();
+  /** @type {Map<number, number>[]} */
+  stock = []; // by pod
+  /** @type {StationNow[]} */
+  stations = [];
+  orders = new Uint8Array();
+  left = new Int32Array(); // items of each order to pick,
+  unassigned = new Int32Array(); // and to assign
+  backlog = 0;
+  done = 0;
+  picks = 0;
+  visits = 0;
+  moves = 0;
+  /** @type {{ station: number, pod: number, stored: boolean }[]} */
+  bundles = []; // by id, as far as they have arrived
+  /** @type {Set<number>} */
+  waitingBundles = new Set(); // those that no station has been assigned
+  stored = 0;
+  /** @type {Set<number>} */
+  closed = new Set();
+  onDuty = 0;
+  changed = true;
+
+  /** @param {Run} run */
   constructor(run) {
     this.run = run;
     this.openOn = new Int32Array(run.pods.name.length);
-    this.handlers = run.sequence.names.map((name) => this[name]?.bind(this));
+    /** @type {Partial<Record<EventName, (i: number) => void>>} */
+    const methods = this;
+    this.handlers = run.sequence.names.map((name) => methods[name]?.bind(this));
     this.reset();
   }
 
@@ -29,14 +67,15 @@ export class World {
     this.left = Int32Array.from(run.lines, (lines) => lines.reduce((sum, [, quantity]) => sum + quantity, 0));
     this.unassigned = Int32Array.from(this.left);
     this.backlog = this.done = this.picks = this.visits = this.moves = 0;
-    this.bundles = []; // by id, as far as they have arrived
-    this.waitingBundles = new Set(); // those that no station has been assigned
+    this.bundles = [];
+    this.waitingBundles = new Set();
     this.stored = 0;
     this.closed = new Set();
     this.onDuty = run.robots.cell.length;
     this.changed = true;
   }
 
+  /** @param {number} station */
   lineAtStart(station) {
     const { pods, layout } = this.run;
     const cells = layout.queues[station];
@@ -44,7 +83,10 @@ export class World {
     return there.sort((a, b) => cells.indexOf(pods.cell[a]) - cells.indexOf(pods.cell[b]));
   }
 
-  /** Go to a time: everything that has happened by then has happened. */
+  /**
+   * Go to a time: everything that has happened by then has happened.
+   * @param {number} tick
+   */
   go(tick) {
     if (tick < this.tick) this.reset();
     const { kind, index, tick: ticks, n } = this.run.sequence;
@@ -73,13 +115,17 @@ export class World {
     return this.openOn;
   }
 
-  /** How full a robot's battery is, as a share; null without one. */
+  /**
+   * How full a robot's battery is, as a share; null without one.
+   * @param {number} robot
+   */
   charge(robot) {
     return this.run.charges ? between(this.run.charges[robot], this.tick) : null;
   }
 
-  // Events, by their names in a trace; `i` is their place among those of their kind.
+  // Events, by their names in a trace; `i` is their index among those of their kind.
 
+  /** @param {number} i */
   order_arrived(i) {
     const order = this.run.events.order_arrived.order[i];
     this.orders[order] = ORDER.WAITING;
@@ -87,6 +133,7 @@ export class World {
     for (const [sku, quantity] of this.run.lines[order]) this.demand[sku] += quantity;
   }
 
+  /** @param {number} i */
   order_assigned(i) {
     const { order, station, items, complete } = this.run.events.order_assigned;
     const { open } = this.stations[station[i]];
@@ -97,6 +144,7 @@ export class World {
     if (complete[i]) this.backlog--;
   }
 
+  /** @param {number} i */
   pod_lifted(i) {
     const { pod, robot } = this.run.events.pod_lifted;
     this.podCell[pod[i]] = -1;
@@ -104,6 +152,7 @@ export class World {
     this.robotPod[robot[i]] = pod[i];
   }
 
+  /** @param {number} i */
   pod_stored(i) {
     const { pod, robot, cell } = this.run.events.pod_stored;
     this.podCell[pod[i]] = cell[i];
@@ -111,12 +160,14 @@ export class World {
     this.robotPod[robot[i]] = -1;
   }
 
+  /** @param {number} i */
   queue_joined(i) {
     const { pod, station } = this.run.events.queue_joined;
     const { line } = this.stations[station[i]];
     if (!line.includes(pod[i])) line.push(pod[i]);
   }
 
+  /** @param {number} i */
   visit_started(i) {
     const { pod, station, robot } = this.run.events.visit_started;
     const { line } = this.stations[station[i]];
@@ -125,6 +176,7 @@ export class World {
     this.visits++;
   }
 
+  /** @param {number} i */
   visit_ended(i) {
     const { pod, station } = this.run.events.visit_ended;
     const own = this.stations[station[i]];
@@ -132,6 +184,7 @@ export class World {
     own.visit = null;
   }
 
+  /** @param {number} i */
   item_picked(i) {
     const { pod, station, order, sku } = this.run.events.item_picked;
     const own = this.stations[station[i]];
@@ -142,7 +195,7 @@ export class World {
     this.left[order[i]]--;
     this.demand[sku[i]]--;
     this.picks++;
-    const stock = this.stock[pod[i]].get(sku[i]);
+    const stock = this.stock[pod[i]].get(sku[i]) ?? 0;
     if (stock > 0) this.stock[pod[i]].set(sku[i], stock - 1);
   }
 
@@ -150,6 +203,7 @@ export class World {
     this.waitingBundles.add(this.bundles.push({ station: -1, pod: -1, stored: false }) - 1);
   }
 
+  /** @param {number} i */
   bundle_assigned(i) {
     const { bundle, station } = this.run.events.bundle_assigned;
     this.bundles[bundle[i]].station = station[i];
@@ -157,28 +211,34 @@ export class World {
     this.stations[station[i]].bundles.add(bundle[i]);
   }
 
+  /** @param {number} i */
   bundle_bound(i) {
     const { bundle, pod } = this.run.events.bundle_bound;
     this.bundles[bundle[i]].pod = pod[i];
   }
 
+  /** @param {number} i */
   bundle_stored(i) {
     const { bundle, station, pod, sku, items } = this.run.events.bundle_stored;
     this.bundles[bundle[i]].stored = true;
     this.stored++;
     this.stations[station[i]].bundles.delete(bundle[i]);
     const stock = this.stock[pod[i]];
-    if (!(stock.get(sku[i]) < 0)) stock.set(sku[i], (stock.get(sku[i]) ?? 0) + items[i]);
+    const before = stock.get(sku[i]) ?? 0;
+    if (before >= 0) stock.set(sku[i], before + items[i]);
   }
 
+  /** @param {number} i */
   station_opened(i) {
     this.closed.delete(this.run.events.station_opened.station[i]);
   }
 
+  /** @param {number} i */
   station_closed(i) {
     this.closed.add(this.run.events.station_closed.station[i]);
   }
 
+  /** @param {number} i */
   robots_on_duty(i) {
     this.onDuty = this.run.events.robots_on_duty.number[i];
   }
@@ -187,6 +247,7 @@ export class World {
     this.moves++;
   }
 
+  /** @param {number} i */
   order_completed(i) {
     this.orders[this.run.events.order_completed.order[i]] = ORDER.DONE;
     this.done++;

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from importlib import import_module
 from importlib.util import find_spec
+from threading import local
 from typing import Literal
 
 import mip
@@ -16,23 +16,8 @@ from rmfs_rules.mip.period.effort import Effort
 Name = Literal["highs", "cbc", "gurobi"]
 SEED = 1
 _NAMES = {"highs": mip.HIGHS, "cbc": mip.CBC, "gurobi": mip.GUROBI}
-_last_threads: dict[str, int] = {}
-
-
-@contextmanager
-def collecting_later() -> Iterator[None]:
-    """Put off garbage collection while python-mip works.
-
-    A collection may end an old model, which calls the solver through cffi; if cffi is just parsing the type of another
-    call, it holds a lock that the same thread then waits for without end.
-    """
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collecting:
-            gc.enable()
+_ENDINGS = {"highs": ("mip.highs", "highslib", "Highs_destroy"), "cbc": ("mip.cbc", "cbclib", "Cbc_deleteModel")}
+_of_this_thread = local()
 
 
 @frozen
@@ -100,6 +85,7 @@ def new_model(limits: Limits) -> mip.Model:
         When python-mip does not find the solver.
     """
     try:
+        _load_ending(limits.solver)
         model = mip.Model(sense=mip.MINIMIZE, solver_name=_NAMES[limits.solver])
     except FileNotFoundError as error:
         raise ValueError(f'python-mip does not find the solver "{limits.solver}": {error}') from error
@@ -150,10 +136,21 @@ def optimise(
 
 
 def _settle_threads(limits: Limits) -> None:
-    """HiGHS keeps one pool of threads per process and refuses a run that asks for another number."""
+    """HiGHS keeps a pool of threads for each thread that calls it, and refuses a run that asks for another number."""
     if limits.solver == "highs":
-        if _last_threads.get("highs", limits.threads) != limits.threads:
+        if getattr(_of_this_thread, "highs", limits.threads) != limits.threads:
             import highspy
 
             highspy.Highs.resetGlobalScheduler(True)
-        _last_threads["highs"] = limits.threads
+        _of_this_thread.highs = limits.threads
+
+
+def _load_ending(solver: Name) -> None:
+    """Look up what ends a model now, not when an old one ends.
+
+    That may be at any time: models are in reference cycles, and the garbage collector ends them. It may run while cffi
+    parses the type of another call. cffi has a lock then, and needs it to look up a function for the first time: the
+    same thread would wait for itself without end. A function that was looked up is called without the lock.
+    """
+    module, library, function = _ENDINGS.get(solver, ("mip", "", ""))  # Gurobi's functions are looked up on import
+    getattr(getattr(import_module(module), library, None), function, None)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from installed import RMFS
 from rmfs_commands.cli.checking import check_scenario, load_checked
 from rmfs_commands.cli.main import main
 from rmfs_core.errors import InputError
@@ -70,11 +71,10 @@ def test_everything_that_is_wrong_is_named_with_its_place(tmp_path: Path) -> Non
         f'{file}, line 16, rules.poa: there is no rule "pod-mach" (did you mean `pod-match`?)',
         '--set rules.pps=demnd: there is no rule "demnd" (did you mean `demand`?)',
         f'{file}, line 19, rules.filters[1]: there is no rule "most-covred" (did you mean `most-covered`?)',
-        f'{file}, line 17, rules.pr.x: rule "nearest" (rmfs 0.2.0.dev0) has no parameter `x`; it has no parameters',
-        f'{file}, line 17, rules.pr.y: rule "nearest" (rmfs 0.2.0.dev0) has no parameter `y`; it has no parameters',
-        f'{file}, line 18, rules.ta: rule "demand" (rmfs 0.2.0.dev0) decides PPS; expected a rule for TA',
-        f'{file}, line 19, rules.filters[0].n: rule "most-covered" (rmfs 0.2.0.dev0) needs the parameter `n`, '
-        "which is missing",
+        f'{file}, line 17, rules.pr.x: rule "nearest" ({RMFS}) has no parameter `x`; it has no parameters',
+        f'{file}, line 17, rules.pr.y: rule "nearest" ({RMFS}) has no parameter `y`; it has no parameters',
+        f'{file}, line 18, rules.ta: rule "demand" ({RMFS}) decides PPS; expected a rule for TA',
+        f'{file}, line 19, rules.filters[0].n: rule "most-covered" ({RMFS}) needs the parameter `n`, which is missing',
         f"{file}, line 4, instance.pods: found 600 pods, but the layout has 504 storage locations",
         f"{file}, line 8, stations.item_capacity: found 3 capacities, but the layout has 2 picking stations",
     ]

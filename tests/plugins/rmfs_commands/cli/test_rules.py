@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner, Result
 
+from installed import RMFS
 from rmfs_commands.cli.main import main
 from rmfs_commands.cli.rules import rules
 from rmfs_core import entrypoints
@@ -75,7 +76,7 @@ def test_the_table_shows_every_column(monkeypatch: pytest.MonkeyPatch) -> None:
     for text in (
         "balanced",
         "TA",
-        "rmfs 0.2.0.dev0",
+        RMFS,
         "reallocation_s = 30.0 s",
         "help_others = true",
         "Share the robots out over the active stations, as evenly as possible.",

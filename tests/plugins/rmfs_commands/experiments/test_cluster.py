@@ -60,9 +60,9 @@ class Cluster:
             time.sleep(0.1)
         self.address = file.read_text().partition('"address": "')[2].partition('"')[0]
 
-    def start_worker(self, *arguments: str) -> subprocess.Popen[bytes]:
-        """Start a worker of one thread."""
-        return self.start("dask_worker", self.address, "--nthreads", "1", "--no-dashboard", *arguments)
+    def start_worker(self, *arguments: str, threads: int = 1) -> subprocess.Popen[bytes]:
+        """Start a worker of so many threads."""
+        return self.start("dask_worker", self.address, "--nthreads", f"{threads}", "--no-dashboard", *arguments)
 
 
 @pytest.fixture
@@ -109,6 +109,22 @@ def test_a_killed_worker_costs_nothing(cluster: Cluster, experiment: Write, tmp_
         assert (ours.orders, ours.visits) == (theirs.orders, theirs.visits)
         assert ours.to_dict().keys() == theirs.to_dict().keys()
     assert len(local.rows) == 12
+
+
+@pytest.mark.slow
+def test_a_worker_of_several_threads_writes_the_same_bytes(cluster: Cluster, experiment: Write, tmp_path: Path) -> None:
+    """It runs as many runs at a time in one process, none of them in its main thread."""
+    cluster.start_worker("--no-nanny", threads=4)
+    paths = "".join(f'[[rule_sets]]\nname = "{rule}"\nrules.pp = "{rule}"\n' for rule in ("whca-n", "pbs"))
+    models = '[[rule_sets]]\nname = "model"\nrules.poa_pps = "split-over-time"\n'
+    one = experiment(LONGER + paths + models)
+    far = run_experiment(one, store=tmp_path / "cluster-runs", dask=cluster.address)
+    near = run_experiment(one, store=tmp_path / "local-runs")
+    assert (len(far.rows), far.failed, near.failed) == (30, [], [])
+    for job in one.jobs():
+        for file in ("orders.csv", "visits.csv"):
+            ours, theirs = (tmp_path / name / job.key / file for name in ("cluster-runs", "local-runs"))
+            assert ours.read_bytes() == theirs.read_bytes(), (job.rule_set, job.seed, file)
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import random
+import re
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,7 +15,7 @@ from PIL import Image
 import rmfs_commands.replay
 import rmfs_core
 from chromium import Chromium
-from rmfs_commands.replay.page import page
+from rmfs_commands.replay.page import page, script
 from rmfs_commands.replay.positions import ways
 from rmfs_commands.replay.reading import Replay, read_replay
 from rmfs_core.world import CellKind
@@ -164,6 +165,9 @@ def test_keys(browser: Chromium, written: dict[str, Path], replay: Replay) -> No
     assert browser.evaluate("document.getElementById('keys').open")
     browser.press("Escape")
     assert not browser.evaluate("document.getElementById('keys').open")
+    browser.press("?")
+    browser.evaluate("document.querySelector('#keys button').click()")
+    assert not browser.evaluate("document.getElementById('keys').open")
 
 
 def test_finding_and_clicking(browser: Chromium, written: dict[str, Path]) -> None:
@@ -268,6 +272,37 @@ def test_everything_has_a_name_for_who_does_not_see_it(browser: Chromium, writte
     assert nameless == []
     browser.evaluate("replay.seek(61000)")
     wait_until(browser, "document.getElementById('seek').getAttribute('aria-valuetext') === '1 minute 1 second'")
+
+
+@pytest.mark.parametrize("forbidden", [True, False])
+def test_a_foreign_script_does_not_run(
+    browser: Chromium, written: dict[str, Path], tmp_path: Path, forbidden: bool
+) -> None:
+    """Neither an inline script nor what an attribute says, should HTML come into a page; without its policy both do."""
+    text = written["day"].read_text(encoding="utf-8")
+    policy = re.search(r"<meta http-equiv=.*>", text)
+    assert policy
+    file = tmp_path / "page.html"
+    file.write_text(text if forbidden else text.replace(policy[0], ""), encoding="utf-8")
+    browser.open(file)
+    browser.evaluate(
+        "(() => { const script = document.createElement('script'); script.textContent = 'window.ran = true';"
+        "document.body.append(script);"
+        "const html = `<button id='foreign' onclick='window.clicked = true'>`;"
+        "document.body.insertAdjacentHTML('beforeend', html); document.getElementById('foreign').click(); })()"
+    )
+    assert browser.evaluate("[window.ran === true, window.clicked === true]") == [not forbidden] * 2
+    refused = [one for one in browser.problems if "violates the following Content Security Policy" in one]
+    assert len(refused) == (2 if forbidden else 0)
+    browser.problems[:] = [one for one in browser.problems if one not in refused]
+
+
+def test_the_script_hides_nothing_of_the_browser(browser: Chromium, written: dict[str, Path]) -> None:
+    """Its modules share a scope: a name of one must not be what another means by a browser's object."""
+    browser.open(written["day"])
+    names = re.findall(r"^(?:async )?(?:const|class|function) (\w+)", script(), re.MULTILINE)
+    assert len(names) > 100
+    assert browser.evaluate(f"{names}.filter((name) => Object.hasOwn(window, name))") == []
 
 
 def test_a_page_of_hours_opens_at_once_and_runs_smoothly(browser: Chromium, tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ HEED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
 
 def asked(address: str, after: int = -1) -> dict[str, Any] | None:
     """Return what a browser is told, None where there is nothing new."""
-    with urllib.request.urlopen(f"{address}run?after={after}", timeout=10) as answer:
+    with urllib.request.urlopen(address.replace("?", f"run?after={after}&"), timeout=10) as answer:
         text = answer.read()
     found: dict[str, Any] | None = json.loads(zlib.decompress(base64.b64decode(text))) if text else None
     return found
@@ -87,20 +87,47 @@ def test_telling_costs_a_tenth_of_the_time_at_most() -> None:
     assert 1 <= len(told_at) < 100
 
 
+def refusal(address: str, **headers: str) -> tuple[int, str]:
+    """Return the code and the sentence of an answer that is none."""
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=10)
+    with refused.value as answer:
+        return answer.code, answer.read().decode("utf-8")
+
+
+def test_only_who_has_the_token_is_answered() -> None:
+    """The address that is printed has one, another in each run; without it neither the page nor the run is told."""
+    watch, other = Watch("day"), Watch("day")
+    rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
+    assert len(watch.token) > 30
+    assert watch.token != other.token
+    with urllib.request.urlopen(watch.address, timeout=10) as answer:
+        assert (answer.status, answer.headers["Content-Type"]) == (200, "text/html; charset=utf-8")
+        assert watch.token not in answer.read().decode("utf-8")
+    assert asked(watch.address)
+    page, _, _ = watch.address.partition("?")
+    without = (403, "Open the address that rmfs run --watch printed, with its token.")
+    for path in ("", "run", "etc"):
+        for query in (
+            "",
+            "?token=",
+            f"?token={other.token}",
+            f"?token={watch.token[:-1]}",
+            "?token=%C3%A9",
+            "?after=0",
+        ):
+            assert refusal(f"{page}{path}{query}") == without, (path, query)
+    watch.close()
+
+
 def test_only_this_machine_s_pages_are_answered() -> None:
     """A page of somewhere else, whose name leads here, is refused; so is what is neither page nor run."""
     watch = Watch("day")
     rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
-    refusals: tuple[tuple[str, dict[str, str], int], ...] = (
-        ("", {"Host": "example.org"}, 403),
-        ("", {"Host": "localhost.example.org:80"}, 403),
-        ("etc", {}, 404),
-    )
-    for path, headers, code in refusals:
-        with pytest.raises(urllib.error.HTTPError) as refused:
-            urllib.request.urlopen(urllib.request.Request(watch.address + path, headers=headers), timeout=10)
-        assert refused.value.code == code
-        refused.value.close()
+    elsewhere = (403, "This page is for the machine that it runs on.")
+    assert refusal(watch.address, Host="example.org") == elsewhere
+    assert refusal(watch.address, Host="localhost.example.org:80") == elsewhere
+    assert refusal(watch.address.replace("?", "etc?")) == (404, "There is / and /run.")
     tunnel = urllib.request.Request(watch.address, headers={"Host": "localhost:8000"})
     with urllib.request.urlopen(tunnel, timeout=10) as answer:
         assert answer.status == 200
@@ -118,7 +145,9 @@ def test_the_command_shows_the_run_in_a_browser_until_ctrl_c(tmp_path: Path) -> 
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process, Chromium() as browser:
         try:
             assert process.stderr is not None
-            browser.open(next(line.split()[-1] for line in process.stderr if line.startswith("Watch the run at")))
+            address = next(line.split()[-1] for line in process.stderr if line.startswith("Watch the run at"))
+            assert "?token=" in address
+            browser.open(address)
             first = browser.evaluate("replay.end")
             begin = time.monotonic()
             while browser.evaluate("replay.running"):

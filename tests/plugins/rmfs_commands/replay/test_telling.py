@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
+from rmfs_commands.replay.page import VIEW
 from rmfs_commands.replay.reading import Replay, read_replay
 from rmfs_commands.replay.telling import metrics_of, rules_of, summaries, told
 
@@ -22,6 +24,31 @@ def test_what_the_page_is_told(replay: Replay) -> None:
     assert sum(found["legs"]["n"]) == len(found["legs"]["gap"])
     assert "due" not in found["orders"]
     json.dumps(found, allow_nan=False)
+
+
+def declared(name: str) -> dict[str, str]:
+    """Return the keys of a type of the page's JavaScript with their types."""
+    text = re.sub(r"//[^\n]*|/\*.*?\*/", "", (VIEW / "types.d.ts").read_text(encoding="utf-8"), flags=re.DOTALL)
+    body = re.search(rf"^export type {name} = \{{\n(.*?)^\}};", text, re.DOTALL | re.MULTILINE)
+    assert body
+    return dict(re.findall(r"^  (\w+): (.*?);$", body[1], re.DOTALL | re.MULTILINE))
+
+
+def test_the_types_of_the_page_are_what_it_is_told(day: Path) -> None:
+    """Every key and column is declared, and no other: what the JavaScript is checked against is true."""
+    found = told(read_replay(day))
+    events = {name: {"tick", *re.findall(r'"(\w+)"', columns)} for name, columns in declared("ToldEvents").items()}
+    assert {name: set(columns) for name, columns in found["events"].items()} == events
+    run = declared("ToldRun")
+    assert found.keys() == run.keys()
+    for key, kind in run.items():
+        if kind.startswith("{"):
+            names = re.findall(r"(\w+)(\??):", kind)
+            assert (
+                {name for name, optional in names if not optional} <= found[key].keys() <= {name for name, _ in names}
+            )
+    decisions = {*re.findall(r'"(\w+)"', run["decisions"]), "texts"}
+    assert found["decisions"].keys() == decisions
 
 
 def test_metrics_are_as_the_summary_has_them() -> None:

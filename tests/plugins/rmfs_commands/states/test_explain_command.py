@@ -12,6 +12,7 @@ import pytest
 from rich.console import Console
 
 import rmfs_core
+from installed import RMFS
 from rmfs_commands.cli.main import main
 from rmfs_commands.states import Recorded
 from rmfs_core.roles import Role
@@ -153,7 +154,7 @@ def test_a_pod_that_nothing_was_decided_for(sequential: str, capsys: pytest.Capt
         (("--order", "3", "--state", "x.json"), "need --period or --decision"),
         (
             ("--period", "1", "--against", "demand"),
-            '--against demand: rule "demand" (rmfs 0.2.0.dev0) decides PPS; expected a rule for POA or POA+PPS',
+            f'--against demand: rule "demand" ({RMFS}) decides PPS; expected a rule for POA or POA+PPS',
         ),
         (
             ("--period", "1", "--against", "first-come+demand+nearest"),

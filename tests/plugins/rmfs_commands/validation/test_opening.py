@@ -59,11 +59,12 @@ def test_a_map_is_read_from_the_header(tmp_path: Path) -> None:
     assert faults(evolve(trace, map_text=trace.map_text.replace("<", ".", 1))) == [
         "row 3, column 16 is left by 14; the scenario says 15, and 1 more"
     ]
-    assert faults(evolve(trace, map_text=f"{trace.map_text}....................")) == [
+    assert faults(evolve(trace, map_text=f"{trace.map_text}@@@@@@@@@@@@@@@@@@@@")) == [
         "the layout has 20 x 10 cells; the scenario says 20 x 11"
     ]
     assert faults(says(trace, "stations", queue_length=4)) == [
-        f"the queue of station {i} has 3 cells; stations.queue_length is 4" for i in (1, 2)
+        "nothing can be run as the scenario says: stations.queue_length: found 4, but the queue of station 1 in "
+        "text-map-hall.txt has 3 cells; expected at most that many"
     ]
 
 

@@ -7,6 +7,7 @@ import { unpack } from "../../../../../plugins/rmfs_commands/replay/view/unpack.
 
 const KINDS = {
   order_arrived: ["order"],
+  order_in_stock: ["order"],
   order_assigned: ["order", "station", "skus", "items", "period", "complete"],
   trip_decided: ["pod", "station"],
   task_assigned: ["robot", "pod"],
@@ -17,6 +18,16 @@ const KINDS = {
   item_picked: ["start_tick", "picker_free_tick", "visit", "station", "pod", "order", "sku"],
   visit_ended: ["visit", "pod", "station", "picks", "next_station"],
   order_completed: ["order"],
+  bundle_arrived: ["bundle", "name", "sku", "items"],
+  bundle_assigned: ["bundle", "station"],
+  bundle_bound: ["bundle", "pod"],
+  bundle_stored: ["start_tick", "visit", "station", "pod", "bundle", "sku", "items"],
+  station_opened: ["station"],
+  station_closed: ["station"],
+  robots_on_duty: ["number"],
+  robot_sent: ["robot", "cell"],
+  robot_rested: ["robot", "cell"],
+  pod_move_decided: ["robot", "pod", "cell"],
   decision_made: ["period", "decides", "rule", "backlog", "assignments", "trips", "status", "objective", "bound", "stopped_early"],
 };
 
@@ -43,9 +54,9 @@ const LEGS = [
   [10417, 0, 625, 2000, 0, 1],
 ];
 
-function packedEvents(told = EVENTS, kinds = KINDS) {
+function packedEvents(told) {
   const events = {};
-  for (const [name, fields] of Object.entries(kinds)) {
+  for (const [name, fields] of Object.entries(KINDS)) {
     const columns = { tick: [], ...Object.fromEntries(fields.map((field) => [field, []])) };
     if (fields.includes("skus")) columns.skus_n = [];
     let last = 0;
@@ -65,6 +76,9 @@ function packedEvents(told = EVENTS, kinds = KINDS) {
   }
   return events;
 }
+
+/** The kinds of events in their order, as letters. */
+const order = (told) => told.map(([, kind]) => String.fromCharCode(97 + Object.keys(KINDS).indexOf(kind))).join("");
 
 function packedLegs() {
   let free = 0;
@@ -90,12 +104,13 @@ export function packed() {
     orders: { name: ["first", "second"], lines_n: [2, 1], lines: [0, 2, 1, 1, 0, 1] },
     pods: { name: ["p", "q"], contents_n: [1, 1], contents: [0, -1, 1, 1], cell: [0, 1], robot: [-1, -1], bound_for: [[], []] },
     robots: { cell: [0], heading: [1] },
-    stations: { name: ["1"], capacity: [15], counts_orders: [false] },
+    stations: { name: ["1"], capacity: [15], counts_orders: [false], bundle_capacity: [0] },
     blocked: [],
     legs: packedLegs(),
-    events: packedEvents(),
-    order: EVENTS.map(([, kind]) => String.fromCharCode(97 + Object.keys(KINDS).indexOf(kind))).join(""),
+    events: packedEvents(EVENTS),
+    order: order(EVENTS),
     texts: TEXTS,
+    charges: { n: [], tick: [], charge: [] },
     decisions: null,
   };
 }
@@ -104,20 +119,6 @@ export const sample = () => unpack(packed());
 
 // The same place with a charger (5) and a station that stores bundles, without orders: the robot moves pod p, rests at the
 // charger, and brings pod q, on which a bundle of SKU a is stored.
-
-const MORE_KINDS = {
-  ...KINDS,
-  bundle_arrived: ["bundle", "name", "sku", "items"],
-  bundle_assigned: ["bundle", "station"],
-  bundle_bound: ["bundle", "pod"],
-  bundle_stored: ["start_tick", "visit", "station", "pod", "bundle", "sku", "items"],
-  station_opened: ["station"],
-  station_closed: ["station"],
-  robots_on_duty: ["number"],
-  robot_sent: ["robot", "cell"],
-  robot_rested: ["robot", "cell"],
-  pod_move_decided: ["robot", "pod", "cell"],
-};
 
 const MORE_EVENTS = [
   [0, "station_closed", 0],
@@ -144,7 +145,6 @@ const MORE_EVENTS = [
 
 /** The run as the page is told it. */
 export function packedReplenished() {
-  const told = MORE_EVENTS;
   return {
     ...packed(),
     orders: { name: [], lines_n: [], lines: [] },
@@ -152,8 +152,8 @@ export function packedReplenished() {
     layout: { width: 6, height: 2, kind: "222115111134", queues: [[11, 10]] },
     pods: { name: ["p", "q"], contents_n: [1, 1], contents: [0, 3, 1, 1], cell: [0, 1], robot: [-1, -1], bound_for: [[], []] },
     stations: { name: ["1"], capacity: [0], counts_orders: [false], bundle_capacity: [2] },
-    events: packedEvents(told, MORE_KINDS),
-    order: told.map(([, kind]) => String.fromCharCode(97 + Object.keys(MORE_KINDS).indexOf(kind))).join(""),
+    events: packedEvents(MORE_EVENTS),
+    order: order(MORE_EVENTS),
     texts: [...TEXTS, "first", "second", "ROA", "first-bundle", "RPS", "emptiest-pod"],
     charges: { n: [3], tick: [0, 12000, 4000], charge: [10000, 4000, 6000] },
   };

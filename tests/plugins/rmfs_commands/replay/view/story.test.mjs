@@ -41,7 +41,7 @@ test("histories tell what concerns each", () => {
 });
 
 test("how far an order has come", () => {
-  const status = (order, tick) => orderStatus(run, names, new World(run).go(tick), order);
+  const status = (order, tick) => orderStatus(names, new World(run).go(tick), order);
   assert.equal(status(1, 0), "has not arrived yet");
   assert.equal(status(1, 5000), "waits in the backlog: 1 item");
   assert.equal(status(0, 20042), "at station 1: 2 items to pick");

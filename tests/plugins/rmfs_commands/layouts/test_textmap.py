@@ -3,9 +3,10 @@
 import pytest
 
 from rmfs_commands.cli.map_drawing import draw_map
+from rmfs_commands.layouts import parse_map
 from rmfs_core.errors import InputError
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, check_layout, parse_map
-from rmfs_core.world.textmap import LONGEST_SIDE
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, check_layout
+from rmfs_core.world.grid import LONGEST_SIDE
 
 TINY = """
 ..#

@@ -11,13 +11,21 @@ Source: Merschformann, Xie, Li (2018), RAWSim-O, Logistics Research 11:8, doi:10
 
 from __future__ import annotations
 
+from rmfs_commands.layouts.textmap import FLOOR_SIGN, QUEUE_SIGN, parse_map
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS, LayoutSection
-from rmfs_core.world.grid import EAST, NORTH, SOUTH, WEST
-from rmfs_core.world.textmap import FLOOR_SIGN, QUEUE_SIGN
+from rmfs_core.world.grid import EAST, NORTH, SOUTH, WEST, Layout
+from rmfs_core.world.layout_making import QUEUE_LENGTH
 
 BLOCK_DEPTH = 2
 ROW_PITCH = BLOCK_DEPTH + 1
+
+
+def blocks(section: LayoutSection, text: str | None, queue_length: int | None, place: str) -> Layout:
+    """Make the block layout, as `rmfs_core.world.make_layout` asks for it."""
+    if text is not None:
+        raise InputError("layout.map_file", "expected none beside the layout generator `blocks`")
+    return parse_map(block_map(section, queue_length or QUEUE_LENGTH, place), place)
 
 
 def block_map(section: LayoutSection, queue_length: int, place: str = "layout") -> str:

@@ -4,9 +4,10 @@ import pytest
 from attrs import evolve
 
 from rmfs_commands.cli.map_drawing import draw_map
+from rmfs_commands.layouts import block_map, parse_map
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import LayoutSection
-from rmfs_core.world import CellKind, block_map, check_layout, parse_map
+from rmfs_core.world import CellKind, check_layout
 
 
 def test_the_papers_layout() -> None:

@@ -27,7 +27,8 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_core.errors import InputError
-from rmfs_core.world.grid import EAST, NORTH, RESTING, SOUTH, WEST, CellKind, Layout, StationCells, where
+from rmfs_core.scenario import LayoutSection
+from rmfs_core.world.grid import EAST, NORTH, RESTING, SOUTH, WEST, CellKind, Layout, StationCells, check_size, where
 
 _E, _N, _W, _S = 1 << EAST, 1 << NORTH, 1 << WEST, 1 << SOUTH
 FLOOR_MOVES = {
@@ -57,15 +58,13 @@ QUEUE_MOVES |= CLEAR_MOVES
 KINDS = {"#": CellKind.STORAGE, "C": CellKind.CHARGER, " ": CellKind.WALL, "@": CellKind.WALL}
 KINDS |= dict.fromkeys("OI", CellKind.STATION) | dict.fromkeys(FLOOR_MOVES, CellKind.FLOOR)
 KINDS |= dict.fromkeys(("q", *QUEUE_MOVES), CellKind.QUEUE)
-LONGEST_SIDE, MOST_CELLS = 5_000, 4_000_000
-"""Of any map. Robots' times on straight runs are tables of the longest side squared: 0.8 GB at 5,000 cells."""
 
 
-def check_size(width: int, height: int, place: str) -> None:
-    """Raise `InputError` when a map of so many cells is larger than any may be."""
-    if max(width, height) > LONGEST_SIDE or width * height > MOST_CELLS:
-        expected = f"expected at most {LONGEST_SIDE:,} in a row or column and {MOST_CELLS:,} in all"
-        raise InputError(place, f"found a map of {width:,} x {height:,} cells; {expected}")
+def text_map(_section: LayoutSection, text: str | None, _queue_length: int | None, place: str) -> Layout:
+    """Read the text map, as `rmfs_core.world.make_layout` asks for it."""
+    if text is None:
+        raise InputError("layout.map_file", "expected the text map that the layout generator `text-map` reads")
+    return parse_map(text, place)
 
 
 def parse_map(text: str, place: str) -> Layout:

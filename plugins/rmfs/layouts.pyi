@@ -1,0 +1,1 @@
+from rmfs_commands.layouts import *  # noqa: F403

@@ -1,0 +1,5 @@
+"""What messages call rmfs: its version is in pyproject.toml alone."""
+
+from importlib.metadata import version
+
+RMFS = f"rmfs {version('rmfs')}"
