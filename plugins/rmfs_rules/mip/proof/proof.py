@@ -118,11 +118,9 @@ class Proof:
         """
         hopeless = self.hard and self.reduced.interchangeable and len(self.reduced.capacities) > 1
         effort = self.limits.effort
-        most = effort.left / (SHARE_ALIKE if hopeless else SHARE_OF_SOLVER)
-        limits = evolve(self.limits, effort=effort.part(most))
-        outcome = program.solve(limits, absolute_gap=absolute_gap, seconds=self.seconds_left)
-        effort.settle(limits.effort, most)
-        return outcome
+        with effort.share(effort.left / (SHARE_ALIKE if hopeless else SHARE_OF_SOLVER)) as part:
+            limits = evolve(self.limits, effort=part)
+            return program.solve(limits, absolute_gap=absolute_gap, seconds=self.seconds_left)
 
     def offer(self, visits: Visits, parts: tuple[Part, ...], how: str) -> None:
         """Keep a solution if it is better, splits no more orders than allowed, and the pods have enough for it.

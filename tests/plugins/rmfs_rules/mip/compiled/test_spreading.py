@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rmfs_rules.mip.compiled.arrays import Arrays, arrays_of
-from rmfs_rules.mip.compiled.spreading import FOUND, pods_that_fill, spread
+from rmfs_rules.mip.compiled.spreading import FOUND, next_that_fills, sets_that_fill, spread
 from rmfs_rules.mip.compiled.stacking import fill
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model
@@ -40,7 +40,8 @@ def _fewest(arrays: Arrays, target: int) -> int | None:
     """Return the least number of visits (up to two) with which the search fills the target."""
     for visits in range(3):
         for number in range(min(visits, 1), visits + 1):
-            found, chosen, masks, _ = pods_that_fill(arrays, number, visits, target, np.zeros(1, np.int64), ENDLESS)
+            sets, work = sets_that_fill(arrays, number, target), np.zeros(1, np.int64)
+            found, chosen, masks, _ = next_that_fills(arrays, sets, -1, visits, target, work, ENDLESS)
             if found == FOUND:
                 sent = [(p, s) for p, mask in zip(chosen, masks, strict=True) for s in range(8) if mask >> s & 1]
                 assert len(sent) == visits

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rmfs_rules.mip.period.effort import Effort
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model, Solution, items_of, objective_of
 from rmfs_rules.mip.printed.constraints import violation
-from rmfs_rules.mip.proof.feasible import fill, fill_with_orders, whole_order_visits
+from rmfs_rules.mip.proof.feasible import fill, fill_with_orders
+from rmfs_rules.mip.proof.greedy import station_by_station
 
 
 def _solution(period, visits, parts, weight=2) -> Solution:
@@ -39,7 +41,7 @@ def test_whole_orders_are_a_solution_of_all_models(periods, weight):
     for period in periods:
         reduced = Reduced(period, Model.INTEGRATED)
         if reduced.candidates.any():
-            visits = whole_order_visits(reduced, weight)
+            visits, _ = station_by_station(reduced, weight, Effort())
             parts = fill_with_orders(reduced, period.covered_with(visits))
             assert parts or weight < 1
             for model in Model:

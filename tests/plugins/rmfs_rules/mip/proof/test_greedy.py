@@ -10,7 +10,7 @@ from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model
 from rmfs_rules.mip.printed.constraints import violation
 from rmfs_rules.mip.printed.solver import Limits
-from rmfs_rules.mip.proof.greedy import pods_for_lines, station_by_station
+from rmfs_rules.mip.proof.greedy import station_by_station
 from rmfs_rules.mip.proof.proof import Proof
 from rmfs_rules.mip.proof.steps import by_greedy, by_nothing
 
@@ -46,9 +46,13 @@ def test_what_is_at_a_station_is_used_first():
 
 
 def test_stations_share_the_lines():
-    """Each line is counted at one station, so that two stations with a popular SKU need two."""
-    period = period_of([[0], [0], [1], [2]], [[0], [1, 2]], rooms=(2, 2))
-    assert pods_for_lines(Reduced(period, Model.SPLIT_OVER_TIME)) == ((0, 0), (1, 1))
+    """Split over time, each line counts for itself, at one station: the order of two lines is served by two."""
+    period = period_of([[0], [0], [1], [1, 2], [2]], [[0, 1], [1, 2]], rooms=(3, 3))
+    proof = Proof(Reduced(period, Model.SPLIT_OVER_TIME), 2, Limits(), bound=0)
+    by_nothing(proof)
+    by_greedy(proof)
+    assert proof.incumbent.visits == ((0, 0), (1, 1))
+    assert proof.incumbent.objective == 2
 
 
 @settings(max_examples=60, deadline=None)

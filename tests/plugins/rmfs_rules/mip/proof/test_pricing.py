@@ -10,7 +10,6 @@ import pytest
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model
 from rmfs_rules.mip.printed.solver import Limits
-from rmfs_rules.mip.proof import pricing
 from rmfs_rules.mip.proof.pricing import Pricing
 
 LIMITS = Limits()
@@ -44,36 +43,6 @@ def test_of_many_sets_the_best_are_kept(equal_stations):
             worths = [_worth(pricing, chosen, values) for chosen in combinations(range(len(pricing.pods)), number)]
             found = [worth for worth, _ in pricing.sets(number, values, 0.0, 3)]
             assert sorted(found) == pytest.approx(sorted(worths)[-3:])
-
-
-@pytest.mark.parametrize("limit", [3.0, 100.0])
-def test_sets_of_orders_price_as_sets_of_pods_do(equal_stations, limit):
-    """The cheapest pattern costs the same, whether its orders or its pods are searched, and is worth what it says."""
-    for period in equal_stations[:60]:
-        search = Pricing(Reduced(period, Model.INTEGRATED), 2, LIMITS)
-        search.by_types = True  # few orders or not
-        prices = -np.linspace(0, 1.5, len(search.sizes))
-        by_orders, by_sets = search.by_orders(prices, limit), search.by_sets(prices, limit)
-        assert by_orders.bound == pytest.approx(by_sets.bound)
-        for value, pattern in by_orders.patterns:
-            assert value == pytest.approx(pattern.cost - sum(prices[t] * n for t, n in pattern.orders))
-            there = {sku for pod in pattern.pods for sku in period.stock.contents[pod]}
-            assert all(there.issuperset(search.missing[t]) for t, _ in pattern.orders)
-            assert sum(search.sizes[t] * n for t, n in pattern.orders) <= search.room
-
-
-def test_sets_of_orders_are_for_few_orders_without_scarce_skus(periods, scarce_periods, monkeypatch):
-    """However long sets of pods take: with many orders, or an SKU that is scarce, these alone are searched."""
-    monkeypatch.setattr(pricing, "QUICK_WORK", -1)
-    switched = []
-    for period in (*periods[:40], *scarce_periods[:40]):
-        reduced = Reduced(period, Model.INTEGRATED)
-        search = Pricing(reduced, 2, LIMITS)
-        search.by_sets(np.zeros(len(search.sizes)), 100.0)
-        few = (search.sizes * search.counts).sum() <= pricing.MOST_BY_ORDERS * sum(reduced.capacities)
-        assert search.by_types == (few and not len(reduced.scarce))
-        switched.append(search.by_types)
-    assert set(switched) == {False, True}
 
 
 def _worth(pricing: Pricing, chosen: tuple[int, ...], values: np.ndarray) -> float:
