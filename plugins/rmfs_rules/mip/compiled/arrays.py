@@ -39,6 +39,8 @@ class Arrays(NamedTuple):
         Per SKU the bit mask of the stations that cover it already, and how many items there are.
     order_start, line_sku, line_items
         Lines of the orders that can be assigned, oldest order first, and the places that they take.
+    items
+        Places that each order takes.
     pod_start, pod_sku, pod_items
         SKUs that each pod may bring, and how many items of each.
     sku_start, sku_pod
@@ -63,6 +65,7 @@ class Arrays(NamedTuple):
     order_start: Integers
     line_sku: Integers
     line_items: Integers
+    items: Integers
     pod_start: Integers
     pod_sku: Integers
     pod_items: Integers
@@ -99,13 +102,16 @@ def arrays_of(reduced: Reduced, splits: int | None = None, *, sharp: bool = Fals
     order = period.line_order[kept]
     first = np.flatnonzero(np.diff(order, prepend=-1))
     n_skus = period.stock.n_skus
+    start = np.append(first, len(order)).astype(np.int64)
+    line_items = _places(reduced, period.line_quantity[kept], first)
     arrays = Arrays(
         rooms=np.array(reduced.capacities, dtype=np.int64),
         at_hand=masks_of(period.covered),
         items_at_hand=_items_at_hand(reduced),
-        order_start=np.append(first, len(order)).astype(np.int64),
+        order_start=start,
         line_sku=period.line_sku[kept],
-        line_items=_places(reduced, period.line_quantity[kept], first),
+        line_items=line_items,
+        items=np.diff(np.append(0, np.cumsum(line_items))[start]),
         pod_start=np.searchsorted(pod, np.arange(len(pods) + 1)).astype(np.int64),
         pod_sku=sku.astype(np.int64),
         pod_items=_items(reduced, np.array(pods, dtype=np.int64)[pod], sku),

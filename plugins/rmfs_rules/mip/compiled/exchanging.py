@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_core.jit import njit
-from rmfs_rules.mip.compiled.pod_sets import copied
+from rmfs_rules.mip.compiled.pod_sets import complete, copied
 
 THRESHOLD = 2
 """Items that a set may complete less than the one before, at first."""
@@ -25,30 +25,16 @@ def _drawn(state, numbers):
 
 @njit(cache=True)
 def completed(a, pods, there):
-    """Return the places that the orders take which these pods complete, with what is at hand.
-
-    Parameters
-    ----------
-    a
-        The period (`compiled.arrays.Arrays`).
-    pods
-        The pods.
-    there
-        Room to work in: one for each SKU.
-    """
+    """Return the places of the orders that these pods complete, with what is at hand; ``there`` is overwritten."""
     for sku in range(len(there)):
         there[sku] = a.at_hand[sku] > 0
     for pod in pods:
         for at in range(a.pod_start[pod], a.pod_start[pod + 1]):
             there[a.pod_sku[at]] = True
     items = 0
-    for order in range(len(a.order_start) - 1):
-        last, line, size = a.order_start[order + 1], a.order_start[order], 0
-        while line < last and there[a.line_sku[line]]:
-            size += a.line_items[line]
-            line += 1
-        if line == last:
-            items += size
+    for order in range(len(a.items)):
+        if complete(a, order, there):
+            items += a.items[order]
     return items
 
 

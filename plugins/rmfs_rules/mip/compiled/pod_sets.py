@@ -116,22 +116,6 @@ def ones(bits):
 
 
 @njit(cache=True)
-def _helps(a, pod, other, skus, which):
-    """Return how many of the SKUs the other pod brings and the pod does not."""
-    if len(skus) < MOST_BITS:
-        return ones(which[other] & ~which[pod])
-    helps = 0
-    for sku in skus:
-        on_other, on_pod = False, False
-        for at in range(a.pod_start[other], a.pod_start[other + 1]):
-            on_other |= a.pod_sku[at] == sku
-        for at in range(a.pod_start[pod], a.pod_start[pod + 1]):
-            on_pod |= a.pod_sku[at] == sku
-        helps += on_other and not on_pod
-    return helps
-
-
-@njit(cache=True)
 def _others(brings, touching, numbers, more):
     """Return how many SKUs of an order the best ``more - 1`` pods bring at most, and the best ``more - 2``."""
     for c in range(len(numbers)):
@@ -195,8 +179,8 @@ def potentials(a, worth, pods, there, more):
                 for y in range(count):
                     if y != x:
                         other = touching[y]
-                        all_of_them = brings[other] == m
-                        helps = m - c if all_of_them else _helps(a, pod, other, skus[:m], which)
+                        # How many of the SKUs that it lacks the other one brings, or more
+                        helps = ones(which[other] & ~which[pod]) if m < MOST_BITS else min(brings[other], m - c)
                         if c + helps + third >= m:
                             pair[place[pod], place[other]] += share * helps
         for x in range(count):
@@ -242,33 +226,27 @@ def _promising(a, worth, pods, there, more, short):
 
 
 @njit(cache=True)
+def complete(a, order, there):
+    """Whether all SKUs of an order are there: a table of these, or of the bit masks of the stations that have them."""
+    line, last = a.order_start[order], a.order_start[order + 1]
+    while line < last and there[a.line_sku[line]] != 0:
+        line += 1
+    return line == last
+
+
+@njit(cache=True)
 def _value_of(a, worth, there):
     """Return the worth of the orders that these SKUs complete."""
     value = 0.0
     for order in range(len(a.order_start) - 1):
-        complete = worth[order] > 0
-        for line in range(a.order_start[order], a.order_start[order + 1]):
-            complete &= there[a.line_sku[line]]
-        if complete:
+        if worth[order] > 0 and complete(a, order, there):
             value += worth[order]
     return value
 
 
 @njit(cache=True)
 def sets_of(a, number, worth, least):
-    """Return a search for sets of pods, to be handed to `next_set`.
-
-    Parameters
-    ----------
-    a
-        The period (`compiled.arrays.Arrays`).
-    number
-        Number of pods in a set.
-    worth
-        What each order counts.
-    least
-        What the orders that a set completes have to be worth.
-    """
+    """Return a search, for `next_set`, of sets of so many pods that complete orders of at least some worth."""
     n, rows = len(a.pod_start) - 1, number + 1
     there, pods = np.zeros((rows, len(a.at_hand)), np.bool_), np.zeros((rows, n), np.int64)
     value, left, at = np.zeros(rows), np.zeros(rows, np.int64), np.full(rows, -1)
@@ -343,11 +321,8 @@ def _knapsack(a, values, there, best):
     for place in range(room + 1):
         best[place] = 0.0
     for order in range(len(a.order_start) - 1):
-        complete, size = values[order] > 0, 0
-        for line in range(a.order_start[order], a.order_start[order + 1]):
-            complete &= there[a.line_sku[line]]
-            size += a.line_items[line]
-        if complete:
+        if values[order] > 0 and complete(a, order, there):
+            size = a.items[order]
             for place in range(room, size - 1, -1):
                 best[place] = max(best[place], best[place - size] + values[order])
     return best[room]

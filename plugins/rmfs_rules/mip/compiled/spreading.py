@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_core.jit import njit
-from rmfs_rules.mip.compiled.pod_sets import copied, next_set, ones, sets_of
+from rmfs_rules.mip.compiled.pod_sets import complete, copied, next_set, ones, sets_of
 from rmfs_rules.mip.compiled.stacking import fill, fill_with_few_splits, newly_split
 
 FOUND, NOT_FOUND, NO_SETS, TOO_MANY = 0, 1, 2, 3
@@ -36,14 +36,10 @@ def _completed(a, pods):
     items, total = np.zeros(len(there), np.int64), 0
     orders, count = np.empty(len(a.order_start) - 1, np.int64), 0
     for order in range(len(a.order_start) - 1):
-        first, last = a.order_start[order], a.order_start[order + 1]
-        complete = True
-        for line in range(first, last):
-            complete &= there[a.line_sku[line]]
-        if complete:
+        if complete(a, order, there):
             orders[count] = order
             count += 1
-            for line in range(first, last):
+            for line in range(a.order_start[order], a.order_start[order + 1]):
                 items[a.line_sku[line]] += a.line_items[line]
     for sku in range(len(items)):
         items[sku] = min(items[sku], stock[sku])
@@ -69,49 +65,31 @@ def _crowded(by_mask, rooms, slack):
 @njit(cache=True)
 def _whole_orders_short(a, mask, target):
     """Whether orders that have to go to a single station cannot fill the target: by cuts, as in `_crowded`."""
-    stations = len(a.rooms)
-    by_mask, total = np.zeros(1 << stations, np.int64), 0
-    for order in range(len(a.order_start) - 1):
-        where, items = (1 << stations) - 1, 0
-        for line in range(a.order_start[order], a.order_start[order + 1]):
-            where &= mask[a.line_sku[line]]
-            items += a.line_items[line]
-        for station in range(stations):
-            if a.rooms[station] < items:
-                where &= ~(1 << station)
-        if where:
-            by_mask[where] += items
-            total += items
+    by_mask, total = np.zeros(1 << len(a.rooms), np.int64), 0
+    single = _single_stations(a, np.arange(len(a.items)), mask)
+    for order in range(len(a.items)):
+        if single[order]:
+            by_mask[single[order]] += a.items[order]
+            total += a.items[order]
     return total < target or _crowded(by_mask, a.rooms, total - target)
 
 
 @njit(cache=True)
 def too_few_splits(a, orders, mask, target):
-    """Whether a cut shows that more orders than allowed have to be split newly to fill the target.
+    """Whether a cut shows that more of the orders than allowed have to be split newly to fill the target.
 
     For a group of stations: it takes at most its free places. Outside of it are only orders that go to one station
     there, and lines of split orders that are covered there. Of those that would be split newly, the best count.
-
-    Parameters
-    ----------
-    a
-        The period.
-    orders
-        The orders that may be assigned.
-    mask
-        Per SKU the bit mask of the stations that may cover it.
-    target
-        Places to be filled.
     """
     stations = len(a.rooms)
-    single, items = _single_stations(a, orders, mask)
+    single = _single_stations(a, orders, mask)
     for group in range((1 << stations) - 1):
         filled, by_items = 0, np.zeros(a.rooms.sum() + 1, np.int64)
         for station in range(stations):
             filled += a.rooms[station] * (group >> station & 1)
         for at in range(len(orders)):
             if single[at] & ~group:
-                filled += items[at]
+                filled += a.items[orders[at]]
                 continue
             outside = 0
             for line in range(a.order_start[orders[at]], a.order_start[orders[at] + 1]):
@@ -132,16 +110,15 @@ def too_few_splits(a, orders, mask, target):
 
 @njit(cache=True)
 def _single_stations(a, orders, mask):
-    """Return for each of the orders the bit mask of stations that can take it as a whole, and its items."""
-    single, items = np.full(len(orders), (1 << len(a.rooms)) - 1), np.zeros(len(orders), np.int64)
+    """Return for each of the orders the bit mask of stations that can take it as a whole."""
+    single = np.full(len(orders), (1 << len(a.rooms)) - 1)
     for at in range(len(orders)):
         for line in range(a.order_start[orders[at]], a.order_start[orders[at] + 1]):
             single[at] &= mask[a.line_sku[line]]
-            items[at] += a.line_items[line]
         for station in range(len(a.rooms)):
-            if a.rooms[station] < items[at]:
+            if a.rooms[station] < a.items[orders[at]]:
                 single[at] &= ~(1 << station)
-    return single, items
+    return single
 
 
 @njit(cache=True)
@@ -272,11 +249,7 @@ def sets_that_fill(a, number, target):
     target
         Places to fill.
     """
-    items = np.zeros(len(a.order_start) - 1)
-    for order in range(len(items)):
-        for line in range(a.order_start[order], a.order_start[order + 1]):
-            items[order] += a.line_items[line]
-    return sets_of(a, number, items, float(target))
+    return sets_of(a, number, a.items.astype(np.float64), float(target))
 
 
 @njit(cache=True)
@@ -316,15 +289,3 @@ def next_that_fills(a, sets, refused, visits, target, work, most_work):
     if work[0] > most_work:
         answer = TOO_MANY
     return answer, sets.chosen, sets.chosen, np.empty((0, 2), np.int64)
-
-
-@njit(cache=True)
-def pods_that_fill(a, number, visits, target, work, most_work):
-    """Search pods that fill places: the first answer of `next_that_fills`.
-
-    Parameters
-    ----------
-    a, number, visits, target, work, most_work
-        As there and of `sets_that_fill`.
-    """
-    return next_that_fills(a, sets_that_fill(a, number, target), -1, visits, target, work, most_work)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_core.jit import njit
+from rmfs_rules.mip.compiled.pod_sets import complete
 
 STEPS_PER_WORK = 100
 """Places of an order added to a vector of places, that count as one step of the search."""
@@ -22,11 +23,9 @@ def _options(a, order, mask, seen, packed, index, strides):
     first, last = a.order_start[order], a.order_start[order + 1]
     stations = len(a.rooms)
     if a.whole:
-        everywhere, items = (1 << stations) - 1, 0
+        everywhere, items, count = (1 << stations) - 1, a.items[order], 0
         for line in range(first, last):
             everywhere &= mask[a.line_sku[line]]
-            items += a.line_items[line]
-        count = 0
         for station in range(stations):
             if everywhere >> station & 1 and items <= a.rooms[station]:
                 packed[0, count] = items << (8 * station)
@@ -94,13 +93,7 @@ def fill(a, mask, target):
     packed, place = np.empty((2, states), np.int64), np.empty((2, states), np.int64)
     known[0], count = True, 1
     for order in range(len(a.order_start) - 1):
-        served, items = True, 0
-        for line in range(a.order_start[order], a.order_start[order + 1]):
-            items += a.line_items[line]
-            if mask[a.line_sku[line]] == 0:
-                served = False
-                break
-        if not served:
+        if not complete(a, order, mask):
             continue
         options, end = _options(a, order, mask, seen, packed, place, strides), count
         for at in range(end):
@@ -112,7 +105,7 @@ def fill(a, mask, target):
                     continue
                 known[reached] = True
                 vector[count], index[count] = vector[at] + packed[0, option], reached
-                total[count], came[count], order_of[count] = total[at] + items, at, order
+                total[count], came[count], order_of[count] = total[at] + a.items[order], at, order
                 if total[count] >= target:
                     return True, _way_back(count, vector, came, order_of)
                 count += 1
@@ -144,34 +137,11 @@ def _is_split(packed):
 
 @njit(cache=True)
 def newly_split(a, chosen):
-    """Return how many orders are split and were whole until now.
-
-    Parameters
-    ----------
-    a
-        The period.
-    chosen
-        Orders as `fill` returns them.
-    """
+    """Return how many orders, chosen as `fill` returns them, are split and were whole until now."""
     count = 0
     for row in range(len(chosen)):
         count += _is_split(chosen[row, 1]) and not a.begun[chosen[row, 0]]
     return count
-
-
-@njit(cache=True)
-def _served(a, mask):
-    """Return the orders whose SKUs are there, and the items of each."""
-    orders, items, count = np.empty(len(a.begun), np.int64), np.zeros(len(a.begun), np.int64), 0
-    for order in range(len(a.begun)):
-        served, number = True, 0
-        for line in range(a.order_start[order], a.order_start[order + 1]):
-            served &= mask[a.line_sku[line]] != 0
-            number += a.line_items[line]
-        if served:
-            orders[count], items[count] = order, number
-            count += 1
-    return orders[:count], items[:count]
 
 
 @njit(cache=True)
@@ -205,15 +175,15 @@ def fill_with_few_splits(a, mask, target, work):
     strides, bias, guard, states = _packing(a.rooms)
     seen, fewest = np.zeros(states, np.bool_), np.full(states, a.splits + 1)
     packed, place = np.empty((2, states), np.int64), np.empty((2, states), np.int64)
-    orders, items = _served(a, mask)
-    later = items.sum()
+    orders = np.array([order for order in range(len(a.items)) if complete(a, order, mask)], np.int64)
+    later = a.items[orders].sum()
     nodes, count = np.zeros((1024, 6), np.int64), 1  # vector, its index, items, newly split, node before, order
     nodes[0, 4], nodes[0, 5], fewest[0] = -1, -1, 0
     alive = np.zeros(1, np.int64)
-    for at in range(len(orders)):
-        order, first = orders[at], count
+    for order in orders:
+        first = count
         options = _options(a, order, mask, seen, packed, place, strides)
-        later -= items[at]
+        later -= a.items[order]
         for node in alive:
             if count + options > len(nodes):
                 nodes = _room_for(nodes, options)
@@ -222,7 +192,7 @@ def fill_with_few_splits(a, mask, target, work):
                 if (vector + bias) & guard:
                     continue  # more than a station's room
                 splits = nodes[node, 3] + (_is_split(packed[0, option]) and not a.begun[order])
-                reached, total = nodes[node, 1] + place[0, option], nodes[node, 2] + items[at]
+                reached, total = nodes[node, 1] + place[0, option], nodes[node, 2] + a.items[order]
                 if splits >= fewest[reached] or total + later < target:
                     continue
                 fewest[reached] = splits

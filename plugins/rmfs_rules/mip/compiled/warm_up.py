@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rmfs_rules.mip.compiled import exchanging, order_sets, pod_sets, spreading
+from rmfs_rules.mip.compiled import exchanging, pod_sets, spreading
 from rmfs_rules.mip.compiled.arrays import arrays_of
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.reduction import Reduced
@@ -19,14 +19,9 @@ MOST_WORK = 1000
 def searches() -> tuple[Any, ...]:
     """Return the compiled functions that Python calls."""
     return (
-        spreading.pods_that_fill,
         spreading.sets_that_fill,
         spreading.next_that_fills,
         pod_sets.best_sets,
-        order_sets.cheapest_sets,
-        order_sets.fewest_pods,
-        order_sets.least_pods,
-        order_sets.choose,
         exchanging.exchanged,
     )
 
@@ -38,13 +33,6 @@ def load() -> None:
     period = Period(stock, (0, 1), (1, 1), ((), ()), (0, 1), lines, lines, (1, 1))
     arrays, _ = arrays_of(Reduced(period, Model.INTEGRATED))
     work = np.zeros(1, dtype=np.int64)
-    spreading.pods_that_fill(arrays, 1, 2, 2, work, MOST_WORK)
     spreading.next_that_fills(arrays, spreading.sets_that_fill(arrays, 1, 2), -1, 2, 2, work, MOST_WORK)
     pod_sets.best_sets(arrays, 1, np.ones(2), 0.5, 10, work, MOST_WORK)
-    kinds = order_sets.kinds_of(lines + 1, lines + 1, [[0], [1]], [[0], [1]])
-    prices = np.zeros(2)
-    costs, numbers = order_sets.cheapest_sets(kinds, prices, 1, 2.0, 2.0, 10, work, MOST_WORK)
-    order_sets.fewest_pods(kinds, kinds.needs[0], 0, 1, work, MOST_WORK)
-    order_sets.least_pods(kinds, kinds.needs[0], 1, np.zeros(100, dtype=np.int64), np.zeros_like(kinds.needs[0]))
-    order_sets.choose(costs, numbers, prices, kinds.counts, 2, 2.0, work, MOST_WORK)
     exchanging.exchanged(arrays, 1, 1, 1)

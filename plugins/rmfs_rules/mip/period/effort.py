@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import inf
 
 from attrs import define
@@ -61,14 +63,14 @@ class Effort:
             steps = EFFORT_LARGE if is_large(period) else small
         return cls(float(steps))
 
-    def part(self, most: float) -> Effort:
-        """Return a budget of its own for a step that shall not take more than ``most``; `settle` takes it back."""
-        return Effort(min(self.left, most))
-
-    def settle(self, part: Effort, most: float) -> None:
-        """Take what a part has used."""
+    @contextmanager
+    def share(self, most: float) -> Iterator[Effort]:
+        """Yield a budget of its own for a step that shall not take more than ``most``; what it uses is taken."""
+        part = Effort(min(self.left, most))
+        before = part.left
+        yield part
         if self.left < inf:
-            self.take(min(self.left, most) - part.left)
+            self.take(before - part.left)
         self.short |= part.short
 
     def take(self, steps: float) -> None:

@@ -207,6 +207,10 @@ class Reduced:
             return highest(sums_of(self._few_sizes(room), room), room)
         return min(room, self.deliverable)
 
+    def least(self, weight: float) -> float:
+        """Return objective (1) without a new visit, had all places been filled that can be, for a W_u."""
+        return self.period.visits_before + weight * (sum(self.capacities) - self.reachable_sum)
+
     def _few_sizes(self, room: int) -> list[int]:
         """Return the sizes of the orders, each as often as it fits into a room at most."""
         numbers = np.bincount(self.sizes[self.sizes > 0])

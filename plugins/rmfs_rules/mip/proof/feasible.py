@@ -1,19 +1,22 @@
 """Solutions found quickly, optimal or not: every one satisfies the printed constraints, and so bounds from above.
 
-`fill` assigns what the pods at the stations cover, `whole_order_visits` sends pods for whole orders first. Where there
-is a choice, the oldest orders go first.
+`fill` assigns what the pods at the stations cover. Where there is a choice, the oldest orders go first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_rules.mip.period.placing import Places
 from rmfs_rules.mip.period.reduction import Reduced, highest, masks_of
-from rmfs_rules.mip.period.solution import Model, Part, Visits
+from rmfs_rules.mip.period.serving import PlacesFromStock
+from rmfs_rules.mip.period.solution import Model, Part
+
+AnyPlaces = Places | PlacesFromStock
+"""Places that call a line by the stations that cover it, or by its SKU."""
 
 
 def fill(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
@@ -32,51 +35,59 @@ def fill(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
         return _fill_with_lines(reduced, covered)
     if reduced.model is Model.INTEGRATED or len(reduced.capacities) == 1:
         return fill_with_orders(reduced, covered)
-    return _fill_with_split_orders(reduced, covered)
+    somewhere: NDArray[np.bool_] = np.asarray(covered.any(axis=0, keepdims=True))
+    orders = np.flatnonzero(_covered_orders(reduced, somewhere)[0]).tolist()
+    return fill_with_split_orders(reduced, orders, lambda: Places(reduced.capacities), masks_of(covered).tolist())
 
 
 def _fill_with_lines(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
-    """Place single lines, oldest first: a maximum flow with the oldest lines of all."""
-    period = reduced.period
-    mask = masks_of(covered)[period.line_sku]
+    period, kinds = reduced.period, masks_of(covered)
+    mask = kinds[period.line_sku]
     lines = np.flatnonzero(mask if period.single_items else (mask > 0) & reduced.candidates)
     if len(period.capacities) == 1:
-        chosen = lines[: period.capacities[0]].tolist()
-        stations = [0] * len(chosen)
-    else:
-        chosen, stations = _place(mask, lines, period.capacities, period.line_order)
-    parts: dict[tuple[int, int], list[int]] = {}
-    for line, station in zip(chosen, stations, strict=True):
-        parts.setdefault((int(period.line_order[line]), station), []).append(int(period.line_sku[line]))
-    return tuple(Part(order, station, tuple(skus)) for (order, station), skus in parts.items())
+        lines = lines[: period.capacities[0]]
+    return place_lines(reduced, Places(period.capacities), lines, kinds.tolist())
 
 
-def _place(
-    mask: NDArray[np.int64], lines: NDArray[np.int64], capacities: Sequence[int], order_of: NDArray[np.int64]
-) -> tuple[list[int], list[int]]:
-    places, room = Places(capacities), sum(capacities)
-    chosen: list[int] = []
+def place_lines(
+    reduced: Reduced, places: AnyPlaces, lines: NDArray[np.int64], kinds: Sequence[int]
+) -> tuple[Part, ...]:
+    """Place lines of one item each: a maximum flow, the first lines first.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    places
+        The places.
+    lines
+        Positions of the lines.
+    kinds
+        What the places call each SKU.
+    """
+    period, room = reduced.period, sum(reduced.period.capacities)
+    placed: list[tuple[int, int]] = []
     full: set[int] = set()  # kinds that find no place any more; none that failed can succeed later
-    for line, kind in zip(lines.tolist(), mask[lines].tolist(), strict=True):
-        if kind not in full:
-            if places.add(kind):
-                chosen.append(line)
-                if len(chosen) == room:
+    for order, sku in zip(period.line_order[lines].tolist(), period.line_sku[lines].tolist(), strict=True):
+        if kinds[sku] not in full:
+            if places.add(kinds[sku]):
+                placed.append((order, sku))
+                if len(placed) == room:
                     break
             else:
-                full.add(kind)
-    return chosen, _stations(places, [(int(order_of[line]), int(mask[line])) for line in chosen])
+                full.add(kinds[sku])
+    return _parts(places, placed, kinds)
 
 
-def _stations(places: Places, lines: Iterable[tuple[int, int]]) -> list[int]:
-    """Name the station of each placed line (order, kind), keeping lines of an order together where it is free to."""
-    stations: list[int] = []
+def _parts(places: AnyPlaces, lines: Iterable[tuple[int, int]], kinds: Sequence[int]) -> tuple[Part, ...]:
+    """Name the station of each placed line (order, SKU), keeping lines of an order together where it is free to."""
+    parts: dict[tuple[int, int], list[int]] = {}
     used: dict[int, list[int]] = {}
-    for order, kind in lines:
-        station = places.take(kind, used.get(order, ()))
+    for order, sku in lines:
+        station = places.take(kinds[sku], used.get(order, ()))
         used.setdefault(order, []).append(station)
-        stations.append(station)
-    return stations
+        parts.setdefault((order, station), []).append(sku)
+    return tuple(Part(order, station, tuple(skus)) for (order, station), skus in parts.items())
 
 
 def fill_with_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
@@ -135,33 +146,37 @@ def subset(sizes: Sequence[int], room: int) -> list[int]:
     return chosen[::-1]
 
 
-def _fill_with_split_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
-    """Place orders line by line over the stations, such that what is left stays a sum that orders can fill."""
-    period = reduced.period
-    mask = masks_of(covered).tolist()
-    somewhere: NDArray[np.bool_] = np.asarray(covered.any(axis=0, keepdims=True))
-    orders = np.flatnonzero(_covered_orders(reduced, somewhere)[0]).tolist()
-    sizes = dict(zip(orders, reduced.sizes[orders].tolist(), strict=True))
-    best: tuple[list[int], Places] = ([], Places(period.capacities))
+def fill_with_split_orders(
+    reduced: Reduced, orders: Sequence[int], free: Callable[[], AnyPlaces], kinds: Sequence[int]
+) -> tuple[Part, ...]:
+    """Place orders line by line over the stations, such that what is left stays a sum that orders can fill.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    orders
+        Positions of orders of single items, oldest first.
+    free
+        Returns the free places.
+    kinds
+        What these call each SKU.
+    """
+    sizes = reduced.sizes.tolist()
+    best: tuple[list[int], AnyPlaces] = ([], free())
     for sequence in (orders, sorted(orders, key=lambda o: -sizes[o])):
-        found = _place_orders(reduced, sequence, mask, sizes)
+        found = _place_orders(reduced, sequence, free(), kinds)
         if sum(sizes[o] for o in found[0]) > sum(sizes[o] for o in best[0]):
             best = found
         if sum(sizes[o] for o in best[0]) == reduced.reachable_sum:
             break
-    chosen, places = best
-    lines = [(o, i) for o in chosen for i, _ in period.lines_of(o)]
-    parts: dict[tuple[int, int], list[int]] = {}
-    for (order, sku), station in zip(lines, _stations(places, [(o, mask[i]) for o, i in lines]), strict=True):
-        parts.setdefault((order, station), []).append(sku)
-    return tuple(Part(order, station, tuple(skus)) for (order, station), skus in parts.items())
+    return _parts(best[1], [(o, i) for o in best[0] for i, _ in reduced.period.lines_of(o)], kinds)
 
 
 def _place_orders(
-    reduced: Reduced, sequence: Sequence[int], mask: Sequence[int], sizes: dict[int, int]
-) -> tuple[list[int], Places]:
-    period = reduced.period
-    places, left = Places(period.capacities), sum(period.capacities)
+    reduced: Reduced, sequence: Sequence[int], places: AnyPlaces, kinds: Sequence[int]
+) -> tuple[list[int], AnyPlaces]:
+    period, sizes, left = reduced.period, reduced.sizes.tolist(), sum(reduced.period.capacities)
     later = [1]  # sums that the orders from a position on can have, as bits
     for order in reversed(sequence):
         later.append(later[-1] | (later[-1] << sizes[order]) & ((1 << (left + 1)) - 1))
@@ -171,7 +186,7 @@ def _place_orders(
     for position, order in enumerate(sequence):
         rest = goal - sizes[order]
         if rest >= 0 and later[position + 1] >> rest & 1:
-            if places.add_all([mask[i] for i, _ in period.lines_of(order)]):
+            if places.add_all([kinds[i] for i, _ in period.lines_of(order)]):
                 chosen.append(order)
                 goal = rest
                 if goal == 0:
@@ -179,66 +194,3 @@ def _place_orders(
             elif not later[position + 1] >> goal & 1:
                 goal = highest(later[position + 1], goal)
     return chosen, places
-
-
-def whole_order_visits(reduced: Reduced, weight: float) -> Visits:
-    """Return new visits for whole orders, found greedily.
-
-    Again and again, the order and station are taken that save most: W_u for each item, less the pods that have to come.
-    Among equals, the order with the fewest missing SKUs, then the oldest.
-
-    Parameters
-    ----------
-    reduced
-        The period, for the integrated model.
-    weight
-        W_u.
-    """
-    period = reduced.period
-    rooms = list(period.capacities)
-    covered = period.covered.copy()
-    types = {order: kind for kind in reduced.types for order in kind.orders}
-    wanted = np.zeros((len(period.orders), period.stock.n_skus), dtype=np.bool_)
-    for order, kind in types.items():
-        wanted[order, [sku for sku, _ in kind.lines]] = True
-    sizes = np.array([types[o].size if o in types else 0 for o in range(len(period.orders))])
-    left = sizes > 0
-    visits: list[tuple[int, int]] = []
-    preferred = period.preferred.pods.copy()
-    while True:
-        station, order = _best(wanted, covered, sizes, left, rooms, weight)
-        if order < 0:
-            return tuple(visits)
-        missing = wanted[order] & ~covered[station]
-        while missing.any():
-            demand = period.stock.sums(wanted[left].sum(axis=0) * ~covered[station])
-            brings = period.stock.sums(missing)
-            pod = int(np.lexsort((-demand, -preferred, -brings))[0])
-            visits.append((pod, station))
-            if period.preferred.once_sent is not None:
-                preferred[pod] = period.preferred.once_sent
-            covered[station, period.stock.skus_of(pod)] = True
-            missing &= ~covered[station]
-        left[order] = False
-        rooms[station] -= int(sizes[order])
-
-
-def _best(
-    wanted: NDArray[np.bool_],
-    covered: NDArray[np.bool_],
-    sizes: NDArray[np.int64],
-    left: NDArray[np.bool_],
-    rooms: list[int],
-    weight: float,
-) -> tuple[int, int]:
-    """Return station and order that save most, or (-1, -1) when none fits or pays."""
-    best, found = (0.0, float("-inf")), (-1, -1)
-    for station, room in enumerate(rooms):
-        fits = np.flatnonzero(left & (sizes <= room))
-        if len(fits):
-            missing = (wanted[fits] & ~covered[station]).sum(axis=1)
-            saved = (weight * sizes[fits] - missing) / sizes[fits]
-            at = int(np.lexsort((missing, -saved))[0])
-            if (saved[at], -missing[at]) > best:
-                best, found = (float(saved[at]), -float(missing[at])), (station, int(fits[at]))
-    return found

@@ -19,13 +19,11 @@ from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_rules.mip.compiled.arrays import LARGEST_ROOM, MOST_STATES, MOST_STATIONS, Arrays, arrays_of, price_of
-from rmfs_rules.mip.period.effort import is_large
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.serving import short_of
 from rmfs_rules.mip.period.solution import Assigned, Model, Part, Visits
 from rmfs_rules.mip.printed.solver import Limits
 from rmfs_rules.mip.proof.aggregated import assigned_with
-from rmfs_rules.mip.proof.greedy import sets_for_all
 
 WORK_OF_A_PROGRAM = 10_000
 """Steps that count for a program that says whether pods have enough: about as many as are done in its time."""
@@ -36,7 +34,7 @@ PRICE_OF_EXCHANGE = 0.0015
 SHARE_OF_EXCHANGES = 20
 """The part of what is left of the effort that they may take each time."""
 QUICK_WORK = 20_000
-"""Steps of the search for the stations of a set of pods that was found greedily."""
+"""Steps of the search for the stations of a set of pods that was found by exchanging."""
 
 
 @define
@@ -96,64 +94,42 @@ class FewestVisits:
     def quickly(self, lower: int, upper: int) -> Assigned | None:
         """Return a solution with a value from ``lower`` to below ``upper``, or None.
 
-        It fills all places that can be filled. Sets of pods are found greedily (`proof.greedy`) and, where the
-        period is large, smaller ones by exchanging pods; the stations that they go to by the exact search.
+        It fills all places that can be filled. Sets of pods, one smaller than the other as long as some are found, are
+        found by exchanging pods; the stations that they go to by the exact search.
         """
         self._arrays, self._pods = arrays_of(self.reduced, self.splits)
-        target = self.reduced.reachable_sum
-        found = self._greedily(lower, upper, target)
-        fewer = min(upper, len(self._pods) + 1) if found is None else len(found[0])
-        while is_large(self.reduced.period) and fewer > lower:
-            fewer -= 1
-            better = self._exchanged(fewer, target)
+        found = None
+        for number in range(min(upper - 1, len(self._pods)), lower - 1, -1):
+            better = self._exchanged(number, self.reduced.reachable_sum)
             if better is None:
                 break
             found = better
         return found
 
-    def _greedily(self, lower: int, upper: int, target: int) -> Assigned | None:
-        number_of = {pod: at for at, pod in enumerate(self._pods)}
-        for pods in sets_for_all(self.reduced, self._pods, range(lower, upper), target, self.limits.effort):
-            for visits in range(len(pods), min(len(pods) + 2, upper)):
-                found = self._spread([number_of[pod] for pod in pods], visits, target)
-                if found is not None:
-                    return found
-        return None
-
     def _exchanged(self, number: int, target: int) -> Assigned | None:
         """Return a solution with one visit each of so many pods, which are found by exchanging them, or None."""
-        from rmfs_rules.mip.compiled.exchanging import exchanged
+        from rmfs_rules.mip.compiled import exchanging, spreading
 
         price, effort = PRICE_OF_EXCHANGE * len(self.reduced.orders), self.limits.effort
         for seed in range(1, TRIES + 1):
             steps = int(min(EXCHANGES, effort.left / SHARE_OF_EXCHANGES / price))
             effort.take(steps * price)
-            pods, items = exchanged(self._arrays, number, steps, seed)
+            pods, items = exchanging.exchanged(self._arrays, number, steps, seed)
             if items >= target:
-                found = self._spread(sorted(pods.tolist()), number, target)
-                if found is not None:
-                    return found
+                pods, work = np.sort(pods), np.zeros(1, dtype=np.int64)
+                price_of_step = price_of(self.reduced, len(self._pods), 1)
+                most = effort.most(QUICK_WORK, price_of_step)
+                found, masks, orders = spreading.spread(self._arrays, pods, number, target, work, most)
+                effort.take(price_of_step * float(work[0]))
+                if found:
+                    sent = self._sent(pods.tolist(), masks.tolist())
+                    return sent, self._parts(sent, orders.tolist())
         return None
 
-    def _spread(self, pods: list[int], visits: int, target: int) -> Assigned | None:
-        """Return a solution with so many visits of these pods, or None if it is not found quickly."""
-        from rmfs_rules.mip.compiled import spreading
-
-        stations, work = len(self.reduced.capacities), np.zeros(1, dtype=np.int64)
-        price = price_of(self.reduced, len(self._pods), 1)
-        most = self.limits.effort.most(QUICK_WORK, price)
-        chosen = np.array(pods, dtype=np.int64)
-        found, masks, orders = spreading.spread(self._arrays, chosen, visits, target, work, most)
-        self.limits.effort.take(price * float(work[0]))
-        if not found:
-            return None
-        sent = tuple(
-            (self._pods[pod], s)
-            for pod, mask in zip(pods, masks.tolist(), strict=True)
-            for s in range(stations)
-            if mask >> s & 1
-        )
-        return sent, self._parts(sent, orders.tolist())
+    def _sent(self, pods: list[int], masks: list[int]) -> Visits:
+        """Return the visits of pods (numbers) to the stations of their bit masks."""
+        stations = range(len(self.reduced.capacities))
+        return tuple((self._pods[p], s) for p, mask in zip(pods, masks, strict=True) for s in stations if mask >> s & 1)
 
     def _fills(self, visits: int, target: int) -> tuple[bool, Assigned | None]:
         """Return whether it is known if so many visits fill the target, and how they do."""
@@ -165,12 +141,7 @@ class FewestVisits:
             answer = spreading.NOT_FOUND
             for answer, pods, masks, orders in self._answers(number, visits, target):
                 if answer == spreading.FOUND:
-                    sent = tuple(
-                        (self._pods[pod], s)
-                        for pod, mask in zip(pods, masks, strict=True)
-                        for s in range(stations)
-                        if mask >> s & 1
-                    )
+                    sent = self._sent(pods, masks)
                     known, parts = self._served(sent, orders, target)
                     if parts is not None:
                         return True, (sent, parts)
@@ -183,16 +154,9 @@ class FewestVisits:
         return True, None
 
     def _answers(self, number: int, visits: int, target: int) -> Iterator[tuple[int, list[int], list[int], Any]]:
-        """Yield what the search finds, one after the other where SKUs are scarce; last that it finds nothing more."""
+        """Yield what the search finds, one after the other; last that it finds nothing more."""
         from rmfs_rules.mip.compiled import spreading
 
-        if not len(self.reduced.scarce):
-            with self._most_work(number) as most_work:
-                answer, pods, masks, orders = spreading.pods_that_fill(
-                    self._arrays, number, visits, target, self._work, most_work
-                )
-            yield answer, pods.tolist(), masks.tolist(), orders.tolist()
-            return
         sets = spreading.sets_that_fill(self._arrays, number, target)
         refused, last, answer = -1, None, spreading.FOUND
         while answer == spreading.FOUND:

@@ -11,7 +11,6 @@ cut bounds what flows of the SKU by its demand and by the items of the pods that
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from attrs import evolve, frozen
@@ -34,24 +33,6 @@ def _within(numbers: Floats, stations: int) -> Floats:
         halves = sums.reshape(-1, 2, 1 << station)
         halves[:, 1] += halves[:, 0]
     return sums.reshape(-1, 1 << stations)
-
-
-@lru_cache(maxsize=MOST_STATIONS + 1)
-def _outside(stations: int) -> NDArray[np.bool_]:
-    """Return whether each station lies outside each set: (stations, sets)."""
-    outside: NDArray[np.bool_] = np.arange(1 << stations) >> np.arange(stations)[:, None] & 1 == 0
-    outside.setflags(write=False)  # shared by all that ask
-    return outside
-
-
-@lru_cache(maxsize=256)
-def _places(capacities: tuple[int, ...]) -> Floats:
-    """Return the places of every cut."""
-    sets = np.arange(1 << len(capacities))
-    inside = (sets[:, None] >> np.arange(len(capacities))) & 1
-    places = inside.astype(np.float64) @ np.array(capacities, dtype=np.float64)
-    places.setflags(write=False)
-    return places
 
 
 def _sums(of: NDArray[np.int64], numbers: Floats, length: int) -> Floats:
@@ -104,20 +85,19 @@ class Scarce:
         flow: Floats = np.minimum(self.by_cut(stations), self.demand[:, None]).sum(axis=0)
         return flow
 
-    def with_one_more(self, stations: int) -> tuple[Floats, Floats]:
-        """Return what `flow` gains by each pod at a station outside, (pods, cuts), and what is new where it is nowhere.
+    def brought(self, cuts: NDArray[np.int64], stations: int) -> Floats:
+        """Return what `flow` gains at some cuts by each pod at a station outside: (pods, cuts).
 
         A pod that is at a station outside already brings nothing more.
         """
-        covered = self.by_cut(stations)[self.sku]
+        covered = self.by_cut(stations)[self.sku][:, cuts]
         brought = np.minimum(self.number[:, None], np.maximum(self.demand[self.sku, None] - covered, 0.0))
-        new = _sums(self.pod, brought[:, 0], len(self.at))
-        brought[(self.at[self.pod, None] & ~np.arange(1 << stations)) != 0] = 0.0
-        gains = np.zeros((len(self.at), 1 << stations))
+        brought[(self.at[self.pod, None] & ~cuts) != 0] = 0.0
+        gains = np.zeros((len(self.at), len(cuts)))
         if len(self.pod):
             first = np.flatnonzero(np.diff(self.pod, prepend=-1))  # they are sorted by pod
             gains[self.pod[first]] = np.add.reduceat(brought, first)
-        return gains, new
+        return gains
 
     def adding(self, pod: int, station: int) -> Scarce:
         """Return them with one more visit."""
@@ -178,39 +158,43 @@ class Network:
     def by_cut(self) -> Floats:
         """Return for each set of stations its places and the demand that some other station covers."""
         stations = len(self.capacities)
-        covered = _within(_sums(self.mask, self.demand, 1 << stations), stations)[0]
-        by_cut: Floats = _places(self.capacities) + covered[-1] - covered
+        numbers = -_sums(self.mask, self.demand, 1 << stations)
+        covered = -numbers.sum()
+        numbers[1 << np.arange(stations)] += self.capacities
+        by_cut: Floats = covered + _within(numbers, stations)[0]
         return by_cut if self.scarce is None else by_cut + self.scarce.flow(stations)
 
     def flow(self) -> int:
         """Return how many places the covered demand fills."""
         return int(self.by_cut().min())
 
-    def with_one_more(self) -> tuple[Floats, Floats]:
-        """Return what each pod at a station outside adds to each cut, (pods, cuts), and the demand new at each station.
-
-        The second has the shape (stations, pods).
-        """
+    def brought(self, cuts: NDArray[np.int64]) -> Floats:
+        """Return what each pod at a station outside adds to each of some cuts: (pods, cuts)."""
         stations, pods = len(self.capacities), len(self.stock.pods)
         pod, sku = self.stock.entries
         kept = self.demand[sku] > 0
         pod, sku = pod[kept], sku[kept]
-        carried = _sums((pod << stations) + self.mask[sku], self.demand[sku], pods << stations)
-        more = _within(carried.reshape(pods, -1), stations)
-        new = more[:, [~(1 << station) for station in range(stations)]].T
-        if self.scarce is not None:
-            gains, brought = self.scarce.with_one_more(stations)
-            there = self.scarce.at >> np.arange(stations)[:, None] & 1
-            more, new = more + gains, new + np.where(there, 0.0, brought)
-        return more, new
+        masks = np.flatnonzero(np.bincount(self.mask))
+        kind = np.searchsorted(masks, self.mask[sku])
+        carried = _sums(pod * len(masks) + kind, self.demand[sku], pods * len(masks)).reshape(pods, len(masks))
+        more: Floats = carried @ (masks[:, None] & ~cuts == 0).astype(np.float64)
+        return more if self.scarce is None else more + self.scarce.brought(cuts, stations)
 
     def flows_with_one_more(self) -> tuple[Floats, Floats]:
-        """Return the flow with each pod added to each station, and the demand it newly covers: (stations, pods)."""
-        by_cut = self.by_cut()
-        more, new = self.with_one_more()
-        more += by_cut
-        flows = [np.minimum(more[:, cuts].min(axis=1), by_cut[~cuts].min()) for cuts in _outside(len(self.capacities))]
-        return np.array(flows), new
+        """Return the flow up to the target with each pod added to each station, and the demand that is new there.
+
+        Both have the shape (stations, pods). Only cuts below the target matter.
+        """
+        by_cut, sets = self.by_cut(), 1 << np.arange(len(self.capacities))
+        cuts = np.flatnonzero(by_cut < self.target)
+        more = self.brought(np.append(cuts, sets.sum() - sets))
+        now, target = by_cut[cuts], float(self.target)
+        after = more[:, : len(cuts)] + now
+        flows = [
+            np.minimum(after[:, outside].min(axis=1, initial=target), now[~outside].min(initial=target))
+            for outside in cuts & sets[:, None] == 0
+        ]
+        return np.array(flows), more[:, len(cuts) :].T
 
     def adding(self, pod: int, station: int) -> Network:
         """Return the network with one more visit."""
@@ -230,16 +214,17 @@ def fewest_visits(network: Network) -> int:
     """
     every = (1 << len(network.capacities)) - 1
     short = network.target - network.by_cut()
-    more, _ = network.with_one_more()
+    lacking = np.flatnonzero(short > 0)
     least = [0] * (every + 1)
+    for rest, brought in zip(lacking.tolist(), network.brought(lacking).T, strict=True):
+        cut = every ^ rest
+        largest = max(c for s, c in enumerate(network.capacities) if cut >> s & 1)
+        brings = brought[brought > 0]
+        gains = np.concatenate([np.clip(brings - n * largest, 0, largest) for n in range(cut.bit_count())])
+        steps = np.cumsum(np.sort(gains)[::-1])
+        least[cut] = int(np.searchsorted(steps, short[rest] - 1e-9)) + 1
     for cut in range(1, every + 1):
-        bound, rest = 0, every ^ cut
-        if short[rest] > 0:
-            largest = max(c for s, c in enumerate(network.capacities) if cut >> s & 1)
-            brings = more[more[:, rest] > 0, rest]
-            gains = np.concatenate([np.clip(brings - n * largest, 0, largest) for n in range(cut.bit_count())])
-            steps = np.cumsum(np.sort(gains)[::-1])
-            bound = int(np.searchsorted(steps, short[rest] - 1e-9)) + 1
+        bound = least[cut]
         part = (cut - 1) & cut
         while part:
             bound = max(bound, least[part] + least[cut ^ part])
@@ -269,7 +254,6 @@ def greedy_visits(network: Network, preference: Preference) -> tuple[Visits, Net
     flow, preferred = network.flow(), preference.pods.copy()
     while flow < network.target:
         flows, gains = network.flows_with_one_more()
-        flows = np.minimum(flows, network.target)
         first = np.broadcast_to(preferred, flows.shape)
         best = np.lexsort((-gains.ravel(), -first.ravel(), -flows.ravel()))[0]
         station, pod = divmod(int(best), flows.shape[1])

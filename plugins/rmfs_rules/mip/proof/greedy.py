@@ -1,8 +1,7 @@
-"""Good solutions in milliseconds where a period is large: few pods that complete much, improved by exchanging pods.
+"""A good solution at once: few pods that complete much, improved by exchanging pods.
 
-`station_by_station` fills one station after the other with whole orders: a solution of all three models. `sets_for_all`
-looks for pods that complete enough orders wherever they go, for split-among-stations. `pods_for_lines` does it for
-single lines, split over time. None looks at how many items a pod has: `proof.proof.Proof.offer` does.
+`station_by_station` fills one station after the other with whole orders: a solution of all three models. It does not
+look at how many items a pod has: `rmfs_rules.mip.proof.proof.Proof.offer` does.
 """
 
 from __future__ import annotations
@@ -27,8 +26,6 @@ STEPS_PER_COMPARISON = 60
 """What a comparison counts besides."""
 STARTS = 12
 """How many pods a set is begun with, one after the other."""
-MOST_SETS = 3
-"""Sets of pods for all stations together that are looked at more closely."""
 ROUNDS = 3
 """How often each pod of a set, and each station, is looked at again."""
 
@@ -128,18 +125,7 @@ class Completing:
     def pods_for(self, there: Bools, number: int, room: int, able: Bools) -> list[int]:
         """Return so many pods that complete many open orders, no more than fill the room: the best of several tries.
 
-        Each try begins with another of the pods that bring orders furthest alone.
-
-        Parameters
-        ----------
-        there
-            SKUs that are there without them.
-        number
-            How many.
-        room
-            Items that there is room for.
-        able
-            Which pods may be sent.
+        Each try begins with another of the pods that may be sent (``able``) and bring orders furthest alone.
         """
         if not number:
             return []
@@ -262,70 +248,3 @@ def _fill_station(
             best = cost, completing.pods[sent].tolist(), complete[chosen].tolist()
         number = max(number + 1, fewest)
     return best
-
-
-def sets_for_all(reduced: Reduced, pods: Sequence[int], numbers: range, target: int, effort: Effort) -> list[list[int]]:
-    """Return, for rising numbers of pods, sets that complete enough orders wherever their pods go, at most three.
-
-    Parameters
-    ----------
-    reduced
-        The period.
-    pods
-        Positions of the pods to choose from.
-    numbers
-        How many pods a set may have.
-    target
-        Items to be completed.
-    effort
-        What improving may cost.
-    """
-    completing = Completing(reduced, effort)
-    able = np.isin(completing.pods, pods)
-    there: Bools = np.asarray(reduced.period.covered[:, completing.skus].any(axis=0))
-    found = []
-    for number in numbers:
-        sent = completing.pods_for(there, number, target, able)
-        if len(sent) == number and completing.filled(completing.with_pods(there, sent), target) >= target:
-            found.append(completing.pods[sent].tolist())
-        if len(sent) < number or len(found) == MOST_SETS:
-            break
-    return found
-
-
-def pods_for_lines(reduced: Reduced) -> tuple[tuple[int, int], ...]:
-    """Return new visits for lines of one item each: for each station the pods with most lines that nothing serves yet.
-
-    Parameters
-    ----------
-    reduced
-        The period, for split-over-time.
-    """
-    period = reduced.period
-    stock, left, visits = period.stock, reduced.demand.copy(), []
-    for station, room in enumerate(period.capacities):
-        there = period.covered[station].copy()
-        free = float(room) - _served(left, there, room)
-        sent = set(period.inbound[station])
-        while free > 0:
-            gains = np.minimum(stock.sums(np.where(there, 0.0, left)), free)
-            gains[list(sent)] = 0.0
-            pod = int(np.lexsort((-period.preferred.pods, -gains))[0])
-            if gains[pod] <= 0:
-                break
-            brought = np.zeros_like(there)
-            brought[stock.skus_of(pod)] = True
-            visits.append((pod, station))
-            sent.add(pod)
-            free -= _served(left, brought & ~there, free)
-            there |= brought
-    return tuple(visits)
-
-
-def _served(left: Floats, there: Bools, room: float) -> float:
-    """Take lines whose SKU is there off the demand, up to the room; return how many."""
-    skus = np.flatnonzero(there & (left > 0))
-    before = np.concatenate(([0.0], np.cumsum(left[skus])))
-    taken = np.clip(room - before[:-1], 0.0, left[skus])
-    left[skus] -= taken
-    return float(taken.sum())

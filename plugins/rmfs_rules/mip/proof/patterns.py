@@ -12,14 +12,14 @@ type T it takes. It has no symmetry, and its relaxation is close to the optimum.
 Patterns are priced exactly (`proof.pricing`), so each round ends in a lower bound.
 
 What the relaxation leaves open is settled from its prices: every better solution consists of patterns that are nearly
-as good as the best one, so their sets of pods are few, and a small program chooses among them (`choose_among`). Where
-there are few orders, their sets of orders are few, too, and a search chooses among these (`choose_orders`).
+as good as the best one, so their sets of pods are few, and a small program chooses among them (`choose_among`).
 
 Where SKUs are scarce, patterns leave that aside, which bounds from below all the same; the small program does not.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 
 import mip
@@ -38,12 +38,6 @@ STEPS_PER_ENTRY = 10
 """What an entry of the relaxation counts of the effort: building takes longer than solving."""
 STEPS_PER_CHOICE = 125
 """What an entry counts where whole patterns are chosen."""
-MOST_ORDER_SETS = 50_000
-"""Sets of orders among which a solution is looked for at most."""
-MOST_CHOICES = 20_000_000
-"""Steps of that before it is left to a program."""
-STEPS_PER_SET = 0.02
-"""What one of them counts of the effort."""
 LEAST_ENTRIES = 4000
 """Entries among which whole patterns are chosen even where no effort is left."""
 
@@ -113,17 +107,7 @@ class ColumnGeneration:
 
     def __attrs_post_init__(self) -> None:
         self.pricing = Pricing(self.reduced, self.weight, self.limits)
-        self._add(Pattern((), (), self.weight * self.room))
-
-    @property
-    def room(self) -> int:
-        """C: free places of each station."""
-        return self.reduced.capacities[0]
-
-    @property
-    def counts(self) -> NDArray[np.int64]:
-        """n_T: how many orders each type has."""
-        return np.array([len(kind.orders) for kind in self.reduced.types], dtype=np.int64)
+        self._add(Pattern((), (), self.weight * self.pricing.room))
 
     def _add(self, pattern: Pattern) -> bool:
         """Take in a pattern; return whether it is new."""
@@ -135,32 +119,20 @@ class ColumnGeneration:
         return True
 
     def run(self) -> None:
-        """Generate patterns until none has negative reduced cost (or the time is up).
-
-        Where sets of orders are searched, the first call ends as soon as the bound, rounded up, is what it will be.
-        """
-        pricing = self.pricing
+        """Generate patterns until none has negative reduced cost (or the time is up)."""
         prices, convexity = np.zeros(len(self.reduced.types)), float("inf")
-        again = len(self.prices) > 0
-        if again:
-            prices, convexity = self._relaxation()
         while True:
-            priced = pricing.by_orders(prices, convexity) or pricing.by_sets(prices, convexity)
+            priced = self.pricing.by_sets(prices, convexity)
             if not self._take(priced, prices, convexity) and priced.bound is None:
-                proven = pricing.by_model(prices, self.seconds_left())
+                proven = self.pricing.by_model(prices, self.seconds_left())
                 if proven is None or not self._take(proven, prices, convexity):
                     return
-            elif not self._grown or (not again and self._settled(prices, convexity)):
+            elif not self._grown:
                 return
             left = self.seconds_left()
             if (left is not None and left <= 0) or not self._affordable():
                 return
             prices, convexity = self._relaxation()
-
-    def _settled(self, prices: NDArray[np.float64], convexity: float) -> bool:
-        """Whether the bound, rounded up, is what it will be in the end, where that is all that matters."""
-        value = float(prices @ self.counts) + len(self.reduced.capacities) * convexity
-        return self.pricing.by_types and bool(np.ceil(self.bound - SAFE) >= np.ceil(value - SAFE))
 
     def _affordable(self) -> bool:
         """Whether the relaxation can be solved once more; it is taken from the effort."""
@@ -174,17 +146,12 @@ class ColumnGeneration:
     def _take(self, priced: Priced, prices: NDArray[np.float64], convexity: float) -> bool:
         """Take in patterns with negative reduced cost and the bound; return whether there were new ones."""
         if priced.bound is not None:
-            bound = float(prices @ self.counts) + len(self.reduced.capacities) * priced.bound
+            bound = float(prices @ self.pricing.counts) + len(self.reduced.capacities) * priced.bound
             if bound > self.bound:
                 self.bound, self.prices, self.least = bound, prices, priced.bound
         new = [self._add(p) for value, p in priced.patterns if value < convexity - CLOSE]
         self._grown = any(new)
         return self._grown
-
-    def _close(self) -> list[Pattern]:
-        """Return the patterns of which a solution with the value of the bound, rounded up, may consist."""
-        limit = self.least + np.ceil(self.bound - SAFE) - self.bound + SAFE
-        return [p for p, value in zip(self.patterns, self._values(self.patterns), strict=True) if value <= limit]
 
     def _values(self, patterns: list[Pattern]) -> list[float]:
         """Return what the patterns cost at the prices."""
@@ -217,7 +184,7 @@ class ColumnGeneration:
                 variables, factors = taking.setdefault(number, ([], []))
                 variables.append(variable)
                 factors.append(float(orders))
-        counts = self.counts
+        counts = self.pricing.counts
         rows = {
             number: model.add_constr(mip.LinExpr(variables, factors, -float(counts[number]), "<"))
             for number, (variables, factors) in sorted(taking.items())
@@ -234,13 +201,16 @@ class ColumnGeneration:
         return prices, float(convexity.pi)
 
     def whole(self) -> Assigned | None:
-        """Return visits (pod, station) and parts of the best choice of whole patterns, or None when time is up.
-
-        Where there are few orders, it is looked for among the patterns that may reach the bound first.
-        """
-        used = self._choice(self._close()) if self.pricing.few_orders and len(self.prices) else None
-        used = used or self._choice(self.patterns)
-        return None if used is None else self.assigned(used)
+        """Return visits (pod, station) and parts of the best choice of whole patterns, or None when time is up."""
+        patterns = self._as_effort_allows(self.patterns)
+        if not patterns:
+            return None
+        model, _, _, _ = self._master(patterns, whole=True)
+        outcome = optimise(model, self.limits, absolute_gap=0.9, seconds=self.seconds_left())
+        if outcome.values is None:
+            return None
+        used = [p for p, value in zip(patterns, outcome.values, strict=True) for _ in range(round(value))]
+        return self.assigned(used)
 
     def assigned(self, used: list[Pattern]) -> Assigned:
         """Return visits (pod, station) and parts of a pattern for each station."""
@@ -253,51 +223,6 @@ class ColumnGeneration:
                 skus = tuple(sku for sku, _ in self.reduced.types[number].lines)
                 parts += [Part(left[number].pop(0), station, skus) for _ in range(orders)]
         return tuple(visits), tuple(parts)
-
-    def _choice(self, patterns: list[Pattern]) -> list[Pattern] | None:
-        patterns = self._as_effort_allows(patterns)
-        if not patterns:
-            return None
-        model, _, _, _ = self._master(patterns, whole=True)
-        outcome = optimise(model, self.limits, absolute_gap=0.9, seconds=self.seconds_left())
-        if outcome.values is None:
-            return None
-        return [p for p, value in zip(patterns, outcome.values, strict=True) for _ in range(round(value))]
-
-
-def choose_orders(generation: ColumnGeneration, value: float) -> tuple[Assigned | None, bool]:
-    """Return a solution of a given value, or that there is none, from all sets of orders that may be in one.
-
-    Parameters
-    ----------
-    generation
-        The relaxation, with its bound and the prices behind it.
-    value
-        What the solution may cost, without the pods of P_s.
-
-    Returns
-    -------
-    found, proven
-        None when nothing costs as little, or there are too many sets; whether the answer is proven.
-    """
-    from rmfs_rules.mip.compiled.order_sets import choose
-
-    pricing, stations = generation.pricing, len(generation.reduced.capacities)
-    slack = value - generation.bound + SAFE
-    found = pricing.order_sets(generation.prices, generation.least + slack, MOST_ORDER_SETS)
-    if found is None or len(found[0]) == MOST_ORDER_SETS:
-        return None, False
-    costs, numbers = found
-    work, effort = np.zeros(1, dtype=np.int64), generation.limits.effort
-    most_work = effort.most(MOST_CHOICES, STEPS_PER_SET)
-    costs = np.maximum(costs - generation.least, 0.0)
-    chosen = choose(costs, numbers, -generation.prices, generation.counts, stations, slack, work, most_work)
-    effort.take(STEPS_PER_SET * float(work[0]))
-    if not len(chosen):
-        all_tried = bool(work[0] <= most_work)
-        effort.short |= not all_tried and most_work < MOST_CHOICES
-        return None, all_tried
-    return generation.assigned([pricing.serving(numbers[at]) for at in chosen.tolist()]), True
 
 
 @define
@@ -346,21 +271,14 @@ def choose_among(
     outcome = program.solve(generation.limits, absolute_gap=0.9, seconds=seconds)
     if outcome.values is None:
         return None, outcome.bound == float("inf")
-    visits: list[tuple[int, int]] = []
-    parts: list[Part] = []
-    left = [list(kind.orders) for kind in reduced.types]
-    first = 0
+    used: list[Pattern] = []
     for choice in choices:
-        number = round(outcome.values[choice.stations])
         taken = {t: round(outcome.values[column]) for t, column in choice.orders.items()}
-        packed = _pack(reduced, taken, number)
+        packed = _pack(reduced, taken, round(outcome.values[choice.stations]))
         if packed is None:
             return None, False
-        for station, kinds in enumerate(packed, first):
-            visits += [(pod, station) for pod in choice.pods]
-            parts += [Part(left[t].pop(0), station, tuple(sku for sku, _ in reduced.types[t].lines)) for t in kinds]
-        first += number
-    return (tuple(visits), tuple(parts)), outcome.optimal
+        used += [Pattern(choice.pods, tuple(Counter(kinds).items()), choice.worth) for kinds in packed]
+    return generation.assigned(used), outcome.optimal
 
 
 def _set_program(reduced: Reduced, sets: list[CloseSet], weight: float) -> tuple[Program, list[_SetChoice]]:
@@ -395,7 +313,7 @@ def _add_prices(generation: ColumnGeneration, program: Program, choices: list[_S
     What a solution costs more than the bound is what its patterns are worth more than the least one, and the prices of
     the orders that it leaves.
     """
-    reduced, room = generation.reduced, generation.room
+    reduced, room = generation.reduced, generation.pricing.room
     slack = value - generation.bound + SAFE
     limit = generation.least + slack
     sizes = np.array([kind.size for kind in reduced.types])

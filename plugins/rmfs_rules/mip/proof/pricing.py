@@ -1,15 +1,12 @@
 """Pricing for column generation: the patterns of least value at the prices of a relaxation, and a bound on all.
 
-It is exact: a search for sets of pods of one size after another (`compiled.pod_sets.best_sets`), which ends
-because a pattern with k pods is worth at least k; where that takes long and there are few orders, a search for sets
-of orders (`compiled.order_sets.cheapest_sets`); where it takes too long, the aggregated model of a single
-station.
+It is exact: a search for sets of pods of one size after another (`rmfs_rules.mip.compiled.pod_sets.best_sets`), which
+ends because a pattern with k pods is worth at least k; where it takes too long, the aggregated model of one station.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +14,6 @@ from attrs import define, evolve, frozen
 from numpy.typing import NDArray
 
 from rmfs_rules.mip.compiled.arrays import arrays_of, price_of
-from rmfs_rules.mip.compiled.order_sets import Kinds, kinds_of
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model
 from rmfs_rules.mip.printed.solver import Limits
@@ -28,24 +24,13 @@ MOST_WORK = 2_000_000
 KEPT = 60
 """Sets of pods of each size that become patterns in one round."""
 QUICK_WORK = 20_000
-"""Steps of the search after which, where there are few orders, sets of orders are searched.
-
-Where these cannot be, only patterns that are better yet are looked for from then on.
-"""
+"""Steps of the search after which, where there are few orders, only patterns that are better yet are looked for."""
 FEW = 2
 """There are few orders if their items are less than so many times the free places.
 
 Then most sets of pods complete enough, and what tells them apart is which orders they are for. So a search for sets of
 a given worth leaves out the orders that no station with that worth can have.
 """
-MOST_BY_ORDERS = 1.75
-"""Sets of orders are searched if the orders have no more than so many times as many items as there are free places."""
-MOST_ORDER_WORK, ENDLESS = 5_000_000, 1 << 62
-"""Steps of a search for sets of orders before sets of pods are searched, and more than any search takes."""
-ORDER_PRICE = 0.1
-"""What a step of it counts of the effort."""
-KEPT_BY_ORDERS = 100
-"""Sets of orders that become patterns in one round."""
 CLOSE = 1e-6
 """Values that differ by less are the same."""
 SAFE = 1e-4
@@ -100,11 +85,6 @@ class Pricing:
         Steps of the searches so far.
     few_orders
         Whether there are few orders: see `FEW`.
-    largest_first
-        The types, those of the largest orders first.
-    by_types
-        Whether sets of orders are searched in place of sets of pods: where there are few orders, sets of pods take
-        long, no SKU is scarce, and sets of orders did not turn out to be too many, too.
     pods, brings
         A pod (position) for each class of pods, and the SKUs that it may bring.
     """
@@ -119,12 +99,10 @@ class Pricing:
         self.missing = [[sku for sku, _ in kind.lines if not covered[sku]] for kind in types]
         items, places = int((self.sizes * self.counts).sum()), sum(reduced.capacities)
         self.few_orders = items < FEW * places
-        self.by_types, self._too_many = False, items > MOST_BY_ORDERS * places or bool(len(reduced.scarce))
         self.arrays, self.pods = arrays_of(reduced, sharp=self.few_orders)
         self.work = 0
         skus = np.split(self.arrays.pod_sku, self.arrays.pod_start[1:-1])
         self.brings = [held.tolist() for held in skus] if self.pods else []
-        self.largest_first = np.argsort(-self.sizes, kind="stable")
         type_of = {order: t for t, kind in enumerate(types) for order in kind.orders}
         self.type_of = np.array([type_of[order] for order in reduced.orders], dtype=np.int64)
 
@@ -147,10 +125,6 @@ class Pricing:
             if number >= least - CLOSE:  # a pattern with so many pods is worth at least as much
                 return Priced(found, least)
             if self.few_orders and self.work - before > QUICK_WORK:
-                self.by_types = not self._too_many
-                priced = self.by_orders(prices, limit)
-                if priced is not None:
-                    return Priced([*found, *priced.patterns], priced.bound)
                 limit = least  # there are good patterns already, and a better one is what is left to know
             sets = self.sets(number, values, number + most - limit, KEPT)
             if sets is None:
@@ -159,80 +133,6 @@ class Pricing:
                 least = min(least, number + most - worth)
                 found.append((number + most - worth, self._pattern(chosen, values)))
         return Priced(found, least)
-
-    @cached_property
-    def kinds(self) -> Kinds:
-        """The types of orders and the pods as bits, the types of the largest orders first."""
-        first = self.largest_first
-        missing = [self.missing[t] for t in first.tolist()]
-        return kinds_of(self.sizes[first], self.counts[first], missing, self.brings)
-
-    def by_orders(self, prices: NDArray[np.float64], limit: float) -> Priced | None:
-        """Return the best patterns worth less than a limit, by sets of orders; None where these are not searched.
-
-        Parameters
-        ----------
-        prices
-            Of each type of orders.
-        limit
-            What the patterns have to be worth less than.
-        """
-        limit = min(self.weight * self.room, limit)
-        found = self.order_sets(prices, limit, KEPT_BY_ORDERS) if self.by_types else None
-        if found is None:
-            return None
-        costs, numbers = found
-        best = [(cost, self.serving(orders)) for cost, orders in zip(costs.tolist(), numbers, strict=True)]
-        return Priced(best, min(limit, float(costs.min(initial=limit))))
-
-    def order_sets(
-        self, prices: NDArray[np.float64], limit: float, kept: int
-    ) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
-        """Return the cheapest sets of orders for a station, or None when they are too many to search.
-
-        Parameters
-        ----------
-        prices
-            Of each type of orders.
-        limit
-            What a set, with its pods and free places, has to be worth less than.
-        kept
-            How many sets are returned at most.
-
-        Returns
-        -------
-        costs, numbers
-            What the sets are worth, ascending, and how many orders of each type they have.
-        """
-        from rmfs_rules.mip.compiled.order_sets import cheapest_sets
-
-        first, work = self.largest_first, np.zeros(1, dtype=np.int64)
-        most_work = self.limits.effort.most(MOST_ORDER_WORK, ORDER_PRICE)
-        costs, numbers = cheapest_sets(
-            self.kinds, -prices[first], self.room, float(self.weight), float(limit), kept, work, most_work
-        )
-        self.limits.effort.take(ORDER_PRICE * float(work[0]))
-        if work[0] > most_work:
-            self.by_types, self._too_many = False, True
-            self.limits.effort.short |= most_work < MOST_ORDER_WORK
-            return None
-        back = np.empty_like(numbers)
-        back[:, first] = numbers
-        cheapest = np.argsort(costs, kind="stable")
-        return costs[cheapest], back[cheapest]
-
-    def serving(self, numbers: NDArray[np.int64]) -> Pattern:
-        """Return the pattern of a set of orders (how many of each type), with the fewest pods that serve them."""
-        from rmfs_rules.mip.compiled.order_sets import MOST_BITS, fewest_pods, least_pods
-
-        taken = numbers[self.largest_first] > 0
-        skus = np.bitwise_or.reduce(self.kinds.needs[taken], axis=0, initial=0)
-        n, room = len(self.pods), np.zeros(MOST_BITS * len(skus) + 1, dtype=np.int64)
-        least = least_pods(self.kinds, skus, n, room, np.zeros_like(skus))
-        # As far as the search that has found the set went for it, so within what that was allowed
-        _, pods = fewest_pods(self.kinds, skus, least, n, np.zeros(1, dtype=np.int64), ENDLESS)
-        orders = {t: int(numbers[t]) for t in np.flatnonzero(numbers).tolist()}
-        return self._costed(tuple(sorted(self.pods[at] for at in pods.tolist())), orders)
 
     def close_sets(self, prices: NDArray[np.float64], limit: float, kept: int) -> tuple[list[CloseSet], bool]:
         """Return the sets of pods that have a pattern worth at most a limit.

@@ -118,11 +118,9 @@ class Proof:
         """
         hopeless = self.hard and self.reduced.interchangeable and len(self.reduced.capacities) > 1
         effort = self.limits.effort
-        most = effort.left / (SHARE_ALIKE if hopeless else SHARE_OF_SOLVER)
-        limits = evolve(self.limits, effort=effort.part(most))
-        outcome = program.solve(limits, absolute_gap=absolute_gap, seconds=self.seconds_left)
-        effort.settle(limits.effort, most)
-        return outcome
+        with effort.share(effort.left / (SHARE_ALIKE if hopeless else SHARE_OF_SOLVER)) as part:
+            limits = evolve(self.limits, effort=part)
+            return program.solve(limits, absolute_gap=absolute_gap, seconds=self.seconds_left)
 
     def offer(self, visits: Visits, parts: tuple[Part, ...], how: str) -> None:
         """Keep a solution if it is better, splits no more orders than allowed, and the pods have enough for it.
@@ -130,19 +128,19 @@ class Proof:
         Parameters
         ----------
         visits
-            New visits; those of no use for the parts are left out.
+            New visits; those of pods that are there, or of no use for the parts, are left out.
         parts
             Assigned lines.
         how
             What found it; see `Solution.how`.
         """
         period = self.reduced.period
-        used = {(pod, s) for pod, s in visits if is_useful(period, pod, s, parts)}
+        before = {(pod, s) for s, pods in enumerate(period.inbound) for pod in pods}
+        used = {(pod, s) for pod, s in visits if is_useful(period, pod, s, parts)} - before
         value = period.visits_before + len(used) + self.weight * unused(period, parts)
         if self.best is not None and value >= self.best.objective:
             return
         if self.splits is not None and len(newly_split(period, parts)) > self.splits:
             return
         if not len(self.reduced.scarce) or short_of(period, visits, parts) is None:
-            before = {(pod, s) for s, pods in enumerate(period.inbound) for pod in pods}
             self.best = Solution(parts, tuple(sorted(before | used)), value, self.bound, how)

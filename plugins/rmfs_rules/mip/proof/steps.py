@@ -9,19 +9,16 @@ do is taken from the period's effort (`rmfs_rules.mip.period.effort`); one that 
 3. `by_bounds`, the sandwich. From below: whatever the model, its solution is one of split-over-time (propositions 2 and
    3), so with W_u > 1 the fewest new visits that let demand flow into all places bound it (`proof.flow`). From
    above: what `proof.feasible` assigns to the visits that fill most.
-   For other weights, or many stations, `by_stations` bounds each station alone. Where a period is large,
-   `by_greedy_early` has a good solution (`proof.greedy`); elsewhere it comes last, where nothing was proven.
-4. `by_relaxation`: where few orders may be split, all of this without that limit, which bounds it.
-5. `by_restriction`: there, for split-over-time with stations that are alike, also split-among-stations, whose solutions
-   are some of it; likewise integrated for split-among-stations where SKUs are scarce. Then `by_few_splits` looks for
-   fewer visits by exchanging pods (`proof.splitting`).
-6. `by_fewest_visits`: where orders are assigned completely, sets of pods for one value of the objective after another
-   (`proof.fewest`). This alone proves split-among-stations at t = 1.
-7. `by_whole_orders`: a solution to fall back on, which is one of all three models.
-8. `by_patterns`: where the stations are alike, as at t = 1, column generation (`proof.patterns`), which bounds
-   far better than the relaxation of the model itself.
-9. `by_solver`: the aggregated model (`proof.aggregated`) is asked for a solution at least as good as the bound
-   and better than the one at hand. There is none: the one at hand is optimal.
+   For other weights, or many stations, `by_stations` bounds each station alone.
+4. `by_fewest_visits`: where orders are assigned completely, sets of pods for one value of the objective after another
+   (`rmfs_rules.mip.proof.fewest`). This alone proves split-among-stations at t = 1.
+5. `by_greedy`: a good solution to fall back on, of whole orders (`rmfs_rules.mip.proof.greedy`).
+6. `by_patterns`: where the stations are alike, as at t = 1, column generation (`rmfs_rules.mip.proof.patterns`), which
+   bounds far better than the relaxation of the model itself.
+7. `by_few_splits`: where few orders may be split over time and the stations are alike, pods are exchanged
+   (`rmfs_rules.mip.proof.splitting`).
+8. `by_solver`: the aggregated model (`rmfs_rules.mip.proof.aggregated`) is asked for a solution at least as good as the
+   bound and better than the one at hand. There is none: the one at hand is optimal.
 """
 
 from __future__ import annotations
@@ -33,29 +30,28 @@ import numpy as np
 from attrs import evolve
 
 from rmfs_rules.mip.period.decoding import parts_of
-from rmfs_rules.mip.period.effort import is_large
+from rmfs_rules.mip.period.effort import Effort, is_large
 from rmfs_rules.mip.period.period import Period
 from rmfs_rules.mip.period.reduction import Reduced
-from rmfs_rules.mip.period.solution import Assigned, Model, Solution, Visits
+from rmfs_rules.mip.period.solution import Assigned, Model, Visits
 from rmfs_rules.mip.printed.solver import Limits
 from rmfs_rules.mip.proof.aggregated import assigned_with
-from rmfs_rules.mip.proof.feasible import fill, fill_with_orders, whole_order_visits
+from rmfs_rules.mip.proof.feasible import fill
 from rmfs_rules.mip.proof.fewest import FewestVisits
 from rmfs_rules.mip.proof.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
-from rmfs_rules.mip.proof.greedy import pods_for_lines, station_by_station
+from rmfs_rules.mip.proof.greedy import station_by_station
 from rmfs_rules.mip.proof.parts import builder_of, by_places
 from rmfs_rules.mip.proof.patterns import (
     ColumnGeneration,
     alike,
     choose_among,
-    choose_orders,
     lines_as_orders,
     orders_of_lines,
 )
 from rmfs_rules.mip.proof.pricing import SAFE
 from rmfs_rules.mip.proof.proof import SHARE_OF_SOLVER, Proof
 from rmfs_rules.mip.proof.splitting import visits_for_few_splits
-from rmfs_rules.mip.proof.stocked import fill_from_stock, lines_from_stock, one_line_orders, orders_from_stock
+from rmfs_rules.mip.proof.stocked import fill_from_stock, lines_from_stock, one_line_orders
 
 Step = Callable[[Proof], None]
 
@@ -67,8 +63,10 @@ MOST_WORK_ALIKE = 100_000_000
 """The same for split-among-stations where the stations are alike, as at t = 1: the solver may need hours."""
 WORK_ALIKE_SCARCE = 20_000
 """And with scarce SKUs, for each pod and station: there the solver, too, has bounds that are close."""
-SHARE_OF_RESTRICTION = 4
-"""The same for a restriction, which proves nothing alone."""
+SHARE_OF_SEARCH = 2
+"""The part of the effort that the search for visits may take where little is proven; `by_greedy` needs the rest."""
+GREEDY_PER_PLACE = 1000
+"""Steps that improving a greedy solution may take for each free place, where a period is not large."""
 STEPS_PER_LINE = 100
 """What building the program counts of the effort, for each line and station, where a period is large."""
 CLOSE_SETS = (100, 500, 2000)
@@ -163,77 +161,6 @@ def _fill_by(proof: Proof, visits: Visits, how: str) -> None:
         proof.offer(visits, fill(reduced, reduced.period.covered_with(visits)), how)
 
 
-def by_relaxation(proof: Proof) -> None:
-    """Prove the period without a limit on newly split orders, as far as that goes without the solver.
-
-    What bounds it without the limit bounds it with it, and its solution may keep the limit.
-    """
-    if proof.splits is not None:
-        relaxed = _part_of(proof, proof.reduced, None, proof.bound)
-        relaxed.take_steps()
-        proof.bound = relaxed.incumbent.objective if relaxed.proven else relaxed.bound
-        _offer_again(proof, relaxed.incumbent)
-
-
-def by_restriction(proof: Proof) -> None:
-    """Where the stations are alike, take the solution of a model that is more restricted, without the solver.
-
-    That is split-among-stations for split-over-time with few splits, and integrated for split-among-stations where SKUs
-    are scarce.
-    """
-    reduced = proof.reduced
-    if not reduced.interchangeable:
-        return
-    if proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME:
-        among = Reduced(reduced.period, Model.SPLIT_AMONG_STATIONS)
-        restricted = _part_of(proof, among, proof.splits, float(reduced.period.visits_before))
-    elif len(reduced.scarce) and reduced.model is Model.SPLIT_AMONG_STATIONS:
-        restricted = _part_of(proof, Reduced(reduced.period, Model.INTEGRATED), None, proof.bound)
-    else:
-        return
-    effort, most = proof.limits.effort, proof.limits.effort.left / SHARE_OF_RESTRICTION
-    restricted.limits = evolve(proof.limits, effort=effort.part(most))
-    restricted.take_steps()
-    effort.settle(restricted.limits.effort, most)
-    _offer_again(proof, restricted.incumbent)
-
-
-def by_few_splits(proof: Proof) -> None:
-    """Where few orders may be split over time and the stations are alike, look for visits that fill all places.
-
-    First as many as the bound says, which would be proven, then one more after the other.
-    """
-    reduced = proof.reduced
-    limited = proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME
-    if not limited or not proof.whole or proof.weight <= 1 or not reduced.interchangeable:
-        return
-    assert proof.splits is not None
-    least = reduced.period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
-    for number in range(max(math.ceil(proof.bound - least), 1), math.ceil(proof.incumbent.objective - least)):
-        effort, target = proof.limits.effort, reduced.reachable_sum
-        visits = visits_for_few_splits(reduced, number, proof.splits, effort)
-        if visits is None:
-            continue
-        most = effort.left / SHARE_OF_SOLVER
-        limits = evolve(proof.limits, effort=effort.part(most))
-        _, parts = assigned_with(reduced, visits, proof.weight, proof.splits, limits, target)
-        effort.settle(limits.effort, most)
-        if parts is not None:
-            proof.offer(visits, parts, "search")
-            return
-
-
-def _part_of(proof: Proof, reduced: Reduced, splits: int | None, bound: float) -> Proof:
-    """Return a proof of something else about the same period, by the steps that need no solver."""
-    steps = [step for step in proof.steps if step not in (by_what_is_there, by_solver, by_greedy_late)]
-    return evolve(proof, reduced=reduced, splits=splits, steps=steps, bound=bound, best=None)
-
-
-def _offer_again(proof: Proof, found: Solution) -> None:
-    before = proof.reduced.period.inbound
-    proof.offer(tuple((p, s) for p, s in found.visits if p not in before[s]), found.parts, found.how)
-
-
 def by_stations(proof: Proof) -> None:
     """Bound what each station costs alone: as `by_bounds`, for any weight and any number of stations.
 
@@ -250,46 +177,9 @@ def _least_of_station(reduced: Reduced, station: int, weight: float) -> float:
     period, room = reduced.period, reduced.capacities[station]
     there = period.covered[station]
     covered = reduced.demand[there].sum()
-    brings = np.minimum(period.stock.sums(np.where(there, 0.0, reduced.demand)), room)
-    if len(reduced.scarce):
-        brings = np.minimum(period.stock.sums(np.where(there & ~reduced.is_scarce, 0.0, reduced.demand)), room)
+    brings = np.minimum(period.stock.sums(np.where(there & ~reduced.is_scarce, 0.0, reduced.demand)), room)
     filled = covered + np.concatenate(([0.0], np.cumsum(np.sort(brings)[::-1][:room])))
     return float((np.arange(len(filled)) + weight * np.maximum(room - filled, 0.0)).min())
-
-
-def by_greedy(proof: Proof) -> None:
-    """Find a good solution at once: early where a period is large, else where all else came to no proof."""
-    reduced, period = proof.reduced, proof.reduced.period
-    effort = proof.limits.effort
-    whole = Reduced(period, Model.INTEGRATED)
-    if reduced.model is Model.SPLIT_OVER_TIME and proof.splits is None and period.single_items:
-        visits = pods_for_lines(reduced)
-        if len(reduced.scarce):
-            proof.offer(visits, fill_from_stock(reduced, visits), "greedy")
-        else:
-            proof.offer(visits, fill(reduced, period.covered_with(visits)), "greedy")
-    elif whole.candidates.any():
-        proof.offer(*station_by_station(whole, proof.weight, effort), "greedy")
-    if reduced.model is Model.SPLIT_AMONG_STATIONS:
-        search = FewestVisits(reduced, int(proof.weight), 0, proof.splits, proof.limits)
-        least = period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
-        if search.possible:
-            lower = max(math.ceil(proof.bound - least), 0)
-            found = search.quickly(lower, math.ceil(proof.incumbent.objective - least))
-            if found is not None:
-                proof.offer(*found, "greedy")
-
-
-def by_greedy_early(proof: Proof) -> None:
-    """Do it early where a period is large."""
-    if is_large(proof.reduced.period):
-        by_greedy(proof)
-
-
-def by_greedy_late(proof: Proof) -> None:
-    """Do it late elsewhere."""
-    if not is_large(proof.reduced.period):
-        by_greedy(proof)
 
 
 def by_fewest_visits(proof: Proof) -> None:
@@ -306,78 +196,61 @@ def by_fewest_visits(proof: Proof) -> None:
     left = proof.seconds_left
     if left is not None:
         most_work = min(most_work, int(max(left, 0) * WORK_PER_SECOND))
-    search = FewestVisits(reduced, int(proof.weight), most_work, proof.splits, proof.limits)
-    if not search.possible:
-        return
-    least = reduced.period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
+    effort, least = proof.limits.effort, reduced.least(proof.weight)
     lower = max(math.ceil(proof.bound - least), 0)
-    value, found = search.run(lower, round(proof.incumbent.objective - least))
+    hopeless = is_large(reduced.period) or proof.hard
+    with effort.share(effort.left / (SHARE_OF_SEARCH if hopeless else 1)) as part:
+        limits = evolve(proof.limits, effort=part)
+        search = FewestVisits(reduced, int(proof.weight), most_work, proof.splits, limits)
+        if not search.possible:
+            return
+        value, found = search.run(lower, round(proof.incumbent.objective - least))
     proof.bound = max(proof.bound, least + value)
     if found is not None:
         proof.offer(*found, "search")
 
 
-def by_whole_orders(proof: Proof) -> None:
-    """Make sure that there is a solution to fall back on: one of the integrated model is one of all three."""
-    period = proof.reduced.period
-    whole = Reduced(period, Model.INTEGRATED)
-    if is_large(period) and proof.incumbent.how == "greedy":
-        return  # as good, and quicker
-    if len(proof.reduced.scarce):
-        proof.offer(*orders_from_stock(whole, proof.weight), "search")
-    elif whole.candidates.any():
-        visits = whole_order_visits(whole, proof.weight)
-        proof.offer(visits, fill_with_orders(whole, period.covered_with(visits)), "search")
-        _fill_by(proof, visits, "search")
+def by_greedy(proof: Proof) -> None:
+    """Have a good solution: whole orders, which all three models allow, or fewer visits for orders that are split."""
+    reduced = proof.reduced
+    whole = _as_whole(reduced) if proof.splits is None else Reduced(reduced.period, Model.INTEGRATED)
+    if whole.candidates.any():
+        effort = proof.limits.effort
+        most = float("inf") if is_large(reduced.period) else GREEDY_PER_PLACE * sum(reduced.capacities)
+        part = Effort(min(effort.left, most))
+        visits, parts = station_by_station(whole, proof.weight, part)
+        effort.take(min(effort.left, most) - part.left if part.left < float("inf") else 0)
+        effort.short |= part.short and effort.left < most
+        _offer_whole(proof, whole, (visits, parts), "greedy")
+        _fill_by(proof, visits, "greedy")
+    if reduced.model is Model.SPLIT_AMONG_STATIONS or proof.splits is not None:
+        among = Reduced(reduced.period, Model.SPLIT_AMONG_STATIONS)
+        search = FewestVisits(among, int(proof.weight), 0, proof.splits, proof.limits)
+        if search.possible:
+            least = among.least(proof.weight)
+            found = search.quickly(max(math.ceil(proof.bound - least), 0), math.ceil(proof.incumbent.objective - least))
+            if found is not None:
+                proof.offer(*found, "greedy")
 
 
 def by_patterns(proof: Proof) -> None:
     """Bound by the relaxation over patterns, and try the best choice of the patterns that it needed."""
-    reduced, period = proof.reduced, proof.reduced.period
-    if not proof.whole:
-        return
-    over_time = reduced.model is Model.SPLIT_OVER_TIME and not period.counting_orders
-    if over_time and proof.splits is None and period.single_items:
-        reduced = Reduced(lines_as_orders(period), Model.INTEGRATED)  # each line goes where it likes
-    if not alike(reduced):
+    period, reduced = proof.reduced.period, _as_whole(proof.reduced)
+    same = reduced is proof.reduced or reduced.period is not period
+    if not same or not proof.whole or not alike(reduced):
         return
     worth = proof.weight * period.factors[0]
     generation = ColumnGeneration(reduced, worth, proof.limits, lambda: proof.seconds_left)
     generation.run()
-    _raise_bound(proof, generation)
-    while not proof.proven and _try_orders(proof, generation):
-        pass
+    if len(generation.prices):  # else the time was up before anything was known
+        proof.bound = max(proof.bound, period.visits_before + math.ceil(generation.bound - SAFE))
     if proof.proven:
         return
     chosen = generation.whole()
     if chosen is not None:
-        _offer_patterns(proof, reduced, chosen)
+        _offer_whole(proof, reduced, chosen, "patterns")
     while len(generation.prices) and not proof.proven and _try_bound(proof, generation):
         pass
-
-
-def _raise_bound(proof: Proof, generation: ColumnGeneration) -> None:
-    if len(generation.prices):  # else the time was up before anything was known
-        bound = proof.reduced.period.visits_before + math.ceil(generation.bound - SAFE)
-        proof.bound = max(proof.bound, bound)
-
-
-def _try_orders(proof: Proof, generation: ColumnGeneration) -> bool:
-    """Look for a solution with the value of the bound among sets of orders, or raise the bound; return whether it rose.
-
-    Before the next value is tried, the relaxation is solved to its end, so that fewer sets are left.
-    """
-    if not generation.pricing.by_types or not len(generation.prices):
-        return False
-    found, proven = choose_orders(generation, proof.bound - proof.reduced.period.visits_before)
-    if found is not None:
-        _offer_patterns(proof, generation.reduced, found)
-        return False
-    if proven:
-        proof.bound += 1
-        generation.run()
-        _raise_bound(proof, generation)
-    return proven
 
 
 def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
@@ -399,7 +272,7 @@ def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
             return False
         found, exact = choose_among(generation, sets[:number], value, left)
         if found is not None:
-            _offer_patterns(proof, generation.reduced, found)
+            _offer_whole(proof, generation.reduced, found, "patterns")
             return proof.proven
         if len(sets) <= number:
             if exact and complete:
@@ -408,11 +281,47 @@ def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
     return False
 
 
-def _offer_patterns(proof: Proof, reduced: Reduced, found: Assigned) -> None:
+def _as_whole(reduced: Reduced) -> Reduced:
+    """Return the period with whole orders alone; single lines that are split over time are such orders each.
+
+    That is the same model then, but for a limit on splits.
+    """
+    period = reduced.period
+    if reduced.model is Model.INTEGRATED:
+        return reduced
+    if reduced.model is Model.SPLIT_OVER_TIME and period.single_items and not period.counting_orders:
+        period = lines_as_orders(period)
+    return Reduced(period, Model.INTEGRATED)
+
+
+def _offer_whole(proof: Proof, whole: Reduced, found: Assigned, how: str) -> None:
     visits, parts = found
-    if reduced is not proof.reduced:
+    if len(whole.period.orders) != len(proof.reduced.period.orders):
         parts = orders_of_lines(proof.reduced.period, parts)
-    proof.offer(visits, parts, "patterns")
+    proof.offer(visits, parts, how)
+
+
+def by_few_splits(proof: Proof) -> None:
+    """Where few orders may be split over time and the stations are alike, look for visits that fill all places.
+
+    First as many as the bound says, which would be proven, then one more after the other.
+    """
+    reduced = proof.reduced
+    limited = proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME
+    if not limited or not proof.whole or proof.weight <= 1 or not reduced.interchangeable:
+        return
+    assert proof.splits is not None
+    effort, least = proof.limits.effort, reduced.least(proof.weight)
+    for number in range(max(math.ceil(proof.bound - least), 1), math.ceil(proof.incumbent.objective - least)):
+        visits = visits_for_few_splits(reduced, number, proof.splits, effort)
+        if visits is None:
+            continue
+        with effort.share(effort.left / SHARE_OF_SOLVER) as part:
+            limits = evolve(proof.limits, effort=part)
+            _, parts = assigned_with(reduced, visits, proof.weight, proof.splits, limits, reduced.reachable_sum)
+        if parts is not None:
+            proof.offer(visits, parts, "search")
+            return
 
 
 def by_solver(proof: Proof) -> None:
@@ -443,15 +352,11 @@ STEPS: tuple[Step, ...] = (
     by_nothing,
     by_bounds,
     by_stations,
-    by_greedy_early,
-    by_relaxation,
-    by_restriction,
-    by_few_splits,
     by_fewest_visits,
-    by_whole_orders,
+    by_greedy,
     by_patterns,
+    by_few_splits,
     by_solver,
-    by_greedy_late,
 )
 """What is tried, in this order, until the best solution is proven."""
 

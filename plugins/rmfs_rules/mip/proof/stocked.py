@@ -1,7 +1,4 @@
-"""Solutions found quickly where some SKUs are scarce: as `proof.feasible`, with an eye on the free items.
-
-`fill_from_stock` assigns what the pods at the stations have, `orders_from_stock` sends pods for whole orders first.
-"""
+"""Solutions found quickly where SKUs are scarce: as `rmfs_rules.mip.proof.feasible`, with an eye on the free items."""
 
 from __future__ import annotations
 
@@ -11,10 +8,10 @@ import numpy as np
 from attrs import define, field
 from numpy.typing import NDArray
 
-from rmfs_rules.mip.period.reduction import Reduced, highest
+from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.serving import PlacesFromStock, stations_of
-from rmfs_rules.mip.period.solution import Assigned, Model, Part, Visits
-from rmfs_rules.mip.proof.feasible import subset
+from rmfs_rules.mip.period.solution import Model, Part, Visits
+from rmfs_rules.mip.proof.feasible import fill_with_split_orders, place_lines, subset
 
 
 def fill_from_stock(reduced: Reduced, visits: Visits) -> tuple[Part, ...]:
@@ -32,63 +29,16 @@ def fill_from_stock(reduced: Reduced, visits: Visits) -> tuple[Part, ...]:
         return lines_from_stock(reduced, visits, range(len(period.line_sku)))
     if reduced.model is Model.INTEGRATED or len(period.capacities) == 1:
         return _orders_at_hand(reduced, Shelf(reduced, visits))
-    places, goal = PlacesFromStock(period, visits), reduced.reachable_sum
-    chosen: list[int] = []
-    later = [1]  # sums that the orders from a position on can have, as bits
-    for order in reversed(reduced.orders):
-        size = len(period.lines[order])
-        later.append(later[-1] | (later[-1] << size) & ((1 << (goal + 1)) - 1))
-    later.reverse()
-    for position, order in enumerate(reduced.orders):
-        skus = [sku for sku, _ in period.lines[order]]
-        rest = goal - len(skus)
-        if rest >= 0 and later[position + 1] >> rest & 1 and places.add_all(skus):
-            chosen.append(order)
-            goal = rest
-            if goal == 0:
-                break
-        elif not later[position + 1] >> goal & 1:
-            goal = highest(later[position + 1], goal)
-    return _parts(places, [(order, sku) for order in chosen for sku, _ in period.lines[order]])
+    return fill_with_split_orders(
+        reduced, reduced.orders, lambda: PlacesFromStock(period, visits), range(period.stock.n_skus)
+    )
 
 
 def lines_from_stock(reduced: Reduced, visits: Visits, lines: Sequence[int]) -> tuple[Part, ...]:
-    """Place lines of one item each: a maximum flow, the first lines first.
-
-    Parameters
-    ----------
-    reduced
-        The period.
-    visits
-        New visits.
-    lines
-        Positions of the lines.
-    """
-    period, kept = reduced.period, reduced.candidates
-    places, room = PlacesFromStock(period, visits), sum(period.capacities)
-    placed: list[tuple[int, int]] = []
-    full: set[int] = set()  # SKUs that find no place any more; none that failed can succeed later
-    for line in lines:
-        sku = int(period.line_sku[line])
-        if len(placed) == room:
-            break
-        if kept[line] and sku not in full:
-            if places.add(sku):
-                placed.append((int(period.line_order[line]), sku))
-            else:
-                full.add(sku)
-    return _parts(places, placed)
-
-
-def _parts(places: PlacesFromStock, lines: list[tuple[int, int]]) -> tuple[Part, ...]:
-    """Name the station of each placed line (order, SKU), keeping lines of an order together where it is free to."""
-    parts: dict[tuple[int, int], list[int]] = {}
-    used: dict[int, list[int]] = {}
-    for order, sku in lines:
-        station = places.take(sku, used.get(order, ()))
-        used.setdefault(order, []).append(station)
-        parts.setdefault((order, station), []).append(sku)
-    return tuple(Part(order, station, tuple(skus)) for (order, station), skus in parts.items())
+    """Place lines (positions) of one item each with new visits: a maximum flow, the first lines first."""
+    period = reduced.period
+    kept = np.array([line for line in lines if reduced.candidates[line]], dtype=np.int64)
+    return place_lines(reduced, PlacesFromStock(period, visits), kept, range(period.stock.n_skus))
 
 
 def one_line_orders(reduced: Reduced) -> list[int]:
@@ -182,68 +132,3 @@ def _orders_at_hand(reduced: Reduced, shelf: Shelf) -> tuple[Part, ...]:
             parts.append(Part(order, station, tuple(sku for sku, _ in period.lines_of(order))))
             shelf.take(station, period.lines[order])
     return tuple(parts)
-
-
-def orders_from_stock(reduced: Reduced, weight: float) -> Assigned:
-    """Return new visits and whole orders, found greedily.
-
-    Again and again, the order and station are taken that save most: W_u for each item, less the SKUs that have to come.
-
-    Parameters
-    ----------
-    reduced
-        The period, for the integrated model.
-    weight
-        W_u.
-    """
-    period = reduced.period
-    shelf, rooms = Shelf(reduced), list(period.capacities)
-    wanted = np.zeros((len(period.orders), period.stock.n_skus), dtype=np.int64)
-    for order in reduced.orders:
-        skus, quantities = zip(*period.lines[order], strict=True)
-        wanted[order, list(skus)] = quantities
-    sizes = wanted.sum(axis=1)
-    able = np.repeat([sizes > 0], len(rooms), axis=0)
-    visits: list[tuple[int, int]] = []
-    parts: list[Part] = []
-    while True:
-        best: tuple[float, int, int] | None = None
-        for station, room in enumerate(rooms):
-            fits = np.flatnonzero(able[station] & (sizes <= room))
-            if len(fits):
-                missing = (wanted[fits] > shelf.supply[station]).sum(axis=1)
-                saved = (weight * sizes[fits] - missing) / sizes[fits]
-                at = int(np.lexsort((missing, -saved))[0])
-                if saved[at] > 0 and (best is None or saved[at] > best[0]):
-                    best = float(saved[at]), station, int(fits[at])
-        if best is None:
-            return tuple(visits), tuple(parts)
-        _, station, order = best
-        sent = _pods_for(reduced, shelf, wanted[order], station)
-        able[station, order] = False
-        if sent is None or weight * sizes[order] < len(sent):
-            continue
-        visits += [(pod, station) for pod in sent]
-        for pod in sent:
-            shelf.bring(pod, station)
-        shelf.take(station, period.lines[order])
-        parts.append(Part(order, station, tuple(sku for sku, _ in period.lines_of(order))))
-        able[:, order] = False
-        rooms[station] -= int(sizes[order])
-
-
-def _pods_for(reduced: Reduced, shelf: Shelf, wanted: NDArray[np.int64], station: int) -> list[int] | None:
-    """Return pods that bring what a station lacks of an order, the most of it first; None if there are none."""
-    missing = np.maximum(wanted - shelf.supply[station], 0)
-    at_hand = [pod for pod in range(len(shelf.left)) if shelf.brought(pod, station)]
-    sent: list[int] = []
-    while missing.any():
-        brings = np.minimum(shelf.left, missing).sum(axis=1)
-        brings[at_hand + sent] = 0
-        worth = np.minimum(shelf.left, reduced.demand).sum(axis=1)
-        pod = int(np.lexsort((-worth, -reduced.period.preferred.pods, -brings))[0])
-        if not brings[pod]:
-            return None
-        sent.append(pod)
-        missing = np.maximum(missing - shelf.left[pod], 0)
-    return sent

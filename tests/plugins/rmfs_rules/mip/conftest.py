@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import combinations, product
 from math import prod
+from typing import Any
 
 import numpy as np
 import pytest
@@ -121,7 +122,7 @@ def brute_force(period: Period, model: Model, weight: float, splits: int | None 
     stations = range(len(period.stations))
     cheapest = [_cheapest(period, station) for station in stations]
     best = float("inf")
-    for choice in product(*(list(_choices(lines, len(stations), model)) for lines in period.lines)):
+    for choice in product(*(list(choices(lines, len(stations), model)) for lines in period.lines)):
         items = [0] * len(stations)
         skus: list[set[int]] = [set() for _ in stations]
         for lines, where in zip(period.lines, choice, strict=True):
@@ -129,7 +130,7 @@ def brute_force(period: Period, model: Model, weight: float, splits: int | None 
                 if station is not None:
                     items[station] += quantity
                     skus[station].add(sku)
-        few = splits is None or _new_splits(period, choice) <= splits
+        few = splits is None or new_splits(period, choice) <= splits
         if few and all(items[s] <= period.capacities[s] for s in stations):
             pods = sum(cheapest[s](frozenset(skus[s])) for s in stations)
             best = min(best, period.visits_before + pods + weight * (sum(period.capacities) - sum(items)))
@@ -156,7 +157,7 @@ def brute_force_from_stock(period: Period, model: Model, weight: float, splits: 
         by_number.setdefault(number, []).append(reach @ free)
     brought = [np.array(by_number[number]) for number in sorted(by_number)]
     best = float("inf")
-    for choice in product(*(list(_choices(lines, len(stations), model)) for lines in period.lines)):
+    for choice in product(*(list(choices(lines, len(stations), model)) for lines in period.lines)):
         wanted = np.zeros((len(stations), n_skus), dtype=np.int64)
         at: set[tuple[int, int]] = set()
         for order, (lines, where) in enumerate(zip(period.lines, choice, strict=True)):
@@ -164,7 +165,7 @@ def brute_force_from_stock(period: Period, model: Model, weight: float, splits: 
                 if station is not None:
                     wanted[station, sku] += quantity
                     at.add((order, station))
-        if splits is not None and _new_splits(period, choice) > splits:
+        if splits is not None and new_splits(period, choice) > splits:
             continue
         places = wanted.sum(axis=1)
         for s in period.counting_orders:
@@ -181,7 +182,7 @@ def brute_force_from_stock(period: Period, model: Model, weight: float, splits: 
     return float(best)
 
 
-def _choices(lines, n_stations: int, model: Model) -> Iterator[tuple[int | None, ...]]:
+def choices(lines, n_stations: int, model: Model) -> Iterator[tuple[int | None, ...]]:
     """Yield for each line of an order its station, None for the backlog."""
     if model is Model.INTEGRATED:
         yield from ((s,) * len(lines) for s in (None, *range(n_stations)))
@@ -192,7 +193,7 @@ def _choices(lines, n_stations: int, model: Model) -> Iterator[tuple[int | None,
         yield from product((None, *range(n_stations)), repeat=len(lines))
 
 
-def _new_splits(period: Period, choice: tuple[tuple[int | None, ...], ...]) -> int:
+def new_splits(period: Period, choice: tuple[tuple[int | None, ...], ...]) -> int:
     """Count the orders that are at several stations, or partly in the backlog, and were whole until now."""
     return sum(len(set(where)) > 1 and not (period.begun and period.begun[order]) for order, where in enumerate(choice))
 
@@ -206,15 +207,9 @@ def _cheapest(period: Period, station: int):
         missing = skus - there
         if missing not in known:
             sets = [set(skus) for skus in period.stock.contents]
-            known[missing] = next(
-                (
-                    n
-                    for n in range(len(missing) + 1)
-                    for chosen in combinations(sets, n)
-                    if missing <= set().union(*chosen)
-                ),
-                float("inf"),
-            )
+            numbers = range(len(missing) + 1)
+            enough = (n for n in numbers for chosen in combinations(sets, n) if missing <= set().union(*chosen))
+            known[missing] = next(enough, float("inf"))
         return known[missing]
 
     return fewest
@@ -253,55 +248,22 @@ def small_periods() -> list[Period]:
     ]
 
 
-@pytest.fixture(scope="session", name="scarce_period")
-def scarce_period_fixture() -> Callable[[int], Period]:
-    """Return the function that makes a period whose pods run out."""
-    return scarce_period
-
-
-@pytest.fixture(scope="session", name="putwall_period")
-def putwall_period_fixture() -> Callable[[int], Period]:
-    """Return the function that makes a period whose stations count orders."""
-    return putwall_period
-
-
 @pytest.fixture(scope="session")
 def scarce_periods() -> list[Period]:
-    """Return 60 of them."""
+    """Return 60 random small periods whose pods run out."""
     return [scarce_period(seed) for seed in range(60)]
 
 
-@pytest.fixture(scope="session", name="brute_force_from_stock")
-def brute_force_from_stock_fixture() -> Callable[..., float]:
-    """Return the brute force over assignments and visits."""
-    return brute_force_from_stock
+def _handed(function: Callable[..., Any]) -> Any:
+    """Return a fixture that is the function itself: test files cannot import from here."""
+    return pytest.fixture(lambda: function, scope="session", name=function.__name__)
 
 
-@pytest.fixture(scope="session", name="random_period")
-def random_period_fixture() -> Callable[[int], Period]:
-    """Return the function that makes one of them."""
-    return random_period
-
-
-@pytest.fixture(scope="session", name="splitting_period")
-def splitting_period_fixture() -> Callable[..., Period]:
-    """Return the function that makes a period whose orders want splitting."""
-    return splitting_period
-
-
-@pytest.fixture(scope="session", name="brute_force")
-def brute_force_fixture() -> Callable[..., float]:
-    """Return the brute force."""
-    return brute_force
-
-
-@pytest.fixture(scope="session", name="choices")
-def choices_fixture() -> Callable[..., Iterator[tuple[int | None, ...]]]:
-    """Return the function that lists what a model can do with an order."""
-    return _choices
-
-
-@pytest.fixture(scope="session", name="new_splits")
-def new_splits_fixture() -> Callable[..., int]:
-    """Return the function that counts the orders that an assignment splits newly."""
-    return _new_splits
+random_period_fixture = _handed(random_period)
+splitting_period_fixture = _handed(splitting_period)
+scarce_period_fixture = _handed(scarce_period)
+putwall_period_fixture = _handed(putwall_period)
+brute_force_fixture = _handed(brute_force)
+brute_force_from_stock_fixture = _handed(brute_force_from_stock)
+choices_fixture = _handed(choices)
+new_splits_fixture = _handed(new_splits)

@@ -11,12 +11,16 @@ from rmfs_rules.mip.printed.solver import Limits
 from rmfs_rules.mip.proof.steps import proof_of
 
 SPLIT = (Model.SPLIT_AMONG_STATIONS, Model.SPLIT_OVER_TIME)
+MANY = pytest.param(range(60, 380), marks=pytest.mark.slow, id="many")
 
 
-def ended(period, model, steps, capacity=None, weight=2):
-    """Return what a budget of steps comes to; it satisfies the printed constraints."""
+def ended(period, model, steps, brute_force=None, splits=None, weight=2):
+    """Return what a budget of steps comes to; it satisfies the constraints, and the optimum is in its bounds."""
+    capacity = None if splits is None else period.split_open + splits
     solution = proof_of(period, model, weight, Limits(effort=Effort(steps)), capacity).run()
     assert violation(period, solution, model, weight, capacity) is None
+    assert (solution.how == "effort") == (solution.bound < solution.objective)
+    assert brute_force is None or solution.bound <= brute_force(period, model, weight, splits) <= solution.objective
     return solution
 
 
@@ -24,49 +28,36 @@ def ended(period, model, steps, capacity=None, weight=2):
 @pytest.mark.parametrize("model", Model)
 def test_little_effort_leaves_a_bound_and_a_solution(small_periods, brute_force, model, steps):
     """The bound is never above the optimum, nor the solution below it; a period without proof says so."""
-    unproven = 0
-    for period in small_periods[:: 1 if steps == 0 else 3]:
-        solution = ended(period, model, steps)
-        assert solution.bound <= brute_force(period, model, 2) <= solution.objective
-        assert (solution.how == "effort") == (solution.bound < solution.objective)
-        unproven += solution.how == "effort"
-    assert unproven or steps
+    some = small_periods[:: 1 if steps == 0 else 3]
+    found = [ended(period, model, steps, brute_force).how for period in some]
+    assert "effort" in found or steps
 
 
-MANY = pytest.param(range(60, 380), marks=pytest.mark.slow)
+SPLITS = [(model, splits, range(380, 700)) for model in SPLIT for splits in range(3)]
 
 
-@pytest.mark.parametrize("seeds", [range(30), MANY], ids=["some", "many"])
-@pytest.mark.parametrize("model", Model)
-def test_little_effort_with_few_items(scarce_period, brute_force_from_stock, model, seeds):
-    """So it is where pods run out."""
+@pytest.mark.parametrize(
+    ("model", "splits", "seeds"),
+    [
+        *((model, None, range(30)) for model in Model),
+        *(pytest.param(model, None, range(60, 380), marks=pytest.mark.slow) for model in Model),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in SPLITS),
+    ],
+)
+def test_little_effort_with_few_items(scarce_period, brute_force_from_stock, model, splits, seeds):
     for seed in seeds:
-        period = scarce_period(seed)
-        solution = ended(period, model, 0)
-        assert solution.bound <= brute_force_from_stock(period, model, 2) <= solution.objective, seed
+        ended(scarce_period(seed), model, 0, brute_force_from_stock, splits)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("splits", [0, 1, 2])
-@pytest.mark.parametrize("model", SPLIT)
-def test_little_effort_with_few_items_and_splits(scarce_period, brute_force_from_stock, model, splits):
-    """So it is where pods run out and few orders may be split."""
-    for seed in range(380, 700):
-        period = scarce_period(seed)
-        solution = ended(period, model, 0, period.split_open + splits)
-        assert solution.bound <= brute_force_from_stock(period, model, 2, splits) <= solution.objective, seed
-
-
-@pytest.mark.parametrize("seeds", [range(4), MANY], ids=["some", "many"])
+@pytest.mark.parametrize("seeds", [pytest.param(range(4), id="some"), MANY])
 @pytest.mark.parametrize("splits", [0, 1])
 def test_little_effort_with_few_splits(splitting_period, brute_force, splits, seeds):
-    """So it is where few orders may be split, and with a weight that is not whole."""
+    """Also with a weight that is not whole."""
     for seed in seeds:
         period = splitting_period(seed, orders=4, stations=2, skus=6)
         for model in SPLIT:
             for weight in (1.5, 2):
-                solution = ended(period, model, 0, period.split_open + splits, weight)
-                assert solution.bound <= brute_force(period, model, weight, splits) <= solution.objective, seed
+                ended(period, model, 0, brute_force, splits, weight)
 
 
 @pytest.mark.parametrize("weight", [0.5, 1.0, 1.5])
@@ -74,8 +65,7 @@ def test_other_weights(small_periods, brute_force, weight):
     """Bounds hold where a free place may be better than a visit."""
     for period in small_periods[::5]:
         for model in Model:
-            solution = ended(period, model, 0, weight=weight)
-            assert solution.bound <= brute_force(period, model, weight) <= solution.objective
+            ended(period, model, 0, brute_force, weight=weight)
 
 
 def test_enough_effort_proves(small_periods):

@@ -32,18 +32,8 @@ def period_of(
 ) -> Period:
     """Return a period whose stations count orders.
 
-    Parameters
-    ----------
-    orders
-        SKUs of each order, one item of each.
-    pods
-        SKUs of each pod, or their numbers of items.
-    places
-        Free places of each station.
-    there
-        Pods at each station.
-    changes
-        What else is so in the period.
+    From the SKUs of each order, those of each pod or its numbers of items, the free places of each station and the pods
+    there, and what else is so.
     """
     counted = [pod for pod in pods if isinstance(pod, Mapping)]
     unlimited = Stock(tuple(range(len(pods))), tuple(tuple(pod) for pod in pods), 4)
@@ -104,9 +94,6 @@ def test_parts_are_told_apart_where_they_take_places(model: Model, counting: set
     assert isinstance(builder_of(Reduced(period, model), 2, None), PartsBuilder) == apart
 
 
-TWO_LINES_AND_ONE = ([[A, B], [C]], [[A], [B], [C]])
-
-
 @pytest.mark.parametrize(
     ("model", "places", "objective"),
     [
@@ -120,7 +107,7 @@ TWO_LINES_AND_ONE = ([[A, B], [C]], [[A], [B], [C]])
 )
 def test_a_part_takes_one_place_and_the_visits_of_its_lines(model: Model, places: int, objective: float) -> None:
     """Three pods with a SKU each, none at the station."""
-    assert solved(period_of(*TWO_LINES_AND_ONE, places=(places,)), model)[0] == objective
+    assert solved(period_of([[A, B], [C]], [[A], [B], [C]], (places,)), model)[0] == objective
 
 
 APART = ([[A, B]], [[A], [B]], (1, 1), ((0,), (1,)))

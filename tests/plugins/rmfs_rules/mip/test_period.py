@@ -1,0 +1,302 @@
+"""A period: read off the warehouse, reduced, as arrays; lines that are placed, and what a solution costs."""
+
+from __future__ import annotations
+
+from itertools import combinations, product
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rmfs_commands.testing import small_world
+from rmfs_core.warehouse import WarehouseView
+from rmfs_rules.mip.compiled.arrays import arrays_of
+from rmfs_rules.mip.period.decoding import Counts, parts_of
+from rmfs_rules.mip.period.period import Period, Stock
+from rmfs_rules.mip.period.placing import Places
+from rmfs_rules.mip.period.reduction import Reduced, highest, masks_of, sums_of
+from rmfs_rules.mip.period.serving import PlacesFromStock, short_of, stations_of
+from rmfs_rules.mip.period.solution import (
+    Model,
+    Part,
+    Solution,
+    is_useful,
+    is_whole,
+    items_of,
+    newly_split,
+    objective_of,
+)
+
+INTEGRATED, AMONG, OVER_TIME = Model
+
+
+def test_it_is_read_off_the_warehouse():
+    """Stations with free capacity, the backlog's open lines by order, and the pods bound for a station."""
+    world = small_world({"1": ["b", "a"], "2": ["a"]}, {"p": ["a"], "q": ["b"]}, capacities=(2, 3))
+    world.bind(world.pods[1], world.stations[1])
+    view = WarehouseView(world)
+    period = Period.of(view, Stock.of(view.pods, view.n_skus))
+    sku = {world.orders[1].lines[0].sku: "a"}
+    assert (period.stations, period.capacities) == ((0, 1), (2, 3))
+    assert (period.inbound, period.busy, period.orders) == (((), (1,)), (1,), (0, 1))
+    assert [sorted(sku.get(i, "b") for i, _ in lines) for lines in period.lines] == [["a", "b"], ["a"]]
+    assert period.single_items
+    assert period.visits_before == 1
+
+
+def test_tables_say_the_same(periods):
+    """Lines by order; what a new visit covers, which changes nothing in the period; idle pods, which go first."""
+    for period in periods[:50]:
+        assert tuple(map(period.lines_of, range(len(period.orders)))) == period.lines
+        before = period.covered.copy()
+        covered = period.covered_with([(0, 0)])
+        assert (covered[0] == (before[0] | (period.stock.holds[0] > 0))).all()
+        assert (covered[1:] == before[1:]).all()
+        assert (period.covered == before).all()
+        assert (period.covered_with(()) == before).all()
+        assert period.preferred.once_sent == 0.0
+        assert set(np.flatnonzero(period.preferred.pods == 0)) == set(period.busy)
+
+
+def test_free_items_follow_the_warehouse(scarce_periods):
+    """What ran out or came back is read anew, and the rest is as it was."""
+    rng = np.random.default_rng(3)
+    for period in scarce_periods[:20]:
+        entries = list(product(range(len(period.stock.pods)), range(period.stock.n_skus)))
+        stock = period.stock
+        for _ in range(4):
+            numbers = rng.integers(0, 3, len(entries))
+            held: list[dict[int, int]] = [{} for _ in period.stock.pods]
+            for (pod, sku), number in zip(entries, numbers.tolist(), strict=True):
+                held[pod][sku] = number
+            stock, anew = stock.with_items(*np.array(entries).T, numbers), Stock.counted(held, stock.n_skus)
+            assert stock.contents == anew.contents
+            assert (stock.holds == anew.holds).all()
+            for name in ("pod", "sku", "number"):
+                assert (getattr(stock.items, name) == getattr(anew.items, name)).all()
+
+
+@pytest.mark.parametrize("model", Model)
+def test_types_count_the_orders(periods, model):
+    """Every order that can be assigned is of one type, which has its lines; a type's orders are oldest first."""
+    for period in periods[:100]:
+        reduced = Reduced(period, model)
+        assert sorted(order for kind in reduced.types for order in kind.orders) == list(reduced.orders)
+        for kind in reduced.types:
+            assert list(kind.orders) == sorted(kind.orders)
+            assert all(reduced.lines_of(order) == kind.lines for order in kind.orders)
+            assert kind.size == sum(quantity for _, quantity in kind.lines)
+        assert all(len(kind.orders) == 1 for kind in Reduced(period, model, counted=False).types)
+
+
+def test_what_no_station_can_take_is_left_out():
+    """An order of three items, stations of two places: integrated drops it, the split models do not."""
+    lines = np.array([[0, 0, 1], [0, 1, 1], [0, 2, 1], [1, 3, 1]]).T
+    period = Period(Stock((0,), ((0, 1, 2),), 4), (0, 1), (2, 2), ((), ()), (0, 1), *lines)
+    assert Reduced(period, INTEGRATED).orders == ()
+    assert Reduced(period, AMONG).orders == (0,)  # order 1 wants what no pod has
+    assert Reduced(period, OVER_TIME).orders == (0,)
+    assert not Reduced(period, INTEGRATED).candidates.any()
+
+
+def test_every_pod_is_within_one_that_is_kept(periods):
+    """Which brings as much and is worth as much; of those that are kept, none is within another."""
+    rng = np.random.default_rng(1)
+    for period in periods[:100]:
+        reduced = Reduced(period, OVER_TIME)
+        wanted, value = rng.random(period.stock.n_skus) < 0.7, rng.integers(0, 2, len(period.stock.pods)).astype(float)
+        brings = [{i for i in skus if wanted[i]} for skus in period.stock.contents]
+        kept = reduced.classes(wanted, value)
+
+        def within(pod: int, other: int) -> bool:
+            return brings[pod] <= brings[other] and value[pod] <= value[other]  # noqa: B023
+
+        for pod, skus in enumerate(brings):
+            assert not skus or any(within(pod, one) for one in kept)
+        assert not any(within(pod, other) for pod in kept for other in kept if other != pod)
+
+
+def test_reachable_places(periods):
+    """At each station, the most items of any orders that fit together; for split-among-stations, over all stations."""
+
+    def most(reduced: Reduced, room: int) -> int:
+        sizes = [kind.size for kind in reduced.types for _ in kind.orders]
+        sums = [sum(chosen) for n in range(len(sizes) + 1) for chosen in combinations(sizes, n)]
+        return max(items for items in sums if items <= room)
+
+    for period in periods[:100]:
+        whole, among = Reduced(period, INTEGRATED), Reduced(period, AMONG)
+        assert whole.reachable == tuple(most(whole, room) for room in period.capacities)
+        assert among.reachable == period.capacities
+        assert among.reachable_sum == most(among, sum(period.capacities))
+
+
+def test_sets_as_bits():
+    """Bit n says that some sizes add up to n; bit s, that station s covers a SKU."""
+    assert sums_of([2, 3], 10) == 0b101101
+    assert sums_of([2, 3], 4) == 0b1101
+    assert (highest(0b101101, 4), highest(0b101101, 5)) == (3, 5)
+    assert masks_of(np.array([[True, False, True], [False, False, True]])).tolist() == [1, 0, 3]
+
+
+@pytest.mark.parametrize("model", [INTEGRATED, AMONG])
+def test_the_arrays_are_the_period(periods, model):
+    """Lines by order, SKUs by pod and pods by SKU say the same as the period does."""
+    for period in periods[:100]:
+        reduced = Reduced(period, model)
+        a, pods = arrays_of(reduced, splits=1)
+        spans = [slice(*span) for span in zip(a.order_start, a.order_start[1:], strict=False)]
+        lines = [sorted(zip(a.line_sku[at].tolist(), a.line_items[at].tolist(), strict=True)) for at in spans]
+        assert lines == [sorted(period.lines[order]) for order in reduced.orders]
+        assert a.items.tolist() == [sum(items for _, items in held) for held in lines]
+        by_pod, by_sku = range(len(pods)), range(period.stock.n_skus)
+        brought = {(pod, int(sku)) for pod in by_pod for sku in a.pod_sku[a.pod_start[pod] : a.pod_start[pod + 1]]}
+        assert brought == {
+            (int(pod), sku) for sku in by_sku for pod in a.sku_pod[a.sku_start[sku] : a.sku_start[sku + 1]]
+        }
+        assert all(sku in period.stock.contents[pods[pod]] for pod, sku in brought)
+        assert a.rooms.tolist() == list(period.capacities)
+        assert (a.whole, a.splits) == (model is INTEGRATED, 1)
+
+
+@pytest.fixture(name="three")
+def three_fixture() -> Period:
+    """Return two stations and three orders of SKUs 0 and 1, each on a pod of its own."""
+    lines = np.array([[order, sku, 1] for order in range(3) for sku in range(2)]).T
+    return Period(Stock((0, 1), ((0,), (1,)), 2), (0, 1), (2, 2), ((), ()), (10, 11, 12), *lines)
+
+
+def test_counts_become_lines_of_orders(three):
+    """The oldest whole orders; lines of split ones where their SKU is; any over time, unless splits are counted."""
+    counts = Counts(((0, 0), (1, 0), (0, 1), (1, 1)), whole={(0, 0): 1, (0, 1): 1}, splits_limited=True)
+    assert parts_of(Reduced(three, INTEGRATED), counts) == (Part(0, 0, (0, 1)), Part(1, 1, (0, 1)))
+    parts = parts_of(Reduced(three, AMONG), Counts(((0, 0), (1, 1)), split={0: 2}))
+    assert set(parts) == {Part(order, station, (station,)) for order in range(2) for station in range(2)}
+    over_time = Reduced(three, OVER_TIME)
+    assert set(parts_of(over_time, Counts(((0, 0),)))) == {Part(0, 0, (0,)), Part(1, 0, (0,))}
+    assert parts_of(over_time, Counts(((0, 0),), splits_limited=True)) == ()
+
+
+def test_lines_of_several_items_go_as_counted():
+    """With two items a line, a station gets as many lines of a kind as the counts say."""
+    lines = np.array([[0, 0, 2], [1, 0, 2]]).T
+    period = Period(Stock((0,), ((0,),), 1), (0, 1), (2, 2), ((), ()), (10, 11), *lines)
+    counts = Counts(((0, 0), (0, 1)), split={0: 2}, lines={((0, 2), 0): 1, ((0, 2), 1): 1})
+    assert parts_of(Reduced(period, AMONG), counts) == (Part(0, 0, (0,)), Part(1, 1, (0,)))
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, max_size=3), st.lists(st.integers(0, 7), max_size=5))
+def test_one_by_one_is_the_most(capacities, masks):
+    """As many lines find a place as in any assignment, and each stands where its kind is covered."""
+    masks = [mask & ((1 << len(capacities)) - 1) for mask in masks]
+    most = 0
+    for choice in product(range(-1, len(capacities)), repeat=len(masks)):
+        allowed = all(at < 0 or mask >> at & 1 for at, mask in zip(choice, masks, strict=True))
+        if allowed and all(choice.count(station) <= room for station, room in enumerate(capacities)):
+            most = max(most, sum(at >= 0 for at in choice))
+    places = Places(capacities)
+    placed = [mask for mask in masks if places.add(mask)]
+    assert len(placed) == most
+    stations = [places.take(mask, ()) for mask in placed]
+    assert all(mask >> station & 1 for mask, station in zip(placed, stations, strict=True))
+    assert (np.bincount(stations, minlength=len(capacities)) <= capacities).all()
+
+
+def test_lines_of_an_order_and_preferred_stations():
+    """Where one line of an order finds no place, the others give theirs back.
+
+    Lines of a kind are interchangeable, so any station where some stand may be named; then they are used up.
+    """
+    places = Places([1, 1])
+    assert not places.add_all([1, 1])
+    assert places.free == [1, 1]
+    assert places.add_all([3, 1])
+    assert places.free == [0, 0]
+    places = Places([1, 1])
+    assert places.add(3)
+    assert places.add(3)
+    assert [places.take(3, [1]), places.take(3, [1])] == [1, 0]
+    with pytest.raises(ValueError, match="no line of this kind"):
+        places.take(3, [1])
+
+
+def test_what_is_short(scarce_periods):
+    """A SKU of which some group of stations wants more than the pods at one of them have; the lowest of these."""
+    rng = np.random.default_rng(2)
+    named = 0
+    for period in scarce_periods * 3:
+        pairs = list(product(range(len(period.stock.pods)), range(len(period.stations))))
+        visits = tuple(pair for pair in pairs if rng.random() < 0.5)
+        lines = [(order, sku) for order, held in enumerate(period.lines) for sku, _ in held if rng.random() < 0.4]
+        parts = tuple(Part(order, int(rng.integers(len(period.stations))), (sku,)) for order, sku in lines)
+        at, short = stations_of(period, visits), set()
+        for group in product((False, True), repeat=len(period.stations)):
+            for sku in range(period.stock.n_skus):
+                there = [part for part in parts if sku in part.skus and group[part.station]]
+                wanted = sum(dict(period.lines_of(part.order))[sku] for part in there)
+                pods = [pod for pod, stations in at.items() if any(group[s] for s in stations)]
+                if wanted > sum(period.stock.items.on(pod).get(sku, 0) for pod in pods):
+                    short.add(sku)
+        assert short_of(period, visits, parts) == min(short, default=None)
+        named += bool(short)
+    assert 30 < named < 150
+
+
+def test_unlimited_stock_is_never_short(random_period):
+    assert short_of(random_period(0), (), (Part(0, 0, (0,)),)) is None
+
+
+def test_items_move_between_pods():
+    """One item on a pod at two stations of one place, one on a pod at the first alone: the first has to move.
+
+    A third finds none, and nothing changes; of an order all lines find places, or none.
+    """
+    lines = np.array([[0, 0, 1], [1, 0, 1], [2, 0, 1]]).T
+    shared = Period(Stock.counted([{0: 1}, {0: 1}], 1), (0, 1), (1, 1), ((0, 1), (0,)), (0, 1, 2), *lines)
+    places = PlacesFromStock(shared, ())
+    assert not places.add_all([0, 0, 0])
+    assert places.free == [1, 1]
+    assert places.add(0)
+    assert places.add_all([0])
+    assert places.free == [0, 0]
+    assert not places.add(0)
+    assert not places.add_all([0])
+    assert {places.take(0, ()), places.take(0, ())} == {0, 1}
+    with pytest.raises(ValueError, match="no item"):
+        places.take(0, ())
+
+
+@pytest.fixture(name="two")
+def two_fixture() -> Period:
+    """Return two stations; order 10 wants two of SKU 0 and one of SKU 1, order 11 one of SKU 0."""
+    lines = np.array([[0, 0, 2], [0, 1, 1], [1, 0, 1]]).T
+    return Period(Stock((0, 1), ((0,), (1,)), 2), (0, 1), (3, 2), ((), ()), (10, 11), *lines)
+
+
+def test_the_objective_is_visits_and_free_places(two):
+    """Three items of five places are assigned with two visits: 2 + 1.5 * 2. Only a limit ends a solve early.
+
+    The pod with SKU 1 is of use where a part needs it alone.
+    """
+    assert [is_useful(two, 1, station, (Part(0, 0, (0, 1)),)) for station in (0, 1)] == [True, False]
+    parts = (Part(0, 0, (0,)), Part(1, 1, (0,)))
+    assert items_of(two, parts) == 3
+    assert objective_of(two, parts, 2, 1.5) == 5.0
+    assert [Solution((), (), 2.0, 1.0, how).stopped_early for how in ("stopped", "flow")] == [True, False]
+    assert [is_whole(2), is_whole(1.5)] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("parts", "split"),
+    [
+        ((Part(0, 0, (0, 1)), Part(1, 1, (0,))), []),
+        ((Part(0, 0, (0,)), Part(0, 1, (1,))), [0]),  # at two stations
+        ((Part(0, 0, (0,)),), [0]),  # a line stays in the backlog
+    ],
+)
+def test_newly_split_orders(two, parts, split):
+    """An order is split at several stations or with a line left over, unless it was split before."""
+    assert newly_split(two, parts) == split
+    two.begun = (True, True)
+    assert newly_split(two, parts) == []

@@ -1,0 +1,221 @@
+"""The steps of the proof that search: one value of the objective after another, patterns, the aggregated model."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from rmfs_rules.mip.period.period import Period, Stock
+from rmfs_rules.mip.period.reduction import Reduced
+from rmfs_rules.mip.period.solution import Model, Solution
+from rmfs_rules.mip.printed.constraints import violation
+from rmfs_rules.mip.printed.models import solve_printed
+from rmfs_rules.mip.printed.solver import Limits
+from rmfs_rules.mip.proof import pricing, steps
+from rmfs_rules.mip.proof.aggregated import Builder
+from rmfs_rules.mip.proof.fewest import FewestVisits
+from rmfs_rules.mip.proof.patterns import ColumnGeneration, alike
+from rmfs_rules.mip.proof.pricing import Pricing
+from rmfs_rules.mip.proof.steps import proof_of
+
+LIMITS = Limits()
+INTEGRATED, AMONG, OVER_TIME = Model
+WHOLE = (INTEGRATED, AMONG)
+ENDLESS = 10**9
+
+
+def printed_optimum(period: Period, model: Model) -> float:
+    """Return the optimum of the printed form."""
+    return solve_printed(period, model, 2, LIMITS).objective
+
+
+@pytest.mark.parametrize("model", Model)
+def test_nothing_is_better_than_the_optimum(periods, model):
+    """Asked for a solution that costs less, the aggregated model has none; asked for one that costs as much, it has."""
+    for period in periods[::20]:
+        reduced = Reduced(period, model)
+        if not reduced.candidates.any():
+            continue
+        optimum = printed_optimum(period, model)
+        for most in (optimum - 1, optimum):
+            builder = Builder(reduced, 2)
+            aggregated = builder.build()
+            builder.limit_objective(float("-inf"), most)
+            assert (aggregated.program.solve(LIMITS).values is not None) == (most == optimum)
+
+
+def searched(reduced: Reduced, most_work: int = ENDLESS, splits: int | None = None) -> tuple[float, object]:
+    """Return the value of the search by itself, without any bound to start from, and what it finds."""
+    value, found = FewestVisits(reduced, 2, most_work, splits).run(0, 2 * reduced.reachable_sum)
+    return reduced.least(2) + value, found
+
+
+def few_decisions(periods: list[Period], model: Model) -> list[Reduced]:
+    """Return those that are small enough to try everything, and have something to decide."""
+    few = [Reduced(p, model) for p in periods if (len(p.stations) + 1) ** len(p.line_sku) <= 3000]
+    few = [reduced for reduced in few if reduced.candidates.any()]
+    assert len(few) > 50
+    return few
+
+
+@pytest.mark.parametrize("model", WHOLE)
+def test_it_finds_the_optimum_by_itself(all_periods, brute_force, model):
+    for reduced in few_decisions(all_periods, model):
+        assert searched(reduced)[0] == brute_force(reduced.period, model, 2)
+
+
+@pytest.mark.parametrize("splits", [0, 1])
+def test_it_finds_the_optimum_with_few_splits(small_periods, brute_force, splits):
+    mattered = 0
+    for period in small_periods:
+        reduced, capacity = Reduced(period, AMONG), splits + period.split_open
+        value, found = searched(reduced, splits=splits)
+        assert value == brute_force(period, AMONG, 2, splits)
+        mattered += value > searched(reduced)[0]
+        if found is not None:
+            proof = proof_of(period, AMONG, 2, LIMITS, capacity)
+            proof.offer((), (), "bounds")
+            proof.offer(*found, "search")
+            assert proof.incumbent.objective == value
+            assert violation(period, proof.incumbent, AMONG, 2, capacity) is None
+    assert mattered > 5
+
+
+def test_giving_up_proves_nothing_false(all_periods, brute_force):
+    """With few steps, what it returns is still a lower bound, and it says so by returning no solution."""
+    gave_up = 0
+    for reduced in few_decisions(all_periods, AMONG):
+        optimum = brute_force(reduced.period, AMONG, 2)
+        for most_work in (0, 5, 15, 40):
+            value, found = searched(reduced, most_work)
+            assert value <= optimum
+            gave_up += found is None and value < optimum
+    assert gave_up > 20
+
+
+@pytest.mark.parametrize("stations", [6, 7, 8])
+def test_many_stations(stations):
+    """Up to seven stations fit the packed vectors; with more, the search stays out and the optimum is found as well."""
+    rng = np.random.default_rng(stations)
+    lines = [(order, int(sku), 1) for order in range(9) for sku in rng.choice(8, 2, replace=False)]
+    stock = Stock(tuple(range(6)), tuple((sku, (sku + 3) % 8) for sku in range(6)), 8)
+    rooms, inbound = (2, *[1] * (stations - 1)), tuple((int(pod),) for pod in rng.integers(0, 6, stations))
+    period = Period(stock, tuple(range(stations)), rooms, inbound, tuple(range(9)), *np.array(lines).T)
+    reduced = Reduced(period, AMONG)
+    assert FewestVisits(reduced, 2, ENDLESS).possible == (stations <= 7)
+    optimum = printed_optimum(period, AMONG)
+    assert proof_of(period, AMONG, 2, LIMITS).run().objective == optimum
+    assert stations > 7 or searched(reduced)[0] == optimum
+
+
+@pytest.mark.parametrize("seed", [13, 19, 27])
+def test_pods_are_exchanged_until_no_fewer_do(seed):
+    """Seven visits are found of up to 31, and the orders are served as the model says."""
+    rng = np.random.default_rng(seed)
+    contents = tuple(tuple(sorted(rng.choice(150, 6, replace=False).tolist())) for _ in range(80))
+    lines = [(o, int(i), 1) for o in range(80) for i in sorted(rng.choice(150, rng.integers(1, 5), replace=False))]
+    stock, orders = Stock(tuple(range(80)), contents, 150), tuple(range(80))
+    period = Period(stock, (0, 1, 2), (12, 12, 12), ((), (), ()), orders, *np.array(lines).T)
+    found = FewestVisits(Reduced(period, AMONG), 2, 0).quickly(1, 32)
+    proof = proof_of(period, AMONG, 2, LIMITS)
+    proof.offer(*found, "greedy")
+    assert violation(period, proof.incumbent, AMONG, 2) is None
+    assert len(found[0]) == 7
+
+
+def by_patterns(period: Period, model: Model = INTEGRATED, limits: Limits = LIMITS) -> Solution:
+    """Prove a period without what would prove small ones before the patterns are needed."""
+    left_out = (steps.by_bounds, steps.by_fewest_visits, steps.by_greedy)
+    chosen = [step for step in steps.STEPS if step not in left_out]
+    return proof_of(period, model, 2, limits, steps=chosen).run()
+
+
+@pytest.mark.parametrize("quick_work", [pricing.QUICK_WORK, -1], ids=["all-sets", "better-sets"])
+@pytest.mark.parametrize("model", [INTEGRATED, OVER_TIME])
+def test_patterns_prove_the_optimum(equal_stations, monkeypatch, model, quick_work):
+    """Whatever they prove is true, and what they choose satisfies the printed constraints: 120 periods."""
+    monkeypatch.setattr(pricing, "QUICK_WORK", quick_work)
+    proven = 0
+    for number, period in enumerate(equal_stations):
+        found = by_patterns(period, model)
+        assert found.objective == found.bound == printed_optimum(period, model), number
+        assert violation(period, found, model, 2) is None, number
+        proven += found.how == "patterns"
+    assert proven > 10
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "value"),
+    [
+        (pricing, "MOST_WORK", 0),
+        (pricing, "MOST_WORK", 20),
+        *((steps, "CLOSE_SETS", n) for n in ((1,), (1, 2), (2, 8))),
+    ],
+    ids=lambda value: str(getattr(value, "__name__", value)),
+)
+def test_so_they_do_in_other_ways(equal_stations, monkeypatch, module, name, value):
+    """Where a single station's model has to price, and however few sets of pods a solution is put together from."""
+    monkeypatch.setattr(module, name, value)
+    for period in equal_stations[: 40 if module is pricing else 60]:
+        found = by_patterns(period)
+        assert found.objective == found.bound == printed_optimum(period, INTEGRATED)
+
+
+def test_the_relaxation_is_a_bound(equal_stations):
+    """It never exceeds the optimum (without the pods that are there)."""
+    for period in equal_stations[:60]:
+        reduced = Reduced(period, INTEGRATED)
+        if reduced.candidates.any():
+            generation = ColumnGeneration(reduced, 2, LIMITS, lambda: None)
+            generation.run()
+            assert generation.bound <= printed_optimum(period, INTEGRATED) - period.visits_before + 1e-6
+
+
+def test_patterns_are_for_equal_stations_only(periods):
+    """Other models, a single station, or stations with other room or pods are left to the solver."""
+    for period in periods[:50]:
+        covered = {frozenset(np.flatnonzero(row)) for row in period.covered}
+        equal = len(set(period.capacities)) == len(covered) == 1 < len(period.stations)
+        assert alike(Reduced(period, INTEGRATED)) == equal
+        assert not alike(Reduced(period, OVER_TIME))
+
+
+def test_a_time_limit_ends_patterns_in_order(equal_stations):
+    """With no time at all there is a solution all the same, marked as stopped unless it happens to be proven."""
+    for period in equal_stations[:40]:
+        found = by_patterns(period, limits=Limits(max_seconds=1e-9))
+        optimum = printed_optimum(period, INTEGRATED)
+        assert found.bound <= optimum <= found.objective
+        assert found.stopped_early or found.objective == optimum
+
+
+def worth_of(pricing: Pricing, chosen: tuple[int, ...], values: np.ndarray) -> float:
+    """Return the best sum of values over the orders that a set of pods serves, by trying all numbers of each type."""
+    at_hand = {sku for pod in chosen for sku in pricing.brings[pod]}
+    sums = {0: 0.0}
+    for t, missing in enumerate(pricing.missing):
+        if at_hand.issuperset(missing):
+            for used, worth in list(sums.items()):
+                for n in range(1, int(pricing.counts[t]) + 1):
+                    place = used + n * int(pricing.sizes[t])
+                    if place <= pricing.room:
+                        sums[place] = max(sums.get(place, -1.0), worth + n * float(values[t]))
+    return max(sums.values())
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
+def test_the_sets_of_pricing_are_all_and_the_best(equal_stations, share):
+    """The search finds exactly the sets that are worth enough; asked for three, three of the greatest worth."""
+    for period in equal_stations[:40]:
+        pricing = Pricing(Reduced(period, INTEGRATED), 2, LIMITS)
+        values = (2.0 * pricing.sizes + np.linspace(0, -1, len(pricing.sizes))) if len(pricing.sizes) else np.zeros(0)
+        for number in range(min(len(pricing.pods), 3) + 1):
+            sets = list(combinations(range(len(pricing.pods)), number))
+            worths = {chosen: worth_of(pricing, chosen, values) for chosen in sets}
+            least = share * max(worths.values()) + 1e-3
+            found = {tuple(sorted(chosen)): worth for worth, chosen in pricing.sets(number, values, least, 1000)}
+            assert found == pytest.approx({chosen: worth for chosen, worth in worths.items() if worth >= least})
+            best = [worth for worth, _ in pricing.sets(number, values, 0.0, 3)]
+            assert sorted(best) == pytest.approx(sorted(worths.values())[-3:])
