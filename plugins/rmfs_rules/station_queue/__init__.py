@@ -12,7 +12,6 @@ from attrs import define, field, validators
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rules.helpers.pairs import (
-    NO_PLACES,
     Flags,
     Floats,
     Ints,
@@ -86,8 +85,7 @@ class StationQueue:
         lines, available = warehouse.lines, warehouse.available()
         large = np.flatnonzero(lines.items > largest_capacity(warehouse))
         self._fill(warehouse, available, large)
-        places = lines.place[[*self.queue_of]] if self.queue_of else NO_PLACES
-        chosen = np.union1d(places[places >= 0], large)  # a filter may leave out some that queue
+        chosen = np.union1d(self._queueing(warehouse), large)
         candidates = warehouse.showing([warehouse.order(order) for order in lines.order_id[chosen].tolist()])
         return self._drain(candidates, available, np.isin(chosen, large))
 
@@ -99,9 +97,14 @@ class StationQueue:
         length = Counter(self.queue_of.values())
         queues = _Queues(warehouse, available, shares=wanted, rank=warehouse.lines.due_s)
         queues.begin([length[station.id] for station in warehouse.stations], self.queue_length)
-        places = warehouse.lines.place[[*self.queue_of]] if self.queue_of else NO_PLACES
-        queues.taken[places[places >= 0]] = queues.taken[large] = True
+        queues.taken[self._queueing(warehouse)] = queues.taken[large] = True
         self.queue_of |= {joined.order: joined.station for joined in queues.assign()}
+
+    def _queueing(self, warehouse: WarehouseView) -> Ints:
+        """Return the places of the orders that queue; a filter may leave out some of them."""
+        place = warehouse.lines.place
+        places: Ints = place[[order for order in self.queue_of if order < len(place)]]
+        return places[places >= 0]
 
     def _drain(self, candidates: WarehouseView, available: Ints, oversize: Flags) -> list[OrderAssignment]:
         """Let stations with room take from their queues, and empty ones orders larger than any."""

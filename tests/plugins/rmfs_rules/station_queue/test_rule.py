@@ -56,6 +56,16 @@ def test_queues_have_an_end() -> None:
     assert rule.queue_of == {2: 0, 3: 1}
 
 
+def test_orders_that_queue_may_be_left_out_by_a_filter() -> None:
+    """The younger order queues and is hidden; it goes to its station as soon as it is shown again."""
+    world, rule = small_world({"1": {"a": 2}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[2]), StationQueue()
+    view = WarehouseView(world)
+    rule.assign_orders(view.showing([]))
+    assign(world, decide(world, rule))
+    assert rule.queue_of == {0: 0, 1: 0}
+    assert rule.assign_orders(view.showing([])) == []
+
+
 def test_what_is_urgent_then_what_the_pod_at_the_station_completes_goes_first(put_at_station: PutAtStation) -> None:
     """At 400 s order `due` has 600 s left; `now` is on the pod at the station, `soon` on one that comes."""
     orders = {"old": ["z"], "soon": ["b"], "now": ["a"], "due": ["z"], "later": ["z"]}
