@@ -135,6 +135,7 @@ class _Queues(Pairs):
         self._load = length
         self._free = [most - length[at] if station.open else 0 for at, station in enumerate(self.stations)]
         self._largest = math.inf  # no order is so large that it may join alone
+        self._placed = {}  # an order that has a place at the station takes one of its queue all the same
 
     def _space(self, at: int) -> Any:
         capacity = self.stations[at].capacity

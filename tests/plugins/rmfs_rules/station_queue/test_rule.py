@@ -56,6 +56,16 @@ def test_queues_have_an_end() -> None:
     assert rule.queue_of == {2: 0, 3: 1}
 
 
+def test_a_full_queue_takes_no_order_of_a_station_that_has_one_in_part() -> None:
+    """Order 1 has a place at the station, which counts orders, and its rest fills the queue."""
+    world = small_world({"1": ["a", "b"], "2": ["b"]}, {"p": ["a", "b"]}, capacities=[5], counts_orders=True)
+    world.assign(world.orders[0], world.stations[0], [0])
+    rule = StationQueue(queue_length=1, fast_lane=0)
+    assert decide(world, rule) == [("1", 0)]
+    assert decide(world, rule) == [("1", 0)]
+    assert rule.queue_of == {0: 0}
+
+
 def test_orders_that_queue_may_be_left_out_by_a_filter() -> None:
     """The younger order queues and is hidden; it goes to its station as soon as it is shown again."""
     world, rule = small_world({"1": {"a": 2}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[2]), StationQueue()
