@@ -20,9 +20,10 @@ class PodFirst:
     """Choose the pod of a bundle first, then a station for it: what one pod takes comes to one station.
 
     The oldest bundle chooses its pod as the rule ``pod`` does, driving times being those to the nearest station with a
-    free place. It goes to a station that this pod is at or bound for, else to the one with the shortest loaded driving
-    time from where the pod is, of those with a free place; ties go to the lowest id. A bundle that no pod can take goes
-    to no station, so that it takes no place there. Bundles that are at a station without a pod choose before.
+    free place. It goes to a station that another bundle of this decision goes to with the pod, else to one that the pod
+    is at or bound for, else to any: to that with the shortest loaded driving time from where the pod is, of those with
+    a free place; ties go to the lowest id. A bundle that no pod can take goes to no station, so that it takes no place
+    there. Bundles that are at a station without a pod choose before.
 
     References
     ----------
