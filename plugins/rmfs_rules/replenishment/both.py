@@ -20,10 +20,9 @@ class PodFirst:
     """Choose the pod of a bundle first, then a station for it: what one pod takes comes to one station.
 
     The oldest bundle chooses its pod as the rule ``pod`` does, driving times being those to the nearest station with a
-    free place. It goes to a station that another bundle of this decision goes to with the pod, else to one that the pod
-    is at or bound for, else to any: to that with the shortest loaded driving time from where the pod is, of those with
-    a free place; ties go to the lowest id. A bundle that no pod can take goes to no station, so that it takes no place
-    there. Bundles that are at a station without a pod choose before.
+    free place. It goes to a station that this pod is at or bound for, else to the one with the shortest loaded driving
+    time from where the pod is, of those with a free place; ties go to the lowest id. A bundle that no pod can take goes
+    to no station, so that it takes no place there. Bundles that are at a station without a pod choose before.
 
     References
     ----------
@@ -67,7 +66,7 @@ class PodFirst:
             if (pod := cheapest(pods, bundle, cost, able)) is None:
                 continue
             at = going.setdefault(pod, set())
-            to = _station(warehouse, pod, [station for station in able if station.id in at] or able)
+            to = _station(warehouse, pod, able, at)
             at.add(to)
             free[to] -= 1
             assignments.append(BundleAssignment(bundle.id, to))
@@ -75,10 +74,10 @@ class PodFirst:
         return BundleDecision(assignments, stores)
 
 
-def _station(warehouse: WarehouseView, number: int, able: list[Station]) -> int:
-    """Return the station that a pod visits anyway, or else the nearest."""
+def _station(warehouse: WarehouseView, number: int, able: list[Station], going: set[int]) -> int:
+    """Return the nearest station of those that a pod visits anyway, or that it is ``going`` to by now, or of all."""
     pod = warehouse.pods[number]
-    there = [station for station in able if station.id in pod.bound_for] or able
+    there = [station for station in able if station.id in going or station.id in pod.bound_for] or able
     if len(there) == 1:
         return there[0].id
     return min(there, key=lambda station: (ticks_to_station(warehouse, pod, station), station.id)).id

@@ -364,8 +364,7 @@ def pod_first(now: Moment, told: Any, *, pod: str = "emptiest-pod") -> BundleDec
     for bundle in [*world.bundles.values()]:
         able = [station for station in world.storing if station.free_bundle_capacity > 0]
         if able and (best := pod_for(now, bundle, COSTS[pod], able)) is not None:
-            together = {one.station for one in best.bundles if StoreBundle(one.id, best.id) in chosen}
-            there = [s for s in able if s.id in together] or [s for s in able if s.id in best.bound_for] or able
+            there = [s for s in able if s.id in best.bound_for] or able
             station = min(there, key=lambda s, best=best: (now.ticks(best, s), s.id))
             made.append(BundleAssignment(bundle.id, station.id))
             chosen.append(StoreBundle(bundle.id, best.id))
