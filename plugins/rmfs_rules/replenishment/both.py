@@ -66,7 +66,7 @@ class PodFirst:
             if (pod := cheapest(pods, bundle, cost, able)) is None:
                 continue
             at = going.setdefault(pod, set())
-            to = _station(warehouse, pod, [station for station in able if station.id in at] or able)
+            to = _station(warehouse, pod, able, at)
             at.add(to)
             free[to] -= 1
             assignments.append(BundleAssignment(bundle.id, to))
@@ -74,10 +74,10 @@ class PodFirst:
         return BundleDecision(assignments, stores)
 
 
-def _station(warehouse: WarehouseView, number: int, able: list[Station]) -> int:
-    """Return the station that a pod visits anyway, or else the nearest."""
+def _station(warehouse: WarehouseView, number: int, able: list[Station], going: set[int]) -> int:
+    """Return the nearest station of those that a pod visits anyway, or that it is ``going`` to by now, or of all."""
     pod = warehouse.pods[number]
-    there = [station for station in able if station.id in pod.bound_for] or able
+    there = [station for station in able if station.id in going or station.id in pod.bound_for] or able
     if len(there) == 1:
         return there[0].id
     return min(there, key=lambda station: (ticks_to_station(warehouse, pod, station), station.id)).id

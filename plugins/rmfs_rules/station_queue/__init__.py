@@ -84,8 +84,7 @@ class StationQueue:
         lines, available = warehouse.lines, warehouse.available()
         large = np.flatnonzero(lines.items > largest_capacity(warehouse))
         self._fill(warehouse, available, large)
-        places = lines.place[np.array([*self.queue_of], np.int64)]
-        chosen = np.union1d(places[places >= 0], large)  # a filter may leave out some that queue
+        chosen = np.union1d(self._queueing(warehouse), large)
         candidates = warehouse.showing([warehouse.order(order) for order in lines.order_id[chosen].tolist()])
         return self._drain(candidates, available, np.isin(chosen, large))
 
@@ -98,9 +97,14 @@ class StationQueue:
         told = [length[station.id] for station in warehouse.stations]
         free = [self.queue_length - length[station.id] if station.open else 0 for station in warehouse.stations]
         queues = Pairs(warehouse, available, shares=wanted, rank=warehouse.lines.due_s, queues=(free, told))
-        places = warehouse.lines.place[np.array([*self.queue_of], np.int64)]
-        queues.taken[places[places >= 0]] = queues.taken[large] = True
+        queues.taken[self._queueing(warehouse)] = queues.taken[large] = True
         self.queue_of |= {joined.order: joined.station for joined in queues.assign()}
+
+    def _queueing(self, warehouse: WarehouseView) -> Ints:
+        """Return the places of the orders that queue; a filter may leave out some of them."""
+        place = warehouse.lines.place
+        places: Ints = place[[order for order in self.queue_of if order < len(place)]]
+        return places[places >= 0]
 
     def _drain(self, candidates: WarehouseView, available: Ints, oversize: Flags) -> list[OrderAssignment]:
         """Let stations with room take from their queues, and empty ones orders larger than any."""

@@ -1,479 +1,361 @@
-"""Rules against literal versions of their definitions, on random worlds.
-
-The literal versions look at one pair after another in plain Python, and apply each choice to the warehouse before the
-next one, so they share no bookkeeping with the rules.
-"""
+"""Each shipped rule, with all its parameters, against a literal version of its definition on random worlds."""
 
 from __future__ import annotations
 
-import math
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
+import inspect
+import random
+from collections.abc import Iterator
+from importlib.metadata import entry_points
+from itertools import permutations
 from typing import Any
 
-import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+import attrs
+import pytest
+from attrs import frozen
 
-from rmfs_commands.testing import small_world
-from rmfs_core.warehouse import Order, Pod, Station, Warehouse, WarehouseView
-from rmfs_core.warehouse.backlog import Backlog
-from rmfs_rules.common_lines import CommonLines
-from rmfs_rules.demand import Demand
-from rmfs_rules.due import EarliestDue, LeastSlack
-from rmfs_rules.first_come import FirstCome
-from rmfs_rules.helpers.pairs import PairOptions, pod_at
-from rmfs_rules.near_best_pod import NearBestPod
-from rmfs_rules.nearest_pod import NearestPod
-from rmfs_rules.pod_match import PodMatch
-from rmfs_rules.scorers import Completes, Lexicographic, WorkAmount
-from rmfs_rules.workload import Workload
+from oracles import joint, orders, places, pod_index, pods, robots
+from oracles.switch import next_case, switched
+from oracles.worlds import Run
+from rmfs_core.rules.hooks import OBSERVER_HOOKS, marked_methods
+from rmfs_core.rules.sources import RuleSources
+from rmfs_rules.switch import Case
 
-SKUS = "abcdef"
-Score = Callable[[Warehouse, Order, Station], int | tuple[int, ...]]
-Value = Callable[[Warehouse, Pod, Station], tuple[float, ...]]
+ELSEWHERE = {
+    "integrated": "tests/plugins/rmfs_rules/mip: a model of its own, solved without what the rule knows",
+    "split-among-stations": "tests/plugins/rmfs_rules/mip",
+    "split-over-time": "tests/plugins/rmfs_rules/mip",
+    "sipp": "tests/plugins/rmfs_rules/sipp: a plain search",
+    "pbs": "tests/plugins/rmfs_rules/sipp",
+    "whca-n": "tests/plugins/rmfs_rules/whca: a plain search",
+}
+"""Rules that are compared in other tests, and where."""
 
+LANE: dict[str, Any] = {"max_wait_s": (0.0, 100.0, 600.0, 2000.0), "fast_lane": range(4)}
+PAIRS: dict[str, Any] = LANE | {"tie_break": ("oldest", "due", "random"), "late_first": (False, True)}
+WEIGHTS: dict[str, Any] = {
+    "value": ("picks", "age", "lateness"),
+    "backlog_weight": (0.0, 0.2, 2.0),
+    "completion_boost": (0.0, 1.0, 3.0),
+    "time_cost_per_s": (0.0, 0.03, 1 / 3),
+}
+BORDERS = ((0.1, 0.3, 1.0), (0.5, 1.0), (1.0,), (0.2, 0.4, 0.6, 0.8, 1.0))
+MAX_WAIT_S: dict[str, Any] = {"max_wait_s": LANE["max_wait_s"]}
 
-@st.composite
-def worlds(draw: st.DrawFn) -> Callable[..., Warehouse]:
-    """Draw a world in the middle of a run; calling the result builds it, the same each time.
-
-    With ``late`` its orders arrived at different times, and it is later.
-    """
-    lines = st.dictionaries(st.sampled_from(SKUS), st.integers(1, 3), min_size=1, max_size=4)
-    orders = draw(st.lists(lines, max_size=9))
-    finite = draw(st.booleans())
-    contents = st.dictionaries(
-        st.sampled_from(SKUS), st.integers(1, 4) if finite else st.none(), min_size=1, max_size=3
-    )
-    pods = draw(st.lists(contents, min_size=1, max_size=12))
-    capacities = draw(st.lists(st.integers(1, 9), min_size=1, max_size=3))
-    counts_orders = draw(st.booleans())
-    number = st.integers(0, 20)
-    bound = draw(st.lists(st.tuples(number, number), max_size=5))
-    begun = draw(st.lists(st.tuples(number, number, st.booleans()), max_size=4))
-    at_station = draw(st.booleans())
-    due_s = draw(st.dictionaries(st.sampled_from([str(i) for i in range(len(orders))] or ["none"]), st.integers(0, 9)))
-    arrivals = draw(st.lists(st.sampled_from([0, 0, 500, 900]), min_size=9, max_size=9).map(sorted))
-
-    def build(*, late: bool = False) -> Warehouse:
-        world = small_world(
-            {str(i): order for i, order in enumerate(orders)},
-            {str(i): pod for i, pod in enumerate(pods)},  # type: ignore[misc]
-            capacities=capacities,
-            counts_orders=counts_orders,
-            due_s={order: 100.0 * due for order, due in due_s.items() if order != "none"},
-        )
-        if late:
-            _arrive(world, arrivals)
-        _assign_some(world, begun)
-        if at_station:
-            _put_at_station(world, world.pods[0], world.stations[0])
-        for pod_number, station_number in bound:
-            pod = world.pods[pod_number % len(pods)]
-            station = world.stations[station_number % len(capacities)]
-            if station.id not in pod.bound_for:
-                world.bind(pod, station)
-        return world
-
-    return build
+WORTH: dict[str, Any] = {
+    "weight_speed": (0.0, 1.0, 2.0),
+    "weight_demand": (0.0, 1.0, 0.5),
+    "retry_s": (60.0, 120.0, 400.0),
+}
+CACHE: dict[str, Any] = WORTH | {
+    "share": (0.0, 0.25, 0.5, 1.0),
+    "threshold": (0.0, 0.3, 0.5, 0.9),
+    "weight_free": (0.0, 1.0, 2.0),
+    "weight_worth": (0.0, 1.0, 2.0),
+    "free_places": range(21),
+}
+UTILITY: dict[str, Any] = WORTH | {"corridor": range(1, 5), "buffer": (0.0, 0.05, 0.5, 1.0)}
+JOINT: dict[str, Any] = MAX_WAIT_S | {"unused_capacity_weight": (0.1, 0.5, 2.0, 5.0)}
+POD_INDEX: dict[str, Any] = {
+    "visit_s": (47.0, 300.0),
+    "cost_s": (0.0, 310.0, 1000.0),
+    "finish": (0.0, 0.85, 1.0),
+    "stay": (0.0, 0.83, 1.37),
+    "elsewhere": (0.0, 0.71, 1.0),
+    "most_pods": range(1, 4),
+    "urge_s": (0.0, 170.0, 2000.0),
+    "full": (1.0, 5.0, 31.0),
+    "base_s": (1.0, 10.0, 100.0),
+    "handle_s": (5.0, 13.0),
+    "near": (0.0, 0.21, 1.0),
+    "packing_capacity": range(1, 4),
+    "priority_factor": (1.0, 1.7, 3.0),
+    "due_factor": (1.0, 3.1),
+    "due_s": (100.0, 1800.0),
+    "max_wait_s": (0.0, 100.0, 600.0),
+}
 
 
-def _arrive(world: Warehouse, arrivals: list[int]) -> None:
-    """Let orders arrive at some seconds, and let it be later."""
-    world.backlog = Backlog(world.n_skus)
-    world.open_demand[:] = world.ordered[:] = 0
-    for order, arrival_s in zip(world.orders, arrivals, strict=False):
-        world.order_arrives(order, 1000 * arrival_s)
-    world.advance(1_000_000)
-
-
-def _assign_some(world: Warehouse, begun: list[tuple[int, int, bool]]) -> None:
-    for order_number, station_number, whole in begun:
-        if world.orders:
-            order = world.orders[order_number % len(world.orders)]
-            station = world.stations[station_number % len(world.stations)]
-            lines = order.open_lines[: None if whole else 1]
-            size = 1 if station.counts_orders else sum(line.quantity for line in lines)
-            if lines and size <= station.free_capacity:
-                world.assign(order, station, [line.sku for line in lines])
-
-
-def _put_at_station(world: Warehouse, pod: Pod, station: Station) -> None:
-    world.place_at_station(world.robots[0], pod, station)
-
-
-def negative(score: int | tuple[int, ...]) -> tuple[int, ...]:
-    """Return a score of one or several parts with all of them negative."""
-    return tuple(-part for part in (score if isinstance(score, tuple) else (score,)))
-
-
-def literal_assignments(world: Warehouse, score: Score) -> Iterator[tuple[int, int]]:
-    """Yield (order, station) of the best pair, again and again, after the definition of the greedy POA rules."""
-    while True:
-        pairs = [
-            (negative(score(world, order, station)), age, station.load, station.id)
-            for age, order in enumerate(world.backlog.orders)
-            for station in world.stations
-            if world.size_at(order, station) <= station.free_capacity
-        ]
-        if not pairs:
-            return
-        _, age, _, station_id = min(pairs)
-        order = world.backlog.orders[age]
-        yield order.id, station_id
-        world.assign(order, world.stations[station_id], [line.sku for line in order.open_lines], period=2)
-
-
-class Literal:
-    """One decision with the parameters that the POA rules share, after their definition.
+@frozen
+class Oracle:
+    """Literal versions of what a rule decides.
 
     Parameters
     ----------
-    world
-        The world, to which each choice is applied.
-    score
-        Score of an order at a station.
-    goes_first
-        What goes before the age of orders with the same score.
-    options
-        The rule's ``max_wait_s``, ``fast_lane``, ``late_first``.
+    rule
+        Its name.
+    literals
+        By hook. A hook is asked after those before it; all share what they remember.
+    parameters
+        What is tried of each of its parameters.
+    run
+        What kind of run.
+    every
+        Of so many runs one is tried.
     """
 
-    def __init__(
-        self, world: Warehouse, score: Score, goes_first: Callable[[Order], float], options: dict[str, Any]
-    ) -> None:
-        self.world, self.score, self.goes_first = world, score, goes_first
-        self.max_wait_s, self.places = options.get("max_wait_s"), options.get("fast_lane", 0)
-        self.late_first = options.get("late_first", False)
-        self.kept: dict[int, bool] = {}  # station -> whether it is kept for an order larger than any station
-        self.there = {s.id: pod for s in world.stations if (pod := pod_at(WarehouseView(world), s)) is not None}
-        self.left = {pod.id: Counter({sku: pod.free_items(sku) for sku in pod.contents}) for pod in self.there.values()}
-        self.made: list[tuple[int, int]] = []
+    rule: str
+    literals: dict[str, Any]
+    parameters: dict[str, Any]
+    run: dict[str, Any]
+    every: int = 1
 
-    def fits(self, order: Order, station: Station) -> bool:
-        """Whether a pair fits: the places of a fast lane are for what the pod at the station completes."""
-        size, free = self.world.size_at(order, station), station.free_capacity
-        if station.id in self.kept:
-            return False
-        if not self.places or not station.load or size <= max(free - self.places, 0):
-            return size <= free
-        wanted = Counter({line.sku: line.quantity for line in order.open_lines})
-        return size <= free and station.id in self.there and wanted <= self.left[self.there[station.id].id]
+    @property
+    def kind(self) -> Any:
+        """The class of the rule."""
+        return RuleSources(".").find(self.rule, "rule").target
 
-    def pairs(self, orders: Iterable[Order]) -> list[tuple[Any, ...]]:
-        """Return the pairs that fit, with what goes first before them."""
-        late = [order.due_s is not None and order.due_s < self.world.now / 1000 for order in self.world.orders]
-        return [
-            (
-                not (self.late_first and late[order.id]),
-                negative(self.score(self.world, order, station)),
-                self.goes_first(order),
-                self.world.backlog.orders.index(order),
-                station.load,
-                station.id,
-            )
-            for order in orders
-            for station in self.world.stations
-            if self.fits(order, station)
-        ]
+    def drawn(self, lots: random.Random) -> dict[str, Any]:
+        """Draw parameters; those with a default may be left out."""
+        required = {one.name for one in attrs.fields(self.kind) if one.default is attrs.NOTHING}
+        given = [name for name in self.parameters if name in required or lots.random() < 0.6]
+        return {name: lots.choice(self.parameters[name]) for name in given}
 
-    def take(self, pairs: list[tuple[Any, ...]]) -> None:
-        """Apply the best of some pairs."""
-        *_, age, _, at = min(pairs)
-        order, station = self.world.backlog.orders[age], self.world.stations[at]
-        self.made.append((order.id, at))
-        for pod in self.there.values():
-            if at in pod.bound_for and not self.world.unlimited_stock:
-                self.left[pod.id].subtract({line.sku: line.quantity for line in order.open_lines})
-        self.world.assign(order, station, [line.sku for line in order.open_lines], period=2)
+    def hold(self, run: Run, parameters: dict[str, Any]) -> None:
+        """Compare the decisions of one rule at two moments of a run."""
+        rule, memory, world = self.kind(**parameters), {}, run.begin()
+        for phase in range(2):
+            run.go_on(world, phase)
+            for hook, literal in self.literals.items():
+                asked = run.moment(world, phase, {})
+                if not asked.answers(hook):
+                    continue
+                method = getattr(rule, marked_methods(self.kind)[hook])
+                answer = method(**{name: getattr(asked, name) for name in inspect.signature(method).parameters})
+                if isinstance(answer, (list, tuple)):
+                    answer = [getattr(one, "name", one) for one in answer]  # orders of two worlds, by their names
+                assert answer == literal(run.moment(run.world(phase), phase, memory), answer, **parameters)
 
-    def keep(self, order: Order) -> None:
-        """Keep the station with most room of those that could take an order, if they took nothing else."""
-        lacking = {
-            station: self.world.size_at(order, station) - station.free_capacity
-            for station in self.world.stations
-            if station.id not in self.kept and self.world.size_at(order, station) <= station.capacity
-        }
-        if lacking:
-            station = min(lacking, key=lambda station: (lacking[station], station.id))
-            self.kept[station.id] = self.large(order)
 
-    def large(self, order: Order) -> bool:
-        """Whether an order has more items than any station takes."""
-        return not self.world.stations[0].counts_orders and order.open_items > max(
-            station.capacity for station in self.world.stations
+def rules_for(hook: str, rules: dict[str, tuple[Any, dict[str, Any]]], **run: Any) -> list[Oracle]:
+    """Return the oracles of rules that answer a hook."""
+    return [Oracle(name, {hook: literal}, parameters, run) for name, (literal, parameters) in rules.items()]
+
+
+def switches(hook: str, rules: dict[str, Any]) -> Oracle:
+    """Return the oracle of a switch between rules with a literal version each."""
+    first, other = rules
+    cases = (
+        (Case(first),),
+        (Case(first, before_s=1000.0), Case(other)),
+        (Case(other, before_s=1200.0), Case(first)),
+        (Case(other, backlog_below=3), Case(first)),
+        (Case(first, before_s=1200.0, backlog_below=2), Case(first, backlog_below=5), Case(other)),
+    )
+    literals = {hook: switched(rules), "wake_at": next_case}
+    return Oracle("switch", literals, {"cases": cases}, {"filtered": hook == "assign_orders"})
+
+
+ORACLES: list[Oracle] = [
+    *rules_for(
+        "assign_orders",
+        {
+            "pod-match": (orders.pod_match, PAIRS),
+            "common-lines": (orders.common_lines, PAIRS),
+            "first-come": (orders.first_come, PAIRS),
+            "workload": (orders.workload, PAIRS | {"prefer": ("fewest", "most")}),
+            "near-best-pod": (orders.near_best_pod, PAIRS),
+            "earliest-due": (orders.earliest_due, LANE),
+            "least-slack": (orders.least_slack, LANE | {"item_s": (0.0, 13.0, 100.0)}),
+            "random": (orders.drawn, MAX_WAIT_S),
+            "station-queue": (
+                orders.station_queue,
+                {
+                    "queue_length": range(1, 5),
+                    "urgent_s": (0.0, 300.0, 600.0),
+                    "fast_lane": range(3),
+                },
+            ),
+        },
+        filtered=True,
+    ),
+    Oracle(
+        "most-covered",
+        {"filter_backlog": orders.most_covered},
+        {"n": range(1, 6), "lines": ("all", "open")},
+        {"filtered": True},
+    ),
+    Oracle(
+        "waves",
+        {"filter_backlog": orders.waves, "wake_at": orders.next_wave},
+        {"every_s": (200.0, 400.0, 999.0), "orders": range(1, 4)},
+        {"filtered": True},
+    ),
+    *rules_for(
+        "select_pods",
+        {
+            "demand": (pods.most_wanted, {}),
+            "nearest-pod": (pods.nearest_pod, {}),
+            "random": (pods.drawn, MAX_WAIT_S),
+            "completes": (pods.completes_most, {"count_backlog": (False, True)}),
+            "work-amount": (pods.work_amount, WEIGHTS),
+            "lexicographic": (
+                pods.lexicographic,
+                WEIGHTS
+                | {
+                    "scores": [*permutations(("completes", "picks", "work", "demand", "nearest", "random"), 3)],
+                    "count_backlog": (False, True),
+                },
+            ),
+        },
+    ),
+    *rules_for(
+        "assign_bundles",
+        {
+            "first-bundle": (pods.first_bundle, {}),
+            "same-pod": (pods.same_pod, {}),
+            "random": (pods.drawn_stations, MAX_WAIT_S),
+        },
+        stocked=True,
+    ),
+    *rules_for(
+        "select_replenishment_pods",
+        {name: (pods.stores(cost), {}) for name, cost in pods.COSTS.items()}
+        | {
+            "turnover-pod": (pods.stores(pods.class_apart), {"borders": BORDERS}),
+            "random": (pods.drawn_pods, MAX_WAIT_S),
+        },
+        stocked=True,
+    ),
+    *rules_for(
+        "assign_bundles_and_pods",
+        {"pod-first": (pods.pod_first, {"pod": (*pods.COSTS,)})},
+        stocked=True,
+    ),
+    *rules_for(
+        "choose_storage_location",
+        {
+            "nearest": (places.nearest, {}),
+            "fixed": (places.fixed, {}),
+            "random": (places.drawn, MAX_WAIT_S),
+            "station-based": (places.station_based, {}),
+            "turnover-classes": (places.turnover_classes, {"borders": BORDERS}),
+            "cache": (places.cache, CACHE),
+            "utility": (places.utility, UTILITY),
+        },
+        crowded=True,
+    ),
+    *(
+        Oracle(name, {"move_pods": places.paused(moves), "wake_at": places.pause_ends}, parameters, {"crowded": True})
+        for name, moves, parameters in (
+            ("cache", places.cache_moves, CACHE),
+            ("utility", places.utility_moves, UTILITY),
         )
-
-    def decide(self) -> list[tuple[int, int]]:
-        """Decide: orders that waited too long first, then all."""
-        limit_s = 600 if self.max_wait_s is None else self.max_wait_s
-        for order in self.world.backlog.orders:
-            waited = self.world.now / 1000 - order.arrival_s >= limit_s
-            if (
-                len(self.kept) < len(self.world.stations)
-                and waited
-                and (self.max_wait_s is not None or self.large(order))
-            ):
-                if pairs := self.pairs([order]):
-                    self.take(pairs)
-                elif self.max_wait_s is not None or not any(self.kept.values()):
-                    self.keep(order)
-        while pairs := self.pairs(self.world.backlog.orders):
-            self.take(pairs)
-        return self.made
-
-
-def match(world: Warehouse, order: Order, station: Station) -> int:
-    """Items of the order available on the station's inbound pods."""
-    return sum(
-        min(line.quantity, sum(pod.free_items(line.sku) for pod in station.inbound_pods)) for line in order.open_lines
-    )
-
-
-def in_common(world: Warehouse, order: Order, station: Station) -> int:
-    """Lines of the order whose SKU is wanted at the station."""
-    wanted = {request.sku for request in station.open_requests}
-    return sum(line.sku in wanted for line in order.open_lines)
-
-
-def literal_trips(world: Warehouse, max_fetches: int, value: Value) -> Iterator[tuple[int, int]]:
-    """Yield (pod, station) of the best pod for the station whose turn it is, after the definition of the PPS rules."""
-    leaving = list(world.leaving_pods())
-    given_up: set[int] = set()
-    sent: set[int] = set()
-    while True:
-        stations = [s for s in world.stations if s.uncovered_requests and s.id not in given_up]
-        if not stations:
-            return
-        station = min(stations, key=lambda s: (len(s.inbound_pods), -s.uncovered_items, s.id))
-        times = world.travel.times_to(station.cell, True)
-        ranked = [
-            (tuple(-part for part in value(world, pod, station)), times[pod.cell].min(), pod.id)
-            for pod in world.pods
-            if pod.id not in sent
-            and station.id not in pod.bound_for
-            and (pod in leaving or (max_fetches > 0 and pod.location is not None and not pod.bound_for))
-            and any(pod.free_items(request.sku) > 0 for request in station.uncovered_requests)
-        ]
-        if not ranked:
-            given_up.add(station.id)
-            continue
-        pod = world.pods[min(ranked)[2]]
-        yield pod.id, station.id
-        sent.add(pod.id)
-        max_fetches -= pod not in leaving
-        world.bind(pod, station)
-
-
-def system_demand(world: Warehouse, pod: Pod, _: Station) -> tuple[int]:
-    """Open demand of the system that the pod's contents could serve."""
-    demand: dict[int, int] = {}
-    for order in world.orders:
-        for line in order.open_lines:
-            demand[line.sku] = demand.get(line.sku, 0) + line.quantity
-    for station in world.stations:
-        for request in station.open_requests:
-            demand[request.sku] = demand.get(request.sku, 0) + request.items
-    return (sum(min(demand.get(sku, 0), items) for sku, items in pod.contents.items()),)
-
-
-def orders_at(station: Station) -> int:
-    """Orders that the station works on."""
-    return len({request.order.id for request in station.open_requests})
-
-
-def near_best_pod(world: Warehouse, order: Order, station: Station) -> tuple[int, int]:
-    """The oldest order goes first; it goes where one of the pods with most of it is near."""
-    items = {
-        pod: sum(min(line.quantity, pod.free_items(line.sku)) for line in order.open_lines)
-        for pod in world.pods
-        if pod.location is not None and not pod.bound_for
-    }
-    most = max(items.values(), default=0)
-    times = world.travel.times_to(station.cell, True)
-    near = min((times[pod.cell].min() for pod in items if items[pod] == most > 0), default=0)
-    return -world.backlog.orders.index(order), -int(near)
+    ),
+    *rules_for(
+        "assign_tasks",
+        {
+            "nearest-robot": (robots.nearest_robot, {}),
+            "random": (robots.drawn, MAX_WAIT_S),
+            "assignment": (robots.assignment, {"defer_s": (0.0, 3.0, 30.0)}),
+            "balanced": (
+                robots.balanced,
+                {"reallocation_s": (0.0, 100.0, 500.0), "help_others": (False, True)},
+            ),
+        },
+        crowded=True,
+    ),
+    *rules_for(
+        "idle_robots",
+        {
+            "stay": (robots.stay, {}),
+            "rest-nearest": (robots.rest(robots.empty_ticks), {}),
+            "rest-middle": (robots.rest(robots.from_middle), {}),
+        },
+        crowded=True,
+    ),
+    *rules_for(
+        "idle_robots",
+        {
+            "charge-when-low": (
+                robots.charge_when_low,
+                {"low": (0.0, 0.2, 0.3), "full": (0.5, 0.8, 1.0)},
+            ),
+        },
+        crowded=True,
+        batteries=True,
+    ),
+    *rules_for(
+        "activate_stations",
+        {
+            "all": (robots.activate_all, {}),
+            "constant-ratio": (robots.constant_ratio, {"ratio": (0.1, 0.34, 0.5, 0.67, 1.0)}),
+            "backlog-threshold": (
+                robots.backlog_threshold,
+                {
+                    "open_above": range(5),
+                    "close_below": (0.0, 0.3, 0.7, 1.0),
+                    "timeout_s": (0.0, 100.0, 600.0),
+                    "least": range(1, 4),
+                },
+            ),
+        },
+    ),
+    *rules_for(
+        "assign_orders_and_pods",
+        {
+            "alternating": (joint.alternating, JOINT | {"rounds": range(1, 5)}),
+            "two-stage": (
+                joint.two_stage,
+                MAX_WAIT_S
+                | {
+                    "first_share": (0.2, 0.5, 0.75, 1.0),
+                    "first_orders": ("cheapest", "oldest"),
+                },
+            ),
+            "lns": (joint.lns, JOINT | {"iterations": range(6), "share": (0.3, 0.7, 1.0)}),
+        },
+        filtered=True,
+    ),
+    Oracle(
+        "pod-index",
+        {"assign_orders_and_pods": pod_index.pod_index, "wake_at": pod_index.wake_at},
+        POD_INDEX,
+        {"filtered": True, "single": True},
+    ),
+    switches("assign_orders", {"pod-match": orders.pod_match, "first-come": orders.first_come}),
+    switches("select_pods", {"demand": pods.most_wanted, "random": pods.drawn}),
+    switches("choose_storage_location", {"nearest": places.nearest, "station-based": places.station_based}),
+    switches("assign_tasks", {"nearest-robot": robots.nearest_robot, "random": robots.drawn}),
+    Oracle("free-flow", {"plan_path": robots.fastest}, {}, {"crowded": True}, every=10),
+]
 
 
-def wanted_at(station: Station) -> dict[int, Counter[int]]:
-    """Uncovered items by order and SKU; the order that was assigned first comes first."""
-    wanted: dict[int, Counter[int]] = {}
-    for request in station.uncovered_requests:
-        wanted.setdefault(request.order.id, Counter())[request.sku] += request.items
-    return wanted
-
-
-def completed(wanted: Iterable[Counter[int]], items: Counter[int]) -> list[bool]:
-    """Whether each order is completed with items, when one takes its items after the other."""
-    found = []
-    for needs in wanted:
-        found.append(needs <= items)
-        if found[-1]:
-            items = items - needs
-    return found
-
-
-def picks(station: Station, items: Counter[int]) -> Counter[int]:
-    """Items that serve uncovered requests of the station."""
-    return items & sum(wanted_at(station).values(), Counter())
-
-
-def picks_of(_: Warehouse, pod: Pod, station: Station) -> int:
-    """Uncovered items of the station that the pod serves."""
-    return picks(station, Counter({sku: pod.free_items(sku) for sku in pod.contents})).total()
-
-
-def completes(world: Warehouse, pod: Pod, station: Station) -> tuple[int, int]:
-    """Orders of the station that the pod completes, and its picks there."""
-    items = Counter({sku: pod.free_items(sku) for sku in pod.contents})
-    return sum(completed(wanted_at(station).values(), items)), picks(station, items).total()
-
-
-def completes_backlog(world: Warehouse, pod: Pod, station: Station) -> tuple[int, int]:
-    """The same, with the orders of the backlog that what is left completes."""
-    items = Counter({sku: pod.free_items(sku) for sku in pod.contents})
-    here, served = completes(world, pod, station)
-    lines = [Counter({line.sku: line.quantity for line in order.open_lines}) for order in world.backlog.orders]
-    return here + sum(completed(lines, items - picks(station, items))), served
-
-
-def work(value: str, world: Warehouse, pod: Pod, station: Station) -> tuple[float]:
-    """What the items are worth that the pod serves: 1 each, or shares of the orders' ages or lateness; drives cost."""
-
-    def share(order: Order) -> float:
-        since_s = {"picks": None, "age": order.arrival_s, "lateness": order.due_s}[value]
-        if value == "picks" or since_s is None:
-            return float(value == "picks")
-        return max(world.now / 1000 - since_s, 0) / order.unpicked_items
-
-    items = Counter({sku: pod.free_items(sku) for sku in pod.contents})
-    wanted = wanted_at(station)
-    whole = dict(zip(wanted, completed(wanted.values(), items), strict=True))
-    total = 0.0
-    for request in station.uncovered_requests:
-        served = min(items[request.sku], request.items)
-        items[request.sku] -= served
-        total += share(request.order) * (request.items * whole[request.order.id] + served)
-    for order in world.backlog.orders:
-        for line in order.open_lines:
-            served = min(items[line.sku], line.quantity)
-            items[line.sku] -= served
-            total += 0.2 * served * share(order)
-    drive = world.travel.times_to(station.cell, True)[pod.cell].min() / 1000
-    return (round(total - drive / 3, 6),)
-
-
-@settings(max_examples=300, deadline=None)
-@given(worlds())
-def test_order_assignment_is_what_its_definition_says(build: Callable[[], Warehouse]) -> None:
-    """Rules that score pairs, with unlimited and finite stock, item and order capacity."""
-    rules: tuple[tuple[PairOptions, Score], ...] = (
-        (PodMatch(), match),
-        (CommonLines(), in_common),
-        (FirstCome(), lambda world, order, station: 0),
-        (Workload(), lambda world, order, station: -orders_at(station)),
-        (Workload(prefer="most"), lambda world, order, station: orders_at(station)),
-        (NearBestPod(), near_best_pod),
-    )
-    shared = not build().unlimited_stock and any(len(pod.bound_for) > 1 for pod in build().pods)
-    for rule, score in rules[shared:]:  # what a pod that goes on has left, promises to others may change: no part of it
-        decided = [
-            (given.order, given.station)
-            for given in rule.assign_orders(WarehouseView(build()), np.random.default_rng(0))
-        ]
-        assert decided == list(literal_assignments(build(), score)), rule
-
-
-OPTIONS = st.fixed_dictionaries(
-    {},
-    optional={
-        "max_wait_s": st.sampled_from([0.0, 100.0, 600.0, 2000.0]),
-        "fast_lane": st.integers(1, 3),
-        "tie_break": st.just("due"),
-        "late_first": st.just(True),
-    },
+@pytest.mark.parametrize(
+    "seeds", [range(200), pytest.param(range(200, 3000), marks=pytest.mark.slow)], ids=["some", "many"]
 )
+@pytest.mark.parametrize("oracle", ORACLES, ids=lambda oracle: f"{oracle.rule}-{next(iter(oracle.literals))}")
+def test_a_rule_decides_as_its_definition_says(oracle: Oracle, seeds: range) -> None:
+    """In runs of all sizes; a rule that is slow to check by hand in fewer of them."""
+    for seed in seeds[:: oracle.every]:
+        parameters = oracle.drawn(random.Random(f"{seed} drawn"))
+        try:
+            oracle.hold(Run(seed, seed % 5, **oracle.run), parameters)
+        except Exception as error:
+            error.add_note(f"{oracle.rule}: Run({seed}, {seed % 5}, **{oracle.run}), parameters {parameters}")
+            raise
 
 
-def due(order: Order) -> float:
-    """When an order is due."""
-    return math.inf if order.due_s is None else order.due_s
+def test_lns_looks_at_few_of_many_orders(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if more than three were many."""
+    monkeypatch.setattr("rmfs_rules.joint.lns.MOST_ORDERS", 3)
+    monkeypatch.setattr(joint, "MOST_ORDERS", 3)
+    (oracle,) = (oracle for oracle in ORACLES if oracle.rule == "lns")
+    for seed in range(60):
+        oracle.hold(Run(seed, 3, filtered=True), {"iterations": 4})
 
 
-@settings(max_examples=400, deadline=None)
-@given(worlds(), OPTIONS)
-def test_options_are_what_they_say(build: Callable[..., Warehouse], options: dict[str, Any]) -> None:
-    """Orders that waited, the fast lane, ties and late orders, in all rules that assign whole orders."""
-    later = partial(build, late=True)
-    rules: tuple[tuple[type[PairOptions], Score], ...] = (
-        (PodMatch, match),
-        (CommonLines, in_common),
-        (FirstCome, lambda world, order, station: 0),
-        (Workload, lambda world, order, station: -orders_at(station)),
-    )
-    shared = not later().unlimited_stock and any(len(pod.bound_for) > 1 for pod in later().pods)
-    rng = np.random.default_rng(0)
-    tie = due if "tie_break" in options else lambda order: 0.0
-    for rule, score in rules[shared:]:
-        decided = rule(**options).assign_orders(WarehouseView(later()), rng)
-        assert [(one.order, one.station) for one in decided] == Literal(later(), score, tie, options).decide(), rule
-    lane = {key: value for key, value in options.items() if key in ("max_wait_s", "fast_lane")}
-    for by_due, tie in (
-        (EarliestDue(**lane), due),
-        (LeastSlack(**lane), lambda order: due(order) - 13.0 * order.open_items),
-    ):
-        decided = by_due.assign_orders(WarehouseView(later()))
-        literal = Literal(later(), lambda world, order, station: 0, tie, lane).decide()
-        assert [(one.order, one.station) for one in decided] == literal, by_due
+def shipped() -> Iterator[tuple[str, set[str], set[str]]]:
+    """Yield the names of the rules that are installed with rmfs, the hooks that they answer, and their parameters."""
+    for point in entry_points(group="rmfs.rules"):
+        if point.dist is not None and point.dist.name == "rmfs" and point.name not in ELSEWHERE:
+            kind = point.load()
+            parameters = {one.name for one in attrs.fields(kind) if one.init and one.name[0] != "_"}
+            yield point.name, marked_methods(kind).keys() - OBSERVER_HOOKS, parameters
 
 
-@settings(max_examples=300, deadline=None)
-@given(worlds(), st.integers(0, 4))
-def test_pod_selection_is_what_its_definition_says(build: Callable[[], Warehouse], max_fetches: int) -> None:
-    """demand, nearest-pod, completes and lexicographic, with stored and leaving pods."""
-    rules: tuple[tuple[Demand | NearestPod, Value], ...] = (
-        (Demand(), system_demand),
-        (NearestPod(), lambda world, pod, _: ()),
-    )
-    for rule, value in rules:
-        decided = [(trip.pod, trip.station) for trip in rule.select_pods(WarehouseView(build()), max_fetches)]
-        assert decided == list(literal_trips(build(), max_fetches, value)), rule
-    rng = np.random.default_rng(0)
-    by_demand = Lexicographic(("picks", "demand", "nearest"))
-    for scored, value in (
-        (Completes(), completes),
-        (Completes(count_backlog=True), completes_backlog),
-        (by_demand, lambda *at: (picks_of(*at), *system_demand(*at))),
-    ):
-        trips = scored.select_pods(WarehouseView(build()), max_fetches, rng)
-        assert [(trip.pod, trip.station) for trip in trips] == list(literal_trips(build(), max_fetches, value)), scored
-
-
-@settings(max_examples=150, deadline=None)
-@given(worlds())
-def test_work_is_what_its_definition_says(build: Callable[[], Warehouse]) -> None:
-    """work-amount sends no pod that another beats by more than what sums of fractions are off."""
-    for value in ("picks", "age", "lateness"):
-        world = build()
-        world.now = 250_000
-        no_better_pod(world, value)
-
-
-def no_better_pod(world: Warehouse, value: str) -> None:
-    """Fail where another pod than one that work-amount sends is worth more."""
-    rule = WorkAmount(value=value)
-    trips = rule.select_pods(WarehouseView(world), 9, np.random.default_rng(0))
-    for trip in trips:
-        station, pod = world.stations[trip.station], world.pods[trip.pod]
-        rivals = [
-            other
-            for other in world.pods
-            if (other in world.leaving_pods() or (other.location is not None and not other.bound_for))
-            and station.id not in other.bound_for
-            and any(other.free_items(request.sku) > 0 for request in station.uncovered_requests)
-        ]
-        best = max(work(value, world, other, station) for other in rivals)
-        assert work(value, world, pod, station)[0] >= best[0] - 1e-5
-        world.bind(pod, station)
+@pytest.mark.parametrize(("name", "hooks", "parameters"), [pytest.param(*rule, id=rule[0]) for rule in shipped()])
+def test_every_rule_has_a_literal_version(name: str, hooks: set[str], parameters: set[str]) -> None:
+    """Of all that it decides, with all its parameters; or it is named in `ELSEWHERE`."""
+    found = [oracle for oracle in ORACLES if oracle.rule == name]
+    assert {hook for oracle in found for hook in oracle.literals} == hooks
+    assert all(oracle.parameters.keys() == parameters for oracle in found)

@@ -12,7 +12,7 @@ from rmfs_commands.testing import small_instance, small_layout, small_world
 from rmfs_core.motion import Motion
 from rmfs_core.warehouse import Station, Warehouse, WarehouseView
 from rmfs_core.world.travel import travel_on
-from rmfs_rules.classes.places import NO_STATION, Places, by_share, class_at, nearest_of
+from rmfs_rules.classes.places import Places, by_share, class_at, nearest_of
 
 
 def places(stations: int = 2) -> tuple[Places, WarehouseView]:
@@ -64,26 +64,6 @@ def test_places_with_the_same_drive_have_the_same_rank() -> None:
     drives = sorted(set(found.nearest_ticks.tolist()))
     assert found.ranks().tolist() == [drives.index(drive) for drive in found.nearest_ticks.tolist()]
     assert len(drives) < len(found.cells)
-
-
-@pytest.mark.parametrize("stations", [1, 2, 3])
-@pytest.mark.parametrize("share", [0.0, 0.25, 0.6, 1.0])
-def test_caches_are_dealt_out_the_shortest_drive_first(stations: int, share: float) -> None:
-    """Against a loop in plain Python that looks for the shortest drive each time."""
-    found, _ = places(stations)
-    number = len(found.cells)
-    room = dict.fromkeys(range(stations), math.ceil(share * number / stations))
-    owner = [NO_STATION] * number
-    while any(room.values()) and NO_STATION in owner:
-        _, station, place = min(
-            (found.ticks[station, place], station, place)
-            for station in room
-            for place in range(number)
-            if room[station] and owner[place] == NO_STATION
-        )
-        owner[place] = station
-        room[station] -= 1
-    assert found.caches(share).tolist() == owner
 
 
 def test_the_nearest_of_some_cells_is_the_robots(put_at_station: Callable[[Warehouse, int, int], None]) -> None:

@@ -1,4 +1,4 @@
-"""Pairs of order and station, and the parameters that POA rules share: ties, late orders, the fast lane."""
+"""Greedy pairs of order and station, with the parameters that POA rules share; the oracles have them at random."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from rmfs_commands.testing import check_rule, small_world
+from rmfs_core.decisions import OrderAssignment
 from rmfs_core.warehouse import Station, Warehouse, WarehouseView
 from rmfs_rules.common_lines import CommonLines
 from rmfs_rules.due import EarliestDue, LeastSlack
 from rmfs_rules.first_come import FirstCome
-from rmfs_rules.helpers import assign_best_pairs, sum_per_order
-from rmfs_rules.helpers.pairs import Pairs
+from rmfs_rules.helpers import OVERSIZE_WAIT_S, assign_best_pairs, lines_at, sum_per_order
 from rmfs_rules.near_best_pod import NearBestPod
 from rmfs_rules.pod_match import PodMatch
 from rmfs_rules.workload import Workload
@@ -79,22 +79,6 @@ def test_a_place_is_kept_for_what_the_pod_at_the_station_completes(
 
 
 @OF_ORDERS
-def test_a_station_with_nothing_to_do_keeps_no_place(rule: type[Any]) -> None:
-    """Else an order as large as the station would never come in."""
-    world = small_world({"1": {"a": 3}}, {"p": ["a"]}, capacities=[3])
-    assert decide(world, rule(fast_lane=1)) == [("1", 0)]
-
-
-@OF_ORDERS
-def test_a_pod_on_its_way_completes_nothing_yet(rule: type[Any]) -> None:
-    """Nobody takes the place before it is there."""
-    world = small_world({"x": ["a"], "1": ["a"]}, {"p": ["a"]}, capacities=[2])
-    world.assign(world.orders[0], world.stations[0], [0])
-    world.bind(world.pods[0], world.stations[0])
-    assert decide(world, rule(fast_lane=1)) == []
-
-
-@OF_ORDERS
 def test_items_on_the_pod_are_for_one_order_each(rule: type[Any], put_at_station: PutAtStation) -> None:
     """Of three items one is promised to order x; order 1 takes one, order 2 the last one; none is left for order 3."""
     orders = {"x": {"a": 1}, "1": {"a": 1}, "2": {"a": 1}, "3": {"a": 1}}
@@ -103,106 +87,6 @@ def test_items_on_the_pod_are_for_one_order_each(rule: type[Any], put_at_station
     world.assign(world.orders[0], world.stations[0], [0])
     assert [name for name, _ in decide(world, rule(fast_lane=3))] == ["1", "2"]
     assert [name for name, _ in decide(world, rule())] == ["1", "2", "3"]
-
-
-@OF_ORDERS
-def test_orders_are_the_places_where_they_are_counted(rule: type[Any], put_at_station: PutAtStation) -> None:
-    """The last of three places is for an order that the pod can complete, however large."""
-    orders = {"x": ["a"], "1": ["b"], "2": ["b"], "3": {"a": 5}}
-    world = small_world(orders, {"p": ["a"], "q": ["b"]}, capacities=[3], counts_orders=True)
-    put_at_station(world, 0, 0)
-    world.assign(world.orders[0], world.stations[0], [0])
-    assert {name for name, _ in decide(world, rule(fast_lane=1))} in ({"1", "3"}, {"3"})  # 3 may come before 1
-
-
-def test_orders_without_a_due_time_are_never_late() -> None:
-    """They are due at the end of time: of two that match, the one that is late goes first."""
-    world = small_world(FOUR, {"p": ["a"]}, due_s={"2": 4.5, "3": 3})
-    world.now = 4000
-    assert [name for name, _ in decide(world, FirstCome(late_first=True))] == ["3", "1", "2", "4"]
-
-
-def test_a_score_is_a_sum_over_open_lines() -> None:
-    """Of min(items, what the SKU counts at most); without a table all orders score the same."""
-    world = small_world({"1": {"a": 1, "b": 1}, "2": {"a": 3}, "3": {"b": 2}}, {"p": ["a", "b"]}, capacities=[3])
-    view = WarehouseView(world)
-    for table, first in (([[2, 0]], 1), ([[1, 1]], 0), ([[1, 3]], 0), ([[0, 3]], 2), ([[0, 0]], 0), (None, 0)):
-        assert Pairs(view, None if table is None else np.array(table)).assign()[0].order == first
-
-
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("counts", [False, True])
-@pytest.mark.parametrize("due", [False, True])
-def test_tables_decide_as_scores_of_all_orders(seed: int, counts: bool, due: bool) -> None:
-    """Over several decisions, between which orders leave: the same as with scores made of all lines."""
-    rng = np.random.default_rng(seed)
-    names = [f"s{i}" for i in range(12)]
-    orders = {
-        str(i): {sku: int(rng.integers(1, 4)) for sku in rng.choice(names, rng.integers(1, 6), replace=False)}
-        for i in range(300)
-    }
-    due_s = {name: float(rng.integers(9)) for name in orders}
-    world = small_world(orders, {"p": names}, capacities=[6, 11, 7], counts_orders=counts, due_s=due_s)
-    view, assigned = WarehouseView(world), 0
-    for turn in range(8):
-        available = rng.integers(0, 4, (3, 12)) * (rng.random((3, 12)) < 0.2 + 0.1 * turn)
-
-        def score(station: Station, now: np.ndarray = available) -> np.ndarray:
-            lines = view.backlog_lines
-            return sum_per_order(view, np.minimum(now[station.id, lines.sku], lines.quantity))
-
-        rank = np.array([order.due_s for order in view.backlog]) if due else None
-        answer = Pairs(view, available, rank=view.lines.due_s if due else None).assign()
-        assert answer == assign_best_pairs(view, score, rank=rank)
-        assigned += len(answer)
-        for one in answer[: int(rng.integers(1, 5))]:
-            order = world.orders[one.order]
-            world.assign(order, world.stations[one.station], [line.sku for line in order.open_lines])
-            if rng.random() < 0.7:
-                for request in world.stations[one.station].open_requests:
-                    world.fulfil(request, world.pods[0])
-    assert assigned > 5
-
-
-def test_who_takes_is_told_until_nothing_more_fits() -> None:
-    """Each assignment but the one that fills the last free place is told before the next is chosen."""
-    world = small_world({"0": ["a"], "1": ["a"], "2": ["b"]}, {"p": ["a", "b"]}, capacities=[1, 1])
-    told: list[tuple[int, int]] = []
-
-    def take(pairs: Pairs, station: Station, place: int) -> None:
-        told.append((station.id, int(pairs.lines.order_id[place])))
-        pairs.change(1, 1, 5)  # now station 1 has what the youngest order wants
-
-    chosen = Pairs(WarehouseView(world), np.zeros((2, 2), np.int64)).assign(take)
-    assert [(one.station, one.order) for one in chosen] == [(0, 0), (1, 2)]
-    assert told == [(0, 0)]
-
-
-def test_ties_go_to_the_station_that_is_preferred() -> None:
-    """Of the stations with an order's highest score the lowest by ``prefer`` takes it."""
-    view = WarehouseView(small_world({"0": {"a": 1}}, {"p": ["a"]}, capacities=[4, 4]))
-    assert [one.station for one in Pairs(view).assign()] == [0]
-    assert [one.station for one in Pairs(view).assign(prefer=lambda _, station: -station.id)] == [1]
-    better = np.array([[9], [0]])
-    assert [one.station for one in Pairs(view, better).assign(prefer=lambda _, station: -station.id)] == [0]
-
-
-def test_a_begun_order_takes_no_second_place_at_its_station() -> None:
-    """Where orders are counted it fits a full station that it has a place at; another does not."""
-    world = small_world({"0": ["a", "b"], "1": ["c"]}, {"p": ["a", "b", "c"]}, capacities=[1], counts_orders=True)
-    world.assign(world.orders[0], world.stations[0], [0])
-    chosen = Pairs(WarehouseView(world)).assign()
-    assert [(one.order, one.station) for one in chosen] == [(0, 0)]
-
-
-def test_lots_do_not_depend_on_orders_that_have_left() -> None:
-    """Nor on whether a filter shows all orders: the same draw for the orders that are there."""
-    world = small_world({str(i): ["a"] for i in range(9)}, {"p": ["a"]}, capacities=[3])
-    world.assign(world.orders[2], world.stations[0], [0])
-    rule, view = FirstCome(tie_break="random"), WarehouseView(world)
-    for seed in range(9):
-        other = rule.assign_orders(view.showing(view.backlog), np.random.default_rng(seed))
-        assert rule.assign_orders(view, np.random.default_rng(seed)) == other
 
 
 @OF_PAIRS
@@ -218,3 +102,133 @@ def test_wrong_parameters_are_refused(rule: type[Any], wrong: dict[str, Any], pr
 def test_rules_conform_with_all_of_them() -> None:
     """No order starves for want of a place that is kept."""
     assert check_rule(PodMatch(tie_break="random", late_first=True, fast_lane=2)).findings == ()
+
+
+ORDERS = {"1": {"a": 2, "b": 1}, "2": ["c"], "3": {"a": 1, "b": 1, "c": 4}}
+
+
+def view(**changes: object) -> WarehouseView:
+    """Return a world of three orders of 3, 1 and 6 items; two stations for 6 and 4 items unless said otherwise."""
+    settings: dict[str, object] = {"capacities": (6, 4), **changes}
+    return WarehouseView(small_world(ORDERS, {"p": ["a", "b", "c"]}, **settings))  # type: ignore[arg-type]
+
+
+def test_values_of_lines_are_summed_by_order() -> None:
+    """Quantities make sizes, ones make numbers of lines; what `lines_at` names is what is summed."""
+    world = view()
+    quantities = world.backlog_lines.quantity
+    assert sum_per_order(world, quantities).tolist() == [3, 1, 6]
+    assert sum_per_order(world, np.ones_like(quantities)).tolist() == [2, 1, 3]
+    assert [quantities[lines_at(world, i)].tolist() for i in range(3)] == [[2, 1], [1], [1, 1, 4]]
+
+
+def test_an_order_without_open_lines_at_its_position_is_none() -> None:
+    """What is assigned is in the backlog no more, and the lines that are left move up."""
+    warehouse = small_world(ORDERS, {"p": ["a", "b", "c"]}, capacities=(6, 4))
+    warehouse.assign(warehouse.orders[0], warehouse.stations[0], [0])
+    world = WarehouseView(warehouse)
+    assert sum_per_order(world, world.backlog_lines.quantity).tolist() == [1, 1, 6]
+    warehouse.assign(warehouse.orders[0], warehouse.stations[0], [1])
+    world = WarehouseView(warehouse)
+    assert sum_per_order(world, world.backlog_lines.quantity).tolist() == [1, 6]
+
+
+def scores(**by_station: list[int]) -> Callable[[Station], np.ndarray]:
+    """Return a score that is a fixed list for each station: ``s0``, ``s1``."""
+    return lambda station: np.array(by_station[f"s{station.id}"])
+
+
+def chosen(found: list[OrderAssignment]) -> list[tuple[int, int]]:
+    """Return (order, station) of each assignment."""
+    return [(one.order, one.station) for one in found]
+
+
+@pytest.mark.parametrize(
+    ("s0", "s1", "expected"),
+    [
+        ([0, 0, 9], [0, 0, 0], [(2, 0), (0, 1), (1, 1)]),  # the best pair first; then nothing else fits station 0
+        ([1, 5, 0], [1, 1, 0], [(1, 0), (0, 1)]),  # of the tie of order 0 the station with the lower load
+        ([0, 0, 0], [0, 0, 0], [(0, 0), (1, 1)]),  # all alike: the oldest order, the lowest id
+        ([0, 0, 0], [0, 9, 0], [(1, 1), (0, 0)]),  # order 2 fits nowhere then
+    ],
+)
+def test_the_best_pair_that_fits_goes_first(s0: list[int], s1: list[int], expected: list[tuple[int, int]]) -> None:
+    """Scores decide, then age, load, id; an order of six items fits the empty station 0 only."""
+    assert chosen(assign_best_pairs(view(), scores(s0=s0, s1=s1))) == expected
+
+
+def test_stations_that_count_orders_take_any_order() -> None:
+    """Capacity one and two: three orders, whatever their size."""
+    found = assign_best_pairs(view(capacities=(1, 2), counts_orders=True), scores(s0=[0, 0, 9], s1=[2, 1, 0]))
+    assert chosen(found) == [(2, 0), (0, 1), (1, 1)]
+
+
+def test_scores_are_asked_for_again_where_they_changed() -> None:
+    """Who is told of an assignment says which stations' scores are others now."""
+    asked: list[int] = []
+
+    def score(station: Station) -> np.ndarray:
+        asked.append(station.id)
+        return np.array([0, 0, 0]) if asked.count(0) < 2 else np.array([0, 7, 0])
+
+    told: list[tuple[int, int]] = []
+
+    def assigned(station: Station, position: int) -> list[int]:
+        told.append((station.id, position))
+        return [0] if len(told) == 1 else []
+
+    assert chosen(assign_best_pairs(view(), score, assigned)) == [(0, 0), (1, 0)]
+    assert asked == [0, 1, 0]
+    assert told == [(0, 0), (0, 1)]
+
+
+def test_nothing_to_assign() -> None:
+    """Neither without orders nor without capacity is any score asked for."""
+
+    def unasked(station: Station) -> np.ndarray:
+        raise AssertionError("nothing fits")
+
+    assert assign_best_pairs(WarehouseView(small_world({}, {"p": ["a"]})), unasked) == []
+    full = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a", "b"]}, capacities=(1,))
+    full.assign(full.orders[0], full.stations[0], [0])
+    assert assign_best_pairs(WarehouseView(full), unasked) == []
+
+
+def two_stations(orders: dict[str, dict[str, int]], begun: dict[str, int], now_s: float) -> Warehouse:
+    """Return a world with two stations of four and six places, and some orders assigned already."""
+    world = small_world(orders, {"p": ["a"]}, capacities=[4, 6])
+    for name, station in begun.items():
+        order = next(order for order in world.orders if order.name == name)
+        world.assign(order, world.stations[station], [line.sku for line in order.open_lines])
+    world.now = int(now_s * 1000)
+    return world
+
+
+LARGE = {"large": {"a": 9}, "x": {"a": 1}, "y": {"a": 3}, "1": {"a": 1}, "2": {"a": 1}, "3": {"a": 1}, "4": {"a": 1}}
+
+
+@OF_PAIRS
+def test_it_waits_for_a_while(rule: type[Any]) -> None:
+    """Until then, stations take what fits beside what they have."""
+    decided = decide(two_stations(LARGE, {"x": 0, "y": 1}, OVERSIZE_WAIT_S - 1), rule())
+    assert {name for name, _ in decided} == {"1", "2", "3", "4"}
+    assert {station for _, station in decided} == {0, 1}
+
+
+@OF_PAIRS
+def test_then_one_station_takes_nothing_else_until_it_is_empty(rule: type[Any]) -> None:
+    """The one that is nearest to being empty."""
+    world = two_stations(LARGE, {"x": 0, "y": 1}, OVERSIZE_WAIT_S)
+    assert {station for _, station in decide(world, rule())} == {1}
+    world = two_stations(LARGE, {"y": 1}, OVERSIZE_WAIT_S)
+    assert decide(world, rule())[0] == ("large", 0)
+
+
+FULL = {"big": {"a": 4}, "x": {"a": 3}, "y": {"a": 3}, "1": {"a": 1}, "2": {"a": 1}, "3": {"a": 1}, "4": {"a": 1}}
+
+
+@OF_PAIRS
+def test_with_a_limit_a_station_keeps_its_places_for_them(rule: type[Any]) -> None:
+    """The second station needs one place more for the order, the first three; only the first takes others."""
+    world = two_stations(FULL, {"x": 0, "y": 1}, 60)
+    assert [station for _, station in decide(world, rule(max_wait_s=60))] == [0]

@@ -1,17 +1,15 @@
-"""Pods for the stations that lack one."""
+"""Pods for the stations that lack one, and how far they drive."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
 import pytest
 
 from rmfs_commands.testing import small_world
 from rmfs_core.decisions import PodTrip
 from rmfs_core.warehouse import Pod, Station, Warehouse, WarehouseView
-from rmfs_rules.helpers import send_pods, ticks_to_station
-from rmfs_rules.helpers.sending import held, may_send, nearest, ticks_from, worth
+from rmfs_rules.helpers import nearest_free_location, send_pods, ticks_to_station
 
 
 def busy(pods: dict[str, list[str]], *wanted: list[str]) -> Warehouse:
@@ -67,30 +65,25 @@ def test_only_pods_that_serve_an_uncovered_request_are_offered() -> None:
     assert offered == [[2, 3]]
 
 
-@pytest.mark.parametrize(("wanted", "found"), [(["b"], False), (["c"], True)])
-def test_without_a_robot_only_a_leaving_pod_may_be_sent(
-    put_at_station: Callable[[Warehouse, int, int], None], wanted: list[str], found: bool
+def test_the_way_to_a_station_is_timed_with_the_pod() -> None:
+    """From where the pod is, with the heading that is best for it."""
+    world = WarehouseView(small_world({}, {"p": ["a"]}, capacities=(6, 4)))
+    pod = world.pods[0]
+    for station in world.stations:
+        ways = [world.travel.ticks(pod.cell, heading, station.cell, True) for heading in range(4)]
+        assert ticks_to_station(world, pod, station) == min(ways) < max(ways)
+
+
+def test_a_pod_goes_to_the_free_location_its_robot_reaches_first(
+    put_at_station: Callable[[Warehouse, int, int], None],
 ) -> None:
-    """To another station that wants what it holds; what its own wants is not sent there."""
-    world = busy({"p": ["c"], "q": ["b", "c"]}, ["a"], wanted)
-    assert not may_send(WarehouseView(world), 0)
-    put_at_station(world, 0, 0)
-    assert may_send(WarehouseView(world), 0) == found
-    assert may_send(WarehouseView(world), 1)
-
-
-def test_the_nearest_pod_is_that_with_the_shortest_drive() -> None:
-    """Loaded, whatever way its robot will face; ties go to the lowest id."""
-    world = WarehouseView(small_world({}, {name: ["a"] for name in "pqrs"}))
-    station, stock, pods = world.stations[0], world.stock, np.arange(4)
-    ticks = [ticks_to_station(world, pod, station) for pod in world.pods]
-    assert ticks_from(world, stock.cell, station).tolist() == ticks
-    assert nearest(world, stock, pods, station) == ticks.index(min(ticks))
-    assert nearest(world, stock, pods[2:3], station) == 2
-
-
-def test_pods_are_worth_what_they_hold() -> None:
-    """Items up to what is wanted; or a value for each SKU that is there."""
-    stock = WarehouseView(small_world({}, {"p": {"a": 2, "b": 1}, "q": {"b": 4}})).stock
-    assert worth(stock, np.arange(2), np.array([1, 3])).tolist() == [2, 3]
-    assert held(stock, np.array([10, 5])).tolist() == [15, 5]
+    """By driving time with the pod, not by distance; it says nothing of a pod that nobody carries."""
+    warehouse = small_world({}, {"p": ["a"], "q": ["b"]}, capacities=(9, 9))
+    put_at_station(warehouse, 0, 1)
+    world = WarehouseView(warehouse)
+    pod, robot = world.pods[0], world.robots[world.pods[0].robot]
+    times = {cell: world.travel.ticks(pod.cell, robot.heading, cell, True) for cell in world.free_storage_locations}
+    assert nearest_free_location(world, pod) == min(times, key=lambda cell: (times[cell], cell))
+    assert len({*times.values()}) > 1
+    with pytest.raises(AssertionError, match="is being carried"):
+        nearest_free_location(world, world.pods[1])

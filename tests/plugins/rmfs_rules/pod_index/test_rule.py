@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any
 
 import pytest
 from attrs import evolve
 
+import rmfs_rules.pod_index
 from rmfs_commands.testing import check_rule, small_instance, small_world
 from rmfs_core import run
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.helpers import ticks_to_station
-from rmfs_rules.pod_index import PodIndex, index, turns, urging, worth
+from rmfs_rules.pod_index import PodIndex
 
 Put = Callable[[Warehouse, int, int], None]
 
@@ -37,15 +40,16 @@ def test_it_conforms() -> None:
 
 
 def test_nothing_is_compiled_once_a_run_has_begun() -> None:
-    """What is prepared is what decisions call."""
-    searches = [
-        called
-        for called in {**vars(index), **vars(turns), **vars(urging), **vars(worth)}.values()
-        if hasattr(called, "signatures")
+    """What is prepared is what decisions call, also with whole numbers for seconds and shares."""
+    modules = [
+        import_module(f"rmfs_rules.pod_index.{found.name}") for found in iter_modules(rmfs_rules.pod_index.__path__)
     ]
+    searches = [called for module in modules for called in vars(module).values() if hasattr(called, "signatures")]
     PodIndex().prepare(roads_on(small_world({"1": ["a"]}, {"p": ["a"]}).travel))
     before = [len(search.signatures) for search in searches]
-    run("examples/small", overrides=["rules.poa_pps=pod-index"])
+    whole = [f"rules.poa_pps.{name}={value}" for name, value in {"visit_s": 300, "finish": 1, "due_factor": 1}.items()]
+    run("examples/small", overrides=["rules.poa_pps=pod-index", *whole])
+    assert any(before)
     assert [len(search.signatures) for search in searches] == before
 
 
@@ -96,6 +100,39 @@ def test_the_nearest_of_equal_pods_is_sent() -> None:
     nearest = min(range(1, 9), key=lambda pod: ticks[pod])
     assert ticks[nearest] < ticks[1]
     assert decide(world)[1] == [(str(nearest), 0)]
+
+
+def test_the_nearest_of_equal_pods_is_sent_from_where_it_is_now(put_at_station: Put) -> None:
+    """The nearer one visits the station, and is put down farther away than the other one."""
+    world = small_world({"1": ["a"]}, {"p": ["a"], "q": ["a"]}, capacities=[1])
+    view, station, rule = WarehouseView(world), world.stations[0], PodIndex()
+    (trip,) = rule.assign_orders_and_pods(view).trips
+    put_at_station(world, trip.pod, 0)
+    pod, robot = world.pods[trip.pod], station.line[0]
+    world.leave(robot, pod, station)
+    to_station = view.travel.times_to(station.cell, True).min(axis=1)
+    far = max(world.free_locations, key=lambda cell: int(to_station[cell]))
+    assert to_station[far] > to_station[world.pods[1 - trip.pod].cell]
+    world.reserve(far)
+    world.move(robot, far, 0)
+    world.store(robot, pod)
+    assert [one.pod for one in rule.assign_orders_and_pods(view).trips] == [1 - trip.pod]
+
+
+def test_the_station_with_the_fewest_pods_is_first(put_at_station: Put) -> None:
+    """Of two with a free place, the one without a pod gets the pod and the line."""
+    world = small_world({"1": ["a"]}, {"p": ["z"], "q": ["a"]}, capacities=[1, 1])
+    put_at_station(world, 0, 0)
+    assert decide(world, urge_s=0) == ([("1", 1, (1,))], [("q", 1)])
+
+
+def test_a_pod_at_a_station_that_it_serves_is_not_to_be_had(put_at_station: Put) -> None:
+    """One that leaves is: that whose SKU is not the one that was assigned."""
+    for assigned, sent in ((0, [("q", 1)]), (1, [("p", 1)])):
+        world = small_world({"1": ["a"], "2": ["b"], "3": ["a"]}, {"p": ["a"], "q": ["b"]}, capacities=[1, 1])
+        put_at_station(world, 0, 0)
+        world.assign(world.orders[assigned], world.stations[0], [assigned])
+        assert decide(world)[1] == sent
 
 
 def waiting(capacities: list[int]) -> Warehouse:
@@ -216,6 +253,16 @@ def test_a_line_of_more_items_than_a_station_takes_goes_to_an_empty_one(paramete
     assert decide(world, **parameters) == ([("1", 0, ())], [("p", 0), ("q", 0)])
     world = small_world({"1": {"a": 4, "b": 1}}, pods, capacities=[3, 3])
     assert decide(world, **parameters) == ([("1", 0, (1,))], [("p", 0)])
+
+
+def test_the_pods_with_most_of_what_is_missing_are_sent_for_it(put_at_station: Put) -> None:
+    """r has most of both lines, then p, then q; without q nothing is assigned. What is there need not be brought."""
+    pods = {"p": {"a": 2}, "q": {"b": 1, "z": 9}, "r": {"a": 3, "b": 4}}
+    world = small_world({"1": {"a": 5, "b": 5}}, pods, capacities=[4])
+    assert decide(world) == ([("1", 0, ())], [("r", 0), ("p", 0), ("q", 0)])
+    put_at_station(world, 2, 0)
+    assert decide(world) == ([("1", 0, ())], [("p", 0), ("q", 0)])
+    assert decide(small_world({"1": {"a": 5, "b": 6}}, pods, capacities=[4])) == ([], [])
 
 
 @pytest.mark.parametrize("parameters", [{}, {"packing_capacity": 1}])

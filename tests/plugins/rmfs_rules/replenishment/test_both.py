@@ -43,6 +43,17 @@ def test_a_pod_on_its_way_is_met_where_it_goes() -> None:
     assert decision == BundleDecision([BundleAssignment(0, far)], [StoreBundle(0, 0)])
 
 
+def test_of_stations_that_a_pod_visits_the_nearest_is_taken() -> None:
+    """It is bound for both, for the farther one by the bundle that waits there."""
+    world = small_world({}, {"A": {"a": 1}}, capacities=(9, 9), bundle_capacity=2)
+    near, far = sorted((0, 1), key=lambda station: ticks(world, 0, station))
+    world.bind(world.pods[0], world.stations[near])
+    world.assign_bundle(world.bundle_arrives(0, 1), world.stations[far])
+    world.bundle_arrives(0, 1)
+    decision = PodFirst().assign_bundles_and_pods(WarehouseView(world), 0)
+    assert decision == BundleDecision([BundleAssignment(1, near)], [StoreBundle(0, 0), StoreBundle(1, 0)])
+
+
 def test_a_bundle_that_no_pod_can_take_waits_where_it_takes_no_place() -> None:
     """It stays in front of the stations, and the next one passes it; no robot, and it is the same."""
     world = small_world({}, {"A": {"a": 8}}, bundle_capacity=1, pod_capacity=10)

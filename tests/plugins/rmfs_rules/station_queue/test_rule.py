@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pytest
 
 import rmfs_core
@@ -14,7 +13,7 @@ from rmfs_commands.testing import check_rule, small_world
 from rmfs_core import hookimpl
 from rmfs_core.info import Question
 from rmfs_core.roles import Role
-from rmfs_core.warehouse import Order, Pod, Station, Warehouse, WarehouseView
+from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.station_queue import StationQueue
 
 PutAtStation = Callable[[Warehouse, int, int], None]
@@ -56,6 +55,26 @@ def test_queues_have_an_end() -> None:
     assert rule.queue_of == {2: 0, 3: 1}
 
 
+def test_a_full_queue_takes_no_order_of_a_station_that_has_one_in_part() -> None:
+    """Order 1 has a place at the station, which counts orders, and its rest fills the queue."""
+    world = small_world({"1": ["a", "b"], "2": ["b"]}, {"p": ["a", "b"]}, capacities=[5], counts_orders=True)
+    world.assign(world.orders[0], world.stations[0], [0])
+    rule = StationQueue(queue_length=1, fast_lane=0)
+    assert decide(world, rule) == [("1", 0)]
+    assert decide(world, rule) == [("1", 0)]
+    assert rule.queue_of == {0: 0}
+
+
+def test_orders_that_queue_may_be_left_out_by_a_filter() -> None:
+    """The younger order queues and is hidden; it goes to its station as soon as it is shown again."""
+    world, rule = small_world({"1": {"a": 2}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[2]), StationQueue()
+    view = WarehouseView(world)
+    rule.assign_orders(view.showing([]))
+    assign(world, decide(world, rule))
+    assert rule.queue_of == {0: 0, 1: 0}
+    assert rule.assign_orders(view.showing([])) == []
+
+
 def test_what_is_urgent_then_what_the_pod_at_the_station_completes_goes_first(put_at_station: PutAtStation) -> None:
     """At 400 s order `due` has 600 s left; `now` is on the pod at the station, `soon` on one that comes."""
     orders = {"old": ["z"], "soon": ["b"], "now": ["a"], "due": ["z"], "later": ["z"]}
@@ -83,85 +102,6 @@ def test_an_order_queues_only_where_it_fits() -> None:
     rule = StationQueue()
     assert decide(world, rule) == [("1", 1), ("3", 0)]
     assert rule.queue_of == {0: 1, 1: 1}
-
-
-def completes(order: Order, pods: list[Pod]) -> bool:
-    """Whether pods have all that is open of an order."""
-    return all(sum(pod.free_items(line.sku) for pod in pods) >= line.quantity for line in order.open_lines)
-
-
-def literal(world: Warehouse, rule: StationQueue) -> list[tuple[str, int]]:
-    """Return what the definition says, of a first decision, pair by pair in plain Python."""
-    due = {order.id: np.inf if order.due_s is None else order.due_s for order in world.orders}
-    queues: dict[int, list[Order]] = {station.id: [] for station in world.stations}
-
-    def suits(order: Order, station: Station) -> tuple[Any, ...]:
-        wanted = {request.sku for request in station.open_requests}
-        items = sum(
-            min(line.quantity, sum(pod.free_items(line.sku) for pod in station.inbound_pods))
-            for line in order.open_lines
-        )
-        share = sum(line.sku in wanted for line in order.open_lines) / len(order.open_lines)
-        return -items, -share, due[order.id], order.id, len(queues[station.id]), station.id
-
-    backlog = list(world.backlog.orders)
-    while pairs := [
-        (suits(order, station), order, station)
-        for order in backlog
-        for station in world.stations
-        if len(queues[station.id]) < rule.queue_length and order.open_items <= station.capacity
-    ]:
-        _, order, station = min(pairs, key=lambda pair: pair[0])
-        queues[station.id].append(order)
-        backlog.remove(order)
-    found = []
-    start = {
-        (order.id, station.id): (
-            due[order.id] > world.now / 1000 + rule.urgent_s,
-            not (station.line and completes(order, [world.pods[station.line[0].pod or 0]])),
-            not completes(order, list(station.inbound_pods)),
-            order.id,
-        )
-        for station in world.stations
-        for order in queues[station.id]
-    }
-    while fitting := [
-        (start[order.id, station.id], station.load, order, station)
-        for station in world.stations
-        for order in queues[station.id]
-        if order.open_lines and order.open_items <= station.free_capacity
-    ]:
-        _, _, order, station = min(fitting, key=lambda one: one[:2])
-        found.append((order.name, station.id))
-        assign(world, found[-1:])
-    return found
-
-
-@pytest.mark.parametrize("seed", range(60))
-def test_random_worlds_as_defined(seed: int, put_at_station: PutAtStation) -> None:
-    """With unlimited and finite stock, due times, requests and inbound pods."""
-
-    def build() -> Warehouse:
-        rng = np.random.default_rng(seed)
-
-        def some(most: int) -> dict[str, int]:
-            return {str(s): int(rng.integers(1, most)) for s in rng.choice(list("abcd"), rng.integers(1, 4), False)}
-
-        orders = {str(i): some(3) for i in range(14)}
-        held = {str(i): some(5) for i in range(6)}
-        pods: Any = held if seed % 2 else {name: list(items) for name, items in held.items()}
-        due_s = {str(i): float(rng.integers(0, 2000)) for i in range(14) if rng.random() < 0.5}
-        world = small_world(orders, pods, capacities=[9, 7], due_s=due_s)
-        put_at_station(world, 0, 0)
-        world.bind(world.pods[1], world.stations[1])
-        world.bind(world.pods[2], world.stations[0])
-        for i in (0, 1):
-            world.assign(world.orders[i], world.stations[i], [line.sku for line in world.orders[i].open_lines][:1])
-        world.now = 300_000
-        return world
-
-    rule = StationQueue(queue_length=1 + seed % 5, fast_lane=0)
-    assert decide(build(), rule) == literal(build(), rule)
 
 
 def test_a_place_is_kept_for_what_the_pod_completes(put_at_station: PutAtStation) -> None:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+import math
 from math import exp
+from typing import Any
 
+from oracles.orders import free_on, wants
+from oracles.worlds import Moment
+from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_core.warehouse import UNLIMITED, Order, Pod, Station, WarehouseView
 from rmfs_rules.pod_index import PodIndex
 
@@ -24,7 +28,8 @@ class Literal:
         self.load = [station.load for station in self.stations]
         self.inbound = [len(station.inbound_pods) for station in self.stations]
         self.placed = [{request.order for request in station.open_requests} for station in self.stations]
-        self.last = {pod: pod.bound_for[-1] for pod in warehouse.pods if pod.bound_for}
+        picking = {pod: [at for at in pod.bound_for if at < len(self.stations)] for pod in warehouse.pods}
+        self.last = {pod: stations[-1] for pod, stations in picking.items() if stations}
         self.movable = {*warehouse.free_pods, *warehouse.leaving_pods}
         self.taken: list[tuple[Line, int]] = []
         self.trips: list[tuple[Pod, int]] = []
@@ -95,21 +100,24 @@ class Literal:
         return best, most
 
     def index(self, pod: Pod, station: int) -> float:
-        """The largest ratio over all sets of lines that a pod would cover."""
+        """The largest ratio over all sets of lines that a pod would cover (of scarce stock, one item each)."""
         rule, gaining, largest = self.rule, [], 0.0
         for line in self.lines:
             _, sku, items = line
             if items > self.here(station, sku) and self.free(pod, sku) > 0 and self.fits(line, station):
                 covered = any(items <= self.here(other.id, sku) for other in self.stations if other.id != station)
                 gaining.append((line, self.worth(line) * (rule.elsewhere if covered else 1.0)))
-        for number in range(1, len(gaining) + 1):
-            for chosen in combinations(gaining, number):
-                used: dict[int, int] = {}
-                for (_, sku, items), _ in chosen:
-                    used[sku] = used.get(sku, 0) + items
-                if all(items <= self.free(pod, sku) + self.here(station, sku) for sku, items in used.items()):
-                    seconds = rule.visit_s + rule.handle_s * sum(used.values())
-                    largest = max(largest, sum(worth for _, worth in chosen) / seconds)
+        # Of a SKU the lines that are worth most come first; then those that are worth most for each item
+        number, seconds, total = {sku: 0 for _, sku, _ in self.lines}, rule.visit_s, 0.0
+        few = []
+        for (_, sku, items), worth in sorted(gaining, key=lambda pair: -pair[1]):
+            number[sku] += items
+            if number[sku] <= self.free(pod, sku) + self.here(station, sku):
+                few.append((worth / items, worth, items))
+        for _, worth, items in sorted(few, reverse=True):
+            total += worth
+            seconds += rule.handle_s * items
+            largest = max(largest, total / seconds)
         return largest
 
     def able(self, station: int) -> list[Pod]:
@@ -190,3 +198,74 @@ class Literal:
                     going_on.remove(station)
         taken = [(order.id, at, sku) for (order, sku, _), at in self.taken]
         return taken, [(pod.id, at) for pod, at in self.trips]
+
+
+def decided(rule: PodIndex, warehouse: WarehouseView, without: Station | None = None) -> JointDecision:
+    """Decide about all lines that fit a station beside others."""
+    taken, trips = Literal(rule, warehouse, without).decide()
+    parts: dict[tuple[int, int], list[int]] = {}
+    for order, at, sku in taken:
+        parts.setdefault((order, at), []).append(sku)
+    return JointDecision(
+        [OrderAssignment(order, at, tuple(skus)) for (order, at), skus in parts.items()],
+        [PodTrip(*trip) for trip in trips],
+    )
+
+
+def alone(now: Moment, order: Order, station: Station) -> JointDecision:
+    """All that is left of an order to an empty station, and the pods with most of what is missing there."""
+    missing, trips = wants(order), []
+    for pod in station.inbound_pods:
+        missing -= free_on(pod)
+    able = [pod for pod in now.world.pods if pod.location is not None and not pod.bound_for]
+    able += [pod for pod in now.world.leaving_pods() if station.id not in pod.bound_for]
+    while missing:
+        brings = [(-(free_on(pod) & missing).total(), now.ticks(pod, station), pod.id) for pod in able]
+        if not brings or min(brings)[0] == 0:
+            return JointDecision()
+        best = now.world.pods[min(brings)[2]]
+        able.remove(best)
+        missing -= free_on(best)
+        trips.append(PodTrip(best.id, station.id))
+    return JointDecision([OrderAssignment(order.id, station.id)], trips)
+
+
+def pod_index(now: Moment, told: Any, **parameters: Any) -> JointDecision:
+    """Lines for stations; an order with a line that no station takes goes alone, at last or when it has waited."""
+    rule, stations = PodIndex(**parameters), [station for station in now.stations if station.open]
+    largest = math.inf if now.stations[0].counts_orders else max(station.capacity for station in now.stations)
+    large = [order for order in now.backlog if any(line.quantity > largest for line in order.open_lines)]
+    if not now.backlog:
+        return JointDecision()
+    if not large or not stations:
+        return decided(rule, now.warehouse)
+    order, station = large[0], min(stations, key=lambda station: (station.load, station.id))
+    waited = now.now_s - order.arrival_s >= rule.max_wait_s
+    if waited and not station.load and (decision := alone(now, order, station)).assignments:
+        return decision
+    kept = waited and station.load > 0
+    decision = decided(rule, now.warehouse, station if kept else None)
+    if decision.assignments or station.load:
+        return decision
+    if waited:  # it cannot be served; another one that is too large for any station may
+        others = [order for order in now.backlog if order.open_items > largest]
+        order = others[0]
+        if any(station.load for station in now.stations):
+            return decision
+    return alone(now, order, station)
+
+
+def wake_at(now: Moment, told: Any, **parameters: Any) -> float | None:
+    """When the ages of a pod's open lines, and ``base_s`` for each, add up to enough, if a station takes pods then."""
+    rule, arrivals = PodIndex(**parameters), [order.arrival_s for order in now.world.arrived.values()]
+    taking = [s for s in now.stations if s.free_capacity and len(s.inbound_pods) < rule.most_pods]
+    if not now.backlog or not rule.urge_s or not any(s.load for s in now.stations) or arrivals[-1] == arrivals[0]:
+        return None
+    needs = [int(1000 * rule.urge_s * (1 + (rule.full - 1) * min(s.load, s.capacity) / s.capacity)) for s in taking]
+    times = []
+    for pod in now.world.pods:
+        lines = [order.arrival_tick for order in now.backlog for sku in wants(order) if pod.free_items(sku) > 0]
+        if lines and needs:
+            tick = math.ceil((min(needs) + sum(lines)) / len(lines) - 1000 * rule.base_s)
+            times += [tick / 1000] if tick > now.world.now else []
+    return min(times, default=None)
