@@ -10,10 +10,10 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
+from rmfs_core.warehouse.claims import by_age
 from rmfs_core.warehouse.column_keeping import LineColumns
 from rmfs_core.warehouse.columns import Lines, Stock
 from rmfs_core.warehouse.parts import Order, OrderLine
-from rmfs_core.warehouse.claims import by_age
 
 Ints = NDArray[np.int64]
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rmfs_core.warehouse.claims import by_age
 from rmfs_core.warehouse.columns import BUSY, STORED, Lines, Stock
 from rmfs_core.warehouse.parts import Order, Pod
-from rmfs_core.warehouse.claims import by_age
 
 Ints = NDArray[np.int64]
 

@@ -11,10 +11,10 @@ from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.scenario.model import BatterySection
 from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.battery import Battery
+from rmfs_core.warehouse.claims import Claims, by_age
 from rmfs_core.warehouse.column_keeping import StockColumns
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
 from rmfs_core.warehouse.promises import Promises, drop_item, enter, serves_none
-from rmfs_core.warehouse.claims import Claims, by_age
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
 
