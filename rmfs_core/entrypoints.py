@@ -8,6 +8,7 @@ import warnings
 from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import Distribution, EntryPoint, entry_points
+from typing import Any
 
 from rmfs_core.errors import InputError
 from rmfs_core.wording import listed, one_line
@@ -70,6 +71,14 @@ def chosen(group: str, name: str | None, default: str) -> tuple[EntryPoint, ...]
     """
     known = offers(group)
     return known[name] if name is not None else known.get(f"rmfs:{default}") or known[default]
+
+
+def format_module(name: str) -> Any:
+    """Return the module that reads or makes some files, by its name in the entry-point group ``rmfs.formats``.
+
+    ``csv`` is described by `rmfs_core.world.instance_making.reader`, ``tables`` by `rmfs_core.results.result.tables`.
+    """
+    return load(chosen(FORMATS, None, name), f"format {name}", "format")
 
 
 def _entries(group: str) -> list[EntryPoint]:

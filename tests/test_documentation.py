@@ -355,9 +355,9 @@ def test_every_finding_is_documented() -> None:
 
 def test_every_column_is_documented() -> None:
     """Each column of each table that is read or written has its row in the page on files."""
+    from rmfs_commands.details.tables import TABLE_FILES
     from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS
     from rmfs_commands.instances.csv_files import ORDER_COLUMNS, POD_COLUMNS
-    from rmfs_core.results.tables import TABLE_FILES
 
     text = page("reference/files.md")
     rows = "\n".join(line.split("|")[1] for line in text.splitlines() if line.startswith("| `"))

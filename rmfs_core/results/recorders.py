@@ -12,10 +12,13 @@ from typing import Any, ClassVar, Protocol
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
-from rmfs_core.results.tables import RESULT_FILE, TABLE_FILES
+from rmfs_core.results.result import RESULT_FILE, tables
 from rmfs_core.wording import listed, nearest, one_line, sentence, shown_short
 
-_FILES_OF_RESULTS = frozenset({RESULT_FILE, *(file for file, _ in TABLE_FILES.values())})
+
+def files_of_results() -> list[str]:
+    """Return the names of the files that every result has."""
+    return [RESULT_FILE, *(file for file, _ in tables().TABLE_FILES.values())]
 
 
 class Recorder(Protocol):
@@ -33,7 +36,7 @@ class Recorder(Protocol):
 def _is_plain(file: object) -> bool:
     """Whether that is the name of a file in a folder of results, and of none of theirs."""
     plain = isinstance(file, str) and re.fullmatch(r"[A-Za-z0-9][\w.-]{0,99}", file, re.ASCII) is not None
-    return plain and str(file).lower() not in _FILES_OF_RESULTS
+    return plain and str(file).lower() not in files_of_results()
 
 
 def load_recorder(name: str) -> type[Recorder]:
@@ -118,7 +121,7 @@ def delete_left_over(folder: Path, recorded: Iterable[str]) -> None:
 
     Other recorders are imported only where the folder holds a file that could be theirs.
     """
-    foreign = {file.name for file in folder.iterdir() if file.is_file()} - _FILES_OF_RESULTS - set(recorded)
+    foreign = {file.name for file in folder.iterdir() if file.is_file()} - {*files_of_results(), *recorded}
     for name in entrypoints.offers(entrypoints.RECORDERS) if foreign else ():
         with suppress(InputError, OSError):  # a recorder that cannot be had left nothing; what is no file is not ours
             file = load_recorder(name).file

@@ -8,10 +8,22 @@ from typing import Any
 
 from attrs import define, field
 
+from rmfs_core.entrypoints import format_module
 from rmfs_core.results.catalogue import Metric, by_heading, show
 from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
-from rmfs_core.results.tables import DUE_COLUMNS, RESULT_FILE, TABLE_FILES, Row
 from rmfs_core.scenario import Scenario, scenario_to_dict
+
+RESULT_FILE = "result.json"
+Row = dict[str, Any]
+
+
+def tables() -> Any:
+    """Return the module that says what tables a result has, the entry point ``tables`` of the group ``rmfs.formats``.
+
+    It has ``Tables``, an observer with the rows of each table as an attribute, and ``TABLE_FILES``, the name of its
+    file and its columns by table.
+    """
+    return format_module("tables")
 
 
 @define(eq=False)
@@ -108,8 +120,7 @@ class Result:
             When the folder is a file, or cannot be written to.
         """
         with staged(output_folder(folder)) as path:
-            for table, (name, columns) in TABLE_FILES.items():
+            for table, (name, columns) in tables().TABLE_FILES.items():
                 rows = getattr(self, table)
-                due = (column for column in DUE_COLUMNS if rows and column in rows[0])
-                write_text(path / name, to_csv([*columns, *due], rows))
+                write_text(path / name, to_csv([*(rows[0] if rows else columns)], rows))
             write_text(path / RESULT_FILE, to_json(self.to_dict(), indent=2) + "\n")

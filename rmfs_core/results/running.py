@@ -11,6 +11,7 @@ from contextlib import ExitStack, contextmanager
 from os.path import realpath  # which ends where links lead round
 from pathlib import Path
 from threading import current_thread, main_thread
+from typing import Any
 
 from attrs import define, evolve
 
@@ -27,8 +28,7 @@ from rmfs_core.results.recorders import (
     make_recorders,
     versions_of_observers,
 )
-from rmfs_core.results.result import Result
-from rmfs_core.results.tables import RESULT_FILE, TABLE_FILES, Tables
+from rmfs_core.results.result import RESULT_FILE, Result, tables
 from rmfs_core.results.timing import timing
 from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.scenario import Scenario, load_scenario, located
@@ -134,7 +134,7 @@ class PreparedRun:
     """
 
     simulation: Simulation
-    tables: Tables
+    tables: Any
     versions: dict[str, str]
     described: dict[str, Metric]
     folder: Path | None
@@ -214,7 +214,7 @@ def _interrupts_between_events(simulation: Simulation) -> Iterator[None]:
 def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:
     """Return the output folder, unless results, or the files of recorders, would replace what is no result."""
     folder = output_folder(out)
-    names = [*(name for name, _ in TABLE_FILES.values()), *files]
+    names = [*(name for name, _ in tables().TABLE_FILES.values()), *files]
     for path, given in data_files(scenario).items():
         if realpath(Path(scenario.folder) / given) in [realpath(folder / name) for name in names]:
             key = ".".join(path)
@@ -262,13 +262,13 @@ def prepare(
         with located(scenario):
             scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
             instance, layout = make_instance(scenario), make_layout(scenario)
-        tables = Tables()
-        for observer, name in (*told, (tables, None)):  # whatever another does wrong, the tables have it already
+        rows = tables().Tables()
+        for observer, name in (*told, (rows, None)):  # whatever another does wrong, the tables have it already
             rules.register_observer(observer, name)
         described = described_by(reversed(rules.instances))
         folder = folder_for(files_of(observer for observer, name in told if name is not None))
         simulation = Simulation(scenario, instance, layout, rules, folder)
-        prepared = PreparedRun(simulation, tables, versions_of(rules, scenario), described, folder)
+        prepared = PreparedRun(simulation, rows, versions_of(rules, scenario), described, folder)
         failing.pop_all()
     return prepared
 

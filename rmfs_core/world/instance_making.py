@@ -36,7 +36,7 @@ def reader() -> Any:
     It has ``read_instance(orders_file, pods_file, start, wrong)``, ``restocked(instance, scenario, wrong)``,
     ``read_profile(file)``, ``read_robots(file)`` and ``line_of(orders_file, order, sku)``.
     """
-    return entrypoints.load(entrypoints.chosen(entrypoints.FORMATS, None, "csv"), "instance", "format")
+    return entrypoints.format_module("csv")
 
 
 def make_instance(scenario: Scenario) -> Instance:

@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from rmfs_commands.details.tables import DUE_COLUMNS, ORDER_COLUMNS, TABLE_FILES, Row
 from rmfs_core.errors import InputError
-from rmfs_core.results import RESULT_FILE, TABLE_FILES, Result
+from rmfs_core.results import RESULT_FILE, Result
 from rmfs_core.results.catalogue import described_by
 from rmfs_core.results.recorders import make_observers
-from rmfs_core.results.tables import DUE_COLUMNS, ORDER_COLUMNS, Row
 from rmfs_core.scenario import scenario_from_dict
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import attrs
 from attrs import define, field, frozen
 
+from rmfs_commands.details.tables import finite
 from rmfs_commands.replay.charges import Charges
 from rmfs_commands.trace import KnownIds, Trace
 from rmfs_commands.trace.writer import EVENTS, NOT_TRACED
@@ -22,7 +23,6 @@ from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event, RobotMoved
 from rmfs_core.motion import Motion
-from rmfs_core.results.tables import finite
 from rmfs_core.roles import Role
 
 KINDS = {kind: name for name, kind in EVENTS.items() if kind is not RobotMoved}

@@ -187,8 +187,7 @@ def _report(console: Console, result: Result, waited: str, folder: Path, record:
     from rich.text import Text
 
     from rmfs_commands.cli.display import duration
-    from rmfs_core.results import RESULT_FILE, TABLE_FILES
-    from rmfs_core.results.recorders import files_of, load_recorder, make_observers
+    from rmfs_core.results.recorders import files_of, files_of_results, load_recorder, make_observers
 
     console.print()
     if not result.orders:
@@ -204,6 +203,6 @@ def _report(console: Console, result: Result, waited: str, folder: Path, record:
         say(console, f"Metrics count what happens from {duration(warmup)} on (run.warmup_s).")
     observers = [observer for observer, _ in make_observers(quiet=True)]
     written = files_of([*observers, *map(load_recorder, record)])
-    files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values()), *written]
+    files = [*files_of_results(), *written]
     say(console, f"Results in {folder}:")
     console.print(Padding(Text(", ".join(file for file in files if (folder / file).exists())), (0, 0, 0, 2)))

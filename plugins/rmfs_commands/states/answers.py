@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from rmfs_commands.details.tables import finite
 from rmfs_commands.states.names import Names
 from rmfs_core.decisions import (
     BundleAssignment,
@@ -18,7 +19,6 @@ from rmfs_core.decisions import (
     StoreBundle,
     TaskAssignment,
 )
-from rmfs_core.results.tables import finite
 from rmfs_core.roles import Role
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of

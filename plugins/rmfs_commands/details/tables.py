@@ -1,4 +1,7 @@
-"""The rows of orders.csv, visits.csv and periods.csv. People's names of orders, pods and stations, times in seconds."""
+"""The rows of orders.csv, visits.csv and periods.csv. People's names of orders, pods and stations, times in seconds.
+
+It is the entry point ``tables`` of the group ``rmfs.formats``: what tables a run's result has.
+"""
 
 from __future__ import annotations
 
@@ -75,7 +78,6 @@ PERIOD_COLUMNS: dict[str, type] = {
 wall-clock time and the only column that differs from run to run."""
 
 
-RESULT_FILE = "result.json"
 TABLE_FILES = {
     "orders": ("orders.csv", ORDER_COLUMNS),
     "visits": ("visits.csv", VISIT_COLUMNS),

@@ -2,6 +2,7 @@
 
 import math
 
+from rmfs_commands.details.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
 from rmfs_core.events import (
     DecisionMade,
     ItemPicked,
@@ -11,8 +12,6 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
-from rmfs_core.results import Tables
-from rmfs_core.results.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS
 from rmfs_core.roles import Role
 
 
