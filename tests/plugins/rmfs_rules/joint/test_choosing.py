@@ -33,17 +33,6 @@ def test_orders_go_by_places() -> None:
         assert period(world).filled([]) == [(place, 0) for place in expected]
 
 
-def test_who_waits_too_long() -> None:
-    """With a limit all who reach it; without, only orders larger than any station, after ten minutes."""
-    world = small_world({"1": ["a"], "2": {"a": 4}}, {"p": ["a"]}, capacities=[3])
-    world.now = 599_999
-    assert period(world, 600).late() == []
-    assert period(world).late() == []
-    world.now = 600_000
-    assert period(world, 600).late() == [0, 1]
-    assert period(world).late() == [1]
-
-
 def test_an_order_in_part() -> None:
     """What is left of it is in question; at a station that counts orders, where it has a place, it takes none."""
     world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}, capacities=[1, 1], counts_orders=True)
@@ -112,10 +101,10 @@ def test_what_stations_and_all_pods_have() -> None:
     """p is bound for station 0, q is sent to station 1; all pods together have what nothing was promised of."""
     world = small_world({"1": {"a": 1}}, {"p": {"a": 3}, "q": {"a": 2, "b": 5}}, capacities=[5, 5])
     world.bind(world.pods[0], world.stations[0])
-    choice = period(world).choice([(1, 1)])
+    choice = period(world).choice([(1, 1)], [])
     assert (choice.at.tolist(), choice.supply.tolist()) == ([[3, 0], [2, 5]], [5, 5])
     world.assign(world.orders[0], world.stations[0], [0])
-    choice = period(world).choice([])
+    choice = period(world).choice([], [])
     assert (choice.at.tolist(), choice.supply.tolist()) == ([[2, 0], [0, 0]], [4, 5])
 
 

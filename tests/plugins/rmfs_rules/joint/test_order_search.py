@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 
@@ -11,8 +9,8 @@ import plain_joint
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.helpers import assign_best_pairs
-from rmfs_rules.joint.choosing import Period, Sent
-from rmfs_rules.joint.order_search import OUT, take
+from rmfs_rules.joint.choosing import Chosen, Period, Sent
+from rmfs_rules.joint.order_search import OUT
 
 SKUS = [f"s{i}" for i in range(40)]
 
@@ -49,7 +47,7 @@ def test_the_oldest(seed: int) -> None:
     view = WarehouseView(large_world(seed))
     until = np.array([0.5 * station.capacity for station in view.stations])
     expected = plain_joint.first_stage(view, 0.5, "oldest", None)
-    assert Period(view, None).filled((), oldest=True, until=until) == expected
+    assert Period(view, None).filled([], oldest=True, until=until) == expected
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -88,13 +86,9 @@ def test_the_foremost() -> None:
     assert period.foremost(400, [(395, 0)], []).tolist() == [*range(400)]
 
 
-def lacks(world: Warehouse, sent: Sent, chosen: Sequence[tuple[int, int]] = ()) -> list[list[int]]:
+def lacks(world: Warehouse, sent: Sent, chosen: Chosen) -> list[list[int]]:
     """Return the missing lines of each order at each station, when pods are sent and orders are chosen."""
-    period = Period(WarehouseView(world), None)
-    choice = period.choice(sent)
-    for pair in chosen:
-        take(*pair, period.lines, choice)
-    rows: list[list[int]] = choice.lacks.tolist()
+    rows: list[list[int]] = Period(WarehouseView(world), None).choice(sent, chosen).lacks.tolist()
     return rows
 
 
@@ -102,9 +96,9 @@ def test_lines_are_missing_until_an_order_has_them_brought() -> None:
     """p is bound for station 0 and has a; b is missing everywhere, until order 2, chosen for station 0, wants it."""
     world = small_world({"1": ["a", "b"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[5, 5])
     world.bind(world.pods[0], world.stations[0])
-    assert lacks(world, []) == [[1, 1], [2, 1]]
+    assert lacks(world, [], []) == [[1, 1], [2, 1]]
     assert lacks(world, [], [(1, 0)]) == [[0, OUT], [2, OUT + 1]]
-    assert lacks(world, [(1, 1)]) == [[1, 1], [1, 0]]
+    assert lacks(world, [(1, 1)], []) == [[1, 1], [1, 0]]
 
 
 def test_finite_stock_runs_out() -> None:
@@ -112,5 +106,5 @@ def test_finite_stock_runs_out() -> None:
     orders = {"1": {"a": 2}, "2": {"a": 1}, "3": {"a": 1, "b": 1}}
     world = small_world(orders, {"p": {"a": 2}, "q": {"b": 1}})
     world.bind(world.pods[0], world.stations[0])
-    assert lacks(world, []) == [[0, 0, 1]]
+    assert lacks(world, [], []) == [[0, 0, 1]]
     assert [missing >= OUT for missing in lacks(world, [], [(0, 0)])[0]] == [True, True, True]
