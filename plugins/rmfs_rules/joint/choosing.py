@@ -95,9 +95,10 @@ class Period:
         for pod, station in sent:
             entries = slice(*stock.of_pod[pod : pod + 2].tolist())
             at[station, stock.sku[entries]] += stock.items[entries]
+        free, load, capacity, counting = self._of_stations.copy()
         choice = Choice(
             self.lines, at, self._supply.copy(), np.zeros((len(at), len(self.lines.items)), np.int32),
-            *self._of_stations.copy(), self._endless if until is None else until, self._placed, self._largest,
+            free, load, capacity, counting, self._endless if until is None else until, self._placed, self._largest,
         )  # fmt: skip
         order_search.begin(_pairs(chosen), self._most, choice)
         return choice

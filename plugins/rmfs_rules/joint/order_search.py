@@ -192,11 +192,9 @@ def fill(orders: Ints, oldest: bool, noise: Ints, c: Choice) -> Pairs:
 @njit(cache=True)
 def complete(orders: Ints, c: Choice) -> tuple[int, list[int]]:
     """Return the index of the first of some orders that lacks nothing at stations where it fits, and these stations."""
-    stations = [0 for _ in range(0)]
     for which in range(len(orders)):
+        order = orders[which]
         for at in range(len(c.at)):
-            if c.lacks[at, orders[which]] == 0 and fits(orders[which], at, c):
-                stations.append(at)
-        if len(stations):
-            return which, stations
-    return len(orders), stations
+            if c.lacks[at, order] == 0 and fits(order, at, c):
+                return which, [at for at in range(at, len(c.at)) if c.lacks[at, order] == 0 and fits(order, at, c)]
+    return len(orders), [0 for _ in range(0)]

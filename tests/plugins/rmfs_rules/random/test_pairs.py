@@ -16,7 +16,7 @@ from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.warehouse import WarehouseView
 from rmfs_rules.helpers import assign_best_pairs
 from rmfs_rules.random import Random
-from rmfs_rules.random.pairs import Drawing
+from rmfs_rules.random.pairs import draw_pairs
 
 ORDERS = {"two": {"a": 2}, "one": ["a"], "both": ["a", "b"], "many": {"b": 7}, "three": {"a": 3}}
 """Of which `many` is larger than any station."""
@@ -34,7 +34,7 @@ def test_decisions_are_as_likely_as_those_of_lots(counts: bool, now_s: int, max_
         return rng.integers(1 << 62, size=len(ORDERS))
 
     def drawn() -> tuple[Any, ...]:
-        return tuple(Drawing(view, rng).done(max_wait_s))
+        return tuple(draw_pairs(view, rng, max_wait_s))
 
     def plain() -> tuple[Any, ...]:
         return tuple(assign_best_pairs(view, lots, max_wait_s=max_wait_s))
