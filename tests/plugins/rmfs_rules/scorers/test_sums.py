@@ -7,7 +7,7 @@ import pytest
 
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import WarehouseView
-from rmfs_rules.scorers import backlog_search
+from rmfs_rules.scorers.sums import completed, served
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -29,31 +29,23 @@ def test_the_backlog_is_served_as_one_by_one(seed: int, finite: bool) -> None:
     for order in world.orders[::3]:  # of which the last lines are left
         world.assign(order, world.stations[0], [order.open_lines[0].sku])
     wanted = rng.integers(0, 3, len(skus))
-    completed, value, served_items = np.zeros((3, 4))
+    orders_completed, value, served_items = np.zeros((3, 4))
     for rank, pod in enumerate(view.pods[::2]):
         left = {sku: max(pod.free_items(sku) - int(wanted[sku]), 0) for sku in pod.contents}
         at_work = dict(left)
         for order in view.backlog:
             if all(line.quantity <= left.get(line.sku, 0) for line in order.open_lines):
-                completed[rank] += 1
+                orders_completed[rank] += 1
                 for line in order.open_lines:
                     left[line.sku] -= line.quantity
             for line in order.open_lines:
-                served = min(at_work.get(line.sku, 0), line.quantity)
-                at_work[line.sku] = at_work.get(line.sku, 0) - served
-                value[rank] += served * order.id / order.unpicked_items
-                served_items[rank] += served
+                items = min(at_work.get(line.sku, 0), line.quantity)
+                at_work[line.sku] = at_work.get(line.sku, 0) - items
+                value[rank] += items * order.id / order.unpicked_items
+                served_items[rank] += items
     half = np.arange(0, len(view.pods), 2)
-    assert backlog_search.completed(view.lines, view.stock, half, wanted).tolist() == completed.tolist()
-    since_s = -view.lines.order_id.astype(np.float64)
-    unpicked = np.array([view.order(order).unpicked_items for order in view.lines.order_id.tolist()], np.int64)
-    for by_age, expected in ((True, value), (False, served_items)):
-        found = backlog_search.worth(view.lines, view.stock, half, wanted, since_s, unpicked, 0.0, by_age)
-        assert found == pytest.approx(expected)
-
-
-def test_items_on_pods() -> None:
-    """Of SKUs that a pod never held none."""
-    world = small_world({}, {"p": {"a": 1, "c": 4}, "q": {"b": 2}, "r": {"c": 3, "d": 9}})
-    stock = WarehouseView(world).stock
-    assert backlog_search.items_on(stock, np.array([0, 2]), np.array([0, 1, 2])).tolist() == [[1, 4, 0], [0, 3, 0]]
+    ones = np.ones(len(view.lines.items))
+    assert completed(view.lines, view.stock, half, wanted, ones).tolist() == orders_completed.tolist()
+    share = view.lines.order_id / [view.order(order).unpicked_items for order in view.lines.order_id.tolist()]
+    assert served(view.lines, view.stock, half, wanted, share) == pytest.approx(value)
+    assert served(view.lines, view.stock, half, wanted, ones).tolist() == served_items.tolist()
