@@ -8,6 +8,7 @@ from rmfs_commands.testing import small_world
 from rmfs_core import PodTrip
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.pod_index import PodIndex
+from rmfs_rules.pod_index.deciding import told
 
 
 def test_a_pod_at_a_station_that_it_serves_is_not_to_be_had(
@@ -42,3 +43,14 @@ def test_the_nearest_of_equal_pods_is_sent_from_where_it_is_now(
     world.move(robot, far, 0)
     world.store(robot, pod)
     assert list(rule.assign_orders_and_pods(view).trips) == [PodTrip(1 - trip.pod, 0)]
+
+
+def test_what_is_told_of_stations() -> None:
+    """One of them is kept for something else."""
+    world = small_world({"1": ["a", "b"]}, {"p": ["a"]}, capacities=[2, 3])
+    world.assign(world.orders[0], world.stations[0], [0])
+    world.bind(world.pods[0], world.stations[1])
+    stations = told(world.stations, without=world.stations[1])
+    assert (stations.room.tolist(), stations.load.tolist(), stations.capacity.tolist()) == ([1, 0], [1, 0], [2, 3])
+    assert (stations.inbound.tolist(), stations.counts_orders.tolist()) == ([0, 1], [0, 0])
+    assert stations.going_on.tolist() == [1, 0]

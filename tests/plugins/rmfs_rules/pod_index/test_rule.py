@@ -14,7 +14,7 @@ from rmfs_core import run
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.helpers import ticks_to_station
-from rmfs_rules.pod_index import PodIndex, index, turns, urging, worth
+from rmfs_rules.pod_index import PodIndex, index, period, turns
 
 Put = Callable[[Warehouse, int, int], None]
 
@@ -39,9 +39,7 @@ def test_it_conforms() -> None:
 def test_nothing_is_compiled_once_a_run_has_begun() -> None:
     """What is prepared is what decisions call."""
     searches = [
-        called
-        for called in {**vars(index), **vars(turns), **vars(urging), **vars(worth)}.values()
-        if hasattr(called, "signatures")
+        called for called in {**vars(index), **vars(turns), **vars(period)}.values() if hasattr(called, "signatures")
     ]
     PodIndex().prepare(roads_on(small_world({"1": ["a"]}, {"p": ["a"]}).travel))
     before = [len(search.signatures) for search in searches]
