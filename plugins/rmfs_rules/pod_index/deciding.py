@@ -72,19 +72,22 @@ def decision(
     warehouse: WarehouseView, weights: Weights, site: Site, packing_capacity: int | None, without: Station | None
 ) -> JointDecision:
     """Let stations take lines and send pods; ``without`` takes nothing now."""
-    lines, stations, number = warehouse.lines, told(site.stations, without), len(site.stations)
-    counting = bool(stations.counts_orders.any())
-    placed = np.zeros((number, len(lines.items) * counting), np.bool_)
-    bound = [  # at other stations bundles come
-        (pod.id, [at for at in pod.bound_for if at < number][-1])
-        for station in site.stations
-        for pod in station.inbound_pods
-    ]
+    lines, number, bound, places = warehouse.lines, len(site.stations), [], []
+    stations, n_orders = told(site.stations, without), 0
     for station in site.stations:
+        for pod in station.inbound_pods:
+            last = pod.bound_for[-1]
+            if last >= number:  # bundles are stored there
+                last = [at for at in pod.bound_for if at < number][-1]
+            bound += [pod.id, last]
         if station.counts_orders:
-            ids = np.array([request.order.id for request in station.open_requests], np.int64)
-            places = lines.place[ids[ids < len(lines.place)]]
-            placed[station.id, places[places >= 0]] = True
+            n_orders = len(lines.items) + 1  # the last one for those that are not there
+            ids = {request.order.id for request in station.open_requests}
+            places += [(station.id, order) for order in ids if order < len(lines.place)]
+    placed = np.zeros((number, n_orders), np.bool_)
+    if places:
+        at, orders = np.array(places).T
+        placed[at, lines.place[orders]] = True
     packing = 0 if packing_capacity is None else packing_capacity - warehouse.split_orders_open
     takes, sends = decide(
         lines, warehouse.stock, waiting(warehouse, weights), stations, placed, np.array(bound, np.int64).reshape(-1, 2),
