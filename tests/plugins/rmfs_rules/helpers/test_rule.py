@@ -223,3 +223,13 @@ def test_a_pod_goes_to_the_free_location_its_robot_reaches_first(
     assert len({*times.values()}) > 1
     with pytest.raises(AssertionError, match="is being carried"):
         nearest_free_location(world, world.pods[1])
+
+
+def test_the_nearest_of_some_cells_is_the_robots(put_at_station: Callable[[Warehouse, int, int], None]) -> None:
+    """By driving time with the pod from where its robot stands, turns included; ties go to the lowest cell."""
+    world = small_world({}, {"p": ["a"]})
+    put_at_station(world, 0, 0)
+    view, pod, robot = WarehouseView(world), world.pods[0], world.robots[0]
+    cells = np.array(world.free_locations)[5:30]
+    drives = {cell: world.travel.ticks(pod.cell, robot.heading, cell, True) for cell in cells.tolist()}
+    assert nearest_free_location(view, pod, cells) == min(drives, key=lambda cell: (drives[cell], cell))
