@@ -13,6 +13,9 @@ from rmfs_core import hookimpl
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
 
+CLOSE_BELOW = 0.7
+"""Share of the active stations' capacity in use below which one is closed."""
+
 
 def _ids(stations: Sequence[Station]) -> list[int]:
     return [station.id for station in stations]
@@ -81,8 +84,8 @@ class BacklogThreshold:
 
         more    if the backlog has more than ``open_above`` orders, one more is activated: that with the highest
                 capacity (ties: lowest id)
-        fewer   if the load of the active ones is less than ``close_below`` times their capacity, the one that would be
-                activated last is active no longer
+        fewer   if the load of the active ones is less than 0.7 times their capacity, the one that would be activated
+                last is active no longer
 
     and nothing changes where both hold. ``least`` of them stay active, or all if they are fewer.
 
@@ -90,8 +93,6 @@ class BacklogThreshold:
     ----------
     open_above
         Orders in the backlog above which another station is activated.
-    close_below
-        Share of the active stations' capacity in use below which one is closed.
     timeout_s
         Time between two changes (s).
     least
@@ -105,7 +106,6 @@ class BacklogThreshold:
     """
 
     open_above: int = field(default=50, validator=validators.ge(0))
-    close_below: float = field(default=0.7, validator=[validators.ge(0), validators.le(1)])
     timeout_s: float = field(default=600.0, validator=validators.ge(0))
     least: int = field(default=1, validator=validators.ge(1))
     _changed_s: float = field(init=False, default=-math.inf, repr=False, eq=False)
@@ -128,7 +128,7 @@ class BacklogThreshold:
             return sorted(active)
         more = warehouse.backlog_size > self.open_above
         room = sum(station.capacity for station in working)
-        fewer = sum(station.load for station in working) < self.close_below * room
+        fewer = sum(station.load for station in working) < CLOSE_BELOW * room
         if more and not fewer and resting:
             active.add(resting[0].id)
             self._changed_s = warehouse.now_s

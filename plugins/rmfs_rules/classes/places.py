@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -12,7 +11,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Robot, WarehouseView
+    from rmfs_core.warehouse import Robot, WarehouseView
 
 NO_STATION = -1
 
@@ -48,10 +47,6 @@ class Places:
         """Driving time from each to the station that is nearest to it."""
         nearest: NDArray[np.int64] = self.ticks.min(axis=0)
         return nearest
-
-    def classes(self, borders: tuple[float, ...]) -> Ids:
-        """Return the class of each: 0 for the share of them next to stations that the first border says, and so on."""
-        return by_share(np.argsort(self.nearest_ticks, kind="stable"), borders)
 
     def ranks(self) -> Ids:
         """Return the rank of each, 0 for the best; places with the same driving time have the same rank."""
@@ -92,26 +87,3 @@ class Kept(Generic[T]):
             places = Places.of(warehouse)
             self._robots, self._made = warehouse.robots, (places, make(places))
         return self._made
-
-
-def by_share(order: Ids, borders: tuple[float, ...]) -> Ids:
-    """Cut what is sorted, best first, into classes that end at these shares of all; return the class of each."""
-    rank = np.empty(len(order), np.int64)
-    rank[order] = np.arange(len(order))
-    return np.searchsorted(_ends(len(order), borders), rank, side="right").astype(np.int64)
-
-
-def class_at(rank: int, number: int, borders: tuple[float, ...]) -> int:
-    """Return the class, as `by_share` cuts so many, of what is at a rank."""
-    return bisect_right(_ends(number, borders), rank)
-
-
-def _ends(number: int, borders: tuple[float, ...]) -> list[int]:
-    return [math.floor(border * number) for border in borders[:-1]]
-
-
-def nearest_of(warehouse: WarehouseView, pod: Pod, cells: Ids) -> int:
-    """Return the cell with the shortest driving time for the robot that carries a pod; ties go to the lowest cell."""
-    assert pod.robot is not None, "the pod is being carried"
-    times = warehouse.travel.times_from(pod.cell, warehouse.robots[pod.robot].heading, True)
-    return int(cells[times[cells].argmin()])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +13,10 @@ from numpy.typing import NDArray
 from rmfs_core import PodMove, hookimpl
 from rmfs_rules.classes import worth
 from rmfs_rules.classes.moving import Pause, nearest_to
-from rmfs_rules.classes.places import NO_STATION, Kept, Places, class_at, nearest_of
-from rmfs_rules.helpers.sending import load
+from rmfs_rules.classes.places import NO_STATION, Kept, Places
+from rmfs_rules.helpers import nearest_free_location
+from rmfs_rules.helpers.classes import by_share, class_borders, turn
+from rmfs_rules.helpers.sending import held, load
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -22,14 +25,6 @@ if TYPE_CHECKING:
 
 NOT_OFF = -1
 """How far from its rank a pod counts that may not be moved."""
-
-
-def _retry() -> Any:
-    return field(
-        default=120.0,
-        validator=validators.gt(0),
-        metadata={"doc": "Seconds until repositioning is looked into again, once no pod was out of place"},
-    )
 
 
 def _weight(default: float, of: str) -> Any:
@@ -58,6 +53,32 @@ class _ByWorth:
 
 
 @define
+class _Moving(_ByWorth):
+    """One that moves pods besides, and pauses when there is nothing to move."""
+
+    retry_s: float = field(
+        default=120.0,
+        validator=validators.gt(0),
+        kw_only=True,
+        metadata={"doc": "Seconds until repositioning is looked into again, once no pod was out of place"},
+    )
+    _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
+
+    @hookimpl
+    def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
+        """Move the pods that are out of place."""
+        return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse, max_moves))
+
+    @hookimpl
+    def wake_at(self, warehouse: WarehouseView) -> float | None:
+        """Look into repositioning again when the pause is over."""
+        return self._pause.until_s(warehouse)
+
+    @abstractmethod
+    def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]: ...
+
+
+@define
 class StationBased:
     """Store a pod as near as possible to any picking station.
 
@@ -76,12 +97,7 @@ class StationBased:
         free = np.array(warehouse.free_storage_locations)
         times = [warehouse.travel.times_to(station.cell, True)[free].min(axis=1) for station in warehouse.stations]
         ticks = np.min(times, axis=0)
-        return nearest_of(warehouse, pod, free[ticks == ticks.min()])
-
-
-def _shares(_instance: object, _attribute: Any, value: tuple[float, ...]) -> None:
-    if not value or value[-1] != 1 or any(a >= b for a, b in zip((0.0, *value), value, strict=False)):
-        raise ValueError(f"expected shares above 0 that rise to 1, found {list(value)}")
+        return nearest_free_location(warehouse, pod, free[ticks == ticks.min()])
 
 
 @define
@@ -106,32 +122,31 @@ class TurnoverClasses(_ByWorth):
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    borders: tuple[float, ...] = field(
-        default=(0.1, 0.3, 1.0),
-        validator=_shares,
-        metadata={"doc": "Where the classes end: shares of all places and of all pods, rising to 1"},
-    )
+    borders: tuple[float, ...] = class_borders("places and of all pods")
     _classes: Kept[Ids] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of the pod's class."""
-        places, classes = self._classes.of(warehouse, lambda places: places.classes(self.borders))
-        wanted = worth.speed(warehouse)
-        own = class_at(worth.rank_of(pod.id, wanted), len(wanted), self.borders)
+        places, classes = self._classes.of(warehouse, self._by_drive)
+        speed = held(warehouse.stock, warehouse.ordered())
+        own = by_share(np.argsort(-speed, kind="stable"), self.borders)[pod.id]
         free = np.isin(places.cells, warehouse.free_storage_locations)
-        away = _turn(classes - own, better_first=False)
-        return nearest_of(warehouse, pod, places.cells[free & (away == away[free].min())])
+        away = turn(classes - own, better_first=False)
+        return nearest_free_location(warehouse, pod, places.cells[free & (away == away[free].min())])
+
+    def _by_drive(self, places: Places) -> Ids:
+        return by_share(np.argsort(places.nearest_ticks, kind="stable"), self.borders)
 
 
 @define
-class Cache(_ByWorth):
+class Cache(_Moving):
     """Keep the best places of each station for pods that are wanted much.
 
     Each station has a cache: of the storage locations (those that hold no empty pod) a share is divided among the
     stations, the shortest loaded drive to a station first. A pod that leaves station s belongs there if
 
-        (weight_free * f + weight_worth * u) / 2 > threshold,
+        (f + u) / 2 > threshold,
 
     f being the share of the cache of s that is free, and u the share of the pods stored in it that are wanted less than
     the pod (1 where there are none). How much a pod is wanted is the weighted sum of the items on it that are wanted
@@ -161,16 +176,6 @@ class Cache(_ByWorth):
         validator=validators.ge(0),
         metadata={"doc": "What has to be exceeded for a pod to go into the cache: the higher, the fewer pods do"},
     )
-    weight_free: float = field(
-        default=1.0,
-        validator=validators.ge(0),
-        metadata={"doc": "What the share of the cache that is free counts"},
-    )
-    weight_worth: float = field(
-        default=1.0,
-        validator=validators.ge(0),
-        metadata={"doc": "What the share of the pods in the cache counts that are wanted less"},
-    )
     weight_speed: float = _weight_speed(0.0)
     weight_demand: float = _weight_demand(1.0)
     free_places: int = field(
@@ -178,8 +183,6 @@ class Cache(_ByWorth):
         validator=validators.ge(0),
         metadata={"doc": "Repositioning: places that are kept free in each cache"},
     )
-    retry_s: float = _retry()
-    _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
     _caches: Kept[tuple[Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
@@ -195,17 +198,7 @@ class Cache(_ByWorth):
             away = np.where(owner == station, 0, np.where(owner == NO_STATION, 1, 2))
         else:
             away = np.where(owner == NO_STATION, 0, 1)
-        return nearest_of(warehouse, pod, places.cells[free & (away == away[free].min())])
-
-    @hookimpl
-    def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
-        """Clear caches of pods that are wanted little, and fill them with those that are wanted most."""
-        return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse, max_moves))
-
-    @hookimpl
-    def wake_at(self, warehouse: WarehouseView) -> float | None:
-        """Look into repositioning again when the pause is over."""
-        return self._pause.until_s(warehouse)
+        return nearest_free_location(warehouse, pod, places.cells[free & (away == away[free].min())])
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
         places, (owner, at) = self._caches.of(warehouse, self._owners)
@@ -249,11 +242,11 @@ class Cache(_ByWorth):
         wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
         stored = at[warehouse.stock.location] == station
         less = float((wanted[stored] < wanted[pod.id]).mean()) if stored.any() else 1.0
-        return bool((self.weight_free * free.mean() + self.weight_worth * less) / 2 > self.threshold)
+        return bool((free.mean() + less) / 2 > self.threshold)
 
 
 @define
-class Utility(_ByWorth):
+class Utility(_Moving):
     """Store a pod in a place of the rank that the pod has among all pods.
 
     Pods are ranked by how much they are wanted, a weighted sum of the items ordered until now of the SKUs on them and
@@ -289,30 +282,17 @@ class Utility(_ByWorth):
         validator=[validators.ge(0), validators.le(1)],
         metadata={"doc": "Share of the locations that are used besides one for each pod"},
     )
-    retry_s: float = _retry()
-    _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
     _ranks: Kept[tuple[Ids, Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of about the pod's rank."""
         places, (ranks, ranked, _) = self._ranks.of(warehouse, _ranked)
-        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
-        own = ranked[self._at(worth.rank_of(pod.id, wanted), len(wanted), len(ranks))]
+        own = self._own_ranks(warehouse, ranked)[pod.id]
         free = np.isin(places.cells, warehouse.free_storage_locations)
-        turn = _turn(ranks - own, better_first=True)
-        least = max(self.corridor - 1, int(turn[free].min()))
-        return nearest_of(warehouse, pod, places.cells[free & (turn <= least)])
-
-    @hookimpl
-    def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
-        """Move the pods whose places are farthest from their ranks."""
-        return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse, max_moves))
-
-    @hookimpl
-    def wake_at(self, warehouse: WarehouseView) -> float | None:
-        """Look into repositioning again when the pause is over."""
-        return self._pause.until_s(warehouse)
+        away = turn(ranks - own, better_first=True)
+        least = max(self.corridor - 1, int(away[free].min()))
+        return nearest_free_location(warehouse, pod, places.cells[free & (away <= least)])
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
         places, (ranks, ranked, at) = self._ranks.of(warehouse, _ranked)
@@ -327,9 +307,9 @@ class Utility(_ByWorth):
         for pod in out_of_place[np.argsort(-off[out_of_place], kind="stable")].tolist():
             if len(moves) == max_moves or not free.any():
                 break
-            turn = _turn(ranks - own[pod], better_first=True)
-            least = max(self.corridor - 1, int(turn[free].min()))
-            better = free & (turn <= least) & (np.abs(ranks - own[pod]) < off[pod])
+            away = turn(ranks - own[pod], better_first=True)
+            least = max(self.corridor - 1, int(away[free].min()))
+            better = free & (away <= least) & (np.abs(ranks - own[pod]) < off[pod])
             if better.any():
                 cell = nearest_to(warehouse, int(cells[pod]), places.cells[better])
                 moves.append(PodMove(pod, cell))
@@ -339,22 +319,13 @@ class Utility(_ByWorth):
     def _own_ranks(self, warehouse: WarehouseView, ranked: Ids) -> Ids:
         """Return the rank of the location that each pod belongs to."""
         wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
-        own = np.empty(len(wanted), np.int64)
-        own[np.argsort(-wanted, kind="stable")] = ranked[self._at(np.arange(len(wanted)), len(wanted), len(ranked))]
+        number, own = len(wanted), np.empty(len(wanted), np.int64)
+        at = (np.arange(number) / number * (number + self.buffer * len(ranked))).astype(np.int64)
+        own[np.argsort(-wanted, kind="stable")] = ranked[np.minimum(at, len(ranked) - 1)]
         return own
-
-    def _at(self, rank: Any, number: int, locations: int) -> Any:
-        """Return where, counted from the best location, the pod of a rank among so many belongs to."""
-        at = np.asarray(rank / number * (number + self.buffer * locations)).astype(np.int64)
-        return np.minimum(at, locations - 1)
 
 
 def _ranked(places: Places) -> tuple[Ids, Ids, Ids]:
     """Return the ranks of places, the same in ascending order, and by cell."""
     ranks = places.ranks()
     return ranks, np.sort(ranks), places.by_cell(ranks, 0)
-
-
-def _turn(away: Any, *, better_first: bool) -> Any:
-    """Return when each rank is looked at: its own first, then by distance to both sides, one of which goes first."""
-    return 2 * np.abs(away) - ((away < 0) if better_first else (away > 0))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.warehouse import STORED
-from rmfs_rules.helpers.sending import Ids, held, worth
+from rmfs_rules.helpers.sending import held, worth
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
@@ -16,22 +16,16 @@ if TYPE_CHECKING:
 Values = NDArray[np.float64]
 
 
-def speed(warehouse: WarehouseView) -> Ids:
-    """Return the sum over the SKUs that each pod has free of the items of them ordered until now, by pod."""
-    return held(warehouse.stock, warehouse.ordered())
-
-
-def demand(warehouse: WarehouseView) -> Ids:
-    """Return the items that are wanted in the whole system and free on each pod, by pod."""
-    return worth(warehouse.stock, np.arange(len(warehouse.pods)), warehouse.open_demand())
-
-
 def combined(warehouse: WarehouseView, weight_speed: float, weight_demand: float) -> Values:
-    """Return the weighted sum of speed and demand by pod, each as a share of the largest."""
-    total = np.zeros(len(warehouse.pods))
-    for weight, values in ((weight_speed, speed), (weight_demand, demand)):
-        if weight and (of_pods := values(warehouse)).max(initial=0) > 0:
-            total += weight * of_pods / of_pods.max()
+    """Return how much each pod is wanted: the weighted sum of two sums by pod, each as a share of the largest.
+
+    These are the items ordered until now of the SKUs that it has free, and the items on it that are wanted now.
+    """
+    stock, total = warehouse.stock, np.zeros(len(warehouse.pods))
+    if weight_speed and (speed := held(stock, warehouse.ordered())).any():
+        total += weight_speed * speed / speed.max()
+    if weight_demand and (demand := worth(stock, np.arange(len(total)), warehouse.open_demand())).any():
+        total += weight_demand * demand / demand.max()
     return total
 
 
@@ -42,9 +36,3 @@ def movable(warehouse: WarehouseView) -> NDArray[np.bool_]:
         if robot.task is not None:
             free[robot.task] = False
     return free
-
-
-def rank_of(pod: int, wanted: Ids | Values) -> int:
-    """Return how many pods are wanted more than one, or as much and have a lower id."""
-    more = np.count_nonzero(wanted > wanted[pod]) + np.count_nonzero(wanted[:pod] == wanted[pod])
-    return int(more)

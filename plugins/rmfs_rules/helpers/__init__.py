@@ -12,14 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_rules.helpers.bundles import StoragePods, cheapest, store_bundles
-from rmfs_rules.helpers.pairs import (
-    OVERSIZE_WAIT_S,
-    assign_best_pairs,
-    largest_capacity,
-    pod_at,
-    station_to_keep,
-    waiting_limit,
-)
+from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, largest_capacity, station_to_keep
+from rmfs_rules.helpers.pairs import assign_best_pairs, pod_at, waiting_limit
 from rmfs_rules.helpers.sending import send_pods
 
 if TYPE_CHECKING:
@@ -66,13 +60,12 @@ def ticks_to_station(warehouse: WarehouseView, pod: Pod, station: Station) -> in
     return int(warehouse.travel.times_to(station.cell, True)[pod.cell].min())
 
 
-def nearest_free_location(warehouse: WarehouseView, pod: Pod) -> int:
-    """Return the free storage location with the shortest driving time for the robot that carries a pod.
+def nearest_free_location(warehouse: WarehouseView, pod: Pod, among: NDArray[np.int64] | None = None) -> int:
+    """Return the storage location with the shortest driving time for the robot that carries a pod.
 
-    Ties go to the lowest cell index.
+    Of the free ones, or of those ``among`` them (cells, ascending). Ties go to the lowest cell index.
     """
     assert pod.robot is not None, "the pod is being carried"
-    heading = warehouse.robots[pod.robot].heading
-    free = warehouse.free_storage_locations
-    times = warehouse.travel.times_from(pod.cell, heading, True)
-    return free[int(times[np.fromiter(free, np.int64, len(free))].argmin())]
+    cells = np.array(warehouse.free_storage_locations) if among is None else among
+    times = warehouse.travel.times_from(pod.cell, warehouse.robots[pod.robot].heading, True)
+    return int(cells[times[cells].argmin()])

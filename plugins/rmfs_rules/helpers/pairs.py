@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
 from rmfs_core.warehouse import columns_of, stock_of
+from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late, largest_capacity
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import Order, Pod, Station, WarehouseView
+    from rmfs_core.warehouse import Pod, Station, WarehouseView
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -25,10 +26,6 @@ Take = Callable[["Pairs", "Station", int], None]
 Prefer = Callable[[int, "Station"], int]
 """Of the stations with the highest score of an order (place) that takes it for which this is lowest."""
 
-OVERSIZE_WAIT_S = 600.0
-"""How long an order that is larger than any station waits for an empty one before one is emptied for it, by default."""
-SHUT = -1
-"""Capacity of a station that is kept for an order: not even orders fit that take up none."""
 ANY = 1 << 62
 """Largest order that may go to a station whose capacity alone decides."""
 
@@ -122,7 +119,7 @@ class Pairs:
             self._stock.items.copy() if fast_lane else np.zeros(0, np.int64),
             np.ones(number, np.bool_), np.zeros(number, np.int64), np.zeros(number),
         )  # fmt: skip
-        self._chosen: list[OrderAssignment] = []
+        self._queues, self._chosen = queues is not None, list[OrderAssignment]()
 
     def change(self, station: int, sku: int, items: int) -> None:
         """Let a SKU count another number of items at a station from now on."""
@@ -154,7 +151,15 @@ class Pairs:
             How long an order may wait. Left out: as long as it takes, but for an order that is larger than any station,
             which waits `OVERSIZE_WAIT_S`; of these one at a time keeps a station.
         """
-        self._assign_waiting(take, prefer, max_wait_s)
+
+        def assign(place: int) -> bool:
+            at = self._preferred(place, prefer)
+            if at >= 0:
+                self._assign(place, at, take)
+            return at >= 0
+
+        if not self._queues:  # nobody is late for a queue
+            assign_late(self.warehouse, max_wait_s, self._free, assign)
         while True:
             told = self.lines, self._stock, self._scores, self._order, self._at
             place, at = self._search.best_pair(*told)
@@ -190,40 +195,6 @@ class Pairs:
             there.stale[coming] = True
         if take is not None and (there.placed.shape[1] or self._scores.given.shape[1] or self._free.max() > 0):
             take(self, self.stations[at], place)
-
-    def _assign_waiting(self, take: Take | None, prefer: Prefer | None, max_wait_s: float | None) -> None:
-        """Assign the orders that have waited too long; for those that fit nowhere stations are kept."""
-        kept: dict[int, bool] = {}  # stations kept for an order that waits, and whether that is larger than any station
-        for place in waited(self.warehouse, self._largest, max_wait_s):
-            at = self._preferred(place, prefer)
-            if at >= 0:
-                self._assign(place, at, take)
-            elif max_wait_s is not None or not any(kept.values()):
-                order = self.warehouse.order(int(self.lines.order_id[place]))
-                keep = station_to_keep(self.warehouse, order, dict(enumerate(self._free.tolist())), kept)
-                if keep is not None:
-                    kept[keep], self._free[keep] = bool(self.lines.items[place] > self._largest), SHUT
-            if len(kept) == sum(station.open for station in self.stations):
-                break
-
-
-def waited(warehouse: WarehouseView, largest: float, max_wait_s: float | None) -> list[int]:
-    """Return the places of the orders that have waited too long, oldest first.
-
-    Parameters
-    ----------
-    warehouse
-        The warehouse now.
-    largest
-        Items of the largest order that fits any station.
-    max_wait_s
-        How long an order may wait. Left out: `OVERSIZE_WAIT_S` for those that are larger, all others any time.
-    """
-    lines, limit_s = warehouse.lines, OVERSIZE_WAIT_S if max_wait_s is None else max_wait_s
-    if max_wait_s is None and lines.items.max(initial=0) <= largest:
-        return []
-    there = lines.items > (largest if max_wait_s is None else 0)
-    return [*np.flatnonzero(there & (warehouse.now_s - lines.arrival_s >= limit_s)).tolist()]
 
 
 def waiting_limit() -> Any:
@@ -387,27 +358,6 @@ def load() -> None:
         np.zeros(0),
     )  # fmt: skip
     search.best_pair(*columns, scores, search.Precedence(flags, flags, rank), at)
-
-
-def station_to_keep(
-    warehouse: WarehouseView, order: Order, free: Mapping[int, int], kept: Container[int]
-) -> int | None:
-    """Return the station with most room of those that could take an order if they took nothing else."""
-    room = {station.id: free.get(station.id, 0) for station in warehouse.stations}
-    lacking = {
-        station.id: warehouse.size_at(order, station) - room[station.id]
-        for station in warehouse.stations
-        if station.open and station.id not in kept
-    }
-    able = [i for i in lacking if lacking[i] <= warehouse.stations[i].capacity - room[i]]
-    return min(able, key=lambda identifier: (lacking[identifier], identifier), default=None)
-
-
-def largest_capacity(warehouse: WarehouseView) -> float:
-    """Return the items that the largest station can take; without limit where one counts orders."""
-    return max(
-        (math.inf if station.counts_orders else station.capacity for station in warehouse.stations), default=math.inf
-    )
 
 
 def pod_at(warehouse: WarehouseView, station: Station) -> Pod | None:

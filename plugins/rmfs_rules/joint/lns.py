@@ -9,6 +9,7 @@ from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import waiting_limit
+from rmfs_rules.helpers.late import late
 from rmfs_rules.joint.alternating import MOST_ROUNDS, improving
 from rmfs_rules.joint.choosing import ByPeriods, Chosen, Period, Sent, unused_capacity_weight
 
@@ -71,11 +72,10 @@ class LargeNeighborhoodSearch(ByPeriods):
         """Improve the choice of ``alternating``."""
         weight, period = self.unused_capacity_weight, Period(warehouse, self.max_wait_s)
         *_, (cost, chosen, sent) = improving(period, MOST_ROUNDS, weight)
-        places = {place for place, _ in chosen}
-        if not chosen or any(place not in places for place in period.late()):
+        places, stay = {place for place, _ in chosen}, {*late(warehouse, self.max_wait_s)}
+        if not chosen or not stay <= places:
             return period.decision(chosen, sent, cost)
-        shown, stay = period.foremost(MOST_ORDERS, chosen, sent), {*period.late()}  # all that are late are chosen
-        best = cost, sorted(places)
+        shown, best = period.foremost(MOST_ORDERS, chosen, sent), (cost, sorted(places))
         for _ in range(self.iterations):
             taken_back = self._taken_back(period, chosen, sent, rng) - stay
             kept = [pair for pair in chosen if pair[0] not in taken_back]

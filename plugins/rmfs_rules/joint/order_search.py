@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.jit import inlined, njit
-
-if TYPE_CHECKING:
-    from rmfs_core.warehouse import Lines
+from rmfs_core.warehouse import Lines
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -24,10 +22,12 @@ SCALE = 1_000_000
 
 
 class Choice(NamedTuple):
-    """Stations, pods and orders while orders are chosen one after another: the first five change in place.
+    """Orders, stations and pods while orders are chosen one after another: all but the last five change in place.
 
     Parameters
     ----------
+    lines
+        The orders, which stay as they are.
     at
         Items that the pods of a station have left; below 0, pods will be sent with as many. int64, shape (stations,
         n_skus).
@@ -35,25 +35,27 @@ class Choice(NamedTuple):
         Items that all pods together have left, int64, shape (n_skus,), or (0,): unlimited.
     lacks
         Lines of an order that a pod would have to be sent for, by station and place; `OUT` or more of orders that are
-        chosen, or that stock is too low for. int32, shape (stations, places).
+        chosen, or that stock is too low for. Whatever at a station that takes none. int32, shape (stations, places).
     free, load
         Free capacity and load of the stations, int64, shape (stations,).
-    capacity, counts_orders, until
-        Capacity of the stations, whether it is orders, not items, and the load from which on a station takes no more;
-        shape (stations,).
+    capacity, counts_orders
+        Capacity of the stations, and whether it is orders (1), not items (0); int64, shape (stations,).
+    until
+        Load from which on a station takes no more, float64, shape (stations,).
     placed
-        Whether an order has a place at a station that counts orders, shape (stations, places), or (0, 0): none has.
+        Whether an order has a place at a station that counts orders, shape (stations, places), or (stations, 0): none.
     largest
         Items of the largest order that fits beside others; a larger one takes all of a station.
     """
 
+    lines: Lines
     at: Ints
     supply: Ints
     lacks: NDArray[np.int32]
     free: Ints
     load: Ints
     capacity: Ints
-    counts_orders: Flags
+    counts_orders: Ints
     until: Floats
     placed: Flags
     largest: float
@@ -66,84 +68,79 @@ def is_lacking(items: int, quantity: int) -> bool:
 
 
 @inlined
-def takes_any(station: int, choice: Choice) -> bool:
+def takes_any(station: int, c: Choice) -> bool:
     """Whether an order may fit a station."""
-    least = 0 if len(choice.placed) else 1
-    return bool(choice.free[station] >= least and choice.load[station] < choice.until[station])
+    return bool(c.free[station] >= int(not c.placed.shape[1]) and c.load[station] < c.until[station])
 
 
 @inlined
-def size_at(order: int, station: int, lines: Lines, choice: Choice) -> int:
+def size_at(order: int, station: int, c: Choice) -> int:
     """Capacity that an order takes up at a station."""
-    if choice.counts_orders[station]:
-        return 0 if len(choice.placed) and choice.placed[station, order] else 1
-    return int(choice.capacity[station] if lines.items[order] > choice.largest else lines.items[order])
+    if c.counts_orders[station]:
+        return int(not (c.placed.shape[1] and c.placed[station, order]))
+    return int(c.capacity[station] if c.lines.items[order] > c.largest else c.lines.items[order])
 
 
 @inlined
-def fits(order: int, station: int, lines: Lines, choice: Choice) -> bool:
+def fits(order: int, station: int, c: Choice) -> bool:
     """Whether an order may be chosen for a station."""
-    there = size_at(order, station, lines, choice) <= choice.free[station]
-    return bool(there and choice.lacks[station, order] < OUT)
-
-
-@inlined
-def shared_by(order: int, station: int, lines: Lines, choice: Choice) -> int:
-    """Places among which the lines that an order lacks are divided."""
-    return 1 if choice.counts_orders[station] else int(lines.items[order])
+    return bool(size_at(order, station, c) <= c.free[station] and c.lacks[station, order] < OUT)
 
 
 @njit(cache=True)
-def begin(lines: Lines, most: int, choice: Choice) -> None:
-    """Count what orders lack at the stations that take any; ``most``: more items than this no line has."""
-    for station in range(len(choice.at)):
-        if not takes_any(station, choice):
-            continue
-        lacks, items = choice.lacks[station], choice.at[station]
-        for order in range(len(lacks)):
-            lacks[order] = lines.open_lines[order]
-        for sku in range(len(items)):
-            if items[sku] != 0:
-                for at in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
-                    lacks[lines.listed_order[at]] -= not is_lacking(items[sku], lines.listed_items[at])
-        for sku in range(len(choice.supply)):
-            if choice.supply[sku] < most:
-                for at in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
-                    lacks[lines.listed_order[at]] += OUT * (choice.supply[sku] < lines.listed_items[at])
-
-
-@njit(cache=True)
-def take(order: int, station: int, lines: Lines, choice: Choice) -> None:
+def take(order: int, station: int, c: Choice) -> None:
     """Choose an order for a station: no other has the same capacity and items."""
-    size = size_at(order, station, lines, choice)
-    choice.free[station] -= size
-    choice.load[station] += size
-    choice.lacks[:, order] += OUT
+    lines, size = c.lines, size_at(order, station, c)
+    c.free[station] -= size
+    c.load[station] += size
+    c.lacks[:, order] += OUT
     for line in range(lines.begin[order], lines.begin[order + 1]):
         sku, quantity = lines.sku[line], lines.quantity[line]
-        had = choice.at[station, sku]
-        left = choice.at[station, sku] = had - quantity
         listed = range(lines.first[sku], lines.first[sku] + lines.number[sku] * (quantity > 0))
+        had = c.at[station, sku]
+        left = c.at[station, sku] = had - quantity
         for at in listed:
             was, now = is_lacking(had, lines.listed_items[at]), is_lacking(left, lines.listed_items[at])
-            choice.lacks[station, lines.listed_order[at]] += np.int32(now) - np.int32(was)
-        if len(choice.supply):
-            had = choice.supply[sku]
-            left = choice.supply[sku] = had - quantity
+            c.lacks[station, lines.listed_order[at]] += np.int32(now) - np.int32(was)
+        if len(c.supply):
+            had = c.supply[sku]
+            left = c.supply[sku] = had - quantity
             for at in listed:
                 if left < lines.listed_items[at] <= had:
-                    choice.lacks[:, lines.listed_order[at]] += OUT
+                    c.lacks[:, lines.listed_order[at]] += OUT
 
 
 @njit(cache=True)
-def take_all(pairs: Ints, lines: Lines, choice: Choice) -> None:
+def take_all(pairs: Ints, c: Choice) -> None:
     """Choose orders (place, station), shape (n, 2)."""
     for pair in range(len(pairs)):
-        take(pairs[pair, 0], pairs[pair, 1], lines, choice)
+        take(pairs[pair, 0], pairs[pair, 1], c)
 
 
 @njit(cache=True)
-def best(orders: Ints, by_lines: bool, noise: Ints, lines: Lines, choice: Choice) -> tuple[np.int64, int]:
+def begin(chosen: Ints, most: int, c: Choice) -> None:
+    """Count what orders lack at the stations that take any, once some (place, station) are chosen.
+
+    ``most``: more items than this no line has.
+    """
+    lines = c.lines
+    for station in range(len(c.at)):
+        if takes_any(station, c):
+            lacks, items = c.lacks[station], c.at[station]
+            lacks[:] = lines.open_lines
+            for sku in range(len(items)):
+                if items[sku] != 0:
+                    for at in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
+                        lacks[lines.listed_order[at]] -= not is_lacking(items[sku], lines.listed_items[at])
+            for sku in range(len(c.supply)):
+                if c.supply[sku] < most:
+                    for at in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
+                        lacks[lines.listed_order[at]] += OUT * (c.supply[sku] < lines.listed_items[at])
+    take_all(chosen, c)
+
+
+@njit(cache=True)
+def best(orders: Ints, by_lines: bool, noise: Ints, c: Choice) -> tuple[np.int64, int]:
     """Order (place) and station with the fewest missing lines for each place that the order takes; -1, -1: none fits.
 
     Ties go to the oldest order, then to the station with the lowest load, then to the lowest id.
@@ -156,21 +153,21 @@ def best(orders: Ints, by_lines: bool, noise: Ints, lines: Lines, choice: Choice
         Whether lines alone count, not what they are for each place.
     noise
         What they lack besides, in millionths of a line, shape (orders, stations), or (0, 0): nothing.
-    lines, choice
+    c
         See there.
     """
     found, at, least, end = np.int64(-1), -1, np.int64(1 << 40), len(orders)
-    for station in range(len(choice.at)):
-        if not takes_any(station, choice):
+    for station in range(len(c.at)):
+        if not takes_any(station, c):
             continue
         for which in range(end):
             order = orders[which]
-            lacks, by_chance = np.int64(choice.lacks[station, order]) * SCALE, np.int64(0)
+            lacks, by_chance = np.int64(c.lacks[station, order]) * SCALE, np.int64(0)
             if len(noise):
                 by_chance = noise[which, station]
-            goes_first = order < found or (order == found and choice.load[station] < choice.load[at])
-            shared = 1 if by_lines else shared_by(order, station, lines, choice)
-            if lacks < (least + goes_first - by_chance) * shared and fits(order, station, lines, choice):
+            goes_first = order < found or (order == found and c.load[station] < c.load[at])
+            shared = 1 if by_lines or c.counts_orders[station] else int(c.lines.items[order])
+            if lacks < (least + goes_first - by_chance) * shared and fits(order, station, c):
                 found, at, least = order, station, lacks // shared + by_chance
                 if least == 0:  # no later order goes first
                     end = which + 1
@@ -179,35 +176,25 @@ def best(orders: Ints, by_lines: bool, noise: Ints, lines: Lines, choice: Choice
 
 
 @njit(cache=True)
-def fill(orders: Ints, oldest: bool, noise: Ints, lines: Lines, choice: Choice) -> Pairs:
+def fill(orders: Ints, oldest: bool, noise: Ints, c: Choice) -> Pairs:
     """Choose orders until nothing fits: the `best`, or the oldest that fits any; return them (place, station)."""
     chosen = [(np.int64(0), np.int64(0)) for _ in range(0)]
-    while True:
-        order, at = np.int64(-1), -1
-        if oldest:
-            for which in range(len(orders)):
-                order, at = best(orders[which : which + 1], True, noise, lines, choice)
-                if at >= 0:
-                    break
-        else:
-            order, at = best(orders, False, noise, lines, choice)
-        if at < 0:
-            return chosen
-        take(order, at, lines, choice)
-        chosen.append((order, np.int64(at)))
+    for which in range(len(orders)):
+        order, at = best(orders[which : which + 1] if oldest else orders, oldest, noise, c)
+        if at >= 0:
+            take(order, at, c)
+            chosen.append((order, np.int64(at)))
+        elif not oldest:
+            break
+    return chosen
 
 
 @njit(cache=True)
-def complete(orders: Ints, lines: Lines, choice: Choice) -> tuple[int, list[int]]:
+def complete(orders: Ints, c: Choice) -> tuple[int, list[int]]:
     """Return the index of the first of some orders that lacks nothing at stations where it fits, and these stations."""
-    first, stations = len(orders), [0 for _ in range(0)]
-    for station in range(len(choice.at)):
-        if takes_any(station, choice):
-            for which in range(first + 1 if first < len(orders) else first):
-                if choice.lacks[station, orders[which]] == 0 and fits(orders[which], station, lines, choice):
-                    if which < first:
-                        stations.clear()
-                    first = which
-                    stations.append(station)
-                    break
-    return first, stations
+    for which in range(len(orders)):
+        order = orders[which]
+        for at in range(len(c.at)):
+            if c.lacks[at, order] == 0 and fits(order, at, c):
+                return which, [at for at in range(at, len(c.at)) if c.lacks[at, order] == 0 and fits(order, at, c)]
+    return len(orders), [0 for _ in range(0)]

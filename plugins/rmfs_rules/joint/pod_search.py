@@ -2,189 +2,134 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.jit import inlined, njit
-
-if TYPE_CHECKING:
-    from rmfs_core.warehouse import Lines, Stock
+from rmfs_core.warehouse import Lines, Stock
 
 Ints = NDArray[np.int64]
 
 
 class Pods(NamedTuple):
-    """What is known of pods besides their stock.
+    """The pods, besides their stock.
 
     Parameters
     ----------
     inbound
         Pods that are at or bound for stations (pod, station), in the order in which stations expect them; int64, shape
         (visits, 2).
-    wanted
-        Items wanted by SKU, of which pods that have many go first; int64, shape (n_skus,), or (0,): never mind.
+    worth
+        Of pods that bring as much the one with most goes first, int64, shape (pods,).
     ticks
         Driving times by station and pod, int64, shape (stations, pods).
-    used, gains, busy
-        For work: zeros, and so again after each call. By entry of the stock, by station and pod, and by pod.
     """
 
     inbound: Ints
-    wanted: Ints
+    worth: Ints
     ticks: Ints
-    used: Ints
-    gains: Ints
-    busy: NDArray[np.bool_]
-
-
-@inlined
-def entry_of(pod: int, sku: int, stock: Stock) -> int:
-    """Entry of a SKU of a pod; -1 if it never held it."""
-    low, end = stock.of_pod[pod], stock.of_pod[pod + 1]
-    high = end
-    while low < high:
-        middle = (low + high) // 2
-        if stock.sku[middle] < sku:
-            low = middle + 1
-        else:
-            high = middle
-    return int(low) if low < end and stock.sku[low] == sku else -1
 
 
 @njit(cache=True)
-def needed(chosen: Ints, lines: Lines, stations: int) -> tuple[Ints, Ints]:
-    """Return the SKUs that chosen orders (place, station) want, and the items by station and SKU, in this order."""
-    number = 0
-    for pair in range(len(chosen)):
-        number += lines.begin[chosen[pair, 0] + 1] - lines.begin[chosen[pair, 0]]
-    skus, need, number = np.empty(number, np.int64), np.zeros((stations, number), np.int64), 0
+def needed(chosen: Ints, stations: int, lines: Lines, stock: Stock) -> tuple[Ints, Ints, Ints]:
+    """Return the SKUs that chosen orders (place, station) want, items by station and SKU, and those on pods by SKU."""
+    wanted, is_wanted = np.zeros((len(lines.number), stations), np.int64), np.zeros(len(lines.number), np.bool_)
     for pair in range(len(chosen)):
         for line in range(lines.begin[chosen[pair, 0]], lines.begin[chosen[pair, 0] + 1]):
-            if lines.quantity[line] > 0:
-                column = 0
-                while column < number and skus[column] != lines.sku[line]:
-                    column += 1
-                if column == number:
-                    skus[column] = lines.sku[line]
-                    number += 1
-                need[chosen[pair, 1], column] += lines.quantity[line]
-    return skus[:number], need[:, :number].copy()
-
-
-@njit(cache=True)
-def deal(pod: int, station: int, skus: Ints, need: Ints, stock: Stock, pods: Pods) -> None:
-    """Give what a pod has to a station that needs it."""
+            wanted[lines.sku[line], chosen[pair, 1]] += lines.quantity[line]
+            is_wanted[lines.sku[line]] = True
+    skus = np.flatnonzero(is_wanted)
+    need, held = wanted[skus].T.copy(), np.zeros((len(stock.at), len(skus)), np.int64)
     for column in range(len(skus)):
-        if need[station, column] > 0:
-            entry = entry_of(pod, skus[column], stock)
-            if entry >= 0:
-                given = min(stock.items[entry] - pods.used[entry], need[station, column])
-                pods.used[entry] += given
-                need[station, column] -= given
+        for place in range(stock.of_sku[skus[column]], stock.of_sku[skus[column] + 1]):
+            held[stock.pod[stock.by_sku[place]], column] = stock.items[stock.by_sku[place]]
+    return skus, need, held
 
 
 @njit(cache=True)
-def take_back(trips: Ints, skus: Ints, stock: Stock, pods: Pods) -> None:
-    """Let pods have again what they have given."""
-    for trip in range(len(trips)):
-        for column in range(len(skus)):
-            entry = entry_of(trips[trip, 0], skus[column], stock)
-            if entry >= 0:
-                pods.used[entry] = 0
+def deal(held: Ints, need: Ints) -> Ints:
+    """Give what a pod has to a station that needs it; return what was given. By SKU."""
+    given = np.minimum(held, need)
+    held -= given
+    need -= given
+    return given
 
 
 @njit(cache=True)
-def bring_all(trips: Ints, without: int, skus: Ints, need: Ints, stock: Stock, pods: Pods) -> bool:
+def bring_all(trips: Ints, without: int, need: Ints, held: Ints) -> bool:
     """Whether pods have what stations need, dealt out in the order of their trips (pod, station), all but one."""
-    left = need.copy()
+    need, given = need.copy(), np.zeros((len(trips), need.shape[1]), np.int64)
     for trip in range(len(trips)):
         if trip != without:
-            deal(trips[trip, 0], trips[trip, 1], skus, left, stock, pods)
-    take_back(trips, skus, stock, pods)
-    return not bool(left.any())
+            given[trip] = deal(held[trips[trip, 0]], need[trips[trip, 1]])
+    for trip in range(len(trips)):
+        held[trips[trip, 0]] += given[trip]
+    return not need.any()
 
 
 @njit(cache=True)
 def serve(chosen: Ints, sent: Ints, lines: Lines, stock: Stock, pods: Pods) -> bool:
     """Whether pods at, bound for and sent to stations have what chosen orders want, dealt out in this order."""
-    skus, need = needed(chosen, lines, len(pods.ticks))
-    return bool(bring_all(np.concatenate((pods.inbound, sent)), -1, skus, need, stock, pods))
+    _, need, held = needed(chosen, len(pods.ticks), lines, stock)
+    return bool(bring_all(np.concatenate((pods.inbound, sent)), -1, need, held))
 
 
 @inlined
-def worth_of(pod: int, stock: Stock, wanted: Ints) -> int:
-    """Items on a pod that are wanted."""
-    worth = 0
-    if len(wanted):
-        for entry in range(stock.of_pod[pod], stock.of_pod[pod + 1]):
-            worth += min(stock.items[entry], wanted[stock.sku[entry]])
-    return worth
-
-
-@inlined
-def goes_first(pod: int, station: int, than: int, at: int, stock: Stock, pods: Pods) -> bool:
+def goes_first(pod: int, station: int, than: int, at: int, busy: NDArray[np.bool_], pods: Pods) -> bool:
     """Whether a pod goes to a station rather than another one, which brings as much there, to its own."""
-    if pods.busy[pod] != pods.busy[than]:
-        return bool(pods.busy[than])
-    worth, other = worth_of(pod, stock, pods.wanted), worth_of(than, stock, pods.wanted)
-    if worth != other:
-        return bool(worth > other)
+    if busy[pod] != busy[than]:
+        return bool(busy[than])
+    if pods.worth[pod] != pods.worth[than]:
+        return bool(pods.worth[pod] > pods.worth[than])
     if pods.ticks[station, pod] != pods.ticks[at, than]:
         return bool(pods.ticks[station, pod] < pods.ticks[at, than])
     return pod < than or (pod == than and station < at)
 
 
 @njit(cache=True)
-def next_trip(skus: Ints, need: Ints, stock: Stock, pods: Pods) -> tuple[np.int64, int]:
+def next_trip(skus: Ints, need: Ints, held: Ints, busy: NDArray[np.bool_], stock: Stock, pods: Pods) -> tuple[int, int]:
     """Pod and station of which the pod brings most of what the station needs; (-1, -1) if none brings any."""
+    most, found, at, gains = 0, -1, -1, np.zeros(pods.ticks.shape, np.int64)
     for station in range(len(need)):
         for column in range(len(skus)):
             if need[station, column] > 0:
-                for place in range(stock.of_sku[skus[column]], stock.of_sku[skus[column] + 1]):
-                    entry = stock.by_sku[place]
-                    brought = min(stock.items[entry] - pods.used[entry], need[station, column])
-                    pods.gains[station, stock.pod[entry]] += brought
-    most, found, at = np.int64(0), np.int64(-1), -1
-    for station in range(len(need)):
-        for column in range(len(skus)):
-            if need[station, column] > 0:
-                for place in range(stock.of_sku[skus[column]], stock.of_sku[skus[column] + 1]):
-                    pod = stock.pod[stock.by_sku[place]]
-                    gain = pods.gains[station, pod]
-                    pods.gains[station, pod] = 0
-                    if gain > most or (gain == most > 0 and goes_first(pod, station, found, at, stock, pods)):
-                        most, found, at = gain, pod, station
+                for entry in stock.by_sku[stock.of_sku[skus[column]] : stock.of_sku[skus[column] + 1]]:
+                    pod = stock.pod[entry]
+                    gains[station, pod] += min(held[pod, column], need[station, column])
+        for pod in range(len(held)):
+            gain = gains[station, pod]
+            if gain > most or (gain == most > 0 and goes_first(pod, station, found, at, busy, pods)):
+                most, found, at = gain, pod, station
     return found, at
 
 
 @njit(cache=True)
 def few(chosen: Ints, lines: Lines, stock: Stock, pods: Pods) -> tuple[Ints, bool]:
     """Trips (pod, station) that bring chosen orders what inbound pods do not, shape (n, 2); whether they bring all."""
-    skus, need = needed(chosen, lines, len(pods.ticks))
+    skus, need, held = needed(chosen, len(pods.ticks), lines, stock)
     left, first = need.copy(), len(pods.inbound)
-    number, trips = first, np.empty((first + need.sum(), 2), np.int64)
-    trips[:first] = pods.inbound
-    for trip in range(first):
-        pods.busy[trips[trip, 0]] = True
-        deal(trips[trip, 0], trips[trip, 1], skus, left, stock, pods)
-    while left.any():
-        pod, station = next_trip(skus, left, stock, pods)
-        if pod < 0:
-            break
+    trips = np.empty((first + need.sum(), 2), np.int64)
+    given, busy, number = np.empty((len(trips), len(skus)), np.int64), np.zeros(len(held), np.bool_), 0
+    while number < first or left.any():
+        if number < first:
+            pod, station = pods.inbound[number]
+            busy[pod] = True
+        else:
+            pod, station = next_trip(skus, left, held, busy, stock, pods)
+            if pod < 0:
+                return trips[:0], False
         trips[number, 0], trips[number, 1] = pod, station
+        given[number] = deal(held[pod], left[station])
         number += 1
-        deal(pod, station, skus, left, stock, pods)
-    take_back(trips[:number], skus, stock, pods)
-    for trip in range(first):
-        pods.busy[trips[trip, 0]] = False
+    for trip in range(number):
+        held[trips[trip, 0]] += given[trip]
     trip = first
     for _ in range(number - 1 - first):  # the last one brings what no other does
-        if not left.any() and bring_all(trips[:number], trip, skus, need, stock, pods):
-            for later in range(trip + 1, number):
-                trips[later - 1, 0], trips[later - 1, 1] = trips[later, 0], trips[later, 1]
+        if bring_all(trips[:number], trip, need, held):
+            trips[trip : number - 1] = trips[trip + 1 : number].copy()
             number -= 1
         else:
             trip += 1
-    return trips[first:number], not left.any()
+    return trips[first:number], True

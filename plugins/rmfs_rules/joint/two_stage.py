@@ -9,6 +9,7 @@ from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import waiting_limit
+from rmfs_rules.helpers.late import late
 from rmfs_rules.joint.choosing import ByPeriods, Period
 
 if TYPE_CHECKING:
@@ -64,6 +65,6 @@ class TwoStage(ByPeriods):
         until = np.array([self.first_share * station.capacity for station in warehouse.stations])
         first = period.filled([], oldest=self.first_orders == "oldest", until=until)
         sent = period.pods_for(first, by_worth=True)
-        chosen = {place for place, _ in first}
-        second = [] if any(place not in chosen for place in period.late()) else period.completed(first, sent)
+        late_ones = {*late(warehouse, self.max_wait_s)}
+        second = period.completed(first, sent) if late_ones <= {place for place, _ in first} else []
         return period.decision([*first, *second], sent)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,20 +10,15 @@ from attrs import frozen
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.warehouse import Lines, Stock
-from rmfs_rules.helpers import largest_capacity
-from rmfs_rules.pod_index.period import Ints, Weights
+from rmfs_core.warehouse import columns_of, stock_of
+from rmfs_rules.pod_index.period import MOST_STEPS, NEVER, Ints, Stations, Weights, next_urgent
 from rmfs_rules.pod_index.turns import decide
-from rmfs_rules.pod_index.urging import NEVER, next_urgent
-from rmfs_rules.pod_index.worth import MOST_STEPS
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
 
 MOST_SECONDS = 4096
 """Of how many seconds the power is kept in a table."""
-NO_PAIRS = np.zeros((0, 2), np.int64)
-NOTHING = JointDecision()
 
 
 def weights_of(rule: Any) -> Weights:
@@ -49,55 +45,53 @@ class Site:
         The picking stations.
     ticks
         Driving times to each of them from each cell, shape (stations, cells).
-    largest
-        Items that the largest of them can take; infinite where one counts orders.
-    capacity, counts_orders
-        Rows of `Stations`.
     """
 
     stations: tuple[Station, ...]
     ticks: Ints
-    largest: float
-    capacity: list[int]
-    counts_orders: list[int]
 
     @classmethod
     def of(cls, warehouse: WarehouseView) -> Site:
         """Look up the driving times."""
-        stations = warehouse.stations
-        times = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in stations]
-        capacity, counts = [station.capacity for station in stations], [int(one.counts_orders) for one in stations]
-        return cls(stations, np.array(times), largest_capacity(warehouse), capacity, counts)
+        times = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in warehouse.stations]
+        return cls(warehouse.stations, np.array(times))
 
-    def told(self, without: Station | None = None) -> list[list[int]]:
-        """Return the rows of `Stations`; ``without`` takes nothing now."""
-        stations = self.stations
-        room = [0 if station is without else station.free_capacity for station in stations]
-        load, inbound = [station.load for station in stations], [len(station.inbound_pods) for station in stations]
-        return [room, load, self.capacity, inbound, self.counts_orders, [int(free > 0) for free in room]]
+
+def told(stations: Sequence[Station], without: Station | None = None) -> Stations:
+    """Return the stations as compiled code takes them; ``without`` takes nothing now."""
+    rows = []
+    for station in stations:
+        room = 0 if station is without else station.free_capacity
+        at_work = station.load, station.capacity, len(station.inbound_pods)
+        rows.append((room, *at_work, station.counts_orders, room > 0))
+    return Stations(*np.array(rows, np.int64).T.copy())
 
 
 def decision(
     warehouse: WarehouseView, weights: Weights, site: Site, packing_capacity: int | None, without: Station | None
 ) -> JointDecision:
     """Let stations take lines and send pods; ``without`` takes nothing now."""
-    bound, places, n_stations = [], [], len(site.stations)
+    lines, number, bound, places = warehouse.lines, len(site.stations), [], []
+    stations, n_orders = told(site.stations, without), 0
     for station in site.stations:
         for pod in station.inbound_pods:
             last = pod.bound_for[-1]
-            if last >= n_stations:  # bundles are stored there
-                last = [at for at in pod.bound_for if at < n_stations][-1]
+            if last >= number:  # bundles are stored there
+                last = [at for at in pod.bound_for if at < number][-1]
             bound += [pod.id, last]
         if station.counts_orders:
-            for order in {request.order.id for request in station.open_requests}:
-                places += [station.id, order]
-    pairs = [np.array(numbers, np.int64).reshape(-1, 2) if numbers else NO_PAIRS for numbers in (bound, places)]
+            n_orders = len(lines.items) + 1  # the last one for those that are not there
+            ids = {request.order.id for request in station.open_requests}
+            places += [(station.id, order) for order in ids if order < len(lines.place)]
+    placed = np.zeros((number, n_orders), np.bool_)
+    if places:
+        at, orders = np.array(places).T
+        placed[at, lines.place[orders]] = True
     packing = 0 if packing_capacity is None else packing_capacity - warehouse.split_orders_open
-    lines, told = warehouse.lines, np.array(site.told(without), np.int64)
-    weights = waiting(warehouse, lines, weights)
-    takes, sends = decide(lines, warehouse.stock, weights, told, *pairs, site.ticks, warehouse.now_tick, packing)
-    if not (len(takes) or len(sends)):
-        return NOTHING
+    takes, sends = decide(
+        lines, warehouse.stock, waiting(warehouse, weights), stations, placed, np.array(bound, np.int64).reshape(-1, 2),
+        site.ticks, warehouse.now_tick, packing,
+    )  # fmt: skip
     parts: dict[tuple[int, int], list[int]] = {}
     for at, order, sku in takes.tolist():
         parts.setdefault((order, at), []).append(sku)
@@ -107,35 +101,28 @@ def decision(
     )
 
 
-def waiting(warehouse: WarehouseView, lines: Lines, weights: Weights) -> Weights:
+def waiting(warehouse: WarehouseView, weights: Weights) -> Weights:
     """Return the weights without any wait of pods, unless orders have come after the first ones: more may come."""
-    first_s = warehouse.order(0).arrival_s
+    first_s, arrival_s = warehouse.order(0).arrival_s, warehouse.lines.arrival_s
     # No need to look through all orders where one in the backlog came later
-    if weights.urge_ticks and lines.arrival_s[-1] == first_s and warehouse.orders[-1].arrival_s == first_s:
+    if weights.urge_ticks and arrival_s[-1] == first_s and warehouse.orders[-1].arrival_s == first_s:
         return weights._replace(urge_ticks=0)
     return weights
 
 
-def wake_s(warehouse: WarehouseView, weights: Weights, site: Site) -> float | None:
+def wake_s(warehouse: WarehouseView, weights: Weights) -> float | None:
     """Return when the ages of the lines of a pod will add up, if a station could take it then; None for never."""
-    told = site.told()
-    room, load, _, inbound, _, _ = told
-    if not any(load) or not any(free and pods < weights.most_pods for free, pods in zip(room, inbound, strict=True)):
+    stations = told(warehouse.stations)
+    if not stations.load.any() or not ((stations.room > 0) & (stations.inbound < weights.most_pods)).any():
         return None
-    lines = warehouse.lines
-    weights = waiting(warehouse, lines, weights)
-    tick = next_urgent(lines, warehouse.stock, weights, np.array(told, np.int64), warehouse.now_tick)
+    weights = waiting(warehouse, weights)
+    tick = next_urgent(warehouse.lines, warehouse.stock, weights, stations, warehouse.now_tick)
     return None if tick == NEVER else to_seconds(tick)
 
 
 def prepare(weights: Weights) -> None:
     """Load compiled code, or compile it."""
-    columns = []
-    for of in (Lines, Stock):
-        arrays = [np.zeros(1, float if "float" in str(kind) else np.int64) for kind in of.__annotations__.values()]
-        for array in arrays:
-            array.setflags(write=False)  # as those of the warehouse
-        columns.append(of(*arrays))
-    told, ticks = np.zeros((6, 1), np.int64), np.zeros((1, 1), np.int64)
-    decide(*columns, weights, told, NO_PAIRS, NO_PAIRS, ticks, 0, 0)
-    next_urgent(*columns, weights, told, 0)
+    columns, stations = (columns_of((), 1), stock_of((), 1)), Stations(*np.zeros((6, 1), np.int64))
+    none = np.zeros((0, 2), np.int64)
+    decide(*columns, weights, stations, np.zeros((1, 0), np.bool_), none, np.zeros((1, 1), np.int64), 0, 0)
+    next_urgent(*columns, weights, stations, 0)

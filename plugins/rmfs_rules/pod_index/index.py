@@ -6,8 +6,7 @@ import numpy as np
 
 from rmfs_core.jit import njit
 from rmfs_core.warehouse import Stock
-from rmfs_rules.pod_index.period import CLOSE, FOUND, NONE, Bids, Bools, Floats, Ints, Period
-from rmfs_rules.pod_index.worth import fits, worth_of
+from rmfs_rules.pod_index.period import CLOSE, FOUND, NONE, Bids, Bools, Floats, Ints, Period, fits, worth_of
 
 TINY = 1e-12
 """What sums of gains that are zero may come out as."""

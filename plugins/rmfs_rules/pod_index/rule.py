@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, ClassVar
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
-from rmfs_rules.helpers import OVERSIZE_WAIT_S
+from rmfs_rules.helpers import OVERSIZE_WAIT_S, largest_capacity
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.pod_index.alone import assign_alone
-from rmfs_rules.pod_index.deciding import NOTHING, Site, decision, prepare, wake_s, weights_of
+from rmfs_rules.pod_index.deciding import Site, decision, prepare, wake_s, weights_of
 from rmfs_rules.pod_index.period import Weights
 
 if TYPE_CHECKING:
@@ -190,8 +190,8 @@ class PodIndex:
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Take lines and send pods, one after another, until the places are taken or left free."""
         if not warehouse.backlog_size:
-            return NOTHING
-        if warehouse.lines.quantity.max() <= self._at(warehouse).largest:
+            return JointDecision()
+        if warehouse.lines.quantity.max() <= largest_capacity(warehouse):
             return self._decide(warehouse)
         return with_oversize(
             warehouse,
@@ -203,7 +203,7 @@ class PodIndex:
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
-        return wake_s(warehouse, self._weights, self._at(warehouse)) if warehouse.backlog_size else None
+        return wake_s(warehouse, self._weights) if warehouse.backlog_size else None
 
     def prepare(self, roads: Roads) -> None:
         """Load the compiled period, or compile it, and search for the ways to the stations."""
@@ -213,9 +213,6 @@ class PodIndex:
 
     def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> JointDecision:
         """Decide about all orders that need no station of their own; ``without`` takes nothing now."""
-        return decision(warehouse, self._weights, self._at(warehouse), self.packing_capacity, without)
-
-    def _at(self, warehouse: WarehouseView) -> Site:
         if self._site is None or self._site.stations is not warehouse.stations:
             self._site = Site.of(warehouse)
-        return self._site
+        return decision(warehouse, self._weights, self._site, self.packing_capacity, without)

@@ -4,52 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
+from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.jit import njit
 from rmfs_core.warehouse import BUSY, UNLIMITED, Lines, Stock
+from rmfs_rules.pod_index import period
 from rmfs_rules.pod_index.index import best_pods, find_within
-from rmfs_rules.pod_index.period import (
-    AT_WORK,
-    FOUND,
-    NONE,
-    PACKING_ROOM,
-    SENDS,
-    TAKES,
-    Bids,
-    Bools,
-    Ints,
-    Period,
-    Pods,
-    Stations,
-    Weights,
-)
-from rmfs_rules.pod_index.urging import NEVER, change_urges, count_lines, find_able, least_needed
-from rmfs_rules.pod_index.worth import best_covered, better_line, bound_orders, fits, line_of, look_at, share_visits
+from rmfs_rules.pod_index.period import NONE, Bids, Bools, Ints, Period, Pods, Stations, Weights, fits
 
 
 @njit(cache=True)
 def decide(
-    lines: Lines,
-    stock: Stock,
-    weights: Weights,
-    told: Ints,
-    bound: Ints,
-    places: Ints,
-    ticks: Ints,
-    now: int,
-    packing: int,
-) -> tuple[Ints, Ints]:
+    lines: Lines, stock: Stock, weights: Weights, stations: Stations, placed: Bools, bound: Ints, ticks: Ints,
+    now: int, packing: int,
+) -> tuple[Ints, Ints]:  # fmt: skip
     """Let stations take their turns, fewest pods first, until all are through.
 
     Parameters
     ----------
-    lines, stock, weights
-        The warehouse, and the parameters of the rule.
-    told
-        The rows of `Stations`; they are changed.
+    lines, stock, weights, stations, placed
+        The warehouse, the parameters of the rule, and what `Period` has of these names; the last two are changed.
     bound
         Pods at or bound for picking stations, and which they go to last, shape (pods, 2).
-    places
-        Stations that count orders, and ids of orders that have a place there, shape (places, 2).
     ticks
         Driving times to each station from each cell, shape (stations, cells).
     now, packing
@@ -59,60 +34,47 @@ def decide(
     -------
     `Period.takes` and `Period.sends`.
     """
-    stations = Stations(told[0], told[1], told[2], told[3], told[4], told[5])
     n_skus, n_pods, n_lines = len(lines.number), len(stock.at), lines.number.sum()
-    covered, need = covers(lines, stock, stations, bound), least_needed(stations, weights)
+    last, available = count_items(stock, bound, n_skus, len(ticks))
+    need, covered = period.least_needed(stations, weights), False
+    for sku in range(n_skus):
+        for station in range(len(ticks) if lines.number[sku] else 0):
+            covered = covered or (available[sku, station] > 0 and stations.room[station] > 0)
     wanted, number, arrivals = np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
     movable = np.zeros(0, np.bool_)
-    if covered or need != NEVER:
-        wanted, number, arrivals = count_lines(lines, stock)
-        movable = (stock.at != BUSY) & (number > 0) & (need != NEVER)
+    if covered or need != period.NEVER:
+        wanted, number, arrivals = period.count_lines(lines, stock)
+        movable = (stock.at != BUSY) & (number > 0) & (need != period.NEVER)
         if weights.urge_ticks and stations.load.any():  # else no pod waits to be wanted enough
             movable &= number * (now + weights.base_ticks) - arrivals >= need
     if not (covered or movable.any()):
         return np.zeros((0, 3), np.int64), np.zeros((0, 2), np.int64)
-    last, available = count_items(stock, bound, n_skus, len(ticks))
+    share = period.share_visits(wanted, stock, available, number, weights.cost_s)
     within, bearers = find_within(wanted if movable.any() else wanted[:0], stock, movable)
     split = np.zeros(0, np.bool_)
     if weights.packing:
         split = lines.open_lines < lines.begin[1:] - lines.begin[:-1]
     of_sku, urge = np.zeros((2, n_skus), np.int64), number * (now + weights.base_ticks) - arrivals
     p = Period(
-        lines,
-        stock,
-        weights,
-        stations,
+        lines, stock, weights, stations,
         Pods(last, urge, movable, np.zeros(n_pods, np.bool_), np.zeros(n_pods), np.flatnonzero(movable)),
         Bids(np.empty(n_lines, np.int64), np.empty(n_lines), of_sku[0], of_sku[1], within, bearers),
-        now,
-        wanted,
-        lines.listed_items.copy(),
-        lines.quantity.copy(),
-        share_visits(wanted, stock, available, number, weights.cost_s),
-        available,
-        find_placed(lines, places, stations),
-        bound_orders(lines, weights),
-        split,
-        np.zeros(len(split), np.int64),
-        ticks,
-        np.empty((n_lines, 3), np.int64),
-        np.empty((n_pods, 2), np.int64),
-        np.empty(n_pods, np.int64),
+        now, wanted, lines.listed_items.copy(), lines.quantity.copy(), share, available, placed,
+        period.bound_orders(lines, weights), split, np.zeros(len(split), np.int64), ticks,
+        np.empty((n_lines, 3), np.int64), np.empty((n_pods, 2), np.int64), np.empty(n_pods, np.int64),
         np.array([0, 0, 0, int(stations.load.any()), packing]),
-    )
-    turn = np.empty(len(ticks), np.int64)
-    while True:
-        stations_on = begin_turn(stations, turn)
-        if not stations_on:
-            return p.takes[: p.numbers[TAKES]], p.sends[: p.numbers[SENDS]]
-        for station in turn[:stations_on]:
-            line, most = best_covered(p, station)
-            if stations.inbound[station] < weights.most_pods and find_able(p, station):
+    )  # fmt: skip
+    while stations.going_on.any():
+        turn = np.flatnonzero(stations.going_on)
+        for station in turn[np.argsort(stations.inbound[turn], kind="mergesort")]:
+            line, most = period.best_covered(p, station)
+            if stations.inbound[station] < weights.most_pods and period.find_able(p, station):
                 line = bring_pods(p, station, line, most)
             if line != NONE:
                 take(p, line, station)
             more = stations.room[station] > 0 or stations.counts_orders[station]
             stations.going_on[station] = line != NONE and more
+    return p.takes[: p.numbers[period.TAKES]], p.sends[: p.numbers[period.SENDS]]
 
 
 @njit(cache=True)
@@ -129,46 +91,6 @@ def count_items(stock: Stock, bound: Ints, n_skus: int, n_stations: int) -> tupl
 
 
 @njit(cache=True)
-def covers(lines: Lines, stock: Stock, stations: Stations, bound: Ints) -> bool:
-    """Return whether a station with free places has items of a SKU with open lines; ``bound`` as in `decide`."""
-    for i in range(len(bound)):
-        pod, station = bound[i, 0], bound[i, 1]
-        if stations.room[station] > 0:
-            for entry in range(stock.of_pod[pod], stock.of_pod[pod + 1]):
-                sku = stock.sku[entry]
-                if lines.number[sku] and stock.items[entry] > 0:
-                    return True
-    return False
-
-
-@njit(cache=True)
-def find_placed(lines: Lines, places: Ints, stations: Stations) -> Bools:
-    """Return `Period.placed`; ``places`` as in `decide`."""
-    n_orders = len(lines.items) if stations.counts_orders.any() else 0
-    placed = np.zeros((len(stations.room), n_orders), np.bool_)
-    for i in range(len(places)):
-        station, order_id = places[i, 0], places[i, 1]
-        if order_id < len(lines.place) and lines.place[order_id] >= 0:
-            placed[station, lines.place[order_id]] = True
-    return placed
-
-
-@njit(cache=True)
-def begin_turn(stations: Stations, turn: Ints) -> int:
-    """Line up the stations that go on in ``turn``, fewest pods first; return how many."""
-    number = 0
-    for station in range(len(turn)):
-        if stations.going_on[station]:
-            at = number
-            while at > 0 and stations.inbound[turn[at - 1]] > stations.inbound[station]:
-                turn[at] = turn[at - 1]
-                at -= 1
-            turn[at] = station
-            number += 1
-    return number
-
-
-@njit(cache=True)
 def bring_pods(p: Period, station: int, line: int, most: float) -> int:
     """Send pods to a station instead of taking its best covered line, if that is better.
 
@@ -180,19 +102,21 @@ def bring_pods(p: Period, station: int, line: int, most: float) -> int:
     """
     weights = p.weights
     best_pods(p, station, 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.items[line]))
-    if p.numbers[FOUND]:
+    if p.numbers[period.FOUND]:
         pod = p.found[0]
-        for other in p.found[1 : p.numbers[FOUND]]:
+        for other in p.found[1 : p.numbers[period.FOUND]]:
             if nearer(p, other, pod, station):
                 pod = other
         send(p, pod, station)
         line, most = NONE, 0.0
         for entry in range(p.stock.of_pod[pod], p.stock.of_pod[pod + 1]):
             sku = p.stock.sku[entry]
-            line, most = better_line(p, station, sku, p.available[sku, station] - p.stock.items[entry], line, most)
+            line, most = period.better_line(
+                p, station, sku, p.available[sku, station] - p.stock.items[entry], line, most
+            )
     elif line == NONE:
         line = find_scattered(p, station)
-        for pod in p.found[: p.numbers[FOUND]]:
+        for pod in p.found[: p.numbers[period.FOUND]]:
             send(p, pod, station)
     return line
 
@@ -210,7 +134,7 @@ def find_scattered(p: Period, station: int) -> int:
         held = -1
         for at in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
             order, quantity = lines.listed_order[at], p.items[at]
-            if oldest != NONE and line_of(lines, at) > line_of(lines, oldest):
+            if oldest != NONE and period.line_of(lines, at) > period.line_of(lines, oldest):
                 break
             missing = quantity - p.available[sku, station]
             if quantity > 1 and missing > 0 and fits(p, order, quantity, station):
@@ -229,8 +153,8 @@ def find_scattered(p: Period, station: int) -> int:
                 pod, held = stock.pod[stock.by_sku[k]], stock.items[stock.by_sku[k]]
                 if able[pod] and (held > items or (held == items > 0 and nearer(p, pod, most, station))):
                     most, items = pod, held
-            p.found[p.numbers[FOUND]] = most
-            p.numbers[FOUND] += 1
+            p.found[p.numbers[period.FOUND]] = most
+            p.numbers[period.FOUND] += 1
             able[most] = False
             missing -= items
     return oldest
@@ -246,9 +170,9 @@ def nearer(p: Period, pod: int, other: int, station: int) -> bool:
 @njit(cache=True)
 def send(p: Period, pod: int, station: int) -> None:
     """Decide a trip: a pod goes to a station last, which then has its free items."""
-    sends, before = p.numbers[SENDS], p.pods.last[pod]
+    sends, before = p.numbers[period.SENDS], p.pods.last[pod]
     p.sends[sends, 0], p.sends[sends, 1] = pod, station
-    p.numbers[SENDS] += 1
+    p.numbers[period.SENDS] += 1
     for entry in range(p.stock.of_pod[pod], p.stock.of_pod[pod + 1]):
         if before != NONE:
             p.available[p.stock.sku[entry], before] -= p.stock.items[entry]
@@ -261,11 +185,11 @@ def send(p: Period, pod: int, station: int) -> None:
 def take(p: Period, at: int, station: int) -> None:
     """Assign a line."""
     lines, stock, quantity, order = p.lines, p.stock, p.items[at], p.lines.listed_order[at]
-    line, takes = line_of(lines, at), p.numbers[TAKES]
+    line, takes = period.line_of(lines, at), p.numbers[period.TAKES]
     sku = lines.sku[line]
     p.takes[takes, 0], p.takes[takes, 1], p.takes[takes, 2] = station, lines.order_id[order], sku
-    p.numbers[TAKES] += 1
-    p.numbers[AT_WORK] = 1
+    p.numbers[period.TAKES] += 1
+    p.numbers[period.AT_WORK] = 1
     places = quantity
     if p.stations.counts_orders[station]:
         places = int(not p.placed[station, order])
@@ -273,22 +197,18 @@ def take(p: Period, at: int, station: int) -> None:
     p.stations.room[station] -= places
     p.stations.load[station] += places
     p.items[at] = p.quantity[line] = 0
-    change_urges(p, sku, order)
     p.available[sku, station] -= quantity
+    age = p.now + p.weights.base_ticks - int(lines.arrival_s[order] * TICKS_PER_S + 0.5)
     for k in range(stock.of_sku[sku], stock.of_sku[sku + 1]):
-        entry = stock.by_sku[k]
-        if p.pods.last[stock.pod[entry]] == station and 0 < stock.items[entry] < UNLIMITED:
-            p.pods.movable[stock.pod[entry]] = False  # one that was about to leave may be what the line is taken from
-    rest = look_at(p, order) > 0
+        pod, held = stock.pod[stock.by_sku[k]], stock.items[stock.by_sku[k]]
+        p.pods.urge[pod] -= age * (held > 0)
+        if p.pods.last[pod] == station and 0 < held < UNLIMITED:
+            p.pods.movable[pod] = False  # one that was about to leave may be what the line is taken from
+    rest = period.look_at(p, order) > 0
     if p.weights.packing:
-        p.parts[order] += not _has_part(p.takes[:takes], station, lines.order_id[order])
+        before = p.takes[:takes]
+        p.parts[order] += not ((before[:, 0] == station) & (before[:, 1] == lines.order_id[order])).any()
         if lines.open_lines[order] == lines.begin[order + 1] - lines.begin[order]:  # it was not split before
             split = rest or p.parts[order] > 1
-            p.numbers[PACKING_ROOM] += int(p.split[order]) - int(split)
+            p.numbers[period.PACKING_ROOM] += int(p.split[order]) - int(split)
             p.split[order] = split
-
-
-@njit(cache=True)
-def _has_part(takes: Ints, station: int, order_id: int) -> bool:
-    """Return whether a station has taken a line of an order already."""
-    return ((takes[:, 0] == station) & (takes[:, 1] == order_id)).any()  # type: ignore[no-any-return]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rmfs_core import BundleAssignment, OrderAssignment, PodTrip, StoreBundle, TaskAssignment, hookimpl
 from rmfs_rules.helpers import StoragePods, store_bundles, waiting_limit
 from rmfs_rules.helpers.sending import load, send
-from rmfs_rules.random.pairs import Drawing
+from rmfs_rules.random.pairs import draw_pairs
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -43,7 +43,7 @@ class Random:
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Draw pairs of order and station."""
-        return Drawing(warehouse, rng).done(self.max_wait_s)
+        return draw_pairs(warehouse, rng, self.max_wait_s)
 
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:

@@ -5,19 +5,18 @@ Each rule has a cost of storing a bundle on each pod; `rmfs_rules.helpers.store_
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import define, field
+from attrs import define
 from numpy.typing import NDArray
 
 from rmfs_core import StoreBundle, hookimpl
 from rmfs_rules.helpers import StoragePods, store_bundles
+from rmfs_rules.helpers.classes import by_share, class_borders, turn
 from rmfs_rules.helpers.sending import load
-from rmfs_rules.replenishment.ordered import Ordered
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -141,11 +140,15 @@ class Correlated(ByCost):
     RAWSim-O, https://github.com/merschformann/RAWSim-O: ``CorrelativeStorageManager``.
     """
 
-    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
-
     def cost(self, pods: StoragePods, bundle: Bundle) -> Values:
         """Return the lower cost the more orders want both."""
-        return -pods.sums(self._ordered.together(pods.warehouse, bundle.sku))
+        together = np.zeros(pods.warehouse.n_skus, np.int64)
+        for order in pods.warehouse.orders:
+            skus = [sku for sku, _ in order.lines]
+            if bundle.sku in skus:
+                together[skus] += 1
+        together[bundle.sku] = 0
+        return -pods.sums(together)
 
 
 @define
@@ -168,11 +171,6 @@ class LeastDemand(ByCost):
         return pods.sums(pods.warehouse.open_demand())
 
 
-def _shares(_instance: object, _attribute: Any, value: tuple[float, ...]) -> None:
-    if not value or value[-1] != 1 or any(a >= b for a, b in zip((0.0, *value), value, strict=False)):
-        raise ValueError(f"expected shares above 0 that rise to 1, found {list(value)}")
-
-
 @define
 class TurnoverPod(ByCost):
     """Store each bundle on a pod of its class: fast movers together.
@@ -189,24 +187,15 @@ class TurnoverPod(ByCost):
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    borders: tuple[float, ...] = field(
-        default=(0.1, 0.3, 1.0),
-        validator=_shares,
-        metadata={"doc": "Where the classes end: shares of all SKUs and of all pods, rising to 1"},
-    )
+    borders: tuple[float, ...] = class_borders("SKUs and of all pods")
 
     def cost(self, pods: StoragePods, bundle: Bundle) -> Values:
         """Return when each pod's class is looked at: the bundle's own first, then to both sides, down before up."""
         ordered = pods.warehouse.ordered()
-        away = self._classes(pods.sums(ordered)) - self._classes(ordered)[bundle.sku]
-        turn: Values = 2 * np.abs(away) - (away > 0)
-        return turn
-
-    def _classes(self, speed: Values) -> NDArray[np.int64]:
-        rank = np.empty(len(speed), np.int64)
-        rank[np.argsort(-speed, kind="stable")] = np.arange(len(speed))
-        ends = [math.floor(border * len(speed)) for border in self.borders[:-1]]
-        return np.array(ends, np.int64).searchsorted(rank, side="right").astype(np.int64)
+        of_pods, of_skus = (
+            by_share(np.argsort(-speed, kind="stable"), self.borders) for speed in (pods.sums(ordered), ordered)
+        )
+        return turn(of_pods - of_skus[bundle.sku], better_first=False)
 
 
 POD_RULES: dict[str, Callable[[], Any]] = {

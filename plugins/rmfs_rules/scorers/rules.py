@@ -9,6 +9,7 @@ import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import PodTrip, hookimpl
+from rmfs_rules.helpers.sending import may_send, send
 from rmfs_rules.scorers.scores import SCORES, VALUES, PodScores, Weights, load
 
 if TYPE_CHECKING:
@@ -59,7 +60,17 @@ def _time_cost() -> Any:
 
 
 class _Scoring:
-    """A rule that scores pods."""
+    """A rule that scores pods: the first of its scores decides, then the next one, and so on."""
+
+    scores: tuple[str, ...]
+
+    @hookimpl
+    def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
+        """Send the pods with the best scores to the stations that lack one."""
+        if not may_send(warehouse, max_fetches):
+            return []
+        pods = PodScores(warehouse, rng, Weights.of(self))
+        return send(warehouse, max_fetches, lambda station, able: pods.choose(self.scores, station, able))
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
@@ -85,14 +96,8 @@ class Completes(_Scoring):
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8 (the default pod selection of that simulator)
     """
 
+    scores = ("completes", "picks", "nearest")
     count_backlog: bool = _count_backlog()
-
-    @hookimpl
-    def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
-        """Send the pods that complete most orders."""
-        return PodScores(warehouse, rng, Weights(self.count_backlog)).send(
-            max_fetches, ("completes", "picks", "nearest")
-        )
 
 
 @define
@@ -116,16 +121,11 @@ class WorkAmount(_Scoring):
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
+    scores = ("work",)
     value: str = _value()
     backlog_weight: float = _backlog_weight()
     completion_boost: float = _completion_boost()
     time_cost_per_s: float = _time_cost()
-
-    @hookimpl
-    def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
-        """Send the pods that get most work done."""
-        weights = Weights(False, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s)
-        return PodScores(warehouse, rng, weights).send(max_fetches, ("work",))
 
 
 def _no_repeats(_instance: object, _attribute: Any, value: tuple[str, ...]) -> None:
@@ -168,11 +168,3 @@ class Lexicographic(_Scoring):
     backlog_weight: float = _backlog_weight()
     completion_boost: float = _completion_boost()
     time_cost_per_s: float = _time_cost()
-
-    @hookimpl
-    def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
-        """Send the pods that come first."""
-        weights = Weights(
-            self.count_backlog, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s
-        )
-        return PodScores(warehouse, rng, weights).send(max_fetches, self.scores)

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from attrs import frozen
+from attrs import fields, frozen
 from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.warehouse import columns_of, stock_of
+from rmfs_core.warehouse import Lines, columns_of, stock_of
 from rmfs_rules.helpers import sending
-from rmfs_rules.helpers.sending import may_send, send, ticks_from, worth
-from rmfs_rules.scorers.wanted import Ids, Requests, Values
+from rmfs_rules.helpers.sending import Ids, ticks_from, worth
+from rmfs_rules.scorers.sums import completed, served
 
 if TYPE_CHECKING:
-    from rmfs_core import PodTrip
-    from rmfs_core.warehouse import Lines, Order, Station, Stock, WarehouseView
+    from rmfs_core.warehouse import Request, Station, WarehouseView
+
+Values = NDArray[np.float64]
+
+VALUES = ("picks", "age", "lateness")
+"""What an item is worth: 1, or its share of the seconds since its order arrived or was due."""
 
 
 @frozen
@@ -47,6 +52,27 @@ class Weights:
     completion_boost: float = 1.0
     time_cost_per_s: float = 1 / 3
 
+    @classmethod
+    def of(cls, rule: object) -> Weights:
+        """Return the weights that a rule has, and the defaults of those that it has not."""
+        names = [field.name for field in fields(cls) if hasattr(rule, field.name)]
+        return cls(**{name: getattr(rule, name) for name in names})
+
+
+class Wanted(NamedTuple):
+    """What some orders want: their open lines, or the uncovered requests of a station.
+
+    Parameters
+    ----------
+    lines
+        Them as columns.
+    each
+        What an item of an order is worth, by place.
+    """
+
+    lines: Lines
+    each: Values
+
 
 class PodScores:
     """Scores of pods for stations in one decision, the higher the better; what is chosen changes those to come.
@@ -62,17 +88,10 @@ class PodScores:
     """
 
     def __init__(self, warehouse: WarehouseView, rng: np.random.Generator, weights: Weights) -> None:
-        from rmfs_rules.scorers import backlog_search  # compiled: imported when needed, for it takes its time
-
-        self._search: Any = backlog_search
         self._warehouse, self._rng, self._weights = warehouse, rng, weights
-        self._requests: dict[int, Requests] = {}
-
-    def send(self, max_fetches: int, scores: Sequence[str]) -> list[PodTrip]:
-        """Send the pods with the best scores to the stations that lack one."""
-        if not may_send(self._warehouse, max_fetches):
-            return []
-        return send(self._warehouse, max_fetches, lambda at, pods: self.choose(scores, at, pods))
+        self._stock, self._nothing = warehouse.stock, np.zeros(warehouse.n_skus, np.int64)
+        self._requests: dict[int, list[tuple[Request, int]]] = {}  # of stations: those left, and of how many items
+        self._wanted: dict[int, Wanted] = {}
 
     def choose(self, scores: Sequence[str], station: Station, pods: Ids) -> int:
         """Return the pod with the best first score, ties by the next one and at last by the lowest id; it is taken."""
@@ -93,39 +112,27 @@ class PodScores:
 
         And those of the backlog, if they count, that what is left on it completes one after another, oldest first.
         """
-        number: Values = self._completed(station, pods).sum(axis=0).astype(np.float64)
+        lines = self._here(station).lines
+        number: Values = completed(lines, self._stock, pods, self._nothing, np.ones(len(lines.items)))
         if self._weights.count_backlog:
-            number += self._search.completed(self._lines, self._stock, pods, self._wanted_by_sku(station))
+            others, before = self._backlog.lines, self._by_sku(lines)
+            number += completed(others, self._stock, pods, before, np.ones(len(others.items)))
         return number
 
     def picks(self, station: Station, pods: Ids) -> Values:
         """Uncovered items of the station that the pod has."""
-        wanted = self._wanted(station)
-        picks: Values = np.minimum(self._on(pods, wanted.skus), wanted.needs.sum(axis=0)).sum(axis=1).astype(np.float64)
-        return picks
+        return worth(self._stock, pods, self._by_sku(self._here(station).lines)).astype(np.float64)
 
     def work(self, station: Station, pods: Ids) -> Values:
         """What the items are worth that the pod serves, less the time that it drives."""
-        wanted, weights = self._wanted(station), self._weights
-        now_s = self._warehouse.now_s
-        each = wanted.worth(lambda order: _worth(weights.value, order, now_s))
+        (lines, each), weights, stock = self._here(station), self._weights, self._stock
         total = weights.time_cost_per_s * self.nearest(station, pods)
-        items = self._on(pods, wanted.skus)
-        for column in range(len(wanted.skus)):
-            of_sku = wanted.column == column
-            number, sums = (
-                np.concatenate(([0], np.cumsum(values[of_sku]))) for values in (wanted.items, each * wanted.items)
-            )
-            total += np.interp(items[:, column], number, sums)  # of a request that it serves in part, a part
+        total += served(lines, stock, pods, self._nothing, each)
         if weights.completion_boost:
-            of_order = np.bincount(wanted.row, weights=each * wanted.items, minlength=len(wanted.needs))
-            total += weights.completion_boost * (of_order @ self._completed(station, pods))
+            total += weights.completion_boost * completed(lines, stock, pods, self._nothing, each * lines.items)
         if weights.backlog_weight:
-            lines, stock, wanted_by_sku = self._lines, self._stock, self._wanted_by_sku(station)
-            since_s = lines.due_s if weights.value == "lateness" else lines.arrival_s
-            total += weights.backlog_weight * self._search.worth(
-                lines, stock, pods, wanted_by_sku, since_s, self._unpicked, now_s, weights.value != "picks"
-            )
+            before = self._by_sku(lines)
+            total += weights.backlog_weight * served(self._backlog.lines, stock, pods, before, self._backlog.each)
         return total
 
     def demand(self, station: Station, pods: Ids) -> Values:  # noqa: ARG002
@@ -144,97 +151,90 @@ class PodScores:
     # What they are made of
 
     @cached_property
-    def _lines(self) -> Lines:
-        return self._warehouse.lines
+    def _backlog(self) -> Wanted:
+        lines = self._warehouse.lines
+        return Wanted(lines, self._each(lines, lines.begun if self._warehouse.split_orders_open else ()))
 
-    @cached_property
-    def _stock(self) -> Stock:
-        return self._warehouse.stock
+    def _here(self, station: Station) -> Wanted:
+        """Return what the uncovered requests of a station want, of orders in the order of their first requests."""
+        if station.id not in self._wanted:
+            requests = self._uncovered(station)
+            orders = [*{request.order.id: request.order for request, _ in requests}.values()]
+            row, counted = {order.id: row for row, order in enumerate(orders)}, Counter[tuple[int, int]]()
+            for request, number in requests:
+                counted[row[request.order.id], request.sku] += number
+            told = [(*pair, number) for pair, number in sorted(counted.items())]
+            order, sku, items = np.array(told, np.int64).reshape(-1, 3).T
+            by_sku, of_sku = np.argsort(sku, kind="stable"), np.bincount(sku, minlength=self._warehouse.n_skus)
+            open_lines = np.bincount(order, minlength=len(orders))
+            lines = Lines(
+                order_id=np.array([order.id for order in orders]),
+                arrival_s=np.array([order.arrival_s for order in orders]),
+                due_s=np.array([math.inf if order.due_s is None else order.due_s for order in orders]),
+                priority=np.array([order.priority for order in orders]),
+                items=np.bincount(order, items, len(orders)).astype(np.int64),
+                open_lines=open_lines,
+                begin=np.concatenate(([0], open_lines.cumsum())),
+                order=order,
+                sku=sku,
+                quantity=items,
+                first=of_sku.cumsum() - of_sku,
+                number=of_sku,
+                listed_order=order[by_sku],
+                listed_items=items[by_sku],
+                place=np.zeros(0, np.int64),
+            )
+            for column in lines:
+                column.setflags(write=False)  # as those of the backlog: one type for compiled code
+            self._wanted[station.id] = Wanted(lines, self._each(lines, range(len(orders))))
+        return self._wanted[station.id]
 
-    @cached_property
-    def _unpicked(self) -> Ids:
-        """Items of each order that are not yet picked, by place: the open ones, and others of orders that are begun."""
-        if self._weights.value == "picks" or not self._warehouse.split_orders_open:
-            return self._lines.items
-        unpicked = self._lines.items.copy()
-        for place in self._lines.begun.tolist():
-            unpicked[place] = self._warehouse.order(int(self._lines.order_id[place])).unpicked_items
-        unpicked.setflags(write=False)  # as the columns: one type for compiled code
-        return unpicked
-
-    def _wanted(self, station: Station) -> Requests:
+    def _uncovered(self, station: Station) -> list[tuple[Request, int]]:
+        """Return the requests of a station that no chosen pod serves, and how many items of each."""
         if station.id not in self._requests:
-            uncovered = station.uncovered_requests
-            self._requests[station.id] = Requests.of(uncovered, [request.items for request in uncovered])
+            self._requests[station.id] = [(request, request.items) for request in station.uncovered_requests]
         return self._requests[station.id]
+
+    def _by_sku(self, lines: Lines) -> Ids:
+        """Return the items that are wanted of each SKU."""
+        return np.bincount(lines.sku, lines.quantity, self._warehouse.n_skus).astype(np.int64)
+
+    def _each(self, lines: Lines, begun: Iterable[int]) -> Values:
+        """Return what an item of each order is worth, by place; of those that are begun some items may be picked."""
+        value, unpicked = self._weights.value, np.maximum(lines.items, 1)
+        if value == "picks":
+            return np.ones(len(unpicked))
+        for place in begun:
+            unpicked[place] = self._warehouse.order(int(lines.order_id[place])).unpicked_items
+        since_s = lines.due_s if value == "lateness" else lines.arrival_s
+        each: Values = np.maximum(self._warehouse.now_s - since_s, 0.0) / unpicked
+        return each
 
     def _take(self, pod: int, station: Station) -> None:
         """Let the items of a chosen pod go to the oldest requests, as they will."""
-        wanted = self._wanted(station)
-        left = Counter(dict(zip(wanted.skus.tolist(), self._on(np.array([pod]), wanted.skus)[0].tolist(), strict=True)))
+        requests = self._uncovered(station)
+        left = {sku: self._warehouse.pods[pod].free_items(sku) for sku in {request.sku for request, _ in requests}}
         still = []
-        for request, items in zip(wanted.requests, wanted.items.tolist(), strict=True):
-            taken = min(items, left[request.sku])
-            left[request.sku] -= taken
-            if taken < items:
-                still.append((request, items - taken))
-        self._requests[station.id] = Requests.of([request for request, _ in still], [items for _, items in still])
-
-    def _on(self, pods: Ids, skus: Ids) -> NDArray[np.int64]:
-        """Return the free items of SKUs on pods, shape (pods, SKUs)."""
-        items: NDArray[np.int64] = self._search.items_on(self._stock, pods, skus)
-        return items
-
-    def _completed(self, station: Station, pods: Ids) -> NDArray[np.bool_]:
-        """Return which orders of a station the pods complete, shape (orders, pods), if the oldest take first."""
-        wanted = self._wanted(station)
-        left = self._on(pods, wanted.skus)
-        completed = np.zeros((len(wanted.needs), len(pods)), np.bool_)
-        for order, needs in enumerate(wanted.needs):
-            completed[order] = (left >= needs).all(axis=1)
-            left -= completed[order][:, None] * needs
-        return completed
-
-    def _wanted_by_sku(self, station: Station) -> Ids:
-        """Return how many items of each SKU the station wants, shape (n_skus,)."""
-        wanted = np.zeros(self._warehouse.n_skus, np.int64)
-        wanted[self._wanted(station).skus] = self._wanted(station).needs.sum(axis=0)
-        return wanted
-
-
-VALUES = ("picks", "age", "lateness")
-"""What an item is worth: 1, or its share of the seconds since its order arrived or was due."""
-
-
-def _worth(value: str, order: Order, now_s: float) -> float:
-    """Return what an item of an order is worth."""
-    if value == "picks":
-        return 1.0
-    since_s = order.arrival_s if value == "age" else order.due_s
-    return 0.0 if since_s is None else max(now_s - since_s, 0.0) / order.unpicked_items
+        for request, number in requests:
+            served = min(number, left[request.sku])
+            left[request.sku] -= served
+            if served < number:
+                still.append((request, number - served))
+        self._requests[station.id] = still
+        self._wanted.pop(station.id, None)
 
 
 def load() -> None:
     """Load what is compiled, or compile it."""
-    from rmfs_rules.scorers import backlog_search as search  # as above
-
     sending.load()
     lines, stock, none, one = columns_of((), 1), stock_of((), 1), np.zeros(0, np.int64), np.zeros(1, np.int64)
-    search.items_on(stock, none, none)
-    search.completed(lines, stock, none, one)
-    search.worth(lines, stock, none, one, lines.due_s, lines.items, 0.0, True)
+    for search in (completed, served):
+        search(lines, stock, none, one, none / 1)
 
 
 Score = Callable[[PodScores, "Station", Ids], Values]
 
 SCORES: Mapping[str, Score] = MappingProxyType(
-    {
-        "completes": PodScores.completes,
-        "picks": PodScores.picks,
-        "work": PodScores.work,
-        "demand": PodScores.demand,
-        "nearest": PodScores.nearest,
-        "random": PodScores.random,
-    }
+    {name: getattr(PodScores, name) for name in ("completes", "picks", "work", "demand", "nearest", "random")}
 )
 """The scores by name."""

@@ -10,12 +10,12 @@ import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import OrderAssignment, hookimpl
+from rmfs_rules.helpers.late import largest_capacity
 from rmfs_rules.helpers.pairs import (
     Flags,
     Floats,
     Ints,
     Pairs,
-    largest_capacity,
     load,
     places_kept,
     pod_at,

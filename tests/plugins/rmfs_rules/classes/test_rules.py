@@ -50,22 +50,10 @@ def test_speed_and_demand_can_be_told_apart(put_at_station: PutAtStation) -> Non
 
 
 @pytest.mark.parametrize(
-    "borders",
-    [(), (0.5,), (0.3, 0.3, 1.0), (0.5, 0.2, 1.0), (0.0, 1.0)],
-    ids=["none", "short", "equal", "falling", "0"],
-)
-def test_borders_have_to_rise_to_1(borders: tuple[float, ...]) -> None:
-    """Each class has a share."""
-    with pytest.raises(ValueError, match="expected shares above 0 that rise to 1"):
-        TurnoverClasses(borders)
-
-
-@pytest.mark.parametrize(
     ("rule", "wrong"),
     [
         (Cache, {"share": 1.5}),
         (Cache, {"threshold": -1}),
-        (Cache, {"weight_free": -1}),
         (Utility, {"corridor": 0}),
         (Utility, {"buffer": -0.1}),
         (Utility, {"weight_speed": -1}),
