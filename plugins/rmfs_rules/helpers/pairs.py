@@ -336,7 +336,8 @@ def assign_best_pairs(
     if not len(places):
         return []
     for station in stations:
-        scores[station.id, places] = score(station)
+        if station.free_capacity or warehouse.split_orders_open:  # a full one may take orders that have a place there
+            scores[station.id, places] = score(station)
     pairs = Pairs(
         warehouse, scores=scores, rank=by_place(rank, np.float64), first=by_place(first, np.bool_), fast_lane=fast_lane
     )

@@ -155,8 +155,6 @@ def cache(
     *,
     share: float = 0.25,
     threshold: float = 0.5,
-    weight_free: float = 1.0,
-    weight_worth: float = 1.0,
     weight_speed: float = 0.0,
     weight_demand: float = 1.0,
     **_: Any,
@@ -170,7 +168,7 @@ def cache(
     if caches.free_in(station):
         less = sum(wanted[pod] < wanted[now.pod] for pod in stored) / len(stored) if stored else 1.0
         free = len(caches.free_in(station)) / len(places)
-        belongs = (weight_free * free + weight_worth * less) / 2 > threshold
+        belongs = (free + less) / 2 > threshold
     others = [cell for cell in caches.free if caches.owner[cell] not in (NOWHERE, station)]
     outside = caches.free_in(NOWHERE)
     turns = [caches.free_in(station), outside, others] if belongs else [outside, [*others, *caches.free_in(station)]]

@@ -190,7 +190,6 @@ def backlog_threshold(
     told: Any,
     *,
     open_above: int = 50,
-    close_below: float = 0.7,
     timeout_s: float = 600.0,
     least: int = 1,
 ) -> list[int]:
@@ -203,7 +202,7 @@ def backlog_threshold(
     if now.now_s - now.memory.get("changed_s", -math.inf) < timeout_s:
         return sorted(active)
     many = len(now.world.backlog) > open_above
-    few = sum(s.load for s in working) < close_below * sum(s.capacity for s in working)
+    few = sum(s.load for s in working) < 0.7 * sum(s.capacity for s in working)
     if many and not few and resting:
         active.add(resting[0].id)
     elif few and not many and len(working) > least:

@@ -49,8 +49,6 @@ WORTH: dict[str, Any] = {
 CACHE: dict[str, Any] = WORTH | {
     "share": (0.0, 0.25, 0.5, 1.0),
     "threshold": (0.0, 0.3, 0.5, 0.9),
-    "weight_free": (0.0, 1.0, 2.0),
-    "weight_worth": (0.0, 1.0, 2.0),
     "free_places": range(21),
 }
 UTILITY: dict[str, Any] = WORTH | {"corridor": range(1, 5), "buffer": (0.0, 0.05, 0.5, 1.0)}
@@ -283,7 +281,6 @@ ORACLES: list[Oracle] = [
                 robots.backlog_threshold,
                 {
                     "open_above": range(5),
-                    "close_below": (0.0, 0.3, 0.7, 1.0),
                     "timeout_s": (0.0, 100.0, 600.0),
                     "least": range(1, 4),
                 },
