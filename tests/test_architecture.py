@@ -33,22 +33,12 @@ NO_TEST_OF_ITS_OWN = {
     "rmfs_core/hookspecs.py": "declares the hooks; tests/test_documentation.py runs an example of each",
     "rmfs_core/world/__init__.py": "forwards two old names; tests of layouts use them",
     "rmfs_core/info.py": "declares what observers are handed, and does nothing",
-    "plugins/rmfs_commands/experiments/watching.py": "declares what watchers are told, and does nothing",
-    "plugins/rmfs_commands/experiments/workers.py": "declares what workers are; each kind has its own test",
 }
 """Code files without a test file, with the reason."""
 
 TESTS_OF_SEVERAL = {
     "tests/plugins/rmfs/test_facade.py": "names that are imported from other packages",
-    "tests/plugins/rmfs_commands/kit/test_fresh_environment.py": "what a stranger does, from wheel to rule",
-    "tests/plugins/rmfs_commands/replay/test_browser.py": "the page, in a real browser",
-    "tests/plugins/rmfs_commands/states/test_bundles.py": "states with bundles: asked, refused, explained",
-    "tests/plugins/rmfs_commands/states/test_replay.py": "recorded states, rebuilt and decided again",
     "tests/plugins/rmfs_rules/replenishment/test_rule.py": "the rules for bundles in a warehouse under way",
-    "tests/plugins/rmfs_commands/testing/test_needs.py": "a rule that needs something, through all tools",
-    "tests/plugins/rmfs_commands/testing/test_shipped_rules.py": "every shipped rule against what all promise",
-    "tests/plugins/rmfs_commands/validation/test_mutations.py": "traces corrupted in every way, in all checks",
-    "tests/plugins/rmfs_commands/validation/test_release.py": "places kept and backlogs refilled, in picks and orders",
     "tests/plugins/rmfs_rules/mip/test_examples.py": "the paper's worked examples, in all models",
     "tests/plugins/rmfs_rules/mip/test_finite_stock.py": "finite stock in all folders of the package",
     "tests/plugins/rmfs_rules/mip/test_folders.py": "which folder of the package imports which",
@@ -399,9 +389,14 @@ def code_files() -> list[str]:
     ]
 
 
+def of_commands() -> list[str]:
+    """Return the code files whose tests are by subject, in the folder of their package."""
+    return [code for code in code_files() if code.startswith("plugins/rmfs_commands/")]
+
+
 def test_every_code_file_has_a_test_of_its_name() -> None:
-    """Who looks for the test of a file finds it by its name."""
-    without = {code for code in code_files() if not (ROOT / place_of_test(code)).exists()}
+    """Who looks for the test of a file finds it by its name, and that of a command in the folder of its name."""
+    without = {code for code in code_files() if code not in of_commands() and not (ROOT / place_of_test(code)).exists()}
     assert sorted(without) == sorted(NO_TEST_OF_ITS_OWN)
 
 
@@ -409,4 +404,12 @@ def test_every_test_file_is_named_after_a_code_file() -> None:
     """Who reads a test finds the code by its name."""
     below = (ROOT / "tests" / "rmfs_core", ROOT / "tests" / "plugins")
     found = {file.relative_to(ROOT).as_posix() for folder in below for file in folder.rglob("test_*.py")}
+    found -= {name for name in found if name.startswith("tests/plugins/rmfs_commands/")}
     assert sorted(found - {*map(place_of_test, code_files())}) == sorted(TESTS_OF_SEVERAL)
+
+
+def test_every_package_of_commands_has_its_folder_of_tests() -> None:
+    """A file per subject: who looks for the tests of a command looks through one folder."""
+    packages = {Path(code).parent for code in of_commands()}
+    folder = ROOT / "tests" / "plugins" / "rmfs_commands"
+    assert {(ROOT / "tests" / package) for package in packages} == {file.parent for file in folder.rglob("test_*.py")}

@@ -1,12 +1,79 @@
-"""Text maps."""
+"""Layouts: blocks and text maps."""
+
+from __future__ import annotations
 
 import pytest
+from attrs import evolve
 
 from rmfs_commands.cli.map_drawing import draw_map
-from rmfs_commands.layouts import parse_map
+from rmfs_commands.layouts import block_map, parse_map
 from rmfs_core.errors import InputError
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, check_layout
+from rmfs_core.scenario.model import LayoutSection
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, check_layout
 from rmfs_core.world.grid import LONGEST_SIDE
+
+
+def test_the_papers_layout() -> None:
+    layout = parse_map(block_map(LayoutSection(), 12), "map")
+    check_layout(layout, "map")
+    assert len(layout.storage_locations) == 504
+    assert [len(cells.queue) for cells in layout.stations] == [12] * 4
+    assert all(cells.station % layout.width == layout.width - 1 for cells in layout.stations)
+
+
+def test_the_smallest_layout_looks_like_this() -> None:
+    section = LayoutSection(block_rows=3, block_columns=1, block_length=2, hall_width=1, stations_east=1, queue="plain")
+    assert block_map(section, 6) == ("v<<<@@\nv##^@@\nv##^@@\n┌>>└→↓\nv##^↓←\nv##^→↓\nv<<┘<O\nv##^@@\nv##^@@\n>>>^@@\n")
+
+
+def test_queues_as_in_rawsim_o() -> None:
+    section = LayoutSection(block_rows=3, block_columns=1, block_length=2, hall_width=1, queue="shortcut")
+    east = block_map(evolve(section, stations_east=1), 6)
+    assert east == "v<<<@@\nv##^@@\nv##^@@\n┌>>└→↓\nv##^↓╗\nv##└→↓\nv<<┘<O\nv##^@@\nv##^@@\n>>>^@@\n"
+    west = block_map(evolve(section, block_rows=4, stations_east=0, stations_west=1), 6)
+    assert "↓←┐<<┘\n╔↓v##^\n↓←┐##^\nO>┌>>^\n" in west
+
+
+@pytest.mark.parametrize("form", ["plain", "shortcut"])
+@pytest.mark.parametrize("rows", [3, 4, 5, 6, 9])
+@pytest.mark.parametrize("hall", [1, 2, 3, 5])
+@pytest.mark.parametrize("queue", [1, 2, 3, 12])
+def test_every_block_layout_is_fit_for_use(rows: int, hall: int, queue: int, form: str) -> None:
+    fitting = (rows - 1) // 2
+    section = LayoutSection(
+        block_rows=rows, block_columns=3, hall_width=hall, stations_east=fitting, stations_west=fitting, queue=form
+    )
+    text = block_map(section, queue)
+    layout = parse_map(text, "map")
+    check_layout(layout, "map")
+    assert draw_map(layout) == text
+    assert len(layout.stations) == 2 * fitting
+    assert all(len(cells.queue) >= queue for cells in layout.stations)
+    assert (layout.kind == CellKind.STORAGE).sum() == rows * 3 * 8
+
+
+def test_too_many_stations_are_refused() -> None:
+    with pytest.raises(
+        InputError, match=r"layout\.stations_east: found 3 stations beside 5 rows of blocks; at most 2 fit"
+    ):
+        block_map(LayoutSection(block_rows=5, stations_east=3), 12)
+    with pytest.raises(InputError, match="found no picking station"):
+        block_map(LayoutSection(stations_east=0), 12)
+
+
+def test_queues_that_no_memory_has_room_for_are_refused() -> None:
+    with pytest.raises(InputError, match=r"stations\.queue_length: found queues of 100,000 cells beside 100 rows of"):
+        block_map(LayoutSection(block_rows=100), 100_000)
+
+
+def test_replenishment_stations_lie_behind_the_picking_stations_of_their_side() -> None:
+    west = block_map(LayoutSection(block_rows=5, stations_east=1, replenishment_west=2), 3)
+    assert [row.strip("@")[0] for row in west.splitlines() if "I" in row] == ["I", "I"]
+    east = "".join(block_map(LayoutSection(block_rows=7, stations_east=2, replenishment_east=1), 3).split())
+    assert [sign for sign in east if sign in "IO"] == ["O", "O", "I"]
+    with pytest.raises(InputError, match=r"layout.replenishment_east: found 4 stations beside 7 rows"):
+        block_map(LayoutSection(block_rows=7, stations_east=2, replenishment_east=2), 3)
+
 
 TINY = """
 ..#
@@ -16,7 +83,6 @@ TINY = """
 
 
 def test_a_drawn_map_is_read_cell_by_cell() -> None:
-    """Storage, floor, queue and station get their kinds and moves; a queue is entered from the floor only."""
     layout = parse_map(TINY, "tiny")
     check_layout(layout, "tiny")
     assert (layout.width, layout.height) == (3, 3)
@@ -31,7 +97,6 @@ def test_a_drawn_map_is_read_cell_by_cell() -> None:
 
 
 def test_one_way_aisles_are_one_way() -> None:
-    """A robot leaves a one-way cell in its direction only, and never enters one against it."""
     layout = parse_map("v<<<\nv##^\n>>>^\n.qO.\n....", "ring")
     assert layout.may_step(1, WEST)
     assert not layout.may_step(1, EAST)
@@ -74,7 +139,6 @@ def test_one_way_aisles_are_one_way() -> None:
     ],
 )
 def test_wrong_maps_are_refused_with_the_cell(text: str, message: str) -> None:
-    """Each mistake in a map is one sentence with the place."""
     with pytest.raises(InputError) as caught:
         parse_map(text, "map")
     assert message in str(caught.value)
@@ -91,7 +155,6 @@ FOLDED = """
 
 
 def test_a_queue_may_have_a_shortcut_and_a_second_entrance() -> None:
-    """The cells stay one chain; a way on past some of them, and the arm of a floor cell, lead ahead in it."""
     layout = parse_map(FOLDED, "folded")
     check_layout(layout, "folded")
     (cells,) = layout.stations
@@ -107,7 +170,6 @@ def test_a_queue_may_have_a_shortcut_and_a_second_entrance() -> None:
 
 
 def test_cells_before_a_station_may_be_kept_clear() -> None:
-    """They are part of the chain and driven through, but no place to wait in."""
     layout = parse_map("#......\n.→→⇒⇒O.\n.......", "clear")
     check_layout(layout, "clear")
     (cells,) = layout.stations
@@ -128,12 +190,10 @@ def test_a_map_that_no_memory_has_room_for_is_refused(width: int, height: int) -
 
 
 def test_the_longest_row_that_may_be_is_read() -> None:
-    """One cell fewer than what is refused."""
     assert parse_map("." * LONGEST_SIDE, "hall.txt").width == LONGEST_SIDE
 
 
 def test_replenishment_stations_come_after_picking_stations() -> None:
-    """Whatever the order of rows: those where orders are picked have the first ids."""
     layout = parse_map("#...\n..qI\n....\n..qO\n....", "map")
     assert [cells.station for cells in layout.stations] == [15, 7]
     assert layout.replenishing == 1
