@@ -1,10 +1,11 @@
-"""``rmfs explain``."""
+"""`rmfs decide` and `rmfs explain`."""
 
 from __future__ import annotations
 
 import gzip
 import io
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,124 @@ import pytest
 from rich.console import Console
 
 import rmfs_core
+from calling import exit_code
 from installed import RMFS
 from rmfs_commands.cli.main import main
-from rmfs_commands.states import Recorded
+from rmfs_commands.states import Recorded, state
+from rmfs_commands.states.decide_command import DECIDING
 from rmfs_core.roles import Role
+
+STATE = {
+    "format": "rmfs-state",
+    "version": 1,
+    "pods": {"P1": {"contents": {"milk": None, "tea": None}}, "P2": {"contents": {"jam": None}}},
+    "stations": {"north": {"item_capacity": 4}},
+    "orders": {"A": {"lines": {"milk": 1, "tea": 1}}, "B": {"lines": {"jam": 2}}},
+}
+
+
+@pytest.fixture
+def decide(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Return a function that asks for a decision: exit code, output, errors."""
+
+    def run(*arguments: str, **changes: Any) -> tuple[int, str, str]:
+        file = tmp_path / "state.json"
+        file.write_text(json.dumps({**STATE, **changes}), encoding="utf-8")
+        code = exit_code("decide", str(file), *arguments)
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return run
+
+
+def test_a_decision_as_json(decide: Any) -> None:
+    code, out, err = decide("--rule", "split-over-time", "--set", "max_seconds=5")
+    assert (code, err) == (0, "")
+    written = json.loads(out)
+    assert list(written) == [
+        *("rule", "distribution", "version", "decides", "assignments", "trips", "report", "outcome")
+    ]
+    assert written["trips"] == [{"pod": "P1", "station": "north"}, {"pod": "P2", "station": "north"}]
+    assert written["outcome"] == {"orders": 2, "items": 4, "visits": 2, "unused": 0, "uncovered": 0}
+
+
+def test_due_times(decide: Any) -> None:
+    orders = {"A": {"lines": {"milk": 1}, "due_s": 90, "priority": 2}, "B": {"lines": {"jam": 2}, "priority": 1}}
+    code, out, _ = decide("--rule", "first-come", version=2, time_s=100.5, orders=orders)
+    assert code == 0
+    assert json.loads(out)["due"] == {"A": {"due_s": 90.0, "priority": 2, "slack_s": -10.5}}
+    code, _, err = decide("--rule", "first-come", version=1, orders=orders)
+    assert code == 2
+    assert "found `due_s` or `priority` in a state of version 1; expected version 2 with them" in err
+    stations = {"1": {"item_capacity": 3, "requests": [], "in_hand": {"order": "1", "sku": "a"}}}
+    code, _, err = decide("--rule", "first-come", version=1, stations=stations)
+    assert code == 2
+    assert "found `in_hand` in a state of version 1; expected version 2 with it" in err
+
+
+def test_seed(decide: Any) -> None:
+    assert decide("--rule", "first-come", "--seed", "7") == decide("--rule", "first-come")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "changes", "problem"),
+    [
+        (("--rule", "first-come"), {"version": 3}, "state.json, version: expected version 1 or 2"),
+        (("--rule", "first-come"), {"order": {}}, "state.json, order: unknown key (did you mean `orders`?)"),
+        (("--rule", "firstcome"), {}, 'there is no rule "firstcome" (did you mean `first-come`'),
+        (("--rule", "integrated", "--set", "gap=-1"), {}, "gap"),
+        (("--rule", "fixed"), {}, "decides PR, but the state has no layout"),
+        (("--rule", "./mine.py:Mine", "--no-inline-rules"), {}, "--no-inline-rules refuses"),
+        ((), {}, "Missing option '--rule'"),
+    ],
+)
+def test_wrong_input(decide: Any, arguments: tuple[str, ...], changes: dict[str, Any], problem: str) -> None:
+    code, out, err = decide(*arguments, **changes)
+    assert (code, out) == (2, "")
+    assert problem in err
+    assert "Traceback" not in err
+
+
+def test_a_rule_from_a_file(decide: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = (
+        "from attrs import define\nfrom rmfs_core import hookimpl\n\n\n@define\nclass Lazy:\n"
+        "    @hookimpl\n    def assign_orders(self, warehouse):\n        return []\n"
+    )
+    (tmp_path / "mine.py").write_text(source, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    code, out, _ = decide("--rule", "./mine.py:Lazy")
+    assert code == 0
+    assert json.loads(out)["assignments"] == []
+
+
+@pytest.mark.parametrize(("changes", "code"), [({}, 0), ({"version": 3}, 2)])
+def test_standard_input(capsys: Any, monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any], code: int) -> None:
+    given = io.TextIOWrapper(io.BytesIO(json.dumps({**STATE, **changes}).encode()))
+    found = 0
+    for stream in (given, None):
+        monkeypatch.setattr("sys.stdin", stream)
+        try:
+            main(["decide", "-", "--rule", "first-come"])
+        except SystemExit as stop:
+            found = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        if stream is None:
+            assert err.startswith("Error: standard input, line 1: this is no valid JSON")
+        elif code:
+            assert err.startswith("Error: standard input, version: expected version 1 or 2")
+        else:
+            assert (found, json.loads(out)["rule"]) == (0, "first-come")
+    assert found == 2
+
+
+def test_what_can_be_asked() -> None:
+    assert DECIDING == state.DECIDING
+
+
+def test_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["decide", "--schema"])
+    assert json.loads(capsys.readouterr().out)["title"] == "rmfs decision state"
+
 
 SETTINGS = ("instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", "rules.pp=free-flow")
 JOINT = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
@@ -39,17 +154,12 @@ def joint(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 def explain(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
     """Explain; return exit code, output and errors, blanks drawn together."""
-    code = 0
-    try:
-        main(["explain", *arguments])
-    except SystemExit as stop:
-        code = int(stop.code or 0)
+    code = exit_code("explain", *arguments)
     out, err = capsys.readouterr()
     return code, "\n".join(" ".join(line.split()) for line in out.splitlines()), " ".join(err.split())
 
 
 def test_what_was_decided(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Without an option the decisions are counted."""
     code, out, _ = explain(capsys, sequential)
     assert code == 0
     for words in ("POA pod-match", "PPS demand", "PR nearest", "TA balanced", "Periods 1 to"):
@@ -57,7 +167,6 @@ def test_what_was_decided(sequential: str, capsys: pytest.CaptureFixture[str]) -
 
 
 def test_a_period(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Stations, backlog, which orders go where, and the pods selected before the next period."""
     code, out, _ = explain(capsys, sequential, "--period", "1", "--limit", "3")
     assert code == 0
     assert "Decision 1: POA by pod-match, period 1, at 0.000 s" in out
@@ -68,7 +177,6 @@ def test_a_period(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_alternatives(joint: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """The same state, other rules: orders, visits, unused places, objective and bound, and the decision itself."""
     against = ("--against", "integrated", "--against", "first-come", "--against", "pod-match + demand")
     code, out, _ = explain(capsys, joint, "--period", "1", *against)
     assert code == 0
@@ -87,7 +195,6 @@ def figures_of(rule: str, lines: list[str]) -> list[str]:
 
 
 def test_a_joint_rule_instead_of_poa(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """A joint rule answers every period of a POA rule, also those in which pods are still to be sent for orders."""
     for period in (2, 3, 4):
         code, out, err = explain(capsys, sequential, "--period", str(period), "--against", "split-over-time")
         assert (code, err) == (0, "")
@@ -98,7 +205,6 @@ def test_a_joint_rule_instead_of_poa(sequential: str, capsys: pytest.CaptureFixt
     ("kind", "words"), [("PPS", "free pods could be sent"), ("PR", "is stored at row"), ("TA", "fetches pod")]
 )
 def test_decisions_of_every_kind(sequential: str, capsys: pytest.CaptureFixture[str], kind: str, words: str) -> None:
-    """Any decision can be explained by its number."""
     from rmfs_commands.states import read_recording
 
     number = next(recorded.number for recorded in read_recording(sequential) if recorded.decides.label == kind)
@@ -109,7 +215,6 @@ def test_decisions_of_every_kind(sequential: str, capsys: pytest.CaptureFixture[
 
 
 def test_a_state_goes_round(joint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The state of a period, written and decided again by the same rule, gives the period's decision."""
     from rmfs_commands.states import read_recording
 
     file = tmp_path / "state.json"
@@ -123,7 +228,6 @@ def test_a_state_goes_round(joint: str, tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_an_order_and_a_pod(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """The story of an order ends with its assignment and the pods for it; that of a pod with its place."""
     code, out, _ = explain(capsys, sequential, "--order", "14")
     assert code == 0
     assert "What was decided for order 14" in out
@@ -136,7 +240,6 @@ def test_an_order_and_a_pod(sequential: str, capsys: pytest.CaptureFixture[str])
 
 
 def test_a_pod_that_nothing_was_decided_for(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Some pod is never sent: that is said."""
     told = [explain(capsys, sequential, "--pod", str(pod))[1] for pod in range(1, 31)]
     assert any("no decision concerned it" in out for out in told)
 
@@ -163,10 +266,9 @@ def test_a_pod_that_nothing_was_decided_for(sequential: str, capsys: pytest.Capt
         (("--period", "1", "--against", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
     ],
 )
-def test_wrong_input(
+def test_what_cannot_be_explained_is_refused(
     sequential: str, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str
 ) -> None:
-    """What is not there is answered with the nearest names or the range; exit code 2, and nothing is written."""
     code, out, err = explain(capsys, sequential, *arguments)
     assert (code, out) == (2, "")
     assert problem in err
@@ -191,20 +293,17 @@ def test_a_recording_that_was_changed(sequential: str, tmp_path: Path, capsys: p
 
 
 def test_names_that_are_too_long_are_not_there(capsys: pytest.CaptureFixture[str]) -> None:
-    """As others are not."""
     code, _, err = explain(capsys, "a" * 300)
     assert (code, err) == (2, f"Error: {'a' * 300}: cannot be read: File name too long")
 
 
 def test_a_run_without_recorded_decisions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The sentence says how to have them."""
     code, _, err = explain(capsys, str(tmp_path), "--period", "1")
     assert code == 2
     assert "found no recorded decisions; run the scenario with `--record-decisions`" in err
 
 
 def test_run_records(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """`rmfs run --record-decisions` writes the file and says so."""
     settings = [argument for setting in SETTINGS for argument in ("--set", setting)]
     main(["run", "examples/small", "--record-decisions", "--out", str(tmp_path), *settings])
     assert "decisions.jsonl.gz" in capsys.readouterr().out
@@ -233,7 +332,6 @@ def plain(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
 
 @pytest.mark.parametrize("width", [80, 140])
 def test_long_names_of_rules_are_whole(width: int) -> None:
-    """In stories and comparisons no name is broken, and no line is wider than the console."""
     from rmfs_commands.states import Answer
     from rmfs_commands.states.explain_tables import print_comparison, print_story
     from rmfs_commands.states.stories import Episode
@@ -252,7 +350,6 @@ def test_long_names_of_rules_are_whole(width: int) -> None:
 
 
 def test_due_times_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The backlog shows what is left until orders are due, and their priorities; without due times it does not."""
     due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
     rmfs_core.run("examples/small", overrides=[*SETTINGS, *due], out=tmp_path, record=["decisions"])
     code, out, _ = explain(capsys, str(tmp_path), "--decision", "1")
@@ -263,7 +360,6 @@ def test_due_times_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 
 
 def test_a_run_that_decided_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """It ends before an order arrives: there is no range of numbers to name."""
     early = ["run", "examples/poisson", "--set", "run.until_s=0.001", "--out", str(tmp_path / "run")]
     main([*early, "--quiet", "--record-decisions"])
     for option in ("period", "decision"):

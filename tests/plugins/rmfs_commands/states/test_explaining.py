@@ -1,4 +1,4 @@
-"""What ``rmfs explain`` prints of decisions made by hand."""
+"""What `rmfs explain` prints of decisions, and of one order or pod."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from rmfs_commands.states.explain_tables import (
     print_overview,
     print_story,
 )
-from rmfs_commands.states.stories import Episode
+from rmfs_commands.states.rebuilding import open_state
+from rmfs_commands.states.stories import Episode, free_capacity, open_lines, order_story, pod_story
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice, load_scenario
 
@@ -50,7 +51,6 @@ def explained(recorded: Recorded, *, limit: int = 20, **parameters: Any) -> str:
 
 
 def test_decisions_are_counted_by_rule() -> None:
-    """In the order in which they first decided; periods are those that were reached."""
     recording = [decision(what, {}, number=n) for n, what in ((1, "POA"), (1, "PPS"), (2, "POA"))]
     assert overview(recording) == {  # type: ignore[arg-type]
         "periods": 2,
@@ -72,7 +72,6 @@ EPISODES = (
 
 
 def test_a_story_has_a_row_for_each_thing_that_happened() -> None:
-    """What went on for some time has its first and last period and time."""
     out = printed(print_story, "order B", EPISODES)
     assert "What was decided for order B" in out
     assert "0 s - 1,200 s 1 - 3 4 acme (POA) it waited" in out
@@ -81,14 +80,12 @@ def test_a_story_has_a_row_for_each_thing_that_happened() -> None:
 
 
 def test_a_story_of_nothing() -> None:
-    """It says so, and no table is empty."""
     out = printed(print_story, "pod P3", [])
     assert "Nothing: no decision concerned it." in out
     assert "Period" not in out
 
 
 def test_assignments_are_shown_with_stations_and_backlog(at_work: Content) -> None:
-    """P1 is in the line and has the tea; the parts at the station keep two of its four places."""
     out = explained(decision("POA", {"assignments": [JAM]}, at_work | {"time_s": 90.0}), max_wait_s=60.0)
     assert "Decision 1: POA by acme, period 1, at 90.000 s" in out
     assert "Parameters: max_wait_s = 60.0." in out
@@ -100,14 +97,12 @@ def test_assignments_are_shown_with_stations_and_backlog(at_work: Content) -> No
 
 
 def test_stations_that_count_orders_say_so(by_hand: Content) -> None:
-    """Nothing inbound is a dash."""
     by_hand["stations"]["north"] = {"order_capacity": 3}
     out = explained(decision("POA", {"assignments": []}, by_hand | {"time_s": 0.0}))
     assert "north 3 of 3 orders 0 0 13 -" in out
 
 
 def test_few_orders_of_a_long_backlog_are_shown(by_hand: Content) -> None:
-    """Those decided for first, whatever their age; the rest is counted."""
     by_hand["orders"]["C"] = {"lines": {"tea": 1}}
     given = {"assignments": [JAM | {"order": "C", "skus": ["tea"]}]}
     out = explained(decision("POA", given, by_hand | {"time_s": 0.0}), limit=1)
@@ -145,12 +140,10 @@ def test_pods_are_shown_with_what_they_are_wanted_for(at_work: Content) -> None:
     ],
 )
 def test_other_decisions_are_a_sentence(at_work: Content, decides: str, decided: Any, ask: Content, words: str) -> None:
-    """Also one that ended the run."""
     assert words in explained(decision(decides, decided, at_work, **ask))
 
 
 def test_robots_that_rest_are_shown_with_what_is_in_their_batteries(tmp_path: Path) -> None:
-    """Those that are sent come first, then those with the least charge; where there are no batteries, no column is."""
     battery = "robots.battery={capacity_wh=70, idle_w=200, charging_w=8000}"
     charging = ["layout.chargers=1", battery, "rules.idle=charge-when-low"]
     rmfs_core.run(
@@ -173,7 +166,6 @@ def test_robots_that_rest_are_shown_with_what_is_in_their_batteries(tmp_path: Pa
 
 
 def test_robots_without_batteries_have_no_charge(at_work: Content) -> None:
-    """The column is not there."""
     out = explained(decision("idle", {"rests": [{"robot": "r2", "cell": 13}]}, at_work))
     assert "Robot At Goes to" in out
     assert "Decided: robot r2 goes to row 2, column 3." in out
@@ -190,14 +182,12 @@ def test_robots_without_batteries_have_no_charge(at_work: Content) -> None:
     ],
 )
 def test_a_solve_reports_objective_and_bound(by_hand: Content, report: Content, words: str) -> None:
-    """A dash for a figure that it does not have."""
     joint = {"assignments": [], "trips": []}
     recorded = decision("POA+PPS", joint, by_hand | {"time_s": 0.0}, report={"stopped_early": False, **report})
     assert explained(recorded).endswith(words)
 
 
 def test_pods_selected_later_in_the_period() -> None:
-    """Station by station; nothing is printed where none were."""
     trips = [{"pod": pod, "station": station} for pod, station in (("3", "2"), ("1", "1"), ("2", "2"))]
     later = decision("PPS", {"trips": trips}, number=6)
     out = printed(print_others, [later, decision("PPS", {"trips": []}, number=8)])
@@ -211,7 +201,6 @@ BOTH = {"assignments": [JAM], "trips": [P2]}
 
 
 def test_other_rules_are_held_against_the_decision() -> None:
-    """Visits plus two for each unused place, as W_u of the paper; a dash where requests are not covered."""
     recorded = decision("POA+PPS", BOTH, report={"status": "optimal", "objective": 7.0, "bound": 6.5})
     nothing = {"assignments": [], "trips": []}
     others = [
@@ -241,7 +230,6 @@ def test_that_rules_were_asked_once_is_said_where_it_matters() -> None:
 
 
 def test_notes_are_for_tables_that_need_them() -> None:
-    """Without uncovered requests and reports, there is nothing to explain; without outcomes, no figures."""
     recorded = decision("POA", {"assignments": [JAM]})
     other = Answer("one", "d", "1", Role.POA, {"assignments": []}, None, Outcome(0, 0, 0, 4, 0))
     out = printed(print_comparison, recorded, Outcome(1, 2, 0, 2, 0), [("one", other)])
@@ -254,6 +242,140 @@ def test_notes_are_for_tables_that_need_them() -> None:
 
 
 def test_where_names_leave_no_room_decisions_stand_below_them() -> None:
-    """On a narrow screen, as sentences of their own."""
     out = printed(print_comparison, decision("TA", {"tasks": []}), None, [], width=40)
     assert "acme (decided):\nno task" in out
+
+
+def made(number: int, decides: str, content: Content, decided: Any, **ask: Any) -> Recorded:
+    """Return a recorded decision made by hand; period and time are its number."""
+    content = {**content, "ask": {"decides": decides, "period": number, **ask}, "time_s": float(number)}
+    return Recorded(number, Role.labelled(decides), "rule", content, decided, None, f"line {number}")
+
+
+def content(capacity: int, **changes: Any) -> Content:
+    """Return a state with one station and two orders of two items each."""
+    orders = {name: {"lines": {"milk": 1, "tea": 1}, "parts": []} for name in "AB"}
+    pods = {"P": {"contents": {"milk": None, "tea": None}}}
+    station = {"item_capacity": capacity, "requests": []}
+    return {"orders": orders, "pods": pods, "stations": {"s": station}, "layout": {"map": ["....", "...."]}, **changes}
+
+
+def test_why_an_order_waited() -> None:
+    part = {
+        "orders": {"A": {"lines": {"milk": 1, "tea": 1}, "parts": [{"station": "s", "skus": ["tea"], "period": 5}]}}
+    }
+    other = {"assignments": [{"order": "B", "station": "s", "skus": ["milk", "tea"]}]}
+    decisions = [
+        made(1, "POA", content(4, backlog=["B"]), other),
+        made(2, "POA", content(1), other),
+        made(3, "POA", content(0), other),
+        made(4, "POA", content(2), other),
+        made(5, "POA+PPS", content(2), {"assignments": [{"order": "A", "station": "s", "skus": ["tea"]}], "trips": []}),
+        made(6, "POA", content(2, **part), {"assignments": [{"order": "A", "station": "s", "skus": ["milk"]}]}),
+    ]
+    assert [(episode.periods, episode.what) for episode in order_story(decisions, "A")] == [
+        ((1, 1), "the prefilters left it out"),
+        ((2, 2), "no station had room for its 2 open items, only for some of them"),
+        ((3, 3), "no station had room for its 2 open items"),
+        ((4, 4), "it fitted a station, but the rule preferred others"),
+        ((5, 5), "assigned to station s: SKU tea; 1 of its lines stays in the backlog"),
+        ((6, 6), "assigned to station s: SKU milk"),
+    ]
+
+
+def test_a_wait_is_told_once() -> None:
+    decisions = [made(number, "POA", content(4), {"assignments": []}) for number in (1, 2, 3)]
+    (episode,) = order_story(decisions, "A")
+    assert (episode.number, episode.periods, episode.times_s) == (1, (1, 3), (1.0, 3.0))
+    assert episode.what == "it fitted a station, but the rule assigned nothing"
+
+
+def test_a_wait_for_stock() -> None:
+    orders = content(4)["orders"]
+    waits = {"orders": orders | {"A": orders["A"] | {"arrival_s": 0.5, "waits_for_stock": True}}}
+    there = {"orders": orders | {"A": orders["A"] | {"arrival_s": 0.5, "waits_for_stock": False}}}
+    assigned = {"assignments": [{"order": "A", "station": "s", "skus": ["milk", "tea"]}]}
+    decisions = [
+        made(1, "POA", content(4, **waits), {"assignments": []}),
+        made(2, "TA", content(4, **waits), {"tasks": []}),
+        made(3, "TA", content(4, **there), {"tasks": []}),
+        made(4, "POA", content(4, **there), assigned),
+    ]
+    first, last = order_story(decisions, "A")
+    assert (first.what, first.times_s) == ("waited for stock from 0 s to 3 s", (1.0, 2.0))
+    assert last.what == "assigned to station s: SKUs milk, tea"
+    (still,) = order_story(decisions[:2], "A")
+    assert still.what == "waits for stock since 0 s"
+
+
+def test_a_wait_for_stations_to_open() -> None:
+    full = {"item_capacity": 1, "requests": []}
+    closed = {"item_capacity": 4, "requests": [], "staffed": False}
+    decisions = [
+        made(number, "POA", content(1, stations=stations), {"assignments": []})
+        for number, stations in enumerate([{"s": closed}, {"s": full, "t": closed}, {"s": full}], start=1)
+    ]
+    assert [episode.what for episode in order_story(decisions, "A")] == [
+        "all stations were closed",
+        "no open station had room for its 2 open items, only for some of them",
+        "no station had room for its 2 open items, only for some of them",
+    ]
+
+
+def test_an_order_split_among_stations() -> None:
+    state = content(4)
+    state["orders"]["A"]["lines"]["jam"] = 2
+    assigned = [{"order": "A", "station": station, "skus": [sku]} for station, sku in (("s", "milk"), ("t", "tea"))]
+    assert [episode.what for episode in order_story([made(1, "POA+PPS", state, {"assignments": assigned})], "A")] == [
+        "assigned to station s: SKU milk",
+        "assigned to station t: SKU tea; 1 of its lines stays in the backlog",
+    ]
+
+
+def test_pods_for_an_order() -> None:
+    waiting = content(2)
+    waiting["orders"]["A"]["parts"] = [{"station": "s", "skus": ["milk", "tea"], "period": 1}]
+    waiting["stations"]["s"]["requests"] = [{"order": "A", "sku": "tea"}, {"order": "A", "sku": "milk", "pod": "Q"}]
+    waiting["pods"]["Q"] = {"contents": {"milk": None}}
+    decisions = [
+        made(1, "PPS", waiting, {"trips": [{"pod": "Q", "station": "s"}]}),
+        made(2, "PPS", waiting, {"trips": [{"pod": "P", "station": "s"}]}),
+    ]
+    assert [e.what for e in order_story(decisions, "A")] == ["pod P sent to station s: it holds SKU tea"]
+    assert list(order_story(decisions, "C")) == []
+
+
+def test_a_rule_that_failed() -> None:
+    (episode,) = order_story([made(1, "POA", content(4), None)], "A")
+    assert episode.what == "the rule decided nothing valid, which ended the run"
+
+
+def test_where_a_pod_went() -> None:
+    wanted = content(4)
+    wanted["orders"]["A"]["parts"] = [{"station": "s", "skus": ["milk"], "period": 1}]
+    wanted["stations"]["s"]["requests"] = [{"order": "A", "sku": "milk"}]
+    decisions = [
+        made(1, "PPS", wanted, {"trips": [{"pod": "P", "station": "s"}]}),
+        made(2, "TA", wanted, {"tasks": [{"robot": "3", "pod": "P"}]}),
+        made(3, "TA", wanted, {"tasks": [{"robot": "4", "pod": "Q"}]}),
+        made(4, "PR", wanted, {"cell": 6}, pod="P"),
+        made(5, "PR", wanted, {"cell": 7}, pod="Q"),
+    ]
+    assert [episode.what for episode in pod_story(decisions, "P")] == [
+        "sent to station s: it holds SKU milk",
+        "robot 3 fetches it",
+        "stored at row 2, column 3",
+    ]
+
+
+def test_figures_are_those_of_the_warehouse(record: Any) -> None:
+    joint = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
+    by_orders, small = ("stations.order_capacity=2",), ("stations.item_capacity=3",)
+    for settings in ((), by_orders, small, joint, (*joint, *by_orders)):
+        for recorded in record(*settings):
+            opened = open_state(recorded.state())
+            for station in opened.view.stations:
+                assert free_capacity(recorded.content, station.name) == station.free_capacity
+            for order in opened.view.orders:
+                lines = {opened.instance.skus[line.sku]: line.quantity for line in order.open_lines}
+                assert open_lines(recorded.content, order.name) == lines
