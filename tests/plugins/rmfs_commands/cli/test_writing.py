@@ -1,4 +1,4 @@
-"""`rmfs generate`: instances as CSV files."""
+"""Files that commands write: instances as CSV, layouts as text maps."""
 
 from __future__ import annotations
 
@@ -7,12 +7,19 @@ from pathlib import Path
 
 import pytest
 from attrs import evolve
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from calling import exit_code
+from rmfs_commands.cli.csv_writing import orders_csv, pods_csv
+from rmfs_commands.cli.file_writing import write_files
 from rmfs_commands.cli.main import main
+from rmfs_commands.instances.generator import generate_instance
 from rmfs_commands.layouts import block_map
+from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
-from rmfs_core.scenario import InstanceSection, load_scenario, shipped_scenarios
-from rmfs_core.world import make_instance, make_layout
+from rmfs_core.scenario import Arrivals, InstanceSection, load_scenario, shipped_scenarios
+from rmfs_core.world import Instance, make_instance, make_layout, read_instance
 
 RULE = '''"""Orders and pods as listed in a file, or as they come."""
 
@@ -46,7 +53,6 @@ class Mine:
 
 @pytest.mark.parametrize("name", shipped_scenarios())
 def test_the_written_scenario_has_the_same_instance(name: str, tmp_path: Path) -> None:
-    """The scenario in the folder differs in where its orders and pods come from, and in nothing else."""
     main(["generate", name, "--seed", "4", "--out", str(tmp_path / "new" / "folder")])
     before = load_scenario(name, seed=4)
     after = load_scenario(tmp_path / "new" / "folder" / "scenario.toml")
@@ -56,11 +62,8 @@ def test_the_written_scenario_has_the_same_instance(name: str, tmp_path: Path) -
 
 
 def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Without --force nothing is replaced, and nothing is written beside it; with it, everything is."""
     (tmp_path / "pods.csv").write_text("mine", encoding="utf-8")
-    with pytest.raises(SystemExit) as stop:
-        main(["generate", "examples/small", "--out", str(tmp_path)])
-    assert stop.value.code == 2
+    assert exit_code("generate", "examples/small", "--out", str(tmp_path)) == 2
     assert capsys.readouterr().err == (
         f"Error: {tmp_path / 'pods.csv'}: found a file of that name; --force replaces it\n"
     )
@@ -73,14 +76,11 @@ def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFix
 def test_a_file_in_the_way_of_the_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The output folder cannot be a file."""
     (tmp_path / "out").write_text("", encoding="utf-8")
-    with pytest.raises(SystemExit) as stop:
-        main(["generate", "examples/small", "--out", str(tmp_path / "out")])
-    assert stop.value.code == 2
+    assert exit_code("generate", "examples/small", "--out", str(tmp_path / "out")) == 2
     assert "Traceback" not in capsys.readouterr().err
 
 
 def test_maps_and_rules_in_files_come_along(tmp_path: Path) -> None:
-    """A scenario that names files of its own folder works in the new folder as well."""
     small = load_scenario("examples/small")
     (tmp_path / "maps").mkdir()
     (tmp_path / "maps" / "hall.txt").write_text(block_map(small.layout, 12), encoding="utf-8")
@@ -96,7 +96,6 @@ def test_maps_and_rules_in_files_come_along(tmp_path: Path) -> None:
 
 
 def test_rules_from_elsewhere_come_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Files of rules that the command line names lie in the new folder, each under a name of its own."""
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "mine.py").write_text(f"{RULE}\nNAME = {name!r}\n", encoding="utf-8")
@@ -112,7 +111,6 @@ def test_rules_from_elsewhere_come_along(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_files_that_parameters_name_come_along(install: Callable[..., None], tmp_path: Path) -> None:
-    """They are in the new folder under names that the rules find there, also in rules of rules; other texts stay."""
     source = """
 from pathlib import Path
 
@@ -150,3 +148,52 @@ class Places:
     assert rules.filters[0].instance.plan == new / "a.csv"  # the other one is in plans/
     read = [one.file.read_text(encoding="utf-8") for one in rules.files]
     assert read == ["a\n", "no orders\n", "b\n", "elsewhere\n"]
+
+
+def read_back(instance: Instance, folder: Path) -> Instance:
+    """Write an instance and read it again."""
+    (folder / "orders.csv").write_text(orders_csv(instance), encoding="utf-8")
+    (folder / "pods.csv").write_text(pods_csv(instance), encoding="utf-8")
+    return read_instance(folder / "orders.csv", folder / "pods.csv")
+
+
+@settings(deadline=None)
+@given(
+    section=st.builds(
+        InstanceSection,
+        orders=st.integers(0, 20),
+        skus=st.integers(3, 60),
+        pods=st.integers(5, 20),
+        items_per_sku=st.none() | st.just(50),
+        arrivals=st.sampled_from([Arrivals(), Arrivals("poisson", 77.7)]),
+    ),
+    seed=st.integers(0, 1000),
+)
+def test_generated_instances_read_back(
+    tmp_path_factory: pytest.TempPathFactory, section: InstanceSection, seed: int
+) -> None:
+    instance = generate_instance(section, seed)
+    assert read_back(instance, tmp_path_factory.mktemp("csv")) == instance
+
+
+def test_unlimited_stock_is_an_empty_field() -> None:
+    instance = generate_instance(InstanceSection(orders=1, skus=1, pods=1, skus_per_pod=1), 1)
+    assert orders_csv(instance) == "order,arrival_s,sku,quantity\n1,0,1,1\n"
+    assert pods_csv(instance) == "pod,sku,quantity\n1,1,\n"
+
+
+def test_files_are_written_with_their_folders(tmp_path: Path) -> None:
+    write_files(tmp_path / "new", {"a.txt": b"1", "rules/b.py": b"2"}, force=False)
+    assert (tmp_path / "new" / "rules" / "b.py").read_bytes() == b"2"
+    with pytest.raises(InputError, match=r"new/a.txt: found a file of that name; --force replaces it"):
+        write_files(tmp_path / "new", {"a.txt": b"3", "c.txt": b"4"}, force=False)
+    assert not (tmp_path / "new" / "c.txt").exists()
+    write_files(tmp_path / "new", {"a.txt": b"3"}, force=True)
+    assert (tmp_path / "new" / "a.txt").read_bytes() == b"3"
+
+
+def test_a_folder_in_the_way_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").mkdir()
+    with pytest.raises(InputError, match="cannot be written: a folder has that name"):
+        write_files(tmp_path, {"b.txt": b"", "a.txt": b""}, force=True)
+    assert not (tmp_path / "b.txt").exists()

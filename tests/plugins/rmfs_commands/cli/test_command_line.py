@@ -1,19 +1,33 @@
-"""The command line: it stays light, and a plugin that cannot be had costs the others nothing."""
+"""The command line: light, with standard streams of its own, and unharmed by plugins that cannot be had."""
 
 from __future__ import annotations
 
+import io
 import json
+import os
+import random
 import re
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
+from textwrap import dedent
 
 import click
 import pytest
+from numba import njit
+from numba.core import caching, environment
+from rich.console import Console
 
+from calling import exit_code
+from rmfs_commands.cli.compiling import compiling_announced
+from rmfs_commands.cli.loading import loading_alone
 from rmfs_commands.cli.main import main, rmfs
+from rmfs_commands.cli.streams import answer, kept_output, no_input, own_input
+from rmfs_commands.serve.service import SMALL
 
 SLOW = (
     *("numpy", "numba", "simpy", "mip", "matplotlib", "pyarrow", "rich"),
@@ -86,7 +100,6 @@ def sentence(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 def test_a_broken_command_costs_one_sentence(
     target: str, source: str, problem: str, install: Install, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """It is named with its distribution when it is called, whatever it is called with; everything else works."""
     install("acme", {"acme-tool": target}, group=COMMANDS, acme_tool=source)
     for arguments in ([], ["--help"], ["file", "--option", "1"]):
         line = sentence(["acme-tool", *arguments], capsys)
@@ -101,7 +114,6 @@ def test_a_broken_command_costs_one_sentence(
 
 
 def test_commands_of_one_name_are_refused(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
-    """Neither is preferred, not even rmfs's own: each is there under its distribution's name; the others work."""
     source = "import click\n@click.command()\ndef tool():\n    click.echo('hello')\n"
     for name in ("acme", "bolt"):
         install(name, {"tool": f"{name}_tool:tool"}, group=COMMANDS, **{f"{name}_tool": source})
@@ -121,10 +133,7 @@ def test_commands_of_one_name_are_refused(install: Install, capsys: pytest.Captu
 
 
 def test_an_unknown_command_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    """With the nearest one that there is, in one sentence."""
-    with pytest.raises(SystemExit) as stop:
-        main(["valdate"])
-    assert stop.value.code == 2
+    assert exit_code("valdate") == 2
     assert capsys.readouterr().err == 'Error: there is no command "valdate" (did you mean `validate`?)\n'
 
 
@@ -197,10 +206,7 @@ def tool(install: Install) -> None:
 
 @pytest.mark.usefixtures("tool")
 def test_a_command_that_raises_is_named(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """One sentence with its distribution; its traceback for who asks for it."""
-    with pytest.raises(SystemExit) as stop:
-        main(["acme-tool", "raise"])
-    assert stop.value.code == 1
+    assert exit_code("acme-tool", "raise") == 1
     assert capsys.readouterr().err == (
         'Error: command "acme-tool" (acme 1.0) raised LookupError: no pods; RMFS_TRACEBACK=1 in the environment shows '
         "where\n"
@@ -213,7 +219,6 @@ def test_a_command_that_raises_is_named(capsys: pytest.CaptureFixture[str], monk
 
 @pytest.mark.usefixtures("tool")
 def test_an_interrupt_within_compiled_code_is_one(capsys: pytest.CaptureFixture[str]) -> None:
-    """Whatever Python makes of it, a command that was interrupted ends as such."""
     with pytest.raises(SystemExit) as stop:
         main(["acme-tool", "interrupt"])
     assert (stop.value.code, capsys.readouterr().err.strip()) == (130, "Interrupted.")
@@ -230,13 +235,11 @@ def test_a_command_ends_with_an_exit_code_that_is_documented(how: str, code: int
 
 @pytest.mark.usefixtures("tool")
 def test_what_a_command_returns_is_no_exit_code() -> None:
-    """It is done."""
     main(["acme-tool", "return"])
 
 
 @pytest.mark.usefixtures("tool")
 def test_a_command_that_cannot_say_what_it_does_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    """With the reason; so are all others."""
     main(["--help"])
     listed = " ".join(capsys.readouterr().out.split())
     assert "told (not usable: command" in listed
@@ -259,7 +262,6 @@ FULL = "Error: output: cannot be written: No space left on device\n"
     ],
 )
 def test_output_that_cannot_be_written_is_no_traceback(call: str, code: int, said: str) -> None:
-    """A full disk is one sentence, and exit code 2; output that nobody wants is none."""
     program = f"{sys.executable} -c 'from rmfs_commands.cli.main import main; main()'"
     done = subprocess.run(f"{program} {call}", shell=True, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (code, said)
@@ -303,7 +305,6 @@ FAILING = [
 def test_a_failure_is_json_where_json_is_asked_for(
     arguments: tuple[str, ...], code: int, place: str | None, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What and where, on the output; the sentence on standard error and the exit code are as without."""
     with pytest.raises(SystemExit) as stop:
         main([*arguments, "--json"])
     printed = capsys.readouterr()
@@ -332,7 +333,6 @@ class Fails:
 def test_a_run_that_fails_is_json(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What was measured until then, and what went wrong where."""
     (tmp_path / "fails.py").write_text(FAILS, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as stop:
@@ -344,8 +344,6 @@ def test_a_run_that_fails_is_json(
 
 
 def test_an_interrupt_is_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """Of a command that has not answered yet."""
-
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
@@ -361,7 +359,6 @@ def test_an_interrupt_is_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
 
 
 def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    """As it is printed with `--help`, in lines."""
     for arguments in ([], ["scenario"]):
         with suppress(SystemExit):
             main(arguments)
@@ -386,6 +383,279 @@ main()
 
 
 def test_what_users_have_to_know_is_a_note() -> None:
-    """Without the line of code that warns."""
     done = subprocess.run([sys.executable, "-c", NOTING, "noting"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "Note: it goes\n")
+
+
+FIRST = """
+import sys
+class Interrupting:
+    def find_spec(self, name, path, target=None):
+        if name == "rmfs_commands.cli.main":
+            raise KeyboardInterrupt
+from rmfs_commands.cli.start import main
+sys.meta_path.insert(0, Interrupting())
+main()
+"""
+
+
+def test_an_interrupt_while_it_is_imported() -> None:
+    done = subprocess.run([sys.executable, "-c", FIRST], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "Interrupted.\n")
+
+
+def test_it_calls_the_command_line() -> None:
+    call = [sys.executable, "-c", "from rmfs_commands.cli.start import main; main()", "--version"]
+    assert subprocess.run(call, capture_output=True, text=True, check=True).stdout.startswith("-c, version ")
+
+
+CALL = (sys.executable, "-c", "from rmfs_commands.cli.start import main; main()")
+DROPPING = """
+import os, signal, time
+from rmfs_commands.cli.interrupts import hear_interrupts
+hear_interrupts()
+
+class Finalized:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.1)
+
+try:
+    thing = Finalized()
+    del thing
+    time.sleep(20)
+    print("lost")
+except KeyboardInterrupt:
+    print("heard")
+"""
+
+
+def test_an_interrupt_in_a_finalizer_is_heard() -> None:
+    """Python would drop it there, with a traceback."""
+    done = subprocess.run([sys.executable, "-c", DROPPING], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("heard\n", "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("arguments", [("run", "examples/small", "--out", "out"), ("compare", "small-rules", "--json")])
+def test_an_interrupt_at_any_moment(arguments: tuple[str, ...], seed: int, tmp_path: Path) -> None:
+    moment = random.Random(f"{arguments} {seed}")
+    pipe = subprocess.PIPE
+    with subprocess.Popen(
+        [*CALL, *arguments], stdout=pipe, stderr=pipe, text=True, cwd=tmp_path, start_new_session=True
+    ) as process:
+        time.sleep(0.4 + 2 * moment.random() ** 2)
+        os.killpg(process.pid, signal.SIGINT)
+        if seed % 2:
+            time.sleep(moment.choice((0.001, 0.01, 0.1)))
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode in (0, 130), err
+    assert "Traceback" not in err
+    assert "Exception ignored" not in err
+    assert err.count("Interrupted.") == (process.returncode == 130)
+
+
+NOISY = """
+import atexit, ctypes, os, sys
+print("IMPORTED")
+os.write(1, b"BELOW\\n")
+ctypes.CDLL(None).printf(b"BUFFERED BY C\\n")
+(sys.__stdout__ or sys.stdout or open(os.devnull, "w")).write("BUFFERED BY PYTHON\\n")
+atexit.register(print, "AT THE END")
+atexit.register(os.write, 1, b"BELOW AT THE END\\n")
+from attrs import frozen
+from rmfs_core import hookimpl
+from rmfs_core.decisions import OrderAssignment
+
+@frozen
+class Noisy:
+    \"\"\"Prints, and reads what there is.\"\"\"
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        print("ASKED", repr(sys.stdin.read()), os.read(0, 9))
+        os.system("echo FROM A SHELL")
+        return []
+"""
+STATE = {**SMALL, "ask": {"decides": "POA"}}
+PRINTED = ("IMPORTED", "BELOW", "BUFFERED BY C", "BUFFERED BY PYTHON", "AT THE END", "BELOW AT THE END")
+
+
+def test_what_else_is_printed_goes_to_standard_error(capfd: pytest.CaptureFixture[str]) -> None:
+    print("before")
+    with kept_output() as answers, kept_output() as same:
+        assert answers is same
+        print("from a rule")
+        os.write(1, b"from a solver\n")
+        answer("answer")
+    print("after")
+    out, err = capfd.readouterr()
+    assert out == "before\nanswer\nafter\n"
+    assert sorted(err.splitlines()) == ["from a rule", "from a solver"]
+
+
+def test_answers_reach_what_stands_for_the_output(capsys: pytest.CaptureFixture[str]) -> None:
+    with kept_output():
+        print("from a rule")
+        answer("answer")
+    assert capsys.readouterr() == ("answer\n", "from a rule\n")
+
+
+def test_streams_of_text_alone_serve_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    out, err = io.StringIO(), io.StringIO()
+    monkeypatch.setattr("sys.stdin", io.StringIO("caf\u00e9\n"))
+    with redirect_stdout(out), redirect_stderr(err):
+        with kept_output() as answers, no_input():
+            print("from a rule")
+            answers.write(b"raw ")
+            answer("caf\u00e9")
+            assert own_input().readline() == "caf\u00e9\n".encode()
+        main(["scenario", "check", "examples/small", "--json"])
+    assert err.getvalue() == "from a rule\n"
+    first, rest = out.getvalue().split("\n", 1)
+    assert first == "raw caf\u00e9"
+    assert json.loads(rest)["valid"]
+
+
+def test_plugins_have_no_input(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    file = tmp_path / "input"
+    file.write_text("a line\nanother\n", encoding="utf-8")
+    own = os.dup(0)
+    with file.open(encoding="utf-8") as given:
+        os.dup2(given.fileno(), 0)
+        with os.fdopen(0, closefd=False) as stream:
+            monkeypatch.setattr("sys.stdin", stream)
+            with no_input(), no_input():
+                assert (sys.stdin.read(), os.read(0, 9)) == ("", b"")
+                with pytest.raises(EOFError):
+                    input()
+                assert own_input().readline() == b"a line\n"
+            os.lseek(0, 0, os.SEEK_SET)
+            assert sys.stdin.readline() == "a line\n"
+        os.dup2(own, 0)
+        os.close(own)
+
+
+CALLS = [
+    ("run", "examples/small", "--set", "rules.poa=./noisy.py:Noisy", "--out", "out", "--json"),
+    ("rules", "./noisy.py:Noisy", "--json"),
+    ("decide", "state.json", "--rule", "./noisy.py:Noisy"),
+    ("decide", "-", "--rule", "./noisy.py:Noisy"),
+    ("serve", "--stdio", "--rule", "./noisy.py:Noisy"),
+    ("scenario", "check", "examples/small", "--set", "rules.poa=./noisy.py:Noisy", "--json"),
+]
+
+
+@pytest.mark.parametrize("arguments", CALLS, ids=lambda words: " ".join(words[:2]))
+def test_the_output_is_json_whatever_a_rule_prints(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    (tmp_path / "noisy.py").write_text(NOISY, encoding="utf-8")
+    (tmp_path / "state.json").write_text(json.dumps(STATE), encoding="utf-8")
+    command = [sys.executable, "-c", "from rmfs_commands.cli.main import main; main()", *arguments]
+    given = json.dumps(STATE) + "\n"
+    done = subprocess.run(command, input=given, capture_output=True, text=True, cwd=tmp_path, check=False)
+    json.loads(done.stdout)
+    assert set(PRINTED) <= set(done.stderr.splitlines())
+    if arguments[0] in ("run", "decide", "serve"):
+        assert {"ASKED '' b''", "FROM A SHELL"} <= set(done.stderr.splitlines())
+
+
+@pytest.mark.parametrize("closed", ["0<&-", "1>&-", "2>&-", "0<&- 1>&- 2>&-"])
+def test_a_stream_that_is_closed_is_no_fault(closed: str, tmp_path: Path) -> None:
+    (tmp_path / "noisy.py").write_text(NOISY, encoding="utf-8")
+    (tmp_path / "state.json").write_text(json.dumps(STATE), encoding="utf-8")
+    call = f'"{sys.executable}" -c "from rmfs_commands.cli.main import main; main()"'
+    done = subprocess.run(
+        ["sh", "-c", f"{call} decide state.json --rule ./noisy.py:Noisy {closed}"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "1>&-" in closed or json.loads(done.stdout)["assignments"] == []
+
+
+def test_what_is_cached_loads_without_what_compiles(tmp_path: Path) -> None:
+    module = """
+        from heapq import heappop, heappush
+        import numba, numpy as np
+        @numba.njit(cache=True)
+        def least(n):
+            if n < 1:
+                raise ValueError("too few")
+            numbers, queue = np.empty(n, np.int64), [(2, 0)]
+            numbers.fill(n)
+            heappush(queue, (1, 0))
+            return (numbers * heappop(queue)[0]).min()
+        @numba.njit(cache=True)
+        def known(word):
+            return hash(word) != -1
+    """
+    program = """
+        import sys
+        import numpy as np
+        from rmfs_commands.cli.loading import loading_alone
+        from searching import known, least
+        library, problem = "numba.np.arraymath", ""
+        with loading_alone():
+            found, alone = least(3), library not in sys.modules
+            try:
+                least(0)
+            except ValueError as error:
+                problem = str(error)
+            print(found, problem, alone, known("pod"), library in sys.modules)
+            print(least(np.int8(3)) if "new" in sys.argv else "")
+    """
+    (tmp_path / "searching.py").write_text(dedent(module), encoding="utf-8")
+    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+
+    def run(*arguments: str) -> str:
+        command = [sys.executable, "-c", dedent(program), *arguments]
+        return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout.strip()
+
+    assert run() == "3 too few False True True"
+    assert run() == "3 too few True True True"
+    assert run("new") == "3 too few True True True\n3"
+
+
+def test_a_run_loads_no_library_that_compiles(tmp_path: Path) -> None:
+    program = """
+        import sys
+        from rmfs_commands.cli.main import main
+        main(["run", "examples/small", "--quiet", "--out", sys.argv[1]])
+        print("numba.np.arraymath" in sys.modules)
+    """
+    command = [sys.executable, "-c", dedent(program), str(tmp_path / "out")]
+    printed = [subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(2)]
+    assert printed[1] == "False\n"
+
+
+def test_nothing_stays_changed() -> None:
+    import rmfs_core.world.travel_search  # noqa: F401
+
+    before = caching.Cache.load_overload, environment.importlib
+    with loading_alone(), loading_alone():
+        assert (caching.Cache.load_overload, environment.importlib) != before
+    assert (caching.Cache.load_overload, environment.importlib) == before
+
+
+def test_it_is_said_once_and_only_when_something_is_compiled() -> None:
+    increased, doubled = njit(lambda number: number + 1), njit(lambda number: 2 * number)
+    said = []
+    for _ in range(2):
+        notes = Console(file=io.StringIO(), width=40)
+        with compiling_announced(notes):
+            assert doubled(increased(1)) == 4
+        said.append(notes.file.getvalue())
+    assert said == ["Compiling searches (once a rule; up to a minute) ...\n", ""]
+
+
+def test_what_is_compiled_elsewhere_is_not_announced() -> None:
+    notes = Console(file=io.StringIO())
+    with compiling_announced(notes):
+        pass
+    assert njit(lambda number: number - 1)(1) == 0
+    assert notes.file.getvalue() == ""
