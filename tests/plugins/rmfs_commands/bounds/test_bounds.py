@@ -106,6 +106,7 @@ def test_robots_can_be_the_bottleneck() -> None:
 
 
 def test_a_pod_at_the_station_need_not_come() -> None:
+    """It is picked from at once, and drives nowhere; the other one is 8 m away, or 7, and is fetched by this robot."""
     there = evolve(ONE_ROBOT, instance=InstanceSection(pods_at_stations={"1": ("p",)}))
     found = values(there, TWO_ORDERS)
     assert found["turnover_s"] == (7 + 33) / 2
@@ -114,6 +115,7 @@ def test_a_pod_at_the_station_need_not_come() -> None:
 
 
 def test_what_is_before_the_warm_up_counts_for_nothing() -> None:
+    """Visits and metres may be before it. Turn-over is that of orders that arrive after it; the makespan is of all."""
     warm = evolve(ONE_ROBOT, run=RunSection(warmup_s=50))
     found = values(warm, small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, arrivals_s={"2": 100}))
     assert {metric for metric, value in found.items() if value is None} == {*BOUNDED[:5]}
@@ -125,6 +127,7 @@ def test_what_is_before_the_warm_up_counts_for_nothing() -> None:
 
 
 def test_where_stock_is_replenished_pods_may_come_to_hold_anything() -> None:
+    """Orders may want what is on no pod yet; whatever the rules, one visit may do, and its pod may be there at once."""
     stored = evolve(ONE_ROBOT, stations=evolve(ONE_ROBOT.stations, also_replenish=True))
     found = values(stored, evolve(small_instance({"1": ["a"], "2": {"b": 2}}, {"p": ["c"]}), restocked=True))
     assert {metric for metric, value in found.items() if value is None} == {*BOUNDED[:5]}
@@ -141,6 +144,7 @@ def test_pods_may_be_moved_before_an_order_comes() -> None:
 
 
 def test_orders_end_when_their_items_are_handled() -> None:
+    """Where that is when places are given back: what is left to handle after a pick, 6 s, is not taken off."""
     handled = evolve(ONE_ROBOT, stations=evolve(ONE_ROBOT.stations, release="handled"))
     picked, later = values(ONE_ROBOT, TWO_ORDERS), values(handled, TWO_ORDERS)
     for metric in ("turnover_s", "turnover_p95_s", "makespan_s"):
@@ -148,6 +152,7 @@ def test_orders_end_when_their_items_are_handled() -> None:
 
 
 def test_a_refilled_backlog_bounds_no_turn_over() -> None:
+    """Orders may come when they are assigned; all else holds, as if all were there at the start."""
     arrivals = Arrivals("refill", backlog=1)
     refilled = evolve(ONE_ROBOT, instance=evolve(ONE_ROBOT.instance, arrivals=arrivals))
     found, before = values(refilled, TWO_ORDERS), values(ONE_ROBOT, TWO_ORDERS)
@@ -356,6 +361,7 @@ def all_ways(servers: Servers, items: list[int], arrivals: list[int]) -> Iterato
 
 
 def test_the_last_of_many_items() -> None:
+    """Two who start at 0 and 5, an item every 10, picked after 4: starts 0, 5, 10, 15, 20; from 12 on 12, 12, 22."""
     two = Servers(array(0, 5), 10, 4)
     assert two.last_done(array(1, 2, 3, 4, 5), 0).tolist() == [4, 9, 14, 19, 24]
     assert two.last_done(array(1, 2, 3), array(12, 12, 12)).tolist() == [16, 16, 26]
@@ -363,11 +369,13 @@ def test_the_last_of_many_items() -> None:
 
 
 def test_the_shortest_goes_first() -> None:
+    """A job of 5 waits for those of 1 and 2 that come while it is served; it was served for 1 until then."""
     assert shortest_remaining_first(array(0, 1, 2), array(5, 2, 1)).tolist() == [3, 4, 8]
     assert shortest_remaining_first(array(10, 0), array(1, 2)).tolist() == [2, 11]
 
 
 def test_orders_that_arrive_together() -> None:
+    """Of 1, 2 and 4 items with two servers: after 1, 3 and 7 items, so after the starts at 0, 10 and 30."""
     assert Servers(array(0, 0), 10, 4).completions(array(4, 1, 2), array(0, 0, 0)).tolist() == [4, 14, 34]
 
 

@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet
 import pytest
 
+from calling import refusal
 from rmfs_commands.convert import loading, parquet_tables
 from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
 from rmfs_commands.convert.csv_tables import csv_rows
@@ -53,9 +54,7 @@ def test_the_kind_of_a_file_is_known_by_what_is_in_it(tmp_path: Path) -> None:
     ],
 )
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path, name: str, problem: str) -> None:
-    with pytest.raises(InputError) as caught:
-        list(Table(tmp_path / name).rows(["o"]))
-    assert str(caught.value) == f"{tmp_path / name}: {problem}"
+    assert refusal(lambda: list(Table(tmp_path / name).rows(["o"]))) == f"{tmp_path / name}: {problem}"
 
 
 def test_names_that_are_no_text_are_refused(tmp_path: Path) -> None:
@@ -140,9 +139,7 @@ def test_encodings(tmp_path: Path, text: str, encoding: str, stored: str) -> Non
 )
 def test_what_is_no_such_table_is_refused(tmp_path: Path, content: bytes, problem: str) -> None:
     """One sentence with file, line or row, and what would be right."""
-    with pytest.raises(InputError) as caught:
-        rows(tmp_path, content)
-    assert str(caught.value) == f"{tmp_path / 't.csv'}{problem}"
+    assert refusal(lambda: rows(tmp_path, content)) == f"{tmp_path / 't.csv'}{problem}"
 
 
 def test_another_encoding_than_said(tmp_path: Path) -> None:
@@ -202,9 +199,7 @@ def test_bytes_are_of_the_encoding(tmp_path: Path) -> None:
     ],
 )
 def test_other_columns_are_refused(tmp_path: Path, column: Any, problem: str) -> None:
-    with pytest.raises(InputError) as caught:
-        texts(tmp_path, column)
-    assert str(caught.value).startswith(f"{tmp_path / 't.parquet'}, a.b: {problem}")
+    assert refusal(lambda: texts(tmp_path, column)).startswith(f"{tmp_path / 't.parquet'}, a.b: {problem}")
 
 
 def test_what_is_no_parquet_file_is_refused(tmp_path: Path) -> None:
@@ -212,9 +207,10 @@ def test_what_is_no_parquet_file_is_refused(tmp_path: Path) -> None:
     pyarrow.parquet.write_table(pa.table({"a": [1]}), whole)
     for content in (b"", b"o,s\n1,a\n", whole.read_bytes()[:-20]):
         whole.write_bytes(content)
-        with pytest.raises(InputError) as caught:
-            list(parquet_rows(whole, ["a"]))
-        assert str(caught.value) == f"{whole}: cannot be read: it is no Parquet file, or not all of one"
+        assert (
+            refusal(lambda: list(parquet_rows(whole, ["a"])))
+            == f"{whole}: cannot be read: it is no Parquet file, or not all of one"
+        )
 
 
 def test_a_name_that_comes_twice_is_refused(tmp_path: Path) -> None:
@@ -239,9 +235,7 @@ def test_names_are_compared_without_spaces_and_in_one_spelling() -> None:
     ],
 )
 def test_a_column_that_is_not_there_once_is_refused(header: list[str], column: str, problem: str) -> None:
-    with pytest.raises(InputError) as caught:
-        positions(header, [column], "lines.csv, line 1")
-    assert str(caught.value) == f"lines.csv, line 1: {problem}"
+    assert refusal(lambda: positions(header, [column], "lines.csv, line 1")) == f"lines.csv, line 1: {problem}"
 
 
 def loaded(file: Path, text: str) -> tuple[list[tuple[object, ...]], list[tuple[str]]]:
@@ -330,9 +324,7 @@ def test_values(arguments: tuple[str, str], value: object) -> None:
     ],
 )
 def test_what_is_wrong_is_refused(arguments: tuple[str, str], problem: str) -> None:
-    with pytest.raises(InputError) as caught:
-        given(*arguments)
-    assert str(caught.value).startswith(f"{arguments[0]}: {problem}")
+    assert refusal(lambda: given(*arguments)).startswith(f"{arguments[0]}: {problem}")
 
 
 def test_quantities_have_two_signs() -> None:

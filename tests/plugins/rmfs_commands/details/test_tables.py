@@ -50,6 +50,7 @@ def test_spans() -> None:
 
 
 def test_a_count_over_time() -> None:
+    """Two from 10 on, one from 20 on, none from 25 on: a mean of 25 in 40 ticks."""
     count = Count()
     for tick, change in ((10, 1), (10, 1), (20, -1), (25, -1)):
         count.add(tick, change)
@@ -140,6 +141,7 @@ def test_two_stations(tiny: RunInfo, begin_s: int, first: list[float], second: l
 
 
 def test_a_station_that_is_closed_is_not_idle(tiny: RunInfo) -> None:
+    """It is open until 10 s, and works until 46 s; from 55 s on it is open again. The other one is always open."""
     assert Stations(tiny).values(0, 60_000) == {}
     stations = Stations(
         evolve(tiny, scenario=evolve(tiny.scenario, stations=StationsSection(open=(("00:00", "01:00"),))))
@@ -228,6 +230,7 @@ def test_time_off_duty_is_no_idle_time(tiny: RunInfo) -> None:
 
 
 def test_a_long_run_takes_the_kinetic_energy_of_top_speed_once() -> None:
+    """150 kg at 1.5 m/s, over the efficiency of 0.8; the brakes win nothing back."""
     accelerating, rolling = run_j(10, False, 1.0, 1.5)
     assert accelerating == pytest.approx(150 * 1.5**2 / 2 / 0.8)
     assert rolling == pytest.approx(0.015 * 150 * 9.81 * (10 - 1.125) / 0.8)
@@ -240,6 +243,7 @@ def test_a_short_run_never_reaches_top_speed() -> None:
 
 
 def test_a_pod_takes_four_times_as_much() -> None:
+    """600 kg against 150 kg, in runs and in turns; who does not turn takes nothing."""
     assert run_j(7, True, 1.0, 1.5) == pytest.approx([4 * joules for joules in run_j(7, False, 1.0, 1.5)])
     assert turn_j(1, True, 2.5) == pytest.approx(4 * turn_j(1, False, 2.5))
     assert turn_j(0, True, 2.5) == 0

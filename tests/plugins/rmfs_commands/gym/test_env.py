@@ -69,6 +69,7 @@ def test_gymnasium_finds_nothing_wrong(decides: str) -> None:
 
 @pytest.mark.parametrize(("decides", "rule"), COPIES)
 def test_a_policy_that_copies_a_rule_gives_the_rules_files(decides: str, rule: str, tmp_path: Path) -> None:
+    """Visits and orders are byte for byte those of the rule itself; only POA is asked more often."""
     overrides = ["instance.orders=25", f"rules.{decides.lower()}={rule}"]
     env = rmfs_commands.gym.make("examples/small", decides, overrides=overrides)
     played(env, copy_of(decides, rule))
@@ -252,6 +253,7 @@ def test_an_abandoned_episode_leaves_nothing_behind() -> None:
 
 @pytest.mark.slow
 def test_memory_stays_flat_over_a_thousand_resets() -> None:
+    """Each abandons an episode under way; after the first 500 memory grows no more (under 4 kB a reset)."""
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     used = []
     for number in range(1200):

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from calling import refusal
 from rmfs_commands.import_.grids import COLUMNS, KINDS, Grid, read_kiva, read_octile, read_weighted
 from rmfs_commands.import_.notes import Note, Notes
 from rmfs_commands.import_.trips import import_lorr, import_movingai, import_rhcr
@@ -96,9 +97,7 @@ def test_every_sign_becomes_the_one_of_its_table(tmp_path_factory: pytest.TempPa
     ],
 )
 def test_wrong_maps_of_rhcr_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        read_kiva(file(tmp_path, text), Notes())
-    assert str(caught.value).startswith(f"{tmp_path}/x.map{message}")
+    assert refusal(lambda: read_kiva(file(tmp_path, text), Notes())).startswith(f"{tmp_path}/x.map{message}")
 
 
 @pytest.mark.parametrize(
@@ -124,9 +123,7 @@ def test_wrong_maps_of_rhcr_are_refused(tmp_path: Path, text: str, message: str)
     ],
 )
 def test_wrong_weighted_grids_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        read_weighted(file(tmp_path, text), Notes())
-    assert str(caught.value).startswith(f"{tmp_path}/x.map{message}")
+    assert refusal(lambda: read_weighted(file(tmp_path, text), Notes())).startswith(f"{tmp_path}/x.map{message}")
 
 
 WALLED = "type octile\nheight 3\nwidth 4\nmap\n...@\n.@@.\n...@\n"
@@ -235,9 +232,7 @@ def test_robots_of_the_league_take_a_task_each(tmp_path: Path) -> None:
 def test_wrong_problems_are_refused(
     tmp_path: Path, agents: str, tasks: str, told: Mapping[str, object], message: str
 ) -> None:
-    with pytest.raises(InputError) as caught:
-        import_lorr(problem(tmp_path, agents, tasks, told))
-    assert str(caught.value).startswith(f"{tmp_path}/{message}")
+    assert refusal(lambda: import_lorr(problem(tmp_path, agents, tasks, told))).startswith(f"{tmp_path}/{message}")
 
 
 @pytest.mark.parametrize(
@@ -245,9 +240,7 @@ def test_wrong_problems_are_refused(
 )
 def test_what_is_no_json_is_refused(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "a.json").write_text(text, encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        import_lorr(tmp_path / "a.json")
-    assert message in str(caught.value)
+    assert message in refusal(lambda: import_lorr(tmp_path / "a.json"))
 
 
 def test_a_map_without_a_free_cell_is_refused(tmp_path: Path) -> None:

@@ -105,6 +105,7 @@ def test_drawn_orders_follow_the_distributions() -> None:
 
 
 def test_shuffled_lists_are_cut_into_pods() -> None:
+    """Each list has every SKU once, so in pods that cut the lists evenly each SKU comes as often as there are lists."""
     instance = generate_instance(InstanceSection(orders=0, skus=12, pods=16, skus_per_pod=3), 1)
     assert Counter(sku for pod in instance.pods for sku, _ in pod.contents) == dict.fromkeys(range(12), 4)
 
@@ -138,6 +139,7 @@ PROFILE = (0.0,) * 6 + (1.0, 3.0) + (0.0,) * 16
 
 
 def test_arrivals_of_a_day_follow_the_hours() -> None:
+    """Between 6 and 8 o'clock, a quarter of them in the first hour; the orders are the same at other times."""
     day = evolve(PAPER, arrivals=Arrivals("day", profile=PROFILE))
     hours = np.array([order.arrival_tick for order in generate_instance(day, seed=1).orders]) / 3_600_000
     assert (hours.min() >= 6, hours.max() < 8) == (True, True)
@@ -147,6 +149,7 @@ def test_arrivals_of_a_day_follow_the_hours() -> None:
 
 
 def test_time_0_is_a_time_of_day() -> None:
+    """From half past 7 on: the rest of the hours' orders come the next morning."""
     day = evolve(PAPER, arrivals=Arrivals("day", profile=PROFILE), start="2024-03-01T07:30")
     hours = np.array([order.arrival_tick for order in generate_instance(day, seed=1).orders]) / 3_600_000
     assert set(np.floor(hours * 2).tolist()) == {0, 45, 46, 47}  # half hours after 7:30; 6:00 is 22.5 hours later
@@ -161,6 +164,7 @@ def test_poisson_arrivals_follow_the_hours() -> None:
 
 
 def test_due_times() -> None:
+    """A third has priority 1 and a minute; the others have ten minutes, two more or less."""
     due = Due(allowance_s=600, spread_s=120, priority_share=1 / 3, priority_allowance_s=60)
     orders = generate_instance(evolve(PAPER, due=due, arrivals=Arrivals("day")), seed=1).orders
     left = {0: [], 1: []}
@@ -173,6 +177,7 @@ def test_due_times() -> None:
 
 
 def test_lengths_of_a_list_of_weights() -> None:
+    """No order of two lines, three times as many of three as of one; longer than there are SKUs is none."""
     lengths = Counter(len(lines) for lines in wanted(generate_instance(evolve(PAPER, lines=(1.0, 0.0, 3.0)), seed=1)))
     assert lengths.keys() == {1, 3}
     assert lengths[3] / 250 == pytest.approx(0.75, abs=0.08)

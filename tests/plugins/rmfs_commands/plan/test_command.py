@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calling import exit_code
+from calling import exit_code, refusal
 from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_commands.plan import Trip, movingai, read_map, read_trips
 from rmfs_commands.plan.movingai import open_layout
@@ -271,9 +271,7 @@ def test_other_maps_are_text_maps(tmp_path: Path) -> None:
     ],
 )
 def test_wrong_maps_are_refused(text: str, problem: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        read_map(written(tmp_path, text))
-    assert str(caught.value) == f"{tmp_path}/{problem}"
+    assert refusal(lambda: read_map(written(tmp_path, text))) == f"{tmp_path}/{problem}"
 
 
 TRIPS = "version 1\n0\troom.map\t8\t4\t0\t0\t7\t2\t9\n\n0\tmy room.map\t8\t4\t7\t2\t0\t2\t9\n"
@@ -318,9 +316,9 @@ def test_trips_are_read_in_order(tmp_path: Path) -> None:
 )
 def test_wrong_scenarios_are_refused(text: str, problem: str, tmp_path: Path) -> None:
     layout = read_map(written(tmp_path, SIGNS))
-    with pytest.raises(InputError) as caught:
-        read_trips(written(tmp_path, text, "room.scen"), layout, 2)
-    assert str(caught.value).startswith(f"{tmp_path}/{problem}")
+    assert refusal(lambda: read_trips(written(tmp_path, text, "room.scen"), layout, 2)).startswith(
+        f"{tmp_path}/{problem}"
+    )
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:

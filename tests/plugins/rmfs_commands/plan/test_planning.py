@@ -255,6 +255,7 @@ def sum_of_costs(plans: tuple[Plan, ...]) -> int:
 
 @pytest.mark.parametrize("text", ["....\n .  ", "........\n   ..   ", "......\n . .. "])
 def test_robots_that_face_each_other_pass_in_a_bay(text: str) -> None:
+    """In one order both hold the start that the other has to cross, for ever; by priorities one makes way."""
     bay = roads_on(travel_on(parse_map(text, "bay"), EVEN))
     end = text.index("\n") - 1
     trips = (Trip(0, end), Trip(end, 0))
@@ -323,6 +324,7 @@ def test_no_robot_arrives_earlier_alone(seed: int, tmp_path: Path) -> None:
 
 
 def test_effort_is_counted_in_queries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fifteen find paths, 75 shorten them, and the group under way is finished; plans report what was asked."""
     monkeypatch.setattr(Search, "shorten_alone", lambda _: None)  # which is not limited
     roads = shelves(tmp_path, across=3, down=3)
     planner = Counting()

@@ -86,6 +86,7 @@ def quiet(browser: Chromium) -> Iterator[None]:
 def test_robots_are_on_screen_where_the_validator_has_them(
     browser: Chromium, written: dict[str, Path], day: Path, short: Path, name: str
 ) -> None:
+    """At 200 random times, forwards and backwards, and at the end; test_positions holds ours against the validator."""
     replay = read_replay({"day": day, "short": short}[name])
     found = ways(replay)
     draw = random.Random(17)

@@ -256,6 +256,7 @@ def test_the_parts_of_the_turn_over_time_stand_upon_each_other(row: Any) -> None
 
 
 def test_scales_of_computing_times_begin_at_a_power_of_ten(row: Any) -> None:
+    """A bar's length is comparable then; each axis has one of its own."""
     figure = computing_time(tables(row, decision_s_first=0.5, decision_s_later=0.02))
     first, later, _ = figure.axes
     assert (first.get_yscale(), first.get_ylim()[0], later.get_ylim()[0]) == ("log", 0.1, 0.01)
@@ -295,6 +296,7 @@ def test_lines_show_mean_interval_and_runs(report: Report) -> None:
 
 @pytest.mark.slow
 def test_the_overview_counts_verdicts(report: Report) -> None:
+    """Nine figures of Figure 10, all 1.0 of sequential, lie above their ranges; all computing times are compared."""
     outcome = {row[0]: row[2:] for row in grid(report, "Overview").rows}
     assert outcome["Figure 10"] == ("9", "9 above")
     assert outcome["Figure 11"] == ("9", "9 no number in the paper")

@@ -30,6 +30,7 @@ RUNS = {"examples": 5, "instances": 1200, "packing": 240, "prefilter": 880, "lar
 
 
 def test_runs_of_each_part(jobs) -> None:
+    """24 instances x 5 rule sets x 10 seeds, and so on; all runs of a part differ."""
     assert {part: len(found) for part, found in jobs.items()} == RUNS
     assert {part: len({job.key for job in found}) for part, found in jobs.items()} == RUNS
 
@@ -224,7 +225,7 @@ def test_quick_is_the_first_seed_of_the_smallest_set(run: Callable[..., Any], tm
     assert not any(grid.rows[0][0] == "Section 4.1" for grid in without.grids if grid.title == "Overview")
 
 
-def reproduced(*arguments: str):
+def called(*arguments: str):
     """Run the command."""
     return CliRunner().invoke(rmfs, ["reproduce", *arguments])
 
@@ -237,7 +238,7 @@ def lines_of(report: Path, start: str) -> list[list[str]]:
 
 @pytest.mark.slow
 def test_the_examples(tmp_path: Path) -> None:
-    done = reproduced("--only", "examples", "--jobs", "1", "--out", str(tmp_path))
+    done = called("--only", "examples", "--jobs", "1", "--out", str(tmp_path))
     assert done.exit_code == 0, done.output
     report = tmp_path / "report.md"
     assert [line[1:4] for line in lines_of(report, "example-2-sequential")] == [
@@ -249,7 +250,7 @@ def test_the_examples(tmp_path: Path) -> None:
     assert parquet.read_table(tmp_path / "runs-examples.parquet").num_rows == 5
     first = report.read_text(encoding="utf-8")
     assert "for 5 runs" in first
-    again = reproduced("--only", "examples", "--jobs", "1", "--out", str(tmp_path))
+    again = called("--only", "examples", "--jobs", "1", "--out", str(tmp_path))
     assert again.exit_code == 0
     second = report.read_text(encoding="utf-8")
     assert "5 were stored already" in second
@@ -258,7 +259,7 @@ def test_the_examples(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_quick(tmp_path: Path) -> None:
-    done = reproduced("--quick", "--out", str(tmp_path))
+    done = called("--quick", "--out", str(tmp_path))
     assert done.exit_code == 0, done.output
     assert parquet.read_table(tmp_path / "runs-instances.parquet").num_rows == 40
     report = tmp_path / "report.md"
@@ -295,6 +296,6 @@ def test_a_failed_run_is_reported_and_counted(tmp_path: Path, monkeypatch: pytes
 )
 def test_wrong_arguments(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
     out = tmp_path / "out"
-    done = reproduced(*arguments, "--out", str(out))
+    done = called(*arguments, "--out", str(out))
     assert message in str(done.exception)
     assert not out.exists()

@@ -134,6 +134,7 @@ def asked(**orders: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_orders_that_stock_cannot_serve_are_not_shown() -> None:
+    """The younger order is assigned, and the answer names the one that waits; what a state says of it counts."""
     answer = asked()
     assert [given["order"] for given in answer["assignments"]] == ["new"]
     assert answer["waiting_for_stock"] == ["old"]
@@ -145,6 +146,7 @@ def test_orders_that_stock_cannot_serve_are_not_shown() -> None:
 
 
 def test_the_oldest_orders_take_their_share_of_stock_first() -> None:
+    """Two items are left for orders, as one of three is requested; an order that is begun keeps what it wants."""
     stations = {"n": {"item_capacity": 9, "requests": [{"order": "B", "sku": "tea"}]}}
     orders = {
         "A": {"lines": {"tea": 1}, "arrival_s": 30},

@@ -55,6 +55,7 @@ def test_a_decision_as_json(decide: Any) -> None:
 
 
 def test_due_times(decide: Any) -> None:
+    """The orders decided on that have a due time are told with it, and with what is left until then."""
     orders = {"A": {"lines": {"milk": 1}, "due_s": 90, "priority": 2}, "B": {"lines": {"jam": 2}, "priority": 1}}
     code, out, _ = decide("--rule", "first-come", version=2, time_s=100.5, orders=orders)
     assert code == 0

@@ -111,6 +111,7 @@ def test_a_joint_rule_without_effort(by_hand: dict[str, Any]) -> None:
 
 
 def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any]) -> None:
+    """A request that no pod is on its way for yet is not the joint rule's fault; it is told of as not covered."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
     answer = decide(state_from_dict(by_hand), RuleChoice("integrated"))
     assert answer.decision["trips"] == [{"pod": "P1", "station": "north"}]
@@ -118,6 +119,7 @@ def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any]) 
 
 
 def test_a_joint_rule_covers_what_it_assigns(by_hand: dict[str, Any], acme: None) -> None:
+    """What was not covered before excuses nothing: an order without a pod for it is an impossible decision."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
     with pytest.raises(RuleError, match=r'"careless" .* assigned order A .* to station north .*, but no pod there'):
         decide(state_from_dict(by_hand), RuleChoice("careless"))

@@ -86,6 +86,7 @@ def test_a_story_of_nothing() -> None:
 
 
 def test_assignments_are_shown_with_stations_and_backlog(at_work: Content) -> None:
+    """P1 is in the line and has the tea; the parts at the station keep two of its four places."""
     out = explained(decision("POA", {"assignments": [JAM]}, at_work | {"time_s": 90.0}), max_wait_s=60.0)
     assert "Decision 1: POA by acme, period 1, at 90.000 s" in out
     assert "Parameters: max_wait_s = 60.0." in out
@@ -201,6 +202,7 @@ BOTH = {"assignments": [JAM], "trips": [P2]}
 
 
 def test_other_rules_are_held_against_the_decision() -> None:
+    """Visits plus two for each unused place, as W_u of the paper; a dash where requests are not covered."""
     recorded = decision("POA+PPS", BOTH, report={"status": "optimal", "objective": 7.0, "bound": 6.5})
     nothing = {"assignments": [], "trips": []}
     others = [

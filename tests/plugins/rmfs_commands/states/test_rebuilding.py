@@ -332,6 +332,7 @@ def test_what_is_in_hand_keeps_its_place() -> None:
 
 
 def test_the_last_item_of_a_too_large_order_in_hand() -> None:
+    """The order keeps more places than its station has until the item is handled; two orders never do."""
     world = small_world({"1": {"a": 1, "b": 1}, "2": {"b": 1}}, {"p": ["a", "b"]}, capacities=[1])
     station, pod = world.stations[0], world.pods[0]
     world.assign(world.orders[0], station, [0, 1])
