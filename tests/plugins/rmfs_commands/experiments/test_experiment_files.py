@@ -1,13 +1,126 @@
-"""Experiment files: what they may say, and what is said about what they may not."""
+"""Experiment files: what they may say, and the runs that they come down to."""
 
+from __future__ import annotations
+
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from attrs import evolve
 
-from rmfs_commands.experiments import Experiment, load_experiment, shipped_experiments
+from calling import refusal
+from rmfs_commands.experiments import (
+    Axis,
+    AxisPoint,
+    Base,
+    Experiment,
+    RuleSetChoice,
+    load_experiment,
+    shipped_experiments,
+)
+from rmfs_commands.experiments.changes import changes_of
+from rmfs_commands.experiments.resolving import resolve
 from rmfs_core.errors import InputError
-from rmfs_core.scenario import shipped_scenarios
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import Scenario, load_scenario, scenario_from_dict, shipped_scenarios
+from rmfs_core.scenario.structuring import KeyProblem
+
+
+def points(key: str, *values: Any) -> tuple[AxisPoint, ...]:
+    """Return the points of an axis that is a scenario key."""
+    return tuple(AxisPoint(f"{key}={value}", value, {key: value}) for value in values)
+
+
+@pytest.fixture
+def one(folder: Path) -> Experiment:
+    """Return an experiment of two instances, two rule sets and two seeds."""
+    return Experiment(
+        name="trial",
+        bases=(Base("tiny", load_scenario(folder / "tiny.toml")),),
+        rule_sets=(RuleSetChoice("plain"), RuleSetChoice("other", {"rules.poa": "first-come"})),
+        seeds=(3, 5),
+        baseline="plain",
+        axes=(Axis("instance.orders", points("instance.orders", 4, 6)),),
+        folder=str(folder),
+        place="trial.toml",
+    )
+
+
+def test_every_combination_is_a_run(one: Experiment) -> None:
+    jobs = one.jobs()
+    assert [(job.instance, job.rule_set, job.seed) for job in jobs] == [
+        (f"instance.orders={orders}", rule_set, seed)
+        for orders in (4, 6)
+        for rule_set in ("plain", "other")
+        for seed in (3, 5)
+    ]
+    last = jobs[-1]
+    assert (last.scenario.instance.orders, last.scenario.seed) == (6, 5)
+    assert last.scenario.rules.poa is not None
+    assert last.scenario.rules.poa.rule == "first-come"
+    assert last.axes == {"scenario": "tiny", "instance.orders": 6}
+    assert str(last) == "instance.orders=6, other, seed 5"
+    assert len({job.key for job in jobs}) == len(jobs)
+
+
+def test_an_instance_is_called_by_what_tells_it_apart(one: Experiment) -> None:
+    base = one.bases[0]
+    two = (base, evolve(base, name="again"))
+    assert {job.instance for job in evolve(one, axes=()).jobs()} == {"tiny"}
+    assert {
+        job.instance for job in evolve(one, bases=two, axes=(Axis("robots.count", points("robots.count", 1)),)).jobs()
+    } == {"tiny, robots.count=1", "again, robots.count=1"}
+
+
+def test_equal_runs_have_equal_keys(one: Experiment) -> None:
+    same = evolve(one, rule_sets=(*one.rule_sets, RuleSetChoice("again", {"rules.poa": "first-come"})))
+    keys = {name: [job.key for job in same.jobs() if job.rule_set == name] for name in ("plain", "other", "again")}
+    assert keys["other"] == keys["again"] != keys["plain"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"metrics": ("picks", "picks")}, "metrics: picks is there twice; expected different ones"),
+        ({"by": ("instance.order",)}, 'by: there is no axis "instance.order" (did you mean `instance.orders`?)'),
+        (
+            {"axes": (Axis("pile_on", points("robots.count", 1)),)},
+            "axes.pile_on: the table has another column of that name; expected another one",
+        ),
+    ],
+)
+def test_what_an_experiment_cannot_be_is_refused(one: Experiment, changes: dict[str, Any], problem: str) -> None:
+    assert refusal(lambda: evolve(one, **changes)) == problem
+
+
+def test_a_metric_that_nobody_measures_is_named(one: Experiment) -> None:
+    with pytest.raises(
+        InputError, match=r'^trial.toml, metrics: there is no metric "pileon" \(did you mean `pile_on`\?\)'
+    ):
+        evolve(one, metrics=("pileon",)).jobs()
+    with pytest.raises(InputError, match=r'^--most psv=3: there is no metric "psv" \(did you mean `psv_per_order`\?\)'):
+        evolve(one, metrics=("psv",), metrics_place="--most psv=3").jobs()
+    with pytest.raises(InputError, match=r'there is no metric "run_s"'):
+        evolve(one, metrics=("run_s",)).check_metrics(["run_s", "picks"])
+    evolve(one, metrics=("own",)).check_metrics(["own"])
+
+
+def test_files_that_code_is_loaded_from_are_named(one: Experiment, folder: Path) -> None:
+    assert one.rule_files() == []
+    loads = evolve(
+        one,
+        axes=(Axis("r", points("rules.pr", "./bad.py:Raising", "nearest")),),
+        rule_sets=(
+            RuleSetChoice("plain", {"rules.filters": ["./filters.py:A", {"rule": "./filters.py:B"}]}),
+            RuleSetChoice("other", {"rules.poa": {"rule": "first-come"}}),
+        ),
+    )
+    assert loads.rule_files() == [str(folder / "bad.py"), str(folder / "filters.py")]
+    with pytest.raises(InputError, match="--no-inline-rules"):
+        evolve(loads, rule_sets=one.rule_sets).jobs(allow_inline_rules=False)
+
 
 Write = Callable[..., Experiment]
 
@@ -41,7 +154,6 @@ pr.rule = "random"
 
 
 def test_everything_that_a_file_can_say(experiment: Write) -> None:
-    """Nested, dotted and quoted keys mean the same; every combination of axes, rule sets and seeds is a run."""
     read = experiment(FULL)
     assert (read.name, read.seeds, read.by) == ("full", (5, 6, 7), ("scenario", "hall"))
     assert [base.name for base in read.bases] == ["tiny", "examples/small"]
@@ -70,12 +182,10 @@ def test_everything_that_a_file_can_say(experiment: Write) -> None:
 
 
 def test_the_name_is_the_files_unless_it_says_otherwise(experiment: Write) -> None:
-    """An experiment without a name is called like its file."""
     assert experiment(name="my-trial.toml").name == "my-trial"
 
 
 def test_lists_of_rules_make_a_rule_set_for_each_choice(experiment: Write) -> None:
-    """Named by what differs; other keys, and lists that a scenario has itself, are common to all of them."""
     read = experiment(
         'base = "tiny.toml"\nseeds = [1]\nbaseline = "x"\n[[rule_sets]]\nname = "x"\n'
         '[[rule_sets]]\n[rule_sets.rules]\npoa = ["pod-match", "first-come"]\n'
@@ -100,7 +210,6 @@ def test_lists_of_rules_make_a_rule_set_for_each_choice(experiment: Write) -> No
 
 
 def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment: Write) -> None:
-    """All rule sets on every base."""
     quick = experiment(FULL).quick()
     assert quick.seeds == (5, 6)
     assert {(job.axes["instance.orders"], job.axes["hall"]) for job in quick.jobs()} == {(4, "small")}
@@ -198,7 +307,6 @@ def test_mistakes_are_named(experiment: Write, folder: Path, old: str, new: str,
     ],
 )
 def test_what_makes_no_scenario_is_named_before_anything_runs(experiment: Write, rules: str, problem: str) -> None:
-    """A rule set that makes the scenario wrong is an error that names file, rule set, instance and key."""
     read = experiment(
         'base = "tiny.toml"\nseeds = [1]\nbaseline = "a"\n'
         f'[axes]\ninstance.skus = [8]\n[[rule_sets]]\nname = "a"\n[[rule_sets]]\nname = "b"\n{rules}\n'
@@ -209,7 +317,6 @@ def test_what_makes_no_scenario_is_named_before_anything_runs(experiment: Write,
 
 
 def test_files_that_are_not_there(tmp_path: Path) -> None:
-    """A missing file, a folder and a misspelt shipped name are told apart."""
     with pytest.raises(InputError, match="found a folder"):
         load_experiment(tmp_path)
     with pytest.raises(InputError, match="did you mean `small-rules`"):
@@ -218,11 +325,95 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", shipped_experiments())
 def test_shipped_experiments_are_fit_to_run(name: str) -> None:
-    """Every shipped experiment reads, and each of its rule sets makes a scenario on each instance."""
     assert load_experiment(name).jobs()
 
 
 def test_shipped_experiments_are_no_scenarios() -> None:
-    """Experiments do not turn up among the shipped scenarios."""
     assert shipped_experiments()
     assert not any("experiment" in name for name in shipped_scenarios())
+
+
+@pytest.mark.parametrize(
+    ("table", "changes"),
+    [
+        ({}, {}),
+        ({"robots": {"count": 4}}, {"robots.count": 4}),
+        ({"robots.count": 4}, {"robots.count": 4}),
+        (
+            {"instance": {"orders": 5, "arrivals.process": "poisson"}},
+            {"instance.orders": 5, "instance.arrivals.process": "poisson"},
+        ),
+        ({"rules": {"poa": "first-come", "filters": ["a"]}}, {"rules.poa": "first-come", "rules.filters": ["a"]}),
+        (
+            {"rules": {"ta": {"rule": "balanced", "reallocation_s": 5}}},
+            {"rules.ta": {"rule": "balanced", "reallocation_s": 5}},
+        ),
+        ({"rules.ta.reallocation_s": 5}, {"rules.ta.reallocation_s": 5}),
+        ({"rules": {"ta": {"reallocation_s": 5}}}, {"rules.ta.reallocation_s": 5}),
+        ({"rules": {"poa_pps": None}}, {"rules.poa_pps": None}),
+    ],
+)
+def test_nested_and_dotted_keys_are_the_same(table: dict[str, object], changes: dict[str, object]) -> None:
+    assert changes_of(table) == changes
+
+
+@pytest.mark.parametrize(
+    ("table", "problem", "path"), [({"robots.count": 4, "robots": {"count": 5}}, "is there twice", ("robots", "count"))]
+)
+def test_a_key_that_is_there_twice_is_named(table: dict[str, object], problem: str, path: tuple[str, ...]) -> None:
+    with pytest.raises(KeyProblem) as caught:
+        changes_of(table)
+    assert caught.value.problem.startswith(problem)
+    assert caught.value.path == path
+
+
+@pytest.fixture
+def tiny(folder: Path) -> Scenario:
+    """Return the tiny scenario."""
+    return load_scenario(folder / "tiny.toml")
+
+
+def test_joint_rules_take_the_place_of_separate_ones(tiny: Scenario) -> None:
+    joint = resolve(tiny, {"rules.poa_pps": "integrated"}, ".", "test")
+    assert (joint.rules.poa, joint.rules.pps) == (None, None)
+    back = resolve(joint, {"rules.poa": "first-come", "rules.pps.rule": "demand"}, ".", "test")
+    assert back.rules.poa_pps is None
+
+
+def test_single_parameters_of_the_bases_rule_can_be_set(tiny: Scenario) -> None:
+    one = resolve(tiny, {"rules.ta": {"rule": "balanced", "reallocation_s": 5.0, "help_others": False}}, ".", "test")
+    two = resolve(one, {"rules.ta.reallocation_s": 7.0}, ".", "test")
+    assert dict(two.rules.ta.parameters) == {"reallocation_s": 7.0, "help_others": False}
+    assert not resolve(two, {"rules.ta": "balanced"}, ".", "test").rules.ta.parameters
+
+
+def test_rules_beside_the_experiment_work_with_a_scenario_elsewhere(folder: Path) -> None:
+    shipped = load_scenario("examples/small")
+    resolved = resolve(shipped, {"rules.pr": "./bad.py:Raising"}, str(folder), "test")
+    assert resolved.folder == str(folder)
+
+
+def test_files_in_two_folders_are_refused(folder: Path) -> None:
+    shipped = load_scenario("examples/from-csv")
+    with pytest.raises(InputError, match=r"names files in .* and in "):
+        resolve(shipped, {"rules.pr": "./bad.py:Raising"}, str(folder), "test")
+
+
+def test_keys_that_would_be_ignored_are_refused() -> None:
+    with pytest.raises(InputError, match=r"instance.orders: has no meaning beside `instance.orders_file`"):
+        resolve(load_scenario("examples/from-csv"), {"instance.orders": 3}, ".", "test")
+
+
+def test_files_of_parameters_are_where_they_are_named(folder: Path) -> None:
+    """Those of the base beside it, though the scenario's folder is another one; what changes name beside these."""
+    (folder / "base").mkdir()
+    (folder / "w.txt").write_text("2", encoding="utf-8")
+    data = tomllib.loads((folder / "tiny.toml").read_text("utf-8"))
+    data["rules"]["observers"] = [{"rule": "seen", "file": "w.txt"}]
+    base = scenario_from_dict(data, str(folder / "base"))
+    reading = {"rules.pr": {"rule": "./bad.py:Reading", "weights": "w.txt"}}
+    scenario = resolve(base, reading, str(folder), "test")
+    assert scenario.folder == str(folder)
+    assert scenario.rules.observers[0].parameters["file"].there == str(folder / "base")
+    loaded = RuleSet.load(evolve(scenario.rules, observers=()), scenario.folder)
+    assert [(one.name, one.file) for one in loaded.files] == [("w.txt", folder / "w.txt")]
