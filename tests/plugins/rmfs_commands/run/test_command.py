@@ -72,6 +72,7 @@ def test_metrics_are_printed_and_files_are_where_it_says(folder: Path, capsys: p
 
 
 def test_a_scenario_toml_is_called_as_its_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Two of them, as `rmfs generate` names each, do not replace each other's results."""
     for day in ("monday", "tuesday"):
         (folder / day).mkdir()
         shutil.copy("small.toml", f"{day}/scenario.toml")
@@ -207,6 +208,7 @@ def test_a_rule_from_the_current_folder_with_a_shipped_scenario(
 
 
 def test_no_name_is_no_file_and_no_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """An empty text, as a shell makes of a variable that is not set, is not the current folder."""
     assert exit_code("run", "") == 2
     assert 'Error: "": there is no such file' in capsys.readouterr().err
     assert exit_code("run", "small.toml", "--out", "") == 2
