@@ -317,7 +317,7 @@ def test_what_is_not_kept(kept: Warehouses) -> None:
         kept.keep(str(i), "r1", STATE)
     kept.keep("w", "r2", STATE)
     kept.keep("one more", "r1", STATE)
-    assert kept.changed("w", "r2", {}, "r3") == STATE
+    assert kept.changed("w", "r2", {}, "r3") == kept.changed("1", "r1", {}, "r2") == STATE
     with pytest.raises(StaleError, match='no state of "0" is kept; expected the whole state first'):
         kept.changed("0", "r1", {}, "r2")
 
