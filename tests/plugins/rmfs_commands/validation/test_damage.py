@@ -298,6 +298,7 @@ def test_damage_to_a_run_is_found(recorded: Trace, damage: Damage, kind: str) ->
             ],
         ),
         (twice(LEAVE), ["visit-end: pod P0 leaves station 1 after visit 1, but no pod is there"]),
+        (at(LEAVE, pod=1), ["visit-end: pod P1 leaves station 1 after visit 1, but pod P0 with visit 1 is there"]),
         (at(LEAVE, picks=2), ["visit-picks: pod P0 leaves station 1 after 3 picks, but reports 2"]),
         (at(LEAVE, visit=9), ["visit-end: pod P0 leaves station 1 after visit 9, but pod P0 with visit 1 is there"]),
         (without(LEAVE), ["moved-in-visit: robot 1 left row 5, column 8 during visit 1, which has no end"]),
