@@ -1,17 +1,25 @@
-"""Rules in the same worlds, one run after another, and what each measured."""
+"""`rmfs bench`: the worlds that are timed, and what is said of the times."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 import rmfs_core
+from calling import exit_code, refusal
+from rmfs_commands.bench import command
 from rmfs_commands.bench.bench import QUALITY, WARM_UP_ORDERS, bench, contestant
+from rmfs_commands.bench.command import ROLES
+from rmfs_commands.bench.worlds import FIXED, WORLDS, keys_of, world_with
+from rmfs_commands.cli.main import main
 from rmfs_commands.details.catalogue import METRICS
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
-from rmfs_core.scenario import RuleChoice
+from rmfs_core.scenario import RuleChoice, load_scenario
 
 FEW = ["instance.orders=9"]
 COUNTING = """
@@ -49,7 +57,6 @@ class Both:
 
 
 def test_a_contestant_says_what_it_decides() -> None:
-    """And what it is compared in: joint rules stand beside POA rules."""
     first, joint, pps = (contestant(name, RuleChoice(name)) for name in ("first-come", "integrated", "demand"))
     assert [(one.role, one.decides, one.field) for one in (first, joint, pps)] == [
         (Role.POA, "POA", "POA, POA+PPS"),
@@ -60,7 +67,6 @@ def test_a_contestant_says_what_it_decides() -> None:
 
 
 def test_a_rule_for_several_decisions_is_told_in_which(install: Callable[..., None]) -> None:
-    """Otherwise it is refused, and so is a parameter that is none."""
     install("acme", {"both": "acme_rules:Both"}, acme_rules=COUNTING)
     assert contestant("both", RuleChoice("both"), decides=Role.PPS).role is Role.PPS
     with pytest.raises(InputError, match="decides POA and PPS; say which of them is asked"):
@@ -70,7 +76,6 @@ def test_a_rule_for_several_decisions_is_told_in_which(install: Callable[..., No
 
 
 def test_every_rule_runs_in_every_world_with_every_seed() -> None:
-    """In that order; what is about to run is told before."""
     told: list[str] = []
     rules = [contestant(name, RuleChoice(name)) for name in ("first-come", "pod-match")]
     runs = list(bench(rules, ["small"], [1, 2], overrides=FEW, before=told.append))
@@ -82,7 +87,6 @@ def test_every_rule_runs_in_every_world_with_every_seed() -> None:
 
 
 def test_what_is_measured_is_what_a_run_reports() -> None:
-    """The same metrics as those of the scenario with these rules."""
     (run,) = bench([contestant("random", RuleChoice("random"), decides=Role.PR)], ["small"], [5], overrides=FEW)
     rules = ("poa=pod-match", "pps=demand", "pr=random", "ta=nearest-robot", "pp=free-flow")
     expected = rmfs_core.run("examples/small", seed=5, overrides=[*FEW, *(f"rules.{rule}" for rule in rules)])
@@ -91,7 +95,6 @@ def test_what_is_measured_is_what_a_run_reports() -> None:
 
 
 def test_a_rule_warms_up_in_a_small_copy_of_the_world(install: Callable[..., None], tmp_path: object) -> None:
-    """Once before its turn, unmeasured, with a few orders; then come the runs that count."""
     install("acme", {"counts": "acme_rules:Counts"}, acme_rules=COUNTING)
     file = tmp_path / "runs.txt"  # type: ignore[operator]
     one = contestant("counts", RuleChoice("counts", {"file": str(file)}))
@@ -102,7 +105,6 @@ def test_a_rule_warms_up_in_a_small_copy_of_the_world(install: Callable[..., Non
 
 
 def test_a_failed_run_is_measured_too(install: Callable[..., None]) -> None:
-    """What failed is in its error; what was completed until then is in its figures."""
     install("acme", {"both": "acme_rules:Both"}, acme_rules=COUNTING)
     one = contestant("both", RuleChoice("both"), decides=Role.POA)
     (run,) = bench([one], ["small"], [1], overrides=FEW)
@@ -122,12 +124,274 @@ def test_a_failed_run_is_measured_too(install: Callable[..., None]) -> None:
     ],
 )
 def test_an_override_that_no_run_would_show_is_refused(rules: list[str], override: str, key: str) -> None:
-    """A rule for what all contestants decide; where one of them leaves it alone it counts."""
     parameters = {"most-covered": {"n": 2}}
     ones = [contestant(name, RuleChoice(name, parameters.get(name, {}))) for name in rules]
-    with pytest.raises(InputError) as caught:
-        list(bench(ones, ["small"], [1], overrides=[override]))
-    assert str(caught.value) == (
+    assert refusal(lambda: list(bench(ones, ["small"], [1], overrides=[override]))) == (
         f"--set {override}: every rule that is compared takes the place of `rules.{key}`; "
         "expected a rule for another decision"
     )
+
+
+def names(world: str, role: Role, *overrides: str) -> dict[str, object]:
+    """Return the rules of a world by key, with a rule called ``new`` in a role."""
+    rules = world_with(world, role, RuleChoice("new"), overrides).rules
+    found = {
+        key: getattr(rules, key)
+        for key in (*PLAIN, "roa", "rps", "roa_rps")
+        if getattr(rules, key) is not None or key in PLAIN
+    }
+    return {
+        key: choice.rule if isinstance(choice, RuleChoice) else [one.rule for one in choice] if choice else choice
+        for key, choice in found.items()
+    }
+
+
+PLAIN = {
+    "poa": "pod-match",
+    "pps": "demand",
+    "poa_pps": None,
+    "pr": "nearest",
+    "ta": "nearest-robot",
+    "pp": "free-flow",
+    "filters": (),
+}
+
+
+@pytest.mark.parametrize(
+    ("role", "changed"),
+    [
+        (Role.POA, {"poa": "new"}),
+        (Role.PPS, {"pps": "new"}),
+        (Role.PR, {"pr": "new"}),
+        (Role.TA, {"ta": "new"}),
+        (Role.PP, {"pp": "new"}),
+        (Role.FILTER, {"filters": ["new"]}),
+        (Role.POA_PPS, {"poa_pps": "new", "poa": None, "pps": None}),
+    ],
+)
+def test_a_rule_takes_its_place_and_no_other(role: Role, changed: dict[str, object]) -> None:
+    assert names("small", role) == PLAIN | changed
+    assert set(keys_of(role)) == {key for key in changed if key in PLAIN}
+    assert keys_of(role)[0] == role.key
+
+
+@pytest.mark.parametrize(
+    ("role", "changed"),
+    [
+        (Role.ROA, {"roa": "new", "rps": "emptiest-pod"}),
+        (Role.RPS, {"roa": "first-bundle", "rps": "new"}),
+        (Role.ROA_RPS, {"roa_rps": "new"}),
+    ],
+)
+def test_a_rule_for_bundles_has_bundles_to_decide_about(role: Role, changed: dict[str, object]) -> None:
+    assert names("small", role) == PLAIN | changed
+    assert keys_of(role)[0] == role.key
+    scenario = world_with("small", role, RuleChoice("new"), ["instance.replenishment.lead_s=60"])
+    assert scenario.instance.replenishment is not None
+    assert (scenario.instance.replenishment.process, scenario.instance.replenishment.lead_s) == ("reorder-point", 60)
+    assert world_with("small", Role.POA, RuleChoice("new")).instance.replenishment is None
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_a_world_is_its_scenario_with_fixed_rules(world: str) -> None:
+    given, made = load_scenario(WORLDS[world]), world_with(world, Role.POA, RuleChoice("new"))
+    assert (made.instance, made.layout, made.robots, made.stations) == (
+        given.instance,
+        given.layout,
+        given.robots,
+        given.stations,
+    )
+    assert names(world, Role.POA) == PLAIN | {"poa": "new"}
+    assert FIXED.keys() == {Role.POA, Role.PPS, Role.PR, Role.TA, Role.PP}
+
+
+def test_overrides_change_the_world_or_a_fixed_rule() -> None:
+    scenario = world_with("small", Role.POA, RuleChoice("new"), ["instance.orders=3", "rules.pp=sipp"])
+    assert (scenario.instance.orders, scenario.rules.pp) == (3, RuleChoice("sipp"))
+    with pytest.raises(InputError, match="unknown key"):
+        world_with("small", Role.POA, RuleChoice("new"), ["instance.order=3"])
+
+
+def test_rules_from_files_are_looked_up_where_the_command_is_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert Path(world_with("small", Role.POA, RuleChoice("./mine.py:Mine")).folder) == tmp_path
+
+
+SHORT = ("--set", "instance.orders=10", "--world", "small")
+RULES = """
+@define
+class Nothing:
+    "POA: assigns nothing, so the run stands still."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+
+
+INTERRUPTS = iter([KeyboardInterrupt])
+
+
+@define
+class Interrupted:
+    "POA: somebody presses Ctrl-C while it thinks for the first time."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        for interrupt in INTERRUPTS:
+            raise interrupt
+        return []
+
+
+@define
+class Endless(Nothing):
+    "POA: needs unlimited stock."
+
+    needs = ("unlimited stock",)
+
+
+@define
+class Both:
+    "POA and PPS: the first of everything."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return assign_best_pairs(warehouse, lambda _: np.zeros(len(warehouse.backlog), dtype=np.int64))
+
+    @hookimpl
+    def select_pods(self, warehouse, max_fetches):
+        return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
+"""
+
+
+def called(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    """Run rules against each other: exit code, output with blanks drawn together, errors."""
+    code = exit_code("bench", *arguments)
+    out, err = capsys.readouterr()
+    return code, "\n".join(" ".join(line.split()) for line in out.splitlines()), err
+
+
+@pytest.fixture
+def acme(install: Any) -> None:
+    """Install the rules above, as another distribution."""
+    head = "import numpy as np\nfrom rmfs_core.rule_helpers import assign_best_pairs, send_pods\n"
+    names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Endless", "Both")}
+    install("acme", names, acme_rules=head + RULES)
+
+
+def test_what_can_be_chosen() -> None:
+    assert tuple(WORLDS) == command.WORLDS
+    robots_and_orders = ["POA", "PPS", "POA+PPS", "PR", "TA", "PP"]
+    others = ["ROA", "RPS", "ROA+RPS", "activation", "idle", "repositioning", "filter"]
+    assert [role.label for role in ROLES] == [*robots_and_orders, *others]
+
+
+def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
+    """Rules that decide the same share a table; its figures are the means of those of the runs."""
+    asked = ("first-come", "two-stage", "nearest-pod", *SHORT, "--seed", "1", "--seed", "2")
+    code, out, _ = called(capsys, *asked)
+    assert code == 0
+    assert "POA, POA+PPS in world small, mean over seeds 1, 2" in out
+    assert "PPS in world small, mean over seeds 1, 2" in out
+    code, machines, _ = called(capsys, *asked, "--json")
+    assert code == 0
+    content = json.loads(machines)
+    assert (content["format"], content["version"]) == ("rmfs-bench", 1)
+    runs = content["runs"]
+    assert [(run["rule"], run["seed"]) for run in runs] == [(rule, seed) for rule in asked[:3] for seed in (1, 2)]
+    assert all(run["calls"] > 0 and run["seconds"] > 0 and run["status"] == "complete" for run in runs)
+    visits = (runs[0]["metrics"]["psv_per_order"] + runs[1]["metrics"]["psv_per_order"]) / 2
+    assert next(line for line in out.splitlines() if line.startswith("first-come")).split()[1] == f"{visits:.2f}"
+
+
+def test_the_others_are_fixed(capsys: pytest.CaptureFixture[str]) -> None:
+    _, machines, _ = called(capsys, "nearest-pod", *SHORT, "--seed", "3", "--json")
+    fixed = ("poa=pod-match", "pps=nearest-pod", "pr=nearest", "ta=nearest-robot", "pp=free-flow")
+    overrides = ["instance.orders=10", *(f"rules.{rule}" for rule in fixed)]
+    result = rmfs_core.run("examples/small", seed=3, overrides=overrides)
+    (run,) = json.loads(machines)["runs"]
+    assert run["metrics"] == {name: result.metrics[name] for name in run["metrics"]}
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_long_names_of_rules_are_whole(
+    width: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    name = '{ rule = "most-covered", n = 3 }'
+    code, out, _ = called(capsys, name, *SHORT, "--seed", "1")
+    assert code == 0
+    assert max(map(len, out.splitlines())) <= width
+    assert sum(line.strip().startswith(name) for line in out.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("rule", "field"),
+    [("fixed", "PR"), ("balanced", "TA"), ("sipp", "PP"), ('{ rule = "most-covered", n = 2 }', "filter")],
+)
+def test_every_kind_of_rule(capsys: pytest.CaptureFixture[str], rule: str, field: str) -> None:
+    code, out, _ = called(capsys, rule, *SHORT, "--seed", "1")
+    assert code == 0
+    assert f"{field} in world small, seed 1" in out
+
+
+def test_rules_of_other_distributions(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = called(capsys, "both", "pod-match", "--decides", "POA", *SHORT, "--seed", "1")
+    assert code == 0
+    assert sum(line.startswith(("both", "pod-match")) for line in out.splitlines()) == 2
+    code, _, err = called(capsys, "both", *SHORT)
+    assert code == 2
+    assert "decides POA and PPS; say which of them is asked" in err
+
+
+def test_a_run_that_fails(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = called(capsys, "nothing", "first-come", *SHORT, "--seed", "1")
+    assert code == 1
+    assert "nothing 1 of 1 failed - - -" in out
+    assert next(line for line in out.splitlines() if line.startswith("first-come")).count("-") == 1
+    assert "nothing, small, seed 1 failed: The run stands still" in err
+
+
+def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = called(capsys, "interrupted", "first-come", *SHORT)
+    assert (code, out) == (130, "")
+    assert "Interrupted." in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (("first-comes",), "did you mean `first-come`"),
+        (("endless", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
+        (("integrated", "--set", "instance.order=5"), "unknown key"),
+        (("pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
+        (("pod-match", "--set", "rules.poa.name=first-come"), "takes the place of `rules.poa`"),
+        (("integrated", "pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
+        (("demand", "--world", "tiny"), "Invalid value for '--world'"),
+        (("./x.py:X", "--no-inline-rules"), "--no-inline-rules refuses"),
+        ((), "Missing argument"),
+    ],
+)
+def test_wrong_input(acme: None, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
+    code, out, err = called(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert problem in err
+
+
+@pytest.mark.parametrize(("name", "row"), [("all.csv", "small,first-come,"), ("all.tex", "& small & first-come &")])
+def test_a_table_for_a_paper(name: str, row: str, tmp_path: Path) -> None:
+    main(["bench", "pod-match", "first-come", *SHORT, "--seed", "1", "--table", str(tmp_path / name)])
+    assert row in (tmp_path / name).read_text(encoding="utf-8")
+
+
+def test_a_table_in_no_folder_is_refused_before_the_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("bench", "pod-match", *SHORT, "--table", str(tmp_path / "none" / "all.csv")) == 2
+    said = capsys.readouterr()
+    assert "expected a file in a folder that is there" in said.err
+    assert said.out == ""
+
+
+def test_a_table_of_another_kind_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("bench", "pod-match", *SHORT, "--table", str(tmp_path / "all.xls")) == 2
+    assert "expected a name that ends in .tex or .csv, found all.xls" in capsys.readouterr().err

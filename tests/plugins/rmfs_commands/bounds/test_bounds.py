@@ -1,17 +1,30 @@
-"""Bounds by hand, and runs of shipped rules that never beat them."""
+"""Lower bounds on pod visits and on the way of robots, and `rmfs bound`."""
 
 from __future__ import annotations
 
+import json
 import random
+from collections import Counter
+from collections.abc import Iterator
+from functools import partial
+from itertools import product
 from typing import Any
 
+import numpy as np
 import pytest
 from attrs import evolve
+from highspy import Highs, HighsStatus
 
+from calling import exit_code
 from rmfs_commands.bounds import BOUNDED, bounds_of, find_bounds
+from rmfs_commands.bounds.cover import cheapest_cover
+from rmfs_commands.bounds.slots import Servers, shortest_remaining_first
+from rmfs_commands.bounds.ways import find_ways
 from rmfs_commands.layouts import parse_map
-from rmfs_commands.testing import small_instance
+from rmfs_commands.testing import small_instance, small_layout
 from rmfs_core import Scenario, run
+from rmfs_core.clock import UNREACHABLE
+from rmfs_core.motion import Motion
 from rmfs_core.scenario import scenario_from_dict
 from rmfs_core.scenario.model import (
     Arrivals,
@@ -22,7 +35,8 @@ from rmfs_core.scenario.model import (
     RunSection,
     StationsSection,
 )
-from rmfs_core.world import Instance
+from rmfs_core.world import Instance, Layout
+from rmfs_core.world.travel import travel_on
 
 LANE = parse_map("#.....qO\n#..@@...", "lane")
 """Two storage locations, 7 and 8 m from the station: 6.167 and 8.167 s with a pod. 9 m back."""
@@ -42,11 +56,7 @@ def values(scenario: Scenario, instance: Instance) -> dict[str, float | None]:
     return found
 
 
-def test_by_hand() -> None:
-    """One pod for each of two orders; the robot stores the first to fetch the second: 7 + 8 + 9 m.
-
-    A pod is at the station after lift and drive, 2.2 + 6.167 s. Its pick ends 7 s later, the last of three, 26 s after.
-    """
+def test_two_orders_by_hand() -> None:
     found = values(ONE_ROBOT, TWO_ORDERS)
     assert found == pytest.approx(
         {
@@ -74,12 +84,10 @@ def test_a_percentile_leaves_out_one_in_twenty() -> None:
 
 
 def test_more_robots_bring_no_pod_back() -> None:
-    """With two robots both pods may be at the station, or on their way, when the run ends."""
     assert values(evolve(ONE_ROBOT, robots=RobotsSection(count=2)), TWO_ORDERS)["distance_m"] == 15
 
 
 def test_the_last_arrival_counts() -> None:
-    """An order of two items that arrives at 100 s, when a pod may be at the station: 13 + 7 s more."""
     late = small_instance({"1": ["a"], "2": {"b": 2}}, {"p": ["a"], "q": ["b"]}, arrivals_s={"2": 100})
     found = values(ONE_ROBOT, late)
     assert found["makespan_s"] == 120.0
@@ -127,7 +135,6 @@ def test_where_stock_is_replenished_pods_may_come_to_hold_anything() -> None:
 
 
 def test_pods_may_be_moved_before_an_order_comes() -> None:
-    """Nothing is lost of visits and metres unless what is before the warm-up does not count."""
     moving = evolve(ONE_ROBOT, rules=evolve(ONE_ROBOT.rules, move=RuleChoice("utility")))
     late = small_instance({"1": ["a"]}, {"p": ["a"], "q": ["b"]}, arrivals_s={"1": 100})
     found, before = values(moving, late), values(ONE_ROBOT, late)
@@ -154,7 +161,6 @@ def test_a_refilled_backlog_bounds_no_turn_over() -> None:
 
 
 def test_without_orders() -> None:
-    """Nothing need be done, and there is nothing to divide by."""
     found = values(ONE_ROBOT, small_instance({}, {"p": ["a"]}))
     nothing = {"psv_per_order": None, "distance_per_order_m": None, "turnover_s": None, "turnover_p95_s": None}
     assert found == dict.fromkeys(BOUNDED, 0) | nothing
@@ -210,7 +216,6 @@ def random_world(rng: random.Random, rules: dict[str, str]) -> Scenario:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RULES)
 def test_no_run_beats_a_bound(name: str) -> None:
-    """Random tiny worlds under eight sets of shipped rules: no figure is below its bound; some are not far above."""
     rng = random.Random(f"worlds of {name}")
     nearest = dict.fromkeys(BOUNDED, 99.0)
     for _ in range(6):
@@ -224,3 +229,253 @@ def test_no_run_beats_a_bound(name: str) -> None:
                 nearest[metric] = min(nearest[metric], figure / least) if least else nearest[metric]
     assert nearest["makespan_s"] < 2
     assert nearest["pod_station_visits"] < 3
+
+
+def cheapest_of_all(instance: Instance, costs: list[int]) -> int:
+    """Try every choice of pods."""
+    wanted = Counter[int]()
+    for order in instance.orders:
+        wanted.update(dict(order.lines))
+    found = []
+    for chosen in product((False, True), repeat=len(costs)):
+        left = wanted.copy()
+        for taken, pod in zip(chosen, instance.pods, strict=True):
+            for sku, number in pod.contents if taken else ():
+                left[sku] -= wanted[sku] if number is None else number
+        if max(left.values(), default=0) <= 0:
+            found.append(sum(cost for cost, taken in zip(costs, chosen, strict=True) if taken))
+    return min(found)
+
+
+def random_instance(rng: random.Random, *, finite: bool) -> Instance:
+    """Return up to 8 pods that hold what a few orders want, finite stock mostly in several places."""
+    skus = "abcdef"[: rng.randint(1, 6)]
+    orders = {str(i): {sku: rng.randint(1, 3) for sku in rng.sample(skus, rng.randint(1, len(skus)))} for i in range(4)}
+    pods: dict[str, dict[str, int | None]] = {str(i): {} for i in range(rng.randint(1, 8))}
+    for sku in skus:
+        left = sum(order.get(sku, 0) for order in orders.values())
+        holders = rng.sample(sorted(pods), rng.randint(1, min(4, len(pods))))
+        for pod in holders:
+            pods[pod][sku] = rng.randint(1, max(left, 1)) if finite else None
+        if finite:
+            pods[holders[0]][sku] = max(left, 1) if rng.random() < 0.3 else pods[holders[0]][sku]
+            short = left - sum(pod.get(sku) or 0 for pod in pods.values())
+            pods[holders[-1]][sku] = (pods[holders[-1]][sku] or 0) + max(short, 0)
+    return small_instance(orders, pods)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("finite", [False, True])
+def test_it_is_the_cheapest_of_all_choices(finite: bool) -> None:
+    """Each pod at a cost of 1, and at costs of its own, some of them 0."""
+    rng = random.Random(f"covers, {finite}")
+    for _ in range(60):
+        instance = random_instance(rng, finite=finite)
+        for costs in ([1] * len(instance.pods), [rng.randint(0, 20) for _ in instance.pods]):
+            found = cheapest_cover(instance, costs)
+            assert (found.cost, found.how) == (cheapest_of_all(instance, costs), "optimal")
+
+
+def test_stock_counts() -> None:
+    """Five items of which no pod has more than two need three pods; were the stock unlimited, one would do."""
+    orders = {"1": {"a": 3}, "2": {"a": 2}}
+    assert cheapest_cover(small_instance(orders, {p: {"a": 2} for p in "pqrs"}), [1] * 4).cost == 3
+    assert cheapest_cover(small_instance(orders, {p: ["a"] for p in "pqrs"}), [1] * 4).cost == 1
+
+
+def test_what_nobody_wants_costs_nothing() -> None:
+    assert cheapest_cover(small_instance({}, {"p": ["a"]}), [1]).cost == 0
+    assert cheapest_cover(small_instance({"1": ["b"]}, {"p": ["a"], "q": ["b"]}), [5, 3]).cost == 3
+
+
+def test_a_limit_leaves_a_bound() -> None:
+    """Where the limit of nodes comes first, that is said; what was proven is no more than what a cover costs."""
+    rng = random.Random("a hard cover")
+    skus = [f"s{i}" for i in range(70)]
+    pods = {f"p{i}": rng.sample(skus, 6) for i in range(70)} | {"rest": skus[:35], "rest 2": skus[35:]}
+    instance, costs = small_instance({"1": skus}, pods), [1] * 70 + [20, 20]
+    none, one, many = (cheapest_cover(instance, costs, most_nodes=nodes) for nodes in (0, 1, 10_000))
+    assert (none.how, many.how) == ("as far as proven in the limit of nodes", "optimal")
+    assert 0 <= none.cost <= one.cost <= many.cost
+    assert one.cost > 0.8 * many.cost
+
+
+@pytest.mark.parametrize("finite", [False, True])
+def test_above_a_size_parts_of_pods_may_be_taken(finite: bool) -> None:
+    """A bound that costs less to find: never above the cheapest cover, and mostly there."""
+    rng = random.Random(f"relaxed, {finite}")
+    reached = 0
+    for _ in range(60):
+        instance = random_instance(rng, finite=finite)
+        costs = [rng.randint(0, 20) for _ in instance.pods]
+        found, least = cheapest_cover(instance, costs, most_pairs=0), cheapest_of_all(instance, costs)
+        assert found.how == "linear relaxation"
+        assert found.cost <= least
+        reached += found.cost == least
+    assert reached > 30
+
+
+def test_half_pods_are_dearer_than_none() -> None:
+    instance = small_instance({"1": ["a", "b", "c"]}, {"p": ["a", "b"], "q": ["b", "c"], "r": ["a", "c"]})
+    assert cheapest_cover(instance, [1] * 3, most_pairs=0).cost == 2
+    assert cheapest_cover(instance, [100] * 3, most_pairs=0).cost == 150
+
+
+def test_other_solvers_of_the_process_keep_their_threads() -> None:
+    def solved_by(threads: int) -> bool:
+        solver = Highs()
+        solver.setOptionValue("output_flag", False)
+        solver.setOptionValue("threads", threads)
+        x = solver.addVariable(lb=1)
+        return solver.minimize(x) == HighsStatus.kOk and solver.getObjectiveValue() == 1
+
+    Highs.resetGlobalScheduler(True)
+    instance = small_instance({"1": ["a", "b"]}, {"p": ["a"], "q": ["b"]})
+    assert solved_by(2)
+    assert not solved_by(1)
+    assert cheapest_cover(instance, [1, 1]).cost == 2
+    assert solved_by(2)
+    Highs.resetGlobalScheduler(True)
+
+
+def array(*values: int) -> np.ndarray:
+    """Return whole numbers as an array."""
+    return np.array(values, dtype=np.int64)
+
+
+def all_ways(servers: Servers, items: list[int], arrivals: list[int]) -> Iterator[list[int]]:
+    """Yield the completions of the orders, ascending, for each order of items and each choice of who serves which."""
+
+    def serve(left: tuple[int, ...], free: tuple[int, ...], done: tuple[int, ...]) -> Iterator[list[int]]:
+        if not any(left):
+            yield sorted(done)
+        for order in range(len(left)):
+            for server in range(len(free)) if left[order] else ():
+                start = max(free[server], arrivals[order])
+                yield from serve(
+                    (*left[:order], left[order] - 1, *left[order + 1 :]),
+                    (*free[:server], start + servers.spacing, *free[server + 1 :]),
+                    (*done[:order], max(done[order], start + servers.lasts), *done[order + 1 :]),
+                )
+
+    yield from serve(tuple(items), tuple(int(tick) for tick in servers.opens), (0,) * len(items))
+
+
+def test_the_last_of_many_items() -> None:
+    """Two who start at 0 and 5, an item every 10, picked after 4: starts 0, 5, 10, 15, 20; from 12 on 12, 12, 22."""
+    two = Servers(array(0, 5), 10, 4)
+    assert two.last_done(array(1, 2, 3, 4, 5), 0).tolist() == [4, 9, 14, 19, 24]
+    assert two.last_done(array(1, 2, 3), array(12, 12, 12)).tolist() == [16, 16, 26]
+    assert two.last_done(array(2), array(3)).tolist() == [9]
+
+
+def test_the_shortest_goes_first() -> None:
+    """A job of 5 waits for those of 1 and 2 that come while it is served; it was served for 1 until then."""
+    assert shortest_remaining_first(array(0, 1, 2), array(5, 2, 1)).tolist() == [3, 4, 8]
+    assert shortest_remaining_first(array(10, 0), array(1, 2)).tolist() == [2, 11]
+
+
+def test_orders_that_arrive_together() -> None:
+    """Of 1, 2 and 4 items with two servers: after 1, 3 and 7 items, so after the starts at 0, 10 and 30."""
+    assert Servers(array(0, 0), 10, 4).completions(array(4, 1, 2), array(0, 0, 0)).tolist() == [4, 14, 34]
+
+
+def test_one_at_a_time_is_as_fast_as_its_items() -> None:
+    """Orders far apart: each takes as long as its items do, shared among all servers."""
+    three = Servers(array(0, 0, 0), 10, 4)
+    assert three.completions(array(1, 7), array(100, 1000)).tolist() == [104, 1024]
+
+
+def test_no_way_to_serve_is_faster() -> None:
+    rng = random.Random("ways to serve")
+    reached = 0
+    for _ in range(60):
+        spacing = rng.randint(1, 12)
+        servers = Servers(
+            np.sort(array(*(rng.choice((0, 0, 7, 15)) for _ in range(2)))), spacing, rng.randint(1, spacing + 6)
+        )
+        items = [rng.randint(1, 2) for _ in range(rng.randint(1, 3))]
+        arrivals = [rng.choice((0, 0, 5, 20, 40)) for _ in items]
+        bound = servers.completions(array(*items), array(*arrivals))
+        ways = np.array(list(all_ways(servers, items, arrivals)))
+        assert (ways.min(axis=0) >= bound).all()
+        together = servers.last_done(array(sum(items)), min(arrivals))[0]
+        assert ways[:, -1].min() >= together
+        reached += bool((ways.min(axis=0) == bound).all())
+    assert reached > 30
+
+
+def test_the_shortest_ways_by_hand() -> None:
+    ways = find_ways(travel_on(LANE, Motion()))
+    north, south = LANE.storage_locations
+    assert ways.metres[0, [north, south]].tolist() == [7, 8]
+    assert ways.ticks[0, [north, south]].tolist() == [6167, 6167 + 2000]
+    assert ways.back_m == 9
+
+
+def distances_driven(layout: Layout) -> list[tuple[int, int]]:
+    """Return the metres of a fastest path with a pod from each storage location, and the cells it goes between."""
+    travel, station = travel_on(layout, Motion()), layout.stations[0].station
+    found = []
+    for cell in layout.storage_locations:
+        at, metres = cell, 0
+        for leg in travel.fastest_path(cell, 1, station, loaded=True):
+            metres += layout.distance(at, leg.to)
+            at = leg.to
+        found.append((cell, metres))
+    return found
+
+
+def test_no_drive_is_shorter() -> None:
+    layout = small_layout(2)
+    travel = travel_on(layout, Motion())
+    ways = find_ways(travel)
+    for station, cells in enumerate(layout.stations):
+        driven = travel.times_to(cells.station, True).min(axis=1)
+        assert (ways.ticks[station] <= driven).all()
+        assert (driven[list(layout.storage_locations)] < UNREACHABLE).all()
+    assert all(ways.metres[0, cell] <= metres for cell, metres in distances_driven(layout))
+    assert np.median([ways.metres[0, cell] / metres for cell, metres in distances_driven(layout)]) > 0.75
+
+
+bound_command = partial(exit_code, "bound")
+
+
+def test_a_table(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
+    assert bound_command("examples/small", "--set", "instance.orders=5") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any(line.split()[:3] == ["Pod-station", "visits", "2"] and "set cover, optimal" in line for line in lines)
+    assert any(line.split()[:6] == ["Turn-over", "time,", "95", "%", "42.70", "s"] for line in lines)
+    assert any(line.split()[:4] == ["Makespan", "55.70", "s", "pickers"] for line in lines)
+
+
+def test_json(capsys: pytest.CaptureFixture[str]) -> None:
+    def bounds(*arguments: str) -> dict[str, float]:
+        assert bound_command("examples/small", "--set", "instance.orders=20", "--json", *arguments) == 0
+        return {one["metric"]: one["value"] for one in json.loads(capsys.readouterr().out)["bounds"]}
+
+    assert bounds() == bounds("--set", "rules.poa_pps=split-over-time") != bounds("--seed", "2")
+
+
+def test_no_bound_has_its_reason(capsys: pytest.CaptureFixture[str]) -> None:
+    assert bound_command("examples/small", "--set", "instance.orders=5", "--set", "run.warmup_s=60") == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "Visits per order - none: what happens before run.warmup_s does not count" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("examples/smal",), "smal"),
+        (("examples/small", "--set", "instance.ordrs=5"), "ordrs"),
+        (("examples/small", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
+        (("examples/from-csv", "--set", 'instance.pods_at_stations={"1"=["none"]}'), "there is no pod none"),
+    ],
+)
+def test_wrong_input_is_one_sentence(
+    arguments: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert bound_command(*arguments) == 2
+    err = capsys.readouterr().err
+    assert sentence in err
+    assert "Traceback" not in err

@@ -1,14 +1,18 @@
-"""Options that several commands have in common mean the same in each."""
+"""Options that several commands have in common, and what the shell completes."""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import click
 import pytest
+from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 
-from rmfs_commands.cli.main import main
+from rmfs_commands.cli.main import main, rmfs
 from rmfs_commands.cli.options import (
     NumberRange,
     WholeNumberRange,
@@ -19,6 +23,9 @@ from rmfs_commands.cli.options import (
     seed_option,
     set_option,
 )
+from rmfs_commands.experiments import shipped_experiments
+from rmfs_core import entrypoints
+from rmfs_core.scenario import shipped_scenarios
 
 
 @click.command()
@@ -42,7 +49,6 @@ def given(*arguments: str) -> dict[str, str]:
 
 
 def test_what_is_left_out() -> None:
-    """Nothing is replaced, and people are written for."""
     assert given("paper-250") == {
         "scenario": "paper-250",
         "overrides": "()",
@@ -54,7 +60,6 @@ def test_what_is_left_out() -> None:
 
 
 def test_what_is_given() -> None:
-    """`--set` may be repeated, and keeps its order."""
     options = ("--set", "a.b=1", "--set", "c=", "--seed", "0", "-j", "2", "--dask", "tcp://host:1", "--json")
     assert given("x.toml", *options) == {
         "scenario": "x.toml",
@@ -76,7 +81,6 @@ def test_what_is_given() -> None:
     ],
 )
 def test_what_is_wrong_is_said(arguments: tuple[str, ...], problem: str) -> None:
-    """Exit code 2."""
     done = CliRunner().invoke(command, arguments)
     assert done.exit_code == 2
     assert problem in done.output
@@ -98,14 +102,12 @@ def test_what_is_wrong_is_said(arguments: tuple[str, ...], problem: str) -> None
 def test_a_number_that_is_wrong_is_refused_with_what_is_right(
     kind: click.ParamType[float], value: str, problem: str
 ) -> None:
-    """The same words for no number at all and for one outside the limits."""
     with pytest.raises(click.BadParameter) as refused:
         kind.convert(value, None, None)
     assert refused.value.message == problem
 
 
 def test_numbers_at_closed_limits_are_right() -> None:
-    """As numbers of their kinds."""
     assert WholeNumberRange(2, 1000).convert("1000", None, None) == 1000
     assert NumberRange(max=1.5).convert("1.5", None, None) == 1.5
 
@@ -140,7 +142,6 @@ def test_no_code_is_loaded_from_files_where_that_is_refused(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """By the option of each command, or by the environment of a service for all of them."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
     (tmp_path / "experiment.toml").write_text(EXPERIMENT, encoding="utf-8")
@@ -154,3 +155,84 @@ def test_no_code_is_loaded_from_files_where_that_is_refused(
     assert "which --no-inline-rules refuses" in printed.out + printed.err
     assert "Loading code" not in printed.err
     assert not (tmp_path / "loaded").exists()
+
+
+RULES = sorted(entrypoints.offers(entrypoints.RULES))
+
+
+def completed(*words: str) -> list[str]:
+    """Return what the last word can be completed to."""
+    *before, incomplete = words
+    return [
+        item.value for item in ShellComplete(rmfs, {}, "rmfs", "_RMFS_COMPLETE").get_completions(before, incomplete)
+    ]
+
+
+def test_commands() -> None:
+    assert completed("r") == ["replay", "reproduce", "rules", "run"]
+    assert completed("scenario", "") == ["check", "list", "map", "schema", "show"]
+
+
+@pytest.mark.parametrize("command", [("run",), ("generate",), ("scenario", "check"), ("scenario", "map")])
+def test_scenarios(command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine").mkdir()
+    for name in ("paper.toml", "mine/own.toml", "other.txt"):
+        (tmp_path / name).write_text("", encoding="utf-8")
+    assert completed(*command, "pa") == [*(name for name in shipped_scenarios() if name.startswith("pa")), "paper.toml"]
+    assert completed(*command, "m") == ["multi-day", "mine/"]
+    assert completed(*command, "mine/") == ["mine/own.toml"]
+    assert "other.txt" not in completed(*command, "")
+
+
+@pytest.mark.parametrize("before", [("rules",), ("decide", "s.json", "--rule"), ("bench",), ("plan", "m", "--pp")])
+def test_rules(before: tuple[str, ...]) -> None:
+    assert completed(*before, "") == RULES
+    assert completed(*before, "nearest-") == ["nearest-pod", "nearest-pod-with-room", "nearest-robot"]
+
+
+def test_keys_and_values_of_overrides() -> None:
+    assert completed("run", "x", "--set", "rob") == [
+        "robots.count=",
+        "robots.file=",
+        "robots.acceleration_m_per_s2=",
+        "robots.top_speed_m_per_s=",
+        "robots.full_turn_s=",
+        "robots.lift_s=",
+        "robots.available=",
+        "robots.battery=",
+    ]
+    assert completed("run", "x", "--set", "rules.poa=pod-m") == ["rules.poa=pod-match"]
+    assert completed("run", "x", "--set", "rules.poa.rule=pod-m") == ["rules.poa.rule=pod-match"]
+    assert completed("run", "--set", "rules.pr=") == [f"rules.pr={name}" for name in RULES]
+    for other in ("instance.orders=", "rules.filters=", "rules.observers="):  # the last two hold lists
+        assert completed("run", "--set", other) == []
+
+
+def test_bash_splits_at_the_equals_sign() -> None:
+    assert completed("run", "x", "--set", "rules.poa", "=", "pod-m") == ["pod-match"]
+    assert completed("run", "--set", "rules.poa", "=") == RULES
+    assert completed("run", "--set", "rules.poa", "=", "pod-m") == ["pod-match"]
+
+
+def test_experiments_and_recorders() -> None:
+    assert completed("compare", "paper-p") == [name for name in shipped_experiments() if name.startswith("paper-p")]
+    assert completed("run", "x", "--record", "") == ["decisions", "trace"]
+
+
+def test_it_is_quick() -> None:
+    heavy = ("numpy", "numba", "rich", "simpy", "mip", "matplotlib", "scipy")
+    code = (
+        "import sys\nfrom rmfs_commands.cli.main import main\ntry:\n    main()\nexcept SystemExit:\n    pass\n"
+        f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr)\n"
+    )
+    asked = {"_RMFS_COMPLETE": "bash_complete", "COMP_WORDS": "rmfs run --set rules.pp", "COMP_CWORD": "3"}
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.argv = ['rmfs']\n{code}"],
+        env={**os.environ, **asked},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "rules.pps=" in done.stdout
+    assert done.stderr == "[]\n"

@@ -1,4 +1,4 @@
-"""`rmfs rules`."""
+"""Rules: named on a command line, described, listed and asked outside a run."""
 
 from __future__ import annotations
 
@@ -11,13 +11,17 @@ from typing import Any
 import pytest
 from click.testing import CliRunner, Result
 
+from calling import exit_code
 from installed import RMFS
-from rmfs_commands.cli.main import main
+from rmfs_commands.cli.choices import option_named, parse_choice, with_parameters
+from rmfs_commands.cli.description import RuleDescription, installed_rules, sections
 from rmfs_commands.cli.rules import rules
-from rmfs_core import entrypoints
-from rmfs_core.errors import InputError
+from rmfs_commands.cli.single_rule import load_rule
+from rmfs_core import InputError, entrypoints
+from rmfs_core.roles import Role
 from rmfs_core.rules.parameters import parameters_of
-from rmfs_core.rules.sources import load_entry
+from rmfs_core.rules.sources import RuleSources, load_entry
+from rmfs_core.scenario import RuleChoice
 
 Install = Callable[..., None]
 
@@ -69,7 +73,6 @@ def as_json() -> dict[str, dict[str, Any]]:
 
 
 def test_the_table_shows_every_column(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where it is wide enough: rule, decision, distribution, parameters with defaults and units, summary, reference."""
     monkeypatch.setenv("COLUMNS", "200")
     result = invoke()
     assert (result.exit_code, result.stderr) == (0, "")
@@ -87,7 +90,6 @@ def test_the_table_shows_every_column(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_every_shipped_rule_has_summary_reference_and_documented_parameters() -> None:
-    """Nothing in the table is empty for the rules of this distribution."""
     shipped = [rule for rule in as_json().values() if rule["distribution"] == "rmfs"]
     assert len(shipped) >= 11
     for rule in shipped:
@@ -99,7 +101,6 @@ def test_every_shipped_rule_has_summary_reference_and_documented_parameters() ->
 
 
 def test_json_has_what_a_third_partys_docstring_says(install: Install) -> None:
-    """Decisions from the hooks, units and docs from the numpydoc sections, required parameters marked."""
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=DOCUMENTED)
     mine = as_json()["mine"]
     assert (mine["distribution"], mine["version"]) == ("acme", "1.0")
@@ -114,7 +115,6 @@ def test_json_has_what_a_third_partys_docstring_says(install: Install) -> None:
 
 
 def test_the_details_of_one_rule(install: Install) -> None:
-    """The whole docstring, and the parameters as a scenario writes them."""
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=DOCUMENTED)
     result = invoke("mine")
     assert (result.exit_code, result.stderr) == (0, "")
@@ -127,7 +127,6 @@ def test_the_details_of_one_rule(install: Install) -> None:
 
 @pytest.mark.parametrize("name", ["integrated", "balanced", "common-lines", "sipp"])
 def test_parameters_are_shown_as_toml_has_them(name: str) -> None:
-    """What stands below "In a scenario" can be copied into one."""
     choice = tomllib.loads(invoke(name).stdout.partition("In a scenario\n")[2])
     source = load_entry(entrypoints.offers(entrypoints.RULES)[name], name)
     assert choice.keys() <= parameters_of(source.target).keys()
@@ -136,7 +135,6 @@ def test_parameters_are_shown_as_toml_has_them(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["integrated", "balanced", "common-lines", "sipp"])
 def test_details_fit_80_columns(name: str) -> None:
-    """Prose is filled anew, formulas stay as they are, and types are in words."""
     lines = invoke(name).stdout.splitlines()
     assert max(map(len, lines)) <= 80
     assert not any(line != line.rstrip() or "``" in line or "Literal" in line for line in lines)
@@ -145,7 +143,6 @@ def test_details_fit_80_columns(name: str) -> None:
 
 
 def test_a_rule_that_cannot_be_imported_is_shown_with_its_error(install: Install) -> None:
-    """The command goes on, exits with 0, and says so on stderr."""
     install("acme", {"broken": "acme_rules:Broken"}, acme_rules="import acme_nowhere\n")
     result = invoke()
     problem = (
@@ -160,7 +157,6 @@ def test_a_rule_that_cannot_be_imported_is_shown_with_its_error(install: Install
 
 
 def test_rules_that_clash_are_both_shown(install: Install) -> None:
-    """Each under the name that selects it."""
     for name in ("acme", "bolt"):
         install(name, {"mine": f"{name}_rules:Mine"}, **{f"{name}_rules": DOCUMENTED})
     result = invoke("--json")
@@ -169,17 +165,13 @@ def test_rules_that_clash_are_both_shown(install: Install) -> None:
 
 
 def test_an_unknown_name_is_a_wrong_input(capsys: pytest.CaptureFixture[str]) -> None:
-    """Exit code 2, and the nearest name."""
-    with pytest.raises(SystemExit) as stop:
-        main(["rules", "balancd"])
-    assert stop.value.code == 2
+    assert exit_code("rules", "balancd") == 2
     assert capsys.readouterr().err == (
         'Error: rmfs rules: unknown rule "balancd" (did you mean `balanced`?); `rmfs rules` lists all\n'
     )
 
 
 def test_nothing_set_is_said_in_words(install: Install) -> None:
-    """A default is printed as TOML has it; where it is none, that the key is not set."""
     shown = invoke("integrated").stdout
     assert "  # max_seconds = (not set)\n    # a number or nothing. " in shown
     assert "None" not in invoke().stdout
@@ -189,7 +181,6 @@ def test_nothing_set_is_said_in_words(install: Install) -> None:
 
 @pytest.mark.parametrize("width", [80, 140])
 def test_long_names_are_whole(install: Install, monkeypatch: pytest.MonkeyPatch, width: int) -> None:
-    """A rule's and its parameters' names are not broken; no line is wider than the screen."""
     monkeypatch.setenv("COLUMNS", str(width))
     name = "a-rule-with-a-long-name-of-somebody"
     install("acme", {name: "acme_rules:Mine"}, acme_rules=DOCUMENTED)
@@ -201,7 +192,6 @@ def test_long_names_are_whole(install: Install, monkeypatch: pytest.MonkeyPatch,
 
 
 def test_a_rule_in_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is shown as an installed one is, and a class that is not there is refused."""
     monkeypatch.chdir(tmp_path)
     head = "from attrs import define, field\nfrom rmfs_core import hookimpl\n\n"
     (tmp_path / "mine.py").write_text(f"{head}{DOCUMENTED}", encoding="utf-8")
@@ -211,3 +201,122 @@ def test_a_rule_in_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         assert text in shown.output
     with pytest.raises(InputError, match=r"mine.py has no class `Min` \(did you mean `Mine`\?\)"):
         CliRunner().invoke(rules, ["./mine.py:Min"], catch_exceptions=False)
+
+
+def described(name: str) -> RuleDescription:
+    """Return what is known of a rule."""
+    (found,) = [rule for rule in installed_rules() if rule.name == name]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("source", "error"),
+    [
+        ("raise ImportError('no such thing')", "no such thing"),
+        ("class Mine: pass", "attrs"),
+        ("@define\nclass Mine:\n    @hookimpl\n    def asign_orders(self): pass", "did you mean `assign_orders`"),
+    ],
+)
+def test_a_rule_that_cannot_be_used_says_why(install: Callable[..., None], source: str, error: str) -> None:
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
+    rule = described("mine")
+    assert rule.error is not None
+    assert error in rule.error
+    assert (rule.decides, rule.parameters) == ((), ())
+    assert described("demand").error is None
+
+
+def test_rules_are_sorted_by_what_they_decide() -> None:
+    rules = [rule for rule in installed_rules() if rule.distribution == "rmfs"]
+    firsts = list(dict.fromkeys(rule.decides[0] for rule in rules))
+    assert firsts[:2] == ["POA", "PPS"]
+    assert [rule.decides[0] for rule in rules] == sorted((r.decides[0] for r in rules), key=firsts.index)
+    names = [rule.name for rule in rules if rule.decides == ("POA",)]
+    assert names == sorted(names)
+
+
+def test_references_without_a_number_are_shown_as_they_begin() -> None:
+    def shown(reference: str) -> str:
+        return RuleDescription("x", "rmfs", "1", reference=reference).short_references()
+
+    assert shown("A. Uthor: A report, 1999.\nMore.") == "A. Uthor: A report, 1999."
+    assert (
+        shown("arXiv:1706.09347. https://doi.org/10.1/a, doi:10.1/a. DOI: 10.2/b") == "arXiv:1706.09347\n10.1/a\n10.2/b"
+    )
+    assert shown("") == ""
+
+
+def test_sections_of_a_docstring() -> None:
+    doc = "Summary.\n\nParameters\n----------\na\n    First.\n\nReferences\n----------\nSomebody."
+    assert sections(doc) == {"Parameters": "a\n    First.", "References": "Somebody."}
+    assert sections("Summary.") == {}
+
+
+def test_choices() -> None:
+    assert parse_choice("demand", "x") == RuleChoice("demand")
+    table = parse_choice('{ rule = "integrated", gap = 0.1, threads = 2 }', "x")
+    assert table == RuleChoice("integrated", {"gap": 0.1, "threads": 2})
+    assert with_parameters(table, ["gap=", "threads=1"]) == RuleChoice("integrated", {"threads": 1})
+    for wrong, problem in (
+        ("{ rule = ", "no valid TOML"),
+        ("{ gap = 1 }", "expected a key `rule`"),
+        ("", "the name of"),
+    ):
+        with pytest.raises(InputError, match=problem):
+            parse_choice(wrong, "x")
+    for wrong, problem in (("a.b=1", "expected a parameter of the rule"), ("gap", "expected parameter=value")):
+        with pytest.raises(InputError, match=problem):
+            with_parameters(table, [wrong])
+
+
+@pytest.mark.parametrize(
+    ("place", "named"),
+    [
+        ("rule", "--rule mine"),
+        ("rule.x", "--set x = 2"),
+        ("rule.y", "--rule mine, y"),
+        ("rules", "rules"),
+        ("state.json", "state.json"),
+    ],
+)
+def test_an_error_names_what_was_typed(place: str, named: str) -> None:
+    with pytest.raises(InputError) as caught, option_named("rule", "--rule mine", ["x=1", "x = 2"]):
+        raise InputError(place, "wrong")
+    assert str(caught.value) == f"{named}: wrong"
+
+
+RANDOM = RuleChoice("random")
+RULE = """
+import attrs
+from rmfs_core import hookimpl
+
+@attrs.define
+class Mine:
+    @hookimpl
+    def filter_backlog(self, orders):
+        return orders
+"""
+
+
+def test_the_role_that_may_be_played_is_the_rules() -> None:
+    rule = load_rule(RuleChoice("pod-index", {"near": 0.5}), (Role.POA_PPS, Role.POA, Role.PP))
+    assert (rule.role, rule.name, rule.instance.near) == (Role.POA_PPS, "pod-index", 0.5)
+
+
+def test_a_rule_that_can_play_several_wants_a_preference() -> None:
+    assert load_rule(RANDOM, tuple(Role), preferred=Role.PPS).role is Role.PPS
+    with pytest.raises(InputError, match=r"^here: rule \"random\" .* say which of them is asked \(`decides`\)$"):
+        load_rule(RANDOM, tuple(Role), place="here")
+
+
+def test_a_rule_for_something_else_is_refused() -> None:
+    with pytest.raises(InputError, match=r"decides PP; expected a rule for POA or PPS$"):
+        load_rule(RuleChoice("sipp"), (Role.POA, Role.PPS))
+
+
+def test_a_file_is_loaded_once_for_several_calls(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
+    choice, sources = RuleChoice("./mine.py:Mine"), RuleSources(str(tmp_path))
+    first, second = (load_rule(choice, (Role.FILTER,), sources=sources) for _ in range(2))
+    alone = load_rule(choice, (Role.FILTER,), folder=str(tmp_path))
+    assert type(first.instance) is type(second.instance) is not type(alone.instance)

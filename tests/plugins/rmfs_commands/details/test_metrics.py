@@ -1,24 +1,115 @@
-"""Metrics from hand-made events, against numbers worked out by hand."""
+"""Metrics that every run leaves, and the observer that counts them."""
 
+from __future__ import annotations
+
+import csv
 import json
 from collections.abc import Iterable
+from pathlib import Path
 
 import pytest
 from attrs import evolve
 
+import rmfs_core
+from calling import refusal
+from rmfs_commands.details.catalogue import DETAILS, LATENESS, MEASURES, METRICS, on_time
+from rmfs_commands.details.delays import COLUMNS, Delays
+from rmfs_commands.details.loading import load_result
+from rmfs_commands.details.measures import Measures
 from rmfs_commands.details.metrics import Metrics
+from rmfs_commands.details.spans import Number
+from rmfs_commands.validation.checking import validate_trace
+from rmfs_core import InputError
 from rmfs_core.events import (
     DecisionMade,
     Event,
     ItemPicked,
     OrderAssigned,
     OrderCompleted,
+    PodLifted,
+    QueueJoined,
     RobotMoved,
+    VisitEnded,
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RunSection
+from rmfs_core.world import Instance, OrderData
+
+
+def test_no_two_metrics_have_a_name() -> None:
+    names = [metric.name for metric in (*DETAILS, *LATENESS)]
+    assert len(set(names)) == len(names)
+    assert not {metric.name for group in METRICS.values() for metric in group} & {metric.name for metric in MEASURES}
+
+
+def test_each_says_what_it_means() -> None:
+    for name, metric in ((metric.name, metric) for metric in (*MEASURES, *Metrics.measures)):
+        assert metric.meaning.endswith("."), name
+        assert (metric.unit == "s") == name.endswith("_s"), name
+
+
+def test_orders_on_time_are_told_by_priority() -> None:
+    assert on_time(12).name == "on_time_percent_priority_12"
+    groups = {metric.name: metric.group for metric in MEASURES}
+    assert groups[on_time(0).name] == "Due times"
+    assert groups["turnover_p95_s"] is None
+
+
+ORDERS = (
+    OrderData("a", 0, ((0, 1),), due_tick=15_000),  # complete at 10 s: in time
+    OrderData("b", 0, ((0, 3), (1, 1)), due_tick=15_000, priority=2),  # at 20 s: 5 s late
+    OrderData("c", 10_000, ((0, 1),), due_tick=5_000),  # due before it arrives; at 40 s: 35 s late
+    OrderData("d", 0, ((0, 1),)),  # never due; at 40 s
+    OrderData("e", 0, ((0, 1),), due_tick=30_000),  # not complete at 50 s: late
+    OrderData("f", 0, ((0, 1),), due_tick=60_000),  # not complete, but there is time
+)
+
+
+def values(run: RunInfo, orders: tuple[OrderData, ...] = ORDERS, begin_s: int = 0) -> dict[str, Number]:
+    """Return the metrics of a run of 50 s in which the first four orders are assigned at 5 s or when they arrive."""
+    measures = Measures(evolve(run, instance=Instance(("x", "y"), orders, ())), begin_s * 1000)
+    for i, tick in enumerate((5_000, 5_000, 10_000, 5_000)):
+        measures.handlers[OrderAssigned](OrderAssigned(tick, i, 0, (0,), 1, 1, complete=True))
+    for visit, tick in enumerate((3_000, 30_000), 1):
+        measures.handlers[VisitStarted](VisitStarted(tick, visit, robot=0, pod=0, station=0))
+    for i, tick in enumerate((10_000, 20_000, 40_000, 40_000)):
+        measures.handlers[OrderCompleted](OrderCompleted(tick, i))
+    return measures.values(50_000)
+
+
+def test_percentiles(tiny: RunInfo) -> None:
+    """Turn-over times of 10, 20, 30 and 40 s; at stations 5, 15, 30 and 35 s of them."""
+    found = values(tiny)
+    assert (found["turnover_median_s"], found["turnover_p95_s"]) == (25.0, 38.5)
+    assert (found["turnover_backlog_median_s"], found["turnover_backlog_p95_s"]) == (5.0, 5.0)
+    assert (found["turnover_station_median_s"], found["turnover_station_p95_s"]) == (22.5, 34.25)
+    assert found["items_per_line"] == 7 / 5
+    assert found["orders_per_visit"] == 2.0
+
+
+def test_lateness(tiny: RunInfo) -> None:
+    """Of four orders that are complete or due, three are late; the completed ones by 0, 5 and 35 s."""
+    found = values(tiny)
+    assert (found["late_orders"], found["late_percent"], found["on_time_percent"]) == (3, 75.0, 25.0)
+    assert found["tardiness_s"] == 40 / 3
+    assert found["tardiness_p95_s"] == pytest.approx(32)
+    priorities = {name: value for name, value in found.items() if "priority" in name}
+    assert priorities == {"on_time_percent_priority_0": 100 / 3, "on_time_percent_priority_2": 0.0}
+
+
+def test_no_order_is_due(tiny: RunInfo) -> None:
+    assert not any(
+        "late" in name or "time" in name for name in values(tiny, tuple(evolve(o, due_tick=None) for o in ORDERS))
+    )
+
+
+def test_a_warm_up(tiny: RunInfo) -> None:
+    """Times are those of the one order that arrives after it; orders complete after it count per visit."""
+    found = values(tiny, begin_s=10)
+    assert (found["turnover_median_s"], found["late_orders"], found["tardiness_s"]) == (30.0, 1, 35.0)
+    assert found["orders_per_visit"] == 4.0
 
 
 def assigned(s: int, order: int, station: int, period: int = 1, complete: bool = True) -> OrderAssigned:
@@ -75,7 +166,6 @@ WHOLE_RUN = (
 
 
 def test_a_run_worked_out_by_hand(tiny: RunInfo) -> None:
-    """Two orders, four picks and two visits give the numbers of the definitions."""
     values = after(tiny, WHOLE_RUN, end_s=70).measured()
     assert values["orders_completed"] == values["orders_total"] == 2
     assert (values["picks"], values["pod_station_visits"]) == (4, 2)
@@ -111,7 +201,6 @@ def test_times_after_a_warm_up(tiny: RunInfo) -> None:
 
 
 def test_a_run_within_its_warm_up(tiny: RunInfo) -> None:
-    """It has counted nothing."""
     warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=900.0)))
     values = after(warm, WHOLE_RUN, end_s=70).measured()
     assert (values["picks"], values["orders_completed"], values["orders_per_hour"]) == (0, 0, None)
@@ -132,7 +221,6 @@ def test_a_partial_run_has_no_makespan(tiny: RunInfo) -> None:
 
 
 def test_a_run_in_which_nothing_happens_has_no_means(tiny: RunInfo) -> None:
-    """Without orders, visits or time every mean is None, and the values are valid JSON."""
     values = after(tiny, (), status="partial").measured()
     for name in ("psv_per_order", "pile_on", "distance_per_order_m", "turnover_s", "picker_utilisation"):
         assert values[name] is None
@@ -162,12 +250,10 @@ def test_a_run_in_which_nothing_happens_has_no_means(tiny: RunInfo) -> None:
     ],
 )
 def test_split_orders_open_at_once(tiny: RunInfo, events: tuple[Event, ...], most: int) -> None:
-    """An order counts from when it is known to be split until its last item is picked."""
     assert after(tiny, events, status="partial").measured()["split_orders_open_max"] == most
 
 
 def test_decisions_are_told_apart_by_period(tiny: RunInfo) -> None:
-    """Only POA and joint decisions are periods."""
     metrics = after(
         tiny,
         (decided(1, "POA", 2.0), decided(1, "PPS", 1.0), decided(2, "POA+PPS", 0.5, stopped_early=True), *WHOLE_RUN),
@@ -177,6 +263,154 @@ def test_decisions_are_told_apart_by_period(tiny: RunInfo) -> None:
 
 
 def test_every_metric_is_in_the_catalogue(tiny: RunInfo) -> None:
-    """The table at the end of a run shows each, under its heading."""
     assert {metric.name for metric in Metrics.measures} == after(tiny, ()).measured().keys()
     assert [metric.group for metric in Metrics.measures if metric.name == "picks"] == ["Pods"]
+
+
+SETTINGS = ("instance.orders=12", "rules.pp=free-flow", "instance.arrivals.process=poisson")
+DUE = (
+    "instance.arrivals.orders_per_hour=200",
+    "instance.due.allowance_s=300",
+    "instance.due.priority_share=0.4",
+    "instance.due.priority_allowance_s=60",
+    "run.warmup_s=100",
+)
+
+
+def rows(folder: Path, name: str) -> list[dict[str, str]]:
+    """Return the rows of a table."""
+    return list(csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines()))
+
+
+def test_files_metrics_and_their_validation(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/small", overrides=[*SETTINGS, *DUE], out=tmp_path, record=["trace"])
+    metrics = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["metrics"]
+    assert {metric.name for metric in (*DETAILS, *LATENESS)} <= metrics.keys()
+    assert {metric.name for metric in (*DETAILS, *LATENESS)} <= result.described.keys()
+    assert sum(int(row["orders_in"]) for row in rows(tmp_path, "hours.csv")) == 12
+    measured_s = result.metrics["simulated_s"] - 100
+    for name, parts in (("stations.csv", ("busy_s", "waiting_s", "idle_s")), ("robots.csv", ())):
+        for row in rows(tmp_path, name):
+            times = [float(row[column]) for column in parts or [column for column in row if column.endswith("_s")]]
+            assert sum(times) == pytest.approx(measured_s, abs=1e-6)
+    for order, delay in zip(rows(tmp_path, "orders.csv"), rows(tmp_path, "delays.csv"), strict=True):
+        assert (order["order"], order["turnover_s"]) == (delay["order"], delay["turnover_s"])
+        assert float(order["lateness_s"]) == pytest.approx(float(order["completed_s"]) - float(order["due_s"]))
+    assert validate_trace(tmp_path) == []
+
+
+def test_a_wrong_delay_is_a_fault(tmp_path: Path) -> None:
+    rmfs_core.run(
+        "examples/small", overrides=["instance.orders=3", "rules.pp=free-flow"], out=tmp_path, record=["trace"]
+    )
+    file = tmp_path / "delays.csv"
+    lines = file.read_text(encoding="utf-8").splitlines()
+    order, turnover, _, *rest = lines[1].split(",")
+    file.write_text("\n".join([lines[0], ",".join([order, turnover, "1.5", *rest]), *lines[2:], ""]), encoding="utf-8")
+    assert [(fault.kind, fault.sentence) for fault in validate_trace(tmp_path)] == [
+        ("table", "delays.csv has 1.5 as backlog_s of order 1; the trace amounts to 0.0")
+    ]
+
+
+def test_due_columns_come_back(tmp_path: Path) -> None:
+    due = rmfs_core.run("examples/small", overrides=[*SETTINGS, *DUE], out=tmp_path / "due")
+    plain = rmfs_core.run(
+        "examples/small", overrides=["instance.orders=3", "rules.pp=free-flow"], out=tmp_path / "plain"
+    )
+    assert load_result(tmp_path / "due").orders == due.orders
+    assert list(due.orders[0])[-3:] == ["due_s", "priority", "lateness_s"]
+    assert "due_s" not in plain.orders[0]
+    assert load_result(tmp_path / "plain").orders == plain.orders
+    assert not {metric.name for metric in LATENESS} & plain.metrics.keys()
+
+
+def test_foreign_files_are_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "stations.csv").write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match=r"found a file stations\.csv that no run of rmfs has written"):
+        rmfs_core.run("examples/small", overrides=["instance.orders=1"], out=tmp_path)
+
+
+def test_what_is_read_is_what_the_run_returned(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/small", overrides=["instance.orders=5"], out=tmp_path)
+    read = load_result(tmp_path)
+    assert (read.metrics, read.orders, read.visits) == (result.metrics, result.orders, result.visits)
+    assert (read.periods, read.timing, read.versions) == (result.periods, result.timing, result.versions)
+    assert (read.scenario, read.seed, read.status) == (result.scenario, result.seed, result.status)
+    assert read.described["makespan_s"] == result.described["makespan_s"]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "problem"),
+    [
+        ("result.json", "{", "result.json, line 1: this is no valid JSON"),
+        ("result.json", "[]", "the key `scenario` is missing"),
+        ("orders.csv", "order\n", "orders.csv, line 1: expected the columns"),
+        ("visits.csv", "visit,pod,station,robot,start_s,end_s,picks\n1,p,1,1,0.0,x,3\n", "visits.csv, line 2"),
+        ("visits.csv", "visit,pod,station,robot,start_s,end_s,picks\n1,p\n", "visits.csv, line 2"),
+        ("periods.csv", None, "periods.csv: cannot be read"),
+    ],
+)
+def test_a_broken_result(tmp_path: Path, name: str, content: str | None, problem: str) -> None:
+    rmfs_core.run("examples/small", overrides=["instance.orders=5"], out=tmp_path / "out")
+    (tmp_path / "out" / name).unlink()
+    if content is not None:
+        (tmp_path / "out" / name).write_text(content)
+    assert problem in refusal(lambda: load_result(tmp_path / "out"))
+
+
+WAY = (
+    PodLifted(15_000, 13_000, robot=0, pod=0, cell=3),
+    QueueJoined(30_000, robot=0, pod=0, station=0),
+    VisitStarted(42_000, visit=1, robot=0, pod=0, station=0),
+    ItemPicked(49_000, 42_000, 55_000, visit=1, station=0, pod=0, order=0, sku=0),
+    OrderCompleted(49_000, 0),
+)
+
+
+def part(tick_s: int, *, complete: bool) -> OrderAssigned:
+    """Return the assignment of a line of the first order."""
+    return OrderAssigned(tick_s * 1000, 0, 0, skus=(0,), items=1, period=1, complete=complete)
+
+
+def row_of(run: RunInfo, *events: Event) -> list[float | None]:
+    """Return what the first order's time went to."""
+    delays = Delays(run, 0)
+    for event in sorted(events, key=lambda event: event.tick):
+        if type(event) in delays.handlers:
+            delays.handlers[type(event)](event)
+    row, other = delays.rows()
+    assert set(other.values()) == {"second", None}
+    assert row["turnover_s"] is None or sum(row[column] for column in COLUMNS) == row["turnover_s"]
+    return [row[column] for column in COLUMNS]
+
+
+@pytest.mark.parametrize(
+    ("last_part_s", "expected"),
+    [
+        (10, [2, 8, 5, 15, 12, 7]),  # before the pod is fetched
+        (20, [2, 18, 0, 10, 12, 7]),  # while it drives
+        (35, [2, 33, 0, 0, 7, 7]),  # while it queues
+        (45, [2, 43, 0, 0, 0, 4]),  # while it stands at the station
+    ],
+)
+def test_an_order_of_two_parts(tiny: RunInfo, last_part_s: int, expected: list[float]) -> None:
+    """The first part is assigned at 2 s; what the last pod did before the last part was assigned counts as nothing."""
+    assert row_of(tiny, part(2, complete=False), part(last_part_s, complete=True), *WAY) == expected
+
+
+def test_a_pod_that_comes_from_another_station(tiny: RunInfo) -> None:
+    before = (
+        PodLifted(3_000, 1_000, robot=0, pod=0, cell=3),
+        QueueJoined(8_000, robot=0, pod=0, station=1),
+        VisitStarted(9_000, visit=1, robot=0, pod=0, station=1),
+        VisitEnded(20_000, visit=1, pod=0, station=1, picks=1, next_station=0),
+    )
+    assert row_of(tiny, part(2, complete=True), *before, *WAY[1:]) == [2, 0, 18, 10, 12, 7]
+
+
+def test_a_pod_that_is_there_from_the_start(tiny: RunInfo) -> None:
+    assert row_of(tiny, part(0, complete=True), *WAY[3:]) == [0, 0, 0, 0, 0, 49]
+
+
+def test_an_order_that_is_not_complete(tiny: RunInfo) -> None:
+    assert row_of(tiny, part(2, complete=True), *WAY[:3]) == [None] * 6

@@ -1,73 +1,374 @@
-"""The rows of orders.csv, visits.csv and periods.csv."""
+"""Tables that every run leaves: hours, stations, robots, energy, replenishment."""
 
-import math
+from __future__ import annotations
 
-from rmfs_commands.details.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from attrs import define, evolve
+
+import rmfs_core
+from replenished import scenario_of
+from rmfs_commands.details.energy import run_j, turn_j
+from rmfs_commands.details.hours import Hours
+from rmfs_commands.details.robots import Robots
+from rmfs_commands.details.spans import Count, length, merged, overlap, percentile, within
+from rmfs_commands.details.stations import Stations
+from rmfs_commands.trace import Trace, read_trace
 from rmfs_core.events import (
-    DecisionMade,
+    BundleArrived,
+    BundleStored,
+    Event,
     ItemPicked,
+    OrderArrived,
     OrderAssigned,
     OrderCompleted,
+    OrderInStock,
+    PodLifted,
+    PodStored,
+    QueueJoined,
+    RobotMoved,
+    RobotsOnDuty,
+    StationClosed,
+    StationOpened,
+    TaskAssigned,
     VisitEnded,
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
-from rmfs_core.roles import Role
+from rmfs_core.scenario.model import RobotsSection, StationsSection
 
 
-def test_an_order_that_was_split_and_one_that_never_left_the_backlog(tiny: RunInfo) -> None:
-    """Each order has a row with its parts and times; what has not happened is None."""
-    tables = Tables()
-    tables.run_started(tiny)
-    tables.on_event(OrderAssigned(1000, 0, 1, skus=(0,), items=1, period=1, complete=False))
-    tables.on_event(OrderAssigned(2000, 0, 0, skus=(1,), items=1, period=2, complete=True))
-    tables.on_event(OrderCompleted(9000, 0))
-    first, second = tables.orders
-    assert first == {
-        "order": "first",
-        "arrival_s": 0.0,
-        "items": 2,
-        "lines": 2,
-        "parts": 2,
-        "stations": "2 1",
-        "assigned_s": 2.0,
-        "completed_s": 9.0,
-        "turnover_s": 9.0,
-        "turnover_backlog_s": 2.0,
-        "turnover_station_s": 7.0,
-    }
-    assert (second["order"], second["arrival_s"], second["items"], second["lines"]) == ("second", 5.0, 2, 1)
-    assert (second["parts"], second["stations"], second["completed_s"], second["turnover_s"]) == (0, "", None, None)
-    assert list(first) == list(ORDER_COLUMNS)
+def test_spans() -> None:
+    assert merged([(5, 9), (0, 2), (2, 4), (8, 12), (3, 3)]) == [(0, 4), (5, 12)]
+    assert within([(0, 4), (5, 12)], 3, 7) == [(3, 4), (5, 7)]
+    assert length([(0, 4), (5, 12)]) == 11
+    assert overlap([(0, 4), (5, 12)], [(3, 6), (10, 20)]) == 1 + 1 + 2
 
 
-def test_visits_count_their_picks_and_may_be_open_at_the_end(tiny: RunInfo) -> None:
-    """A visit's row has names, times and picks; one that the run's end cut off has no end."""
-    tables = Tables()
-    tables.run_started(tiny)
-    tables.on_event(VisitStarted(1000, 1, robot=1, pod=1, station=0))
-    tables.on_event(VisitStarted(2000, 2, robot=0, pod=0, station=1))
-    tables.on_event(ItemPicked(8000, 1000, 14_000, visit=1, station=0, pod=1, order=0, sku=1))
-    tables.on_event(VisitEnded(8000, 1, pod=1, station=0, picks=1, next_station=None))
-    first, second = tables.visits
-    assert list(first.values()) == [1, "q", "1", "2", 1.0, 8.0, 1]
-    assert (second["pod"], second["station"], second["robot"], second["end_s"], second["picks"]) == (
-        "p",
-        "2",
-        "1",
-        None,
-        0,
+def test_a_count_over_time() -> None:
+    """Two from 10 on, one from 20 on, none from 25 on: a mean of 25 in 40 ticks."""
+    count = Count()
+    for tick, change in ((10, 1), (10, 1), (20, -1), (25, -1)):
+        count.add(tick, change)
+    assert count.above_zero(0, 40) == [(10, 25)]
+    assert count.mean(0, 40) == 25 / 40
+    assert (count.largest(0, 40), count.largest(22, 40), count.largest(30, 40)) == (2, 1, 0)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.95])
+def test_percentiles_are_those_of_numpy(share: float) -> None:
+    values = [7000, 1000, 4500, 12000, 3000]
+    assert percentile(values, share) == pytest.approx(np.percentile(values, 100 * share) / 1000)
+    assert percentile([], share) is None
+
+
+H = 3_600_000
+EVENTS: tuple[Event, ...] = (
+    OrderArrived(0, 0),
+    OrderArrived(H - 1, 1),
+    OrderAssigned(H, 0, station=0, skus=(0,), items=1, period=1, complete=True),
+    VisitStarted(H + 5, visit=1, robot=0, pod=0, station=0),
+    RobotMoved(3 * H, 2 * H, robot=0, origin=0, to=1, heading=0, wait_ticks=0, turn_ticks=0, distance_m=12, pod=None),
+    ItemPicked(3 * H + 7, 3 * H, 3 * H + 9, visit=1, station=0, pod=0, order=0, sku=0),
+    OrderCompleted(3 * H + 7, 0),
+)
+
+
+def test_hours(tiny: RunInfo) -> None:
+    hours = Hours(tiny)
+    for event in EVENTS:
+        hours.handlers[type(event)](event)
+    rows = hours.rows(3 * H + 7)
+    assert [(row["hour"], row["start_s"]) for row in rows] == [(0, 0), (1, 3600), (2, 7200), (3, 10_800)]
+    counted = ("orders_in", "orders_out", "picks", "visits", "distance_m", "backlog")
+    assert [[row[name] for name in counted] for row in rows] == [
+        [2, 0, 0, 0, 0, 2],
+        [0, 0, 0, 1, 0, 1],
+        [0, 0, 0, 0, 0, 1],
+        [0, 1, 1, 0, 12, 1],
+    ]
+
+
+def test_a_run_that_ends_with_an_hour(tiny: RunInfo) -> None:
+    assert len(Hours(tiny).rows(2 * H)) == 2
+
+
+def test_who_is_there(tiny: RunInfo) -> None:
+    spans = (("00:00", "01:00"),)
+    scenario = evolve(
+        tiny.scenario, stations=StationsSection(open=spans), robots=RobotsSection(count=2, available=spans)
     )
-    assert list(first) == list(VISIT_COLUMNS)
+    hours = Hours(evolve(tiny, scenario=scenario))
+    for event in (StationClosed(H // 4, 0), RobotsOnDuty(H + H // 2, number=1), StationOpened(2 * H + H // 4, 0)):
+        hours.handlers[type(event)](event)
+    rows = hours.rows(2 * H + H // 2)
+    assert [(row["stations_open"], row["robots_on_duty"]) for row in rows] == [(1.25, 2), (1, 1.5), (1.5, 1)]
+    assert "stations_open" not in Hours(tiny).rows(H)[0]
 
 
-def test_decisions_keep_what_the_rule_reported(tiny: RunInfo) -> None:
-    """A decision's row has its report; a bound of infinity is left empty; the wall-clock time is the last column."""
-    tables = Tables()
-    tables.run_started(tiny)
-    tables.on_event(DecisionMade(3000, 4, Role.POA_PPS, "model", 2, 1, 1, "stopped", 3, -math.inf, True, 0.25))
-    (row,) = tables.periods
-    assert (row["period"], row["time_s"], row["objective"], row["bound"]) == (4, 3.0, 3.0, None)
-    assert (row["status"], row["stopped_early"]) == ("stopped", True)
-    assert list(row) == list(PERIOD_COLUMNS)
-    assert list(row)[-1] == "seconds"
+AT_STATIONS: tuple[Event, ...] = (
+    OrderArrived(0, 0),
+    OrderAssigned(0, 0, station=0, skus=(0, 1), items=2, period=1, complete=True),
+    OrderArrived(5_000, 1),
+    QueueJoined(10_000, robot=0, pod=0, station=0),
+    VisitStarted(20_000, visit=1, robot=0, pod=0, station=0),
+    ItemPicked(27_000, 20_000, 33_000, visit=1, station=0, pod=0, order=0, sku=0),
+    ItemPicked(40_000, 33_000, 46_000, visit=1, station=0, pod=0, order=0, sku=1),
+    OrderAssigned(50_000, 1, station=1, skus=(0,), items=2, period=2, complete=True),
+)
+
+
+@pytest.mark.parametrize(
+    ("begin_s", "first", "second"),
+    [
+        # 26 s of work; items wanted from 0 to 40 s; an order in the backlog from 5 to 50 s
+        (0, [2, 1, 26, 20, 14, 4, 0.166667, 1], [0, 0, 0, 10, 50, 45, 0, 0]),
+        (30, [1, 0, 16, 0, 14, 4, 0, 0], [0, 0, 0, 10, 20, 20, 0, 0]),
+    ],
+)
+def test_two_stations(tiny: RunInfo, begin_s: int, first: list[float], second: list[float]) -> None:
+    stations = Stations(tiny)
+    for event in AT_STATIONS:
+        if type(event) in stations.handlers:
+            stations.handlers[type(event)](event)
+    rows = stations.rows(begin_s * 1000, 60_000)
+    assert [list(row.values())[1:] for row in rows] == [first, second]
+    assert all(row["busy_s"] + row["waiting_s"] + row["idle_s"] == 60 - begin_s for row in rows)
+
+
+def test_a_station_that_is_closed_is_not_idle(tiny: RunInfo) -> None:
+    """It is open until 10 s, and works until 46 s; from 55 s on it is open again. The other one is always open."""
+    assert Stations(tiny).values(0, 60_000) == {}
+    stations = Stations(
+        evolve(tiny, scenario=evolve(tiny.scenario, stations=StationsSection(open=(("00:00", "01:00"),))))
+    )
+    for event in (*AT_STATIONS, StationClosed(10_000, 0), StationOpened(55_000, 0)):
+        if type(event) in stations.handlers:
+            stations.handlers[type(event)](event)
+    first, second = stations.rows(0, 60_000)
+    columns = ("busy_s", "waiting_s", "idle_s", "starved_s", "open_s")
+    assert [first[column] for column in columns] == [26, 20, 5, 0, 51]
+    assert second["open_s"] == 60
+    assert stations.values(0, 60_000) == {"station_open_h": 111 / 3600, "open_utilisation_percent": 100 * 26 / 111}
+
+
+def moved(start_s: int, wait_s: int, end_s: int, distance_m: int, pod: int | None) -> RobotMoved:
+    """Return a leg of the first robot."""
+    return RobotMoved(
+        end_s * 1000,
+        start_s * 1000,
+        robot=0,
+        origin=0,
+        to=1,
+        heading=0,
+        wait_ticks=wait_s * 1000,
+        turn_ticks=0,
+        distance_m=distance_m,
+        pod=pod,
+    )
+
+
+TRIP: tuple[Event, ...] = (
+    TaskAssigned(10_000, robot=0, pod=0),
+    moved(10, 3, 20, 7, None),  # waits 3 s
+    PodLifted(22_000, 20_000, robot=0, pod=0, cell=1),
+    moved(25, 1, 35, 9, 0),  # waits 3 s for its path, and 1 s on it
+    QueueJoined(35_000, robot=0, pod=0, station=0),
+    VisitStarted(40_000, visit=1, robot=0, pod=0, station=0),
+    VisitEnded(47_000, visit=1, pod=0, station=0, picks=1, next_station=None),
+    moved(47, 0, 57, 10, 0),
+    PodStored(59_000, 57_000, robot=0, pod=0, cell=1),
+)
+
+
+def test_a_task_on_the_way(tiny: RunInfo) -> None:
+    robots = Robots(tiny, 0)
+    robots.handlers[TaskAssigned](TaskAssigned(12_000, robot=0, pod=0))
+    robots.handlers[RobotMoved](moved(10, 0, 15, 3, None))
+    row = robots.rows(20_000)[0]
+    assert (row["idle_s"], row["to_pod_s"], row["waiting_s"]) == (12, 8, 0)
+
+
+@pytest.mark.parametrize(
+    ("begin_s", "expected"),
+    [(0, [26, 19, 21.0, 9.0, 9.0, 5.0, 7.0, 12.0, 7.0]), (34, [19, 19, 11.0, 0.0, 1.0, 5.0, 7.0, 12.0, 0.0])],
+)
+def test_a_trip(tiny: RunInfo, begin_s: int, expected: list[float]) -> None:
+    robots = Robots(tiny, begin_s * 1000)
+    for event in TRIP:
+        if type(event) in robots.handlers:
+            robots.handlers[type(event)](event)
+    row, other = robots.rows(70_000)
+    assert list(row.values())[1:] == expected
+    assert sum(list(row.values())[3:]) == 70 - begin_s
+    assert other["idle_s"] == 70 - begin_s
+    assert robots.waiting_ticks == expected[-1] * 1000
+
+
+def test_waiting_for_room_at_the_station(tiny: RunInfo) -> None:
+    robots = Robots(tiny, 0)
+    late = PodLifted(62_000, 60_000, robot=0, pod=0, cell=1)
+    for event in (*TRIP[:2], late, moved(65, 0, 70, 9, 0)):
+        robots.handlers[type(event)](event)
+    assert robots.for_room_ticks == 40_000
+    assert robots.waiting_ticks == 46_000
+
+
+def test_time_off_duty_is_no_idle_time(tiny: RunInfo) -> None:
+    assert "off_s" not in Robots(tiny, 0).rows(1000)[0]
+    robots = Robots(
+        evolve(tiny, scenario=evolve(tiny.scenario, robots=RobotsSection(available=(("00:00", "01:00"),)))), 0
+    )
+    for event in (*TRIP[:2], RobotsOnDuty(21_000, number=0), *TRIP[2:], RobotsOnDuty(100_000, number=1)):
+        robots.handlers[type(event)](event)
+    row = robots.rows(130_000)[0]
+    assert (row["idle_s"], row["off_s"], row["storing_s"]) == (10 + 30, 41, 12)
+
+
+def test_a_long_run_takes_the_kinetic_energy_of_top_speed_once() -> None:
+    """150 kg at 1.5 m/s, over the efficiency of 0.8; the brakes win nothing back."""
+    accelerating, rolling = run_j(10, False, 1.0, 1.5)
+    assert accelerating == pytest.approx(150 * 1.5**2 / 2 / 0.8)
+    assert rolling == pytest.approx(0.015 * 150 * 9.81 * (10 - 1.125) / 0.8)
+
+
+def test_a_short_run_never_reaches_top_speed() -> None:
+    accelerating, rolling = run_j(1, False, 1.0, 1.5)
+    assert accelerating == pytest.approx(150 * 1.0 * 0.5 / 0.8)
+    assert rolling == pytest.approx(0.015 * 150 * 9.81 * 0.5 / 0.8)
+
+
+def test_a_pod_takes_four_times_as_much() -> None:
+    """600 kg against 150 kg, in runs and in turns; who does not turn takes nothing."""
+    assert run_j(7, True, 1.0, 1.5) == pytest.approx([4 * joules for joules in run_j(7, False, 1.0, 1.5)])
+    assert turn_j(1, True, 2.5) == pytest.approx(4 * turn_j(1, False, 2.5))
+    assert turn_j(0, True, 2.5) == 0
+
+
+def test_every_run_says_what_an_order_takes() -> None:
+    metrics = rmfs_core.run("examples/small", overrides=["instance.orders=5", "rules.pp=free-flow"]).metrics
+    parts = sum(metrics[f"energy_{part}_wh"] for part in ("acceleration", "rolling", "turns", "lifts"))
+    assert parts == pytest.approx(metrics["energy_wh"])
+    assert metrics["energy_per_order_wh"] == pytest.approx(parts / 5)
+
+
+SUPPLY = {"process": "reorder-point", "reorder_point": 1, "order_up_to": 6, "lead_s": 200.0}
+INSTANCE = {"orders": 40, "skus": 4, "pods": 4, "skus_per_pod": 1, "items_per_sku": 4, "replenishment": SUPPLY}
+
+
+@define
+class Run:
+    """A run with its files."""
+
+    folder: Path
+    metrics: dict[str, Any]
+    trace: Trace
+
+    def of(self, kind: type) -> list[Any]:
+        """Events of one class."""
+        return [event for event in self.trace.events if isinstance(event, kind)]
+
+    def rows(self, name: str) -> list[dict[str, str]]:
+        """Rows of a table."""
+        return list(csv.DictReader((self.folder / name).read_text(encoding="utf-8").splitlines()))
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Return a run of 40 orders with one robot, in which SKUs run out."""
+    folder = tmp_path_factory.mktemp("run")
+    result = rmfs_core.run(scenario_of(SUPPLY, robots=1, instance=INSTANCE), out=folder, record=["trace"])
+    return Run(folder, dict(result.metrics), read_trace(folder / "trace.jsonl.gz"))
+
+
+def test_bundles(run: Run) -> None:
+    rows, arrived = run.rows("bundles.csv"), run.of(BundleArrived)
+    assert [(row["bundle"], float(row["arrival_s"]), int(row["items"])) for row in rows] == [
+        (event.name, event.time_s, event.items) for event in arrived
+    ]
+    stored = {event.bundle: event for event in run.of(BundleStored)}
+    assert len(stored) > 3
+    for i, row in enumerate(rows):
+        event = stored.get(i)
+        told = (row["stored_s"], row["station"], row["visit"])
+        assert told == (("", "", "") if event is None else (str(event.time_s), "2", str(event.visit)))
+    done = [event.tick - arrived[i].tick for i, event in stored.items()]
+    assert run.metrics["bundles_stored"] == len(stored)
+    assert run.metrics["items_stored"] == sum(event.items for event in stored.values())
+    assert run.metrics["bundle_turnover_s"] == pytest.approx(sum(done) / len(done) / 1000)
+    assert run.metrics["replenishment_visits"] == len({event.visit for event in stored.values()})
+
+
+def test_stock(run: Run) -> None:
+    items, left = 16, dict.fromkeys(range(4), 4)
+    held, outs = [(0, items)], 0
+    rows = run.rows("stock.csv")
+    for event in run.trace.events:
+        if isinstance(event, BundleStored | ItemPicked):
+            change = event.items if isinstance(event, BundleStored) else -1
+            left[event.sku] += change
+            items += change
+            outs += left[event.sku] == 0
+            held.append((event.tick, items))
+    for row in rows:
+        end = (int(row["hour"]) + 1) * 3_600_000
+        assert int(row["items_in_stock"]) == next(number for tick, number in reversed(held) if tick < end)
+    assert sum(int(row["items_picked"]) for row in rows) == len(run.of(ItemPicked))
+    assert int(rows[-1]["skus_in_stock"]) == sum(number > 0 for number in left.values())
+    assert run.metrics["stock_outs"] == outs > 0
+    ticks = [*(tick for tick, _ in held[1:]), run.trace.tick]
+    area = sum((end - tick) * number for (tick, number), end in zip(held, ticks, strict=True))
+    assert run.metrics["items_in_stock_mean"] == pytest.approx(area / run.trace.tick)
+
+
+def test_share_of_robots_that_replenish(run: Run) -> None:
+    visits = {event.visit for event in run.of(BundleStored)}
+    total, since, storing = 0, 0, False
+    for event in run.trace.events:
+        if isinstance(event, TaskAssigned):
+            since = event.tick
+        elif isinstance(event, VisitEnded):
+            storing = event.visit in visits and not event.picks
+            total, since = total + storing * (event.tick - since), event.tick
+        elif isinstance(event, PodStored):
+            total += storing * (event.tick - since)
+    assert total > 0
+    assert run.metrics["replenishment_robot_percent"] == pytest.approx(100 * total / run.trace.tick)
+
+
+def test_time_that_orders_wait_for_stock(run: Run) -> None:
+    served = {event.order: event.tick for event in run.of(OrderInStock)}
+    assert len(served) > 3
+    waits = [
+        served.get(i, order.arrival_tick) - order.arrival_tick for i, order in enumerate(run.trace.instance.orders)
+    ]
+    rows = run.rows("delays.csv")
+    assert [float(row["stock_s"]) for row in rows] == [tick / 1000 for tick in waits]
+    for row in rows:
+        parts = [float(value) for column, value in row.items() if column not in ("order", "turnover_s")]
+        assert sum(parts) == pytest.approx(float(row["turnover_s"]))
+    assert run.metrics["turnover_stock_s"] == pytest.approx(sum(waits) / len(waits) / 1000)
+
+
+def test_nothing_of_waiting_where_no_order_waits(tmp_path: Path) -> None:
+    over = ["rules.wait_for_stock=false", "instance.orders=5", "rules.pp=free-flow"]
+    result = rmfs_core.run("examples/replenished", overrides=over, out=tmp_path)
+    assert "turnover_stock_s" not in result.metrics
+    assert (tmp_path / "delays.csv").read_text(encoding="utf-8").startswith("order,turnover_s,backlog_s,")
+
+
+def test_visits_to_replenishment_stations_are_counted_apart(run: Run) -> None:
+    picking = [event for event in run.of(VisitEnded) if event.station == 0]
+    assert run.metrics["pod_station_visits"] == len(picking) == sum(int(row["visits"]) for row in run.rows("hours.csv"))
+    assert [int(row["visits"]) for row in run.rows("stations.csv")] == [len(picking)]
+    assert len(run.rows("visits.csv")) > len(picking)
+
+
+def test_runs_without_replenishment_have_none_of_it(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/small", overrides=["instance.orders=3"], out=tmp_path)
+    assert not {"bundles_stored", "stock_outs"} & result.metrics.keys()
+    assert not (tmp_path / "bundles.csv").exists()

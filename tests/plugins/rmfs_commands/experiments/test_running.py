@@ -1,21 +1,35 @@
-"""Running experiments: rows, what is stored, what is computed again, and runs that fail."""
+"""Running experiments: in processes or on a cluster, stored, computed again, shown."""
 
-from collections.abc import Callable
-from contextlib import closing
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
-from attrs import evolve
+from attrs import define, evolve, field
+from rich.console import Console
 
 import rmfs_core
+from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.experiments import Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
+from rmfs_commands.experiments.local import LocalWorkers
+from rmfs_commands.experiments.outcome import simulate
+from rmfs_commands.experiments.progress import ExperimentLines, ExperimentPanel, experiment_display
 from rmfs_commands.experiments.running import open_workers
-from rmfs_core.errors import InputError
+from rmfs_commands.experiments.workers import WorkerDiedError
+from rmfs_core.errors import InputError, RunError
 from rmfs_core.results.catalogue import Metric
-
-pytestmark = pytest.mark.slow
+from rmfs_core.scenario import RuleChoice
 
 Write = Callable[..., Experiment]
 Rows = list[dict[str, Any]]
@@ -89,8 +103,8 @@ def without_timing(rows: Rows) -> Rows:
     return [{name: value for name, value in row.items() if name in kept} for row in rows]
 
 
+@pytest.mark.slow
 def test_rows_are_what_single_runs_measure(experiment: Write, folder: Path, tmp_path: Path) -> None:
-    """One row a run, in the order of the jobs, with labels, status, every metric and every timing figure."""
     result = run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
     assert [(row["rule_set"], row["seed"]) for row in result.rows] == [
         ("pod-match", 1),
@@ -111,8 +125,8 @@ def test_rows_are_what_single_runs_measure(experiment: Write, folder: Path, tmp_
     assert len({len(column) for column in table.values()}) == 1
 
 
+@pytest.mark.slow
 def test_each_run_is_stored_under_its_key(experiment: Write, tmp_path: Path) -> None:
-    """The store has a folder for each run, named by its key, with the run's files, and nothing else."""
     one = experiment()
     run_experiment(one, store=tmp_path / "runs", jobs=2)
     assert {path.name for path in (tmp_path / "runs").iterdir()} == {job.key for job in one.jobs()}
@@ -120,8 +134,8 @@ def test_each_run_is_stored_under_its_key(experiment: Write, tmp_path: Path) -> 
     assert {"result.json", "orders.csv", "visits.csv", "periods.csv", "run.json"} <= files
 
 
+@pytest.mark.slow
 def test_runs_go_seed_by_seed(experiment: Write, tmp_path: Path) -> None:
-    """So the first tell how long all take, whatever the rule set."""
     begun: list[tuple[int, str]] = []
 
     class Following(Watcher):
@@ -132,15 +146,15 @@ def test_runs_go_seed_by_seed(experiment: Write, tmp_path: Path) -> None:
     assert begun == [(1, "pod-match"), (1, "first-come"), (2, "pod-match"), (2, "first-come")]
 
 
+@pytest.mark.slow
 def test_the_number_of_workers_changes_nothing(experiment: Write, tmp_path: Path) -> None:
-    """One worker and two give the same rows, but for wall-clock figures."""
     one = run_experiment(experiment(), store=tmp_path / "one", jobs=1)
     two = run_experiment(experiment(), store=tmp_path / "two", jobs=2)
     assert without_timing(one.rows) == without_timing(two.rows)
 
 
+@pytest.mark.slow
 def test_workers_may_serve_one_experiment_after_another(experiment: Write, tmp_path: Path) -> None:
-    """They are the caller's to close."""
     opened = open_workers(1)
     with closing(opened):
         first = run_experiment(experiment(), store=tmp_path / "first", workers=opened)
@@ -151,9 +165,8 @@ def test_workers_may_serve_one_experiment_after_another(experiment: Write, tmp_p
     assert again.computed == 4
 
 
+@pytest.mark.slow
 def test_workers_are_closed_when_an_experiment_ends_early(experiment: Write, tmp_path: Path) -> None:
-    """Whatever is under way stops with it."""
-
     class Impatient(Watcher):
         def run_finished(self, job: Job, row: Row) -> None:
             raise KeyboardInterrupt
@@ -164,8 +177,8 @@ def test_workers_are_closed_when_an_experiment_ends_early(experiment: Write, tmp
     assert opened.closed
 
 
+@pytest.mark.slow
 def test_what_is_stored_is_not_computed_again(experiment: Write, tmp_path: Path) -> None:
-    """More seeds and another rule set add runs; those that are there stay as they are."""
     first = run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
     more = evolve(experiment(), seeds=(1, 2, 3))
     recorder = Recorder()
@@ -176,8 +189,8 @@ def test_what_is_stored_is_not_computed_again(experiment: Write, tmp_path: Path)
     assert run_experiment(more, store=tmp_path / "runs").computed == 0
 
 
+@pytest.mark.slow
 def test_equal_rule_sets_are_computed_once(experiment: Write, tmp_path: Path) -> None:
-    """Two names for the same rules are two rows of one run."""
     one = experiment()
     twice = evolve(one, rule_sets=(*one.rule_sets, RuleSetChoice("again", {"rules.poa": "first-come"})))
     result = run_experiment(twice, store=tmp_path / "runs", jobs=1)
@@ -186,8 +199,8 @@ def test_equal_rule_sets_are_computed_once(experiment: Write, tmp_path: Path) ->
     assert [{**row, "rule_set": "first-come"} for row in again] == result.rows[2:4]
 
 
+@pytest.mark.slow
 def test_a_stored_run_that_was_changed_is_computed_again(experiment: Write, tmp_path: Path) -> None:
-    """Who watches is told; its row is the one that it had."""
     first = run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
     job = experiment().jobs()[1]
     file = tmp_path / "runs" / job.key / "result.json"
@@ -214,10 +227,10 @@ class Mine:
 """
 
 
+@pytest.mark.slow
 def test_a_rule_from_a_path_whose_code_changed_is_computed_anew(
     experiment: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its version says nothing, nor is it its own file that changed. With one more seed no row is of the older code."""
     path = tmp_path / "path"
     (path / "mine-1.0.dist-info").mkdir(parents=True)
     (path / "mine-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n")
@@ -249,6 +262,7 @@ rules.pr = { rule = "./bad.py:%s" }
 """
 
 
+@pytest.mark.slow
 def test_a_run_that_fails_is_a_row_with_its_error(experiment: Write, tmp_path: Path) -> None:
     """A rule that raises fails its own runs; they are stored, since they would end the same way again."""
     one = experiment(FAILING % "Raising")
@@ -260,8 +274,8 @@ def test_a_run_that_fails_is_a_row_with_its_error(experiment: Write, tmp_path: P
     assert run_experiment(one, store=tmp_path / "runs").computed == 0
 
 
+@pytest.mark.slow
 def test_a_run_without_a_result_is_a_row_too(experiment: Write, tmp_path: Path) -> None:
-    """Orders that do not fit the station are found only when the run begins; the run is tried again the next time."""
     one = experiment(
         'base = "tiny.toml"\nseeds = [1]\nbaseline = "good"\n[[rule_sets]]\nname = "good"\n'
         '[[rule_sets]]\nname = "narrow"\nstations.item_capacity = 1\nstations.oversize = "refuse"\n'
@@ -280,8 +294,8 @@ def deadly(folder: Path, deaths: int) -> str:
     return (FAILING % "x").replace('{ rule = "./bad.py:x" }', choice)
 
 
+@pytest.mark.slow
 def test_a_run_whose_worker_dies_is_repeated_once(experiment: Write, folder: Path, tmp_path: Path) -> None:
-    """A worker that is killed is told of, its run is done again, and all rows are there."""
     recorder = Recorder()
     one = evolve(experiment(deadly(folder, 1)), seeds=(1,))
     result = run_experiment(one, store=tmp_path / "runs", jobs=2, watcher=recorder)
@@ -289,6 +303,7 @@ def test_a_run_whose_worker_dies_is_repeated_once(experiment: Write, folder: Pat
     assert recorder.told[1:] == ["repeated bad 1: its worker process died with SIGKILL(-9)", "ended"]
 
 
+@pytest.mark.slow
 def test_a_run_that_always_kills_its_worker_is_given_up(experiment: Write, folder: Path, tmp_path: Path) -> None:
     """Two deaths make a failed row; no other run is lost. The next time it is tried again: it dies once more."""
     one = evolve(experiment(deadly(folder, 3)), seeds=(1,))
@@ -302,17 +317,8 @@ def test_a_run_that_always_kills_its_worker_is_given_up(experiment: Write, folde
     assert (again.computed, len(again.failed)) == (1, 0)
 
 
-def test_inline_rules_can_be_refused(experiment: Write, tmp_path: Path) -> None:
-    """Nothing is run when a rule set loads code from a file and that is refused; the files can be named before."""
-    one = experiment(FAILING % "Raising")
-    assert [Path(file).name for file in one.rule_files()] == ["bad.py"]
-    with pytest.raises(InputError, match="--no-inline-rules"):
-        run_experiment(one, store=tmp_path / "runs", allow_inline_rules=False)
-    assert not (tmp_path / "runs").exists()
-
-
+@pytest.mark.slow
 def test_means_are_of_complete_runs(experiment: Write, tmp_path: Path) -> None:
-    """A run with orders left has no makespan, and its other figures are of a part: its pair is left out and counted."""
     limited = '[[rule_sets]]\nname = "limited"\nrun.until_s = 30\n'
     text = f'base = "tiny.toml"\nseeds = [1, 2]\nbaseline = "whole"\n[[rule_sets]]\nname = "whole"\n{limited}'
     result = run_experiment(experiment(text), store=tmp_path / "runs", jobs=1)
@@ -324,8 +330,8 @@ def test_means_are_of_complete_runs(experiment: Write, tmp_path: Path) -> None:
     assert [one.partial for one in compared.counted if one.instances == name] == [0, 2]
 
 
+@pytest.mark.slow
 def test_what_an_observer_measures_is_compared(experiment: Write, folder: Path, tmp_path: Path) -> None:
-    """Its figures stand in the rows and are compared, described or not; where a run has none, there is none."""
     (folder / "legs.py").write_text(MEASURING, encoding="utf-8")
     one = experiment(MEASURED)
     for computed in (6, 0):  # the second time from the store
@@ -344,9 +350,9 @@ def test_what_an_observer_measures_is_compared(experiment: Write, folder: Path, 
         assert unwatched.mean is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("metric", ["legs_drivn", "seed", "hook_s.plan_path"])
 def test_a_metric_that_nobody_measured_is_named(metric: str, experiment: Write, folder: Path, tmp_path: Path) -> None:
-    """Where observers measure, what there is is known after a run of each; these runs are kept."""
     (folder / "legs.py").write_text(MEASURING, encoding="utf-8")
     one = experiment(MEASURED.replace("half", metric))
     for _ in range(2):  # the second time from the store
@@ -361,34 +367,288 @@ def test_a_metric_that_nobody_measured_is_named(metric: str, experiment: Write, 
     assert fixed.comparison().metrics == ("legs_driven",)
 
 
+@pytest.mark.slow
 def test_a_metric_that_nobody_can_measure_is_named_before_anything_is_run(experiment: Write, tmp_path: Path) -> None:
-    """No rule or observer measures: what there is is the kernel's."""
     one = evolve(experiment(), metrics=("pileon",))
     with pytest.raises(InputError, match=r'toml, metrics: there is no metric "pileon" \(did you mean `pile_on`\?\)'):
         run_experiment(one, store=tmp_path / "runs", jobs=1)
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.mark.slow
 def test_where_every_run_failed_there_is_nothing_to_say_of_metrics(
     experiment: Write, folder: Path, tmp_path: Path
 ) -> None:
-    """The failures are what matters: the comparison has no figures, and complains of none."""
     (folder / "legs.py").write_text(MEASURING, encoding="utf-8")
     text = MEASURED.replace("rules.observers", 'rules.pr = "./bad.py:Raising"\nrules.observers')
     result = run_experiment(
-        experiment(text.rpartition("[[rule_sets]]")[0].replace("half", "unheard_of")),
-        store=tmp_path / "runs",
-        jobs=1,
+        experiment(text.rpartition("[[rule_sets]]")[0].replace("half", "unheard_of")), store=tmp_path / "runs", jobs=1
     )
     assert len(result.failed) == 4
     assert all(one.mean is None for one in result.comparison().paired)
 
 
+@pytest.mark.slow
 def test_orders_from_a_file_are_the_same_for_every_seed(experiment: Write, tmp_path: Path) -> None:
-    """The result says of which instances; drawn ones are none of them."""
     text = 'scenarios = ["examples/from-csv", "tiny.toml"]\nseeds = [1]\nbaseline = "a"\n[[rule_sets]]\nname = "a"\n'
     one = experiment(text + 'rules.pp = "free-flow"\n')
     result = run_experiment(one, store=tmp_path / "runs", jobs=1)
     (day,) = {row["instance"] for row in result.rows if "from-csv" in row["instance"]}
     assert result.fixed == {day}
     assert result.comparison().fixed == (day, "overall")
+
+
+def with_deadly_rule(job: Job, folder: Path) -> Job:
+    """Return the run with a rule that kills its process the first time it is asked."""
+    choice = RuleChoice("./bad.py:Deadly", {"counter": str(folder / "count")})
+    scenario = evolve(job.scenario, rules=evolve(job.scenario.rules, pr=choice))
+    return evolve(job, scenario=scenario, versions=job.versions)
+
+
+def test_runs_and_deaths(experiment: Callable[..., Experiment], folder: Path) -> None:
+    """A worker answers as this process would; one that is killed costs its own run, and the next has a new one."""
+    job = experiment().jobs()[0]
+    workers = LocalWorkers(1)
+    try:
+        outcome, expected = workers.run(job), simulate(job)
+        assert outcome.result is not None
+        assert expected.result is not None
+        assert outcome.result.metrics == expected.result.metrics
+        with pytest.raises(WorkerDiedError, match=r"^its worker process died with SIGKILL\(-9\)$") as caught:
+            workers.run(with_deadly_rule(job, folder))
+        assert not caught.value.repeated
+        again = workers.run(job).result
+        assert again is not None
+        assert again.metrics == expected.result.metrics
+    finally:
+        workers.close()
+    assert workers.closed
+
+
+def test_a_killed_helper_of_joblib_is_told_in_a_sentence(
+    experiment: Callable[..., Experiment], capfd: pytest.CaptureFixture[str]
+) -> None:
+    job = experiment().jobs()[0]
+    workers = LocalWorkers(1)
+    try:
+        assert workers.run(job).result is not None
+        for child in psutil.Process().children():
+            if "loky.backend.resource_tracker" in " ".join(child.cmdline()):
+                child.kill()
+        assert workers.run(job).result is not None
+    finally:
+        workers.close()
+    assert capfd.readouterr().err == "A helper process of joblib was killed; it is started anew, and no run is lost.\n"
+
+
+def test_plain_lines(experiment: Write) -> None:
+    console = Console(width=40, force_terminal=False)
+    progress = ExperimentLines("trial", console)
+    jobs = experiment().jobs()
+    with console.capture() as capture:
+        progress.started(5, 1, 2)
+        progress.run_started(jobs[0])
+        progress.run_repeated(jobs[0], "it died")
+        progress.run_finished(jobs[0], {"status": "failed", "error": "no idea [of] it"})
+        progress.run_started(jobs[1])
+        progress.run_finished(jobs[1], {"status": "complete", "simulated_s": 100.0})
+        progress.ended()
+        progress.bounding(3)
+    lines = capture.get().splitlines()
+    assert lines[:3] == [
+        "trial: 5 runs, 1 of them stored already, 2 at a time",
+        "Repeated: tiny, pod-match, seed 1: it died",
+        "Failed: tiny, pod-match, seed 1: no idea [of] it",
+    ]
+    assert lines[3].startswith(" 40 %  2 of 5 runs done, 1 failed, 0 running, - simulated s per s, ")
+    assert lines[3].endswith(" left")
+    assert lines[4].startswith(" 60 %  3 of 5 runs done, 1 failed, 0 running, ")
+    assert lines[5].startswith("3 of 5 runs done, 1 failed, 0 running, ")
+    assert lines[6:] == ["trial: bounds of 3 instances and seeds"]
+
+
+def test_no_more_runs_are_under_way_than_there_are_slots(experiment: Write) -> None:
+    console = Console(width=80, force_terminal=False)
+    progress = ExperimentLines("trial", console)
+    with console.capture() as capture:
+        progress.started(8, 0, 2)
+        for job in experiment().jobs()[:3]:
+            progress.run_started(job)
+        progress.ended()
+    assert "2 running" in capture.get()
+
+
+def test_the_live_display(experiment: Write) -> None:
+    console = Console(width=100, height=40, force_terminal=True, color_system=None)
+    progress = ExperimentPanel("trial", console)
+    jobs = experiment().jobs()
+    with console.capture() as capture:
+        progress.started(40, 10, 4)
+        for job in jobs:
+            progress.run_started(job)
+        progress.run_finished(jobs[0], {"status": "complete", "simulated_s": 100.0})
+        progress.run_finished(jobs[1], {"status": "failed", "error": "no idea"})
+        console.print(progress.picture())
+        progress.ended()
+        progress.bounding(3)
+    text = capture.get()
+    assert text.endswith("trial: bounds of 3 instances and seeds\n")
+    assert "12 of 40 (30%)" in text
+    assert "2 of 4 at a time" in text
+    assert re.search(r"Ends in about +0:0\d:\d\d ", text)
+    assert "first-come" in text
+    assert "Failed: tiny, pod-match, seed 2: no idea" in text
+    assert max(len(line) for line in text.splitlines() if line.startswith("│")) <= 100
+
+
+def test_the_display_suits_where_it_goes() -> None:
+    assert isinstance(experiment_display(Console(force_terminal=True), "x"), ExperimentPanel)
+    assert isinstance(experiment_display(Console(force_terminal=False), "x"), ExperimentLines)
+
+
+LONGER = """
+base = "tiny.toml"
+seeds = { count = 6 }
+baseline = "pod-match"
+[axes]
+instance.orders = [100]
+[[rule_sets]]
+name = "pod-match"
+[[rule_sets]]
+name = "first-come"
+rules.poa = "first-come"
+"""
+
+
+@define
+class Cluster:
+    """A scheduler and its workers, each a process."""
+
+    folder: Path
+    processes: list[subprocess.Popen[bytes]] = field(factory=list)
+    address: str = ""
+
+    def start(self, module: str, *arguments: str) -> subprocess.Popen[bytes]:
+        """Start a process of distributed's command line."""
+        command = [sys.executable, "-m", f"distributed.cli.{module}", *arguments]
+        with (self.folder / f"{len(self.processes)}.log").open("wb") as log:
+            process = subprocess.Popen(command, stdout=log, stderr=log, cwd=self.folder, process_group=0)
+        self.processes.append(process)
+        return process
+
+    def start_scheduler(self) -> None:
+        """Start the scheduler on a free port, and wait until it listens."""
+        file = self.folder / "scheduler.json"
+        self.start(
+            "dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file)
+        )
+        until = time.monotonic() + 60
+        while not (file.exists() and '"tcp://' in file.read_text()):
+            assert time.monotonic() < until, "the scheduler did not start"
+            time.sleep(0.1)
+        self.address = file.read_text().partition('"address": "')[2].partition('"')[0]
+
+    def start_worker(self, *arguments: str, threads: int = 1) -> subprocess.Popen[bytes]:
+        """Start a worker of so many threads."""
+        return self.start("dask_worker", self.address, "--nthreads", f"{threads}", "--no-dashboard", *arguments)
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    """Return a scheduler without workers, on this machine alone."""
+    folder = tmp_path / "cluster"
+    folder.mkdir()
+    started = Cluster(folder)
+    started.start_scheduler()
+    yield started
+    for process in started.processes:  # with what a nanny has started
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait(timeout=30)
+
+
+@define
+class KillerAfter(Watcher):
+    """Kills a process once so many runs are done."""
+
+    process: subprocess.Popen[bytes]
+    runs: int
+    done: int = 0
+
+    def run_finished(self, job: Job, row: Row) -> None:
+        self.done += 1
+        if self.done == self.runs:
+            os.kill(self.process.pid, signal.SIGKILL)
+
+
+@pytest.mark.slow
+def test_a_killed_worker_costs_nothing(cluster: Cluster, experiment: Write, tmp_path: Path) -> None:
+    workers = [cluster.start_worker("--no-nanny") for _ in range(2)]
+    one = experiment(LONGER)
+    killer = KillerAfter(workers[0], runs=3)
+    result = run_experiment(one, store=tmp_path / "cluster-runs", dask=cluster.address, watcher=killer)
+    assert workers[0].wait(timeout=30) == -signal.SIGKILL
+    local = run_experiment(one, store=tmp_path / "local-runs")
+    assert (len(result.rows), result.failed, result.computed) == (12, [], 12)
+    for job in one.jobs():
+        ours, theirs = (load_result(tmp_path / name / job.key) for name in ("cluster-runs", "local-runs"))
+        assert ours.metrics == theirs.metrics
+        assert (ours.orders, ours.visits) == (theirs.orders, theirs.visits)
+        assert ours.to_dict().keys() == theirs.to_dict().keys()
+    assert len(local.rows) == 12
+
+
+@pytest.mark.slow
+def test_a_worker_of_several_threads_writes_the_same_bytes(cluster: Cluster, experiment: Write, tmp_path: Path) -> None:
+    cluster.start_worker("--no-nanny", threads=4)
+    paths = "".join(f'[[rule_sets]]\nname = "{rule}"\nrules.pp = "{rule}"\n' for rule in ("whca-n", "pbs"))
+    models = '[[rule_sets]]\nname = "model"\nrules.poa_pps = "split-over-time"\n'
+    one = experiment(LONGER + paths + models)
+    far = run_experiment(one, store=tmp_path / "cluster-runs", dask=cluster.address)
+    near = run_experiment(one, store=tmp_path / "local-runs")
+    assert (len(far.rows), far.failed, near.failed) == (30, [], [])
+    for job in one.jobs():
+        for file in ("orders.csv", "visits.csv"):
+            ours, theirs = (tmp_path / name / job.key / file for name in ("cluster-runs", "local-runs"))
+            assert ours.read_bytes() == theirs.read_bytes(), (job.rule_set, job.seed, file)
+
+
+@pytest.mark.slow
+def test_a_run_that_kills_every_worker_is_given_up(
+    cluster: Cluster, experiment: Write, folder: Path, tmp_path: Path
+) -> None:
+    for _ in range(2):
+        cluster.start_worker()
+    choice = f'{{ rule = "./bad.py:Deadly", counter = "{folder / "count"}", deaths = 99 }}'
+    one = experiment(
+        'base = "tiny.toml"\nseeds = [1]\nbaseline = "good"\n[[rule_sets]]\nname = "good"\n'
+        f'[[rule_sets]]\nname = "bad"\nrules.pr = {choice}\n'
+    )
+    result = run_experiment(one, store=tmp_path / "runs", dask=cluster.address)
+    assert [row["status"] for row in result.rows] == ["complete", "failed"]
+    assert "Dask workers died of it" in result.rows[1]["error"]
+
+
+@pytest.mark.slow
+def test_a_killed_scheduler_is_told_in_a_sentence(
+    cluster: Cluster, experiment: Write, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    cluster.start_worker("--no-nanny")
+    killer = KillerAfter(cluster.processes[0], runs=2)
+    with pytest.raises(RunError, match=f"the Dask scheduler at {cluster.address} is lost; what finished is kept"):
+        run_experiment(experiment(LONGER), store=tmp_path / "runs", dask=cluster.address, watcher=killer)
+    assert len(list((tmp_path / "runs").iterdir())) >= 2
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.slow
+def test_a_scheduler_without_workers_is_refused(cluster: Cluster, experiment: Write, tmp_path: Path) -> None:
+    """Nothing would ever be run."""
+    with pytest.raises(InputError, match="the scheduler has no workers"):
+        run_experiment(experiment(), store=tmp_path / "runs", dask=cluster.address)
+
+
+@pytest.mark.slow
+def test_no_scheduler_is_refused(experiment: Write, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no Dask scheduler answers there; expected tcp://host:8786"):
+        run_experiment(experiment(), store=tmp_path / "runs", dask="tcp://127.0.0.1:9")

@@ -1,8 +1,9 @@
-"""The environment: what Gymnasium expects of one, and that it is the simulation and nothing else."""
+"""The environment: observations, actions, rewards, and how it is made."""
 
 from __future__ import annotations
 
 import gc
+import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -19,9 +20,15 @@ from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 import rmfs_commands.gym
 import rmfs_core
 from copying import COPIES, Policy, copy_of
-from rmfs_commands.gym import FEATURES
+from rmfs_commands.gym import FEATURES, REWARDS, Choice, Step
+from rmfs_commands.gym.choices import PodChoices, nothing, of_locations, of_orders, of_robots, slots_of
 from rmfs_commands.gym.env import ID, DecisionEnv
+from rmfs_commands.testing import small_world
 from rmfs_core import InputError, RuleError
+from rmfs_core.events import OrderArrived, OrderCompleted, RobotMoved, VisitStarted
+from rmfs_core.info import RunInfo
+from rmfs_core.roles import Role
+from rmfs_core.warehouse import Warehouse, WarehouseView
 
 FEW = ["instance.orders=10", "rules.pp=free-flow"]
 MODULE_ID = f"rmfs_commands.gym.env:{ID}"
@@ -55,7 +62,6 @@ def same(one: Sequence[tuple[Any, float, int]], other: Sequence[tuple[Any, float
 
 @pytest.mark.parametrize("decides", ["POA", "PPS", "PR", "TA"])
 def test_gymnasium_finds_nothing_wrong(decides: str) -> None:
-    """Its own checker has neither an error nor a warning; actions that the mask forbids are among those it tries."""
     env = gymnasium.make(MODULE_ID, scenario="examples/small", decides=decides, overrides=FEW)
     check_env(env.unwrapped)
     env.close()
@@ -78,7 +84,6 @@ def test_a_policy_that_copies_a_rule_gives_the_rules_files(decides: str, rule: s
 
 
 def test_a_filtered_backlog_is_what_is_shown() -> None:
-    """Orders that a filter leaves out are no candidates."""
     filtered = [*FEW, 'rules.filters=[{rule = "most-covered", n = 1}]']
     env = rmfs_commands.gym.make("examples/small", "POA", overrides=filtered)
     env.reset()
@@ -86,7 +91,6 @@ def test_a_filtered_backlog_is_what_is_shown() -> None:
 
 
 def test_a_seed_is_that_of_a_run() -> None:
-    """The same seed gives the same episode, whatever came before; another gives another."""
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     once, other, again = (played(env, seed=seed) for seed in (5, 6, 5))
     assert same(once, again)
@@ -97,8 +101,6 @@ def test_a_seed_is_that_of_a_run() -> None:
 
 
 def test_episodes_without_a_seed_follow_from_the_last_one_given() -> None:
-    """The first is that of the scenario's seed; those after it are others, and the same in another environment."""
-
     def seeds(**given: Any) -> list[int]:
         env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, **given)
         return [env.reset()[1]["seed"] for _ in range(3)]
@@ -113,7 +115,6 @@ def test_episodes_without_a_seed_follow_from_the_last_one_given() -> None:
 
 
 def test_the_mask_comes_as_gymnasium_and_sb3_contrib_want_it() -> None:
-    """``info`` has it as int8, which `sample` takes, the method as bools: the slots that stand for something."""
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     _, info = env.reset()
     mask = env.action_masks()
@@ -123,7 +124,6 @@ def test_the_mask_comes_as_gymnasium_and_sb3_contrib_want_it() -> None:
 
 
 def test_for_a_slot_that_is_masked_out_the_next_one_is_taken() -> None:
-    """It is the next that may be chosen, beginning again at the first, and ``info`` says which."""
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     _, info = env.reset()
     allowed = np.flatnonzero(info["action_mask"]).tolist()
@@ -146,7 +146,6 @@ def test_for_a_slot_that_is_masked_out_the_next_one_is_taken() -> None:
 )
 @pytest.mark.parametrize("decides", ["POA", "TA"])
 def test_the_rewards_of_an_episode_add_up(reward: Any, total: Any, decides: str) -> None:
-    """They are minus what the run's metrics say; a function of one's own is asked at every step."""
     env = rmfs_commands.gym.make("examples/poisson", decides, overrides=FEW, reward=reward)
     steps = played(env)
     assert env.result is not None
@@ -155,7 +154,6 @@ def test_the_rewards_of_an_episode_add_up(reward: Any, total: Any, decides: str)
 
 
 def test_a_run_that_is_cut_off_is_truncated() -> None:
-    """At ``run.until_s`` the episode is over, and the result is one of a run that is not complete."""
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=[*FEW, "run.until_s=100"])
     env.reset()
     over = (False, False)
@@ -170,7 +168,6 @@ def test_a_run_that_is_cut_off_is_truncated() -> None:
 
 
 def test_an_episode_without_a_choice_is_over_at_the_first_step() -> None:
-    """Whatever the action; what happened counts."""
     env = rmfs_commands.gym.make("examples/small", "PR", overrides=[*FEW, "run.until_s=30"], reward="distance")
     observation, info = env.reset()
     assert not observation.any()
@@ -181,8 +178,6 @@ def test_an_episode_without_a_choice_is_over_at_the_first_step() -> None:
 
 
 def test_slots_stand_for_what_the_choice_says() -> None:
-    """Pods for a station, robots and storage locations for a pod, pairs of order and station."""
-
     def choice(decides: str) -> Any:
         env = rmfs_commands.gym.make("examples/small", decides, overrides=FEW)
         env.reset()
@@ -201,7 +196,6 @@ def test_slots_stand_for_what_the_choice_says() -> None:
 
 
 def test_environments_do_not_disturb_each_other() -> None:
-    """Steps of three that take turns are those of each alone."""
     kinds = ("PPS", "POA", "PPS")
     envs = [rmfs_commands.gym.make("examples/small", decides, overrides=FEW) for decides in kinds]
     alone = [played(env, seed=seed) for seed, env in enumerate(envs)]
@@ -215,7 +209,6 @@ def test_environments_do_not_disturb_each_other() -> None:
 
 @pytest.mark.parametrize("kind", [SyncVectorEnv, pytest.param(AsyncVectorEnv, marks=pytest.mark.slow)])
 def test_vectors_of_environments(kind: Any) -> None:
-    """Each is seeded on its own, goes on with another episode after its end, and gives what it gives alone."""
     alone = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     envs = kind([lambda: rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)] * 2)
     _, infos = envs.reset(seed=3)
@@ -241,7 +234,6 @@ def simulations() -> int:
 
 
 def test_an_abandoned_episode_leaves_nothing_behind() -> None:
-    """Its simulation is gone after a reset, after `close`, and when an environment that nobody closed is forgotten."""
     before = simulations()
     env: DecisionEnv | None = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     assert env is not None
@@ -274,7 +266,6 @@ def test_memory_stays_flat_over_a_thousand_resets() -> None:
 
 
 def test_an_episode_can_follow_one_that_failed(tmp_path: Path) -> None:
-    """What another rule does wrong ends the episode with the sentence that a run ends with."""
     (tmp_path / "bad.py").write_text(
         "from attrs import define\nfrom rmfs_core import hookimpl\n\n@define\nclass Bad:\n"
         "    @hookimpl\n    def choose_storage_location(self, warehouse):\n"
@@ -291,7 +282,6 @@ def test_an_episode_can_follow_one_that_failed(tmp_path: Path) -> None:
 
 
 def test_an_episode_belongs_to_the_thread_that_began_it() -> None:
-    """A step in another one is refused in a sentence; a reset there begins an episode of its own."""
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     env.reset()
     with ThreadPoolExecutor(1) as thread:
@@ -303,7 +293,6 @@ def test_an_episode_belongs_to_the_thread_that_began_it() -> None:
 
 @pytest.mark.parametrize("reward", [None, 10**400])
 def test_a_reward_that_is_no_number_is_named(reward: Any) -> None:
-    """In one sentence, at the step that it is asked at."""
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, reward=lambda step: reward)
     env.reset()
     with pytest.raises(InputError, match=r"reward: returned \w+; expected a number"):
@@ -340,7 +329,6 @@ def test_an_action_that_is_no_slot_is_named(action: Any) -> None:
     ],
 )
 def test_what_is_wrong_is_said_at_once(given: dict[str, Any], sentence: str) -> None:
-    """One sentence, before any episode."""
     with pytest.raises(InputError, match=sentence):
         rmfs_commands.gym.make(**{"scenario": "examples/small", "decides": "PPS"} | given)
 
@@ -358,7 +346,6 @@ def test_a_scenario_object_takes_no_overrides() -> None:
 
 
 def test_every_observation_lies_within_its_space() -> None:
-    """Also where stock is finite, orders have due times, are larger than any station, or places are counted."""
     worlds = [
         ["instance.items_per_sku=3", "instance.due={allowance_s=60}"],
         ["instance.lines=[0,0,0,0,1]", "stations.item_capacity=4"],
@@ -370,3 +357,189 @@ def test_every_observation_lies_within_its_space() -> None:
             for observation, *_ in played(env):
                 assert env.observation_space.contains(observation)
                 assert observation.shape[1] == len(features)
+
+
+def test_an_environment_is_made_of_a_scenario() -> None:
+    env = rmfs_commands.gym.make("examples/small", "PPS")
+    assert env.action_space.n == 30
+    assert not env.action_masks().any()
+
+
+@pytest.mark.parametrize("missing", ["gymnasium", "greenlet"])
+def test_packages_that_are_missing_are_named(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in ("rmfs_commands.gym.env", "rmfs_commands.gym.episode"):
+        monkeypatch.delitem(sys.modules, module, raising=False)
+    monkeypatch.setitem(sys.modules, missing, None)
+    with pytest.raises(InputError, match=r"rmfs.gym: needs further packages; expected `pip install 'rmfs\[gym\]'`"):
+        rmfs_commands.gym.make("examples/small", "PPS")
+
+
+MINUTE = 60_000
+
+
+@pytest.fixture
+def step(tiny: RunInfo, monkeypatch: pytest.MonkeyPatch) -> Step:
+    """From 60 s to 120 s: two visits, an order that comes at 90 s, one that is done at 100 s; 12 m, 8 m with a pod."""
+    monkeypatch.setattr(type(tiny.warehouse), "now_tick", 2 * MINUTE)
+    events: tuple[Any, ...] = (
+        VisitStarted(70_000, 1, 0, 0, 0),
+        OrderArrived(90_000, 3),
+        RobotMoved(95_000, 90_000, 0, 1, 13, 0, 0, 0, 12, None),
+        OrderCompleted(100_000, 1),
+        VisitStarted(110_000, 2, 1, 1, 0),
+        RobotMoved(115_000, 110_000, 0, 13, 21, 0, 0, 0, 8, 0),
+    )
+    return Step(events, tiny.warehouse, MINUTE, orders_open=2)
+
+
+@pytest.mark.parametrize(
+    ("name", "cost"),
+    [
+        ("visits", 2),
+        ("turnover", (60 + 30 + 40) / 3600),  # one open all the time, one since 90 s, one until 100 s
+        ("distance", 0.02),
+    ],
+)
+def test_what_a_step_costs(step: Step, name: str, cost: float) -> None:
+    assert REWARDS[name](step) == pytest.approx(-cost)
+
+
+ORDERS: dict[str, Any] = {"first": ["a", "b"], "second": {"a": 2}, "third": ["c", "d", "e"], "fourth": ["e"]}
+PODS: dict[str, Any] = {"p": {"a": 10, "b": 10}, "q": {"b": 1, "c": 1}, "r": {"d": 1, "e": 5}}
+
+
+@pytest.fixture
+def world() -> Warehouse:
+    """Two stations with room for four items; ``first`` is assigned to the first, ``p`` is bound for it."""
+    world = small_world(ORDERS, PODS, capacities=(4, 4), due_s={"third": 600.0, "fourth": 0.0})
+    world.assign(world.orders[0], world.stations[0], list(dict(world.orders[0].lines)), 1)
+    world.bind(world.pods[0], world.stations[0])
+    return world
+
+
+def shown(choice: Choice, slot: int) -> dict[str, float]:
+    """Return the features of a slot by name; those that are shown as x / (x + half) as x."""
+    found = {}
+    for feature, value in zip(FEATURES[choice.decides], choice.observation[slot].tolist(), strict=True):
+        found[feature.name] = value if feature.half is None else feature.half * value / (1 - value)
+    return found
+
+
+def test_orders_and_stations(world: Warehouse) -> None:
+    choice = of_orders(WarehouseView(world), 50)
+    assert choice is not None
+    assert (choice.decides, choice.subject) == (Role.POA, None)
+    named = {slot: (order.name, station.id) for slot, (order, station) in choice.options.items()}
+    assert named == {0: ("second", 0), 1: ("second", 1), 3: ("third", 1), 4: ("fourth", 0), 5: ("fourth", 1)}
+    assert np.flatnonzero(choice.mask).tolist() == [0, 1, 3, 4, 5]
+    assert shown(choice, 0) == pytest.approx(
+        {"available": 2, "items": 2, "share": 1, "common": 1, "waited": 0, "urgency": 0, "load": 0.5, "inbound": 1}
+    )
+    assert shown(choice, 3) == pytest.approx(
+        {"available": 0, "items": 3, "share": 0, "common": 0, "waited": 0, "urgency": 0.5, "load": 0, "inbound": 0}
+    )
+    assert shown(choice, 4)["urgency"] == 1
+
+
+def test_no_more_orders_than_are_to_be_shown(world: Warehouse) -> None:
+    choice = of_orders(WarehouseView(world), 1)
+    assert choice is not None
+    assert {order.name for order, _ in choice.options.values()} == {"second"}
+    assert len(choice.mask) == 2
+    world.assign(world.orders[2], world.stations[1], [2, 3, 4], 1)
+    choice = of_orders(WarehouseView(world), 2)
+    assert choice is not None
+    assert [(order.name, station.id) for order, station in choice.options.values()] == [
+        ("second", 0),
+        ("fourth", 0),
+        ("fourth", 1),
+    ]
+
+
+def test_no_choice_where_no_order_fits(world: Warehouse) -> None:
+    world.assign(world.orders[2], world.stations[1], [2, 3, 4], 1)
+    world.assign(world.orders[3], world.stations[0], [4], 1)
+    assert of_orders(WarehouseView(world), 50) is None
+
+
+def test_pods_for_a_station(world: Warehouse) -> None:
+    world.assign(world.orders[2], world.stations[1], [2, 3, 4], 1)
+    world.assign(world.orders[3], world.stations[1], [4], 1)
+    view = WarehouseView(world)
+    choices, station, candidates = PodChoices(view), view.stations[1], view.pods[1:]
+    choice = choices.among(station, candidates)
+    assert (choice.decides, choice.subject) == (Role.PPS, station)
+    assert choice.options == {1: view.pods[1], 2: view.pods[2]}
+    drive_s = view.travel.times_to(station.cell, True)[view.pods[2].cell].min() / 1000
+    assert shown(choice, 1) | {"drive": 0} == pytest.approx(
+        {"serves": 1, "completes": 0, "wanted": 2 / 3, "drive": 0, "leaving": 0, "lacking": 4, "inbound": 0, "idle": 1}
+    )
+    assert shown(choice, 2) == pytest.approx(
+        {
+            "serves": 3,
+            "completes": 1,  # the fourth order, not the third, which needs c, too
+            "wanted": 1,
+            "drive": drive_s,
+            "leaving": 0,
+            "lacking": 4,
+            "inbound": 0,
+            "idle": 1,
+        },
+        rel=1e-5,
+    )
+    assert not choice.observation[0].any()
+    choices.take(station, view.pods[2])
+    after = shown(choices.among(station, candidates[:1]), 1)
+    assert (after["serves"], after["completes"], after["lacking"], after["inbound"]) == pytest.approx((1, 1, 1, 1))
+
+
+def test_locations_for_a_pod(world: Warehouse) -> None:
+    robot, pod = world.robots[0], world.pods[0]
+    world.take_task(robot, pod)
+    world.lift(robot, pod)
+    view = WarehouseView(world)
+    choice = of_locations(view, pod)
+    locations = view.travel.layout.storage_locations
+    assert {slot: locations[slot] for slot in choice.options} == choice.options
+    assert tuple(choice.options.values()) == view.free_storage_locations
+    home = locations.index(view.home(pod))
+    assert [slot for slot in choice.options if shown(choice, slot)["home"]] == [home]
+    far = max(choice.options, key=lambda slot: shown(choice, slot)["drive"])
+    ticks = view.travel.times_from(pod.cell, robot.heading, True)[locations[far]]
+    assert shown(choice, far)["drive"] == pytest.approx(ticks / 1000, rel=1e-4)
+    nearest = min(view.travel.times_to(s.cell, True)[locations[far]].min() for s in view.stations)
+    assert shown(choice, far)["station"] == pytest.approx(nearest / 1000, rel=1e-4)
+    assert shown(choice, far)["wanted"] == pytest.approx(1)  # four items: of q and r two and three are wanted
+    assert shown(choice, far)["idle"] == 0.5
+
+
+def test_robots_for_a_pod(world: Warehouse) -> None:
+    view = WarehouseView(world)
+    pod, (robot, _) = view.pods[0], view.robots
+    choice = of_robots(view, pod, view.robots)
+    assert choice.options == dict(enumerate(view.robots))
+    travel = view.travel
+    expected = {
+        "drive": travel.ticks(robot.cell, robot.heading, pod.cell, False) / 1000,
+        "carry": travel.times_to(view.stations[0].cell, True)[pod.cell].min() / 1000,
+        "line": 0,
+        "waiting": 1,
+        "idle": 1,
+    }
+    assert shown(choice, 0) == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize(("decides", "slots"), [(Role.POA, 14), (Role.PPS, 3), (Role.TA, 2), (Role.PR, None)], ids=str)
+def test_a_run_that_is_over_has_nothing_to_choose(world: Warehouse, decides: Role, slots: int | None) -> None:
+    view = WarehouseView(world)
+    number = slots_of(decides, view, 7)
+    assert number == (slots or len(view.travel.layout.storage_locations))
+    choice = nothing(decides, number)
+    assert choice.observation.shape == (number, len(FEATURES[decides]))
+    assert not choice.observation.any()
+    assert not choice.mask.any()
+
+
+def test_features_are_told_apart_by_name() -> None:
+    for features in FEATURES.values():
+        assert len({feature.name for feature in features}) == len(features)

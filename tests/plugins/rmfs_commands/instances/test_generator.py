@@ -25,7 +25,6 @@ def wanted(instance: Instance) -> list[tuple[str, ...]]:
 
 
 def test_sizes_are_those_of_the_scenario() -> None:
-    """The paper's sizes give 250 orders, 100 SKUs, 100 pods of three entries each, all with unlimited stock."""
     instance = generate_instance(PAPER, seed=1)
     assert (len(instance.orders), len(instance.skus), len(instance.pods)) == (250, 100, 100)
     assert instance.skus == tuple(str(i) for i in range(1, 101))
@@ -46,7 +45,6 @@ def test_sizes_are_those_of_the_scenario() -> None:
 def test_pods_can_fill_every_order(
     seed: int, skus: int, pods: int, skus_per_pod: int, items_per_sku: int | None
 ) -> None:
-    """Orders want each SKU once, only SKUs that are on pods, and no more items than there are."""
     section = InstanceSection(
         orders=5, skus=skus, pods=pods, skus_per_pod=min(skus, skus_per_pod), items_per_sku=items_per_sku
     )
@@ -63,13 +61,11 @@ def test_pods_can_fill_every_order(
 
 
 def test_a_seed_gives_one_instance() -> None:
-    """The same seed gives the same instance, another seed another one."""
     assert generate_instance(PAPER, 1) == generate_instance(PAPER, 1)
     assert wanted(generate_instance(PAPER, 1)) != wanted(generate_instance(PAPER, 2))
 
 
 def test_fewer_orders_are_the_first_of_more() -> None:
-    """The number of orders does not change the orders themselves."""
     assert generate_instance(PAPER, 1).orders[:50] == generate_instance(evolve(PAPER, orders=50), 1).orders
 
 
@@ -85,7 +81,6 @@ def test_arrivals_do_not_change_the_orders() -> None:
 
 
 def test_order_lengths_are_truncated_geometric() -> None:
-    """P(k) is proportional to 0.6^(k-1), sums to 1, and the paper's mean is 2.5 lines."""
     lengths = order_lengths(20)
     assert lengths.sum() == pytest.approx(1)
     assert lengths[1:] / lengths[:-1] == pytest.approx(np.full(19, 0.6))
@@ -94,14 +89,12 @@ def test_order_lengths_are_truncated_geometric() -> None:
 
 @pytest.mark.parametrize(("skus", "p"), [(100, 0.05), (20, 0.25), (11, 5 / 11), (10, 0.5), (5, 0.5), (2, 0.5)])
 def test_sku_demand_is_geometric(skus: int, p: float) -> None:
-    """P(i) is proportional to (1 - p)^(i-1) with p = 5/|I|, and 0.5 for up to ten SKUs."""
     demand = sku_demand(skus)
     assert demand.sum() == pytest.approx(1)
     assert demand[1:] / demand[:-1] == pytest.approx(np.full(skus - 1, 1 - p))
 
 
 def test_drawn_orders_follow_the_distributions() -> None:
-    """Over many orders the mean length is right, and one-line orders want SKUs as `sku_demand` says."""
     section = InstanceSection(orders=20_000, skus=20, pods=20)
     orders = wanted(generate_instance(section, 3))
     mean = order_lengths(15) @ np.arange(1, 16)
@@ -118,7 +111,6 @@ def test_shuffled_lists_are_cut_into_pods() -> None:
 
 
 def test_a_sku_twice_in_a_cut_is_merged() -> None:
-    """A cut across two lists may have a SKU twice: the pod holds it once, with all its items."""
     section = InstanceSection(orders=0, skus=3, pods=40, skus_per_pod=2, items_per_sku=5)
     pods = generate_instance(section, 1).pods
     assert {contents for pod in pods for contents in [tuple(items for _, items in pod.contents)]} == {(5, 5), (10,)}
@@ -126,14 +118,12 @@ def test_a_sku_twice_in_a_cut_is_merged() -> None:
 
 
 def test_skus_on_no_pod_are_left_out() -> None:
-    """With fewer entries than SKUs, the instance has the stocked SKUs alone, under their own names."""
     instance = generate_instance(InstanceSection(orders=10, skus=100, pods=4, skus_per_pod=2), 1)
     assert len(instance.skus) == 8
     assert set(instance.skus) <= {str(i) for i in range(1, 101)}
 
 
 def test_too_little_stock_is_an_error() -> None:
-    """When the pods run out of items, the message says how far it got and what to change."""
     section = InstanceSection(orders=50, skus=5, pods=5, skus_per_pod=1, items_per_sku=2)
     with pytest.raises(InputError) as caught:
         generate_instance(section, 1)
@@ -167,7 +157,6 @@ def test_time_0_is_a_time_of_day() -> None:
 
 
 def test_poisson_arrivals_follow_the_hours() -> None:
-    """With 100 orders an hour on average there are 2,400 a day, all of them between 6 and 8."""
     section = evolve(PAPER, orders=4800, max_lines=1, arrivals=Arrivals("poisson", 100.0, PROFILE))
     hours = np.array([order.arrival_tick for order in generate_instance(section, seed=1).orders]) / 3_600_000
     assert set(np.floor(hours % 24).tolist()) == {6, 7}
@@ -197,12 +186,10 @@ def test_lengths_of_a_list_of_weights() -> None:
 
 
 def test_zipf_demand() -> None:
-    """Weights 1/(n + 1): of three SKUs 6/13, 4/13 and 3/13."""
     assert sku_demand(3, SkuDemand(1.0, shift=1.0)) == pytest.approx([6 / 13, 4 / 13, 3 / 13])
 
 
 def test_what_is_bought_together() -> None:
-    """With 50 groups of two SKUs, the second of two lines is the partner of the first one wherever it can be."""
     section = evolve(PAPER, lines=(0.0, 1.0), demand=SkuDemand(0.0, groups=50, together=1.0))
     pairs = Counter(frozenset(lines) for lines in wanted(generate_instance(section, seed=1)))
     alone = Counter(frozenset(lines) for lines in wanted(generate_instance(evolve(PAPER, lines=(0.0, 1.0)), seed=1)))

@@ -37,7 +37,6 @@ def place(environment: Callable[..., Any], built: Callable[..., tuple[Path, Path
 
 @pytest.mark.slow
 def test_it_is_the_wheel_that_is_tried(place: Any) -> None:
-    """The package comes from the environment, not from the checkout, and the new rules' needs are met."""
     found = place.call("python", "-c", "import rmfs_core; print(rmfs_core.__file__)")
     assert Path(found.strip()).is_relative_to(place.folder / "venv")
     place.call("pip", "check")
@@ -45,7 +44,6 @@ def test_it_is_the_wheel_that_is_tried(place: Any) -> None:
 
 @pytest.mark.slow
 def test_the_wheel_alone_runs_the_tour(place: Any) -> None:
-    """Every command of rmfs does its work with what the wheel holds."""
     place.call("rmfs", "run", "examples/small", "--trace", "--record-decisions", "--out", "day")
     assert "no fault" in place.call("rmfs", "validate", "day")
     place.call("rmfs", "explain", "day", "--decision", "1", "--against", "first-come", "--state", "state.json")
@@ -83,7 +81,6 @@ def test_the_wheel_alone_runs_the_tour(place: Any) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("label", RULES)
 def test_a_new_rule_passes_its_tests_and_runs(place: Any, label: str) -> None:
-    """Its own tests pass, `rmfs rules` describes it, and a run that selects it completes every order with it."""
     rule = rule_of(label)
     assert " passed" in place.call("python", "-m", "pytest", "-q", within=rule.name)
     (described,) = json.loads(place.call("rmfs", "rules", rule.name, "--json"))
@@ -100,7 +97,6 @@ def test_a_new_rule_passes_its_tests_and_runs(place: Any, label: str) -> None:
 
 @pytest.mark.slow
 def test_a_new_observers_metric_is_a_metric(place: Any) -> None:
-    """It is in the results of a run that names the observer, and what it writes lies beside them."""
     rule = rule_of("observer")
     printed = place.call("rmfs", "run", "examples/small", "--out", "observed", *shlex.split(selecting(rule)))
     assert "Picks at the busiest station" in printed
@@ -111,7 +107,6 @@ def test_a_new_observers_metric_is_a_metric(place: Any) -> None:
 
 @pytest.mark.slow
 def test_a_new_command_passes_its_tests_and_runs(place: Any) -> None:
-    """It is a command of `rmfs`, and does what its README says."""
     rule = rule_of(COMMAND)
     assert " passed" in place.call("python", "-m", "pytest", "-q", within=rule.name)
     assert f"  {rule.name} " in place.call("rmfs", "--help")

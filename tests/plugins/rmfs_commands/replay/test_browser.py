@@ -20,8 +20,6 @@ from rmfs_commands.replay.positions import ways
 from rmfs_commands.replay.reading import Replay, read_replay
 from rmfs_core.world import CellKind
 
-pytestmark = pytest.mark.slow
-
 SIZES = [(1280, 720), (1600, 1000), (900, 700), (400, 800)]
 
 SEEN_AT = """
@@ -83,6 +81,7 @@ def quiet(browser: Chromium) -> Iterator[None]:
     assert all(address.startswith(("file:", "data:", "about:")) for address in browser.requests)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["day", "short"])
 def test_robots_are_on_screen_where_the_validator_has_them(
     browser: Chromium, written: dict[str, Path], day: Path, short: Path, name: str
@@ -99,8 +98,8 @@ def test_robots_are_on_screen_where_the_validator_has_them(
             assert (x, y, heading) == pytest.approx((here.column, here.row, here.heading), abs=1e-9), tick
 
 
+@pytest.mark.slow
 def test_robots_are_drawn_there(browser: Chromium, written: dict[str, Path], replay: Replay) -> None:
-    """Beside its mark, each robot's place on the canvas has the colour of a robot; a place without one has not."""
     browser.size(1600, 1000)
     browser.open(written["day"])
     browser.evaluate("replay.theme('light')")
@@ -122,8 +121,8 @@ def test_robots_are_drawn_there(browser: Chromium, written: dict[str, Path], rep
     assert set(browser.evaluate(COLOURS_AT % (0, empty))) == {"#ffffff"}
 
 
+@pytest.mark.slow
 def test_heat_maps_add_up_to_the_tables(browser: Chromium, written: dict[str, Path], day: Path, replay: Replay) -> None:
-    """Waiting is that of robots.csv, traffic the metres driven, picks those of the metrics."""
     browser.open(written["day"])
     sums = {}
     for name in ("waiting", "traffic", "picks"):
@@ -136,8 +135,8 @@ def test_heat_maps_add_up_to_the_tables(browser: Chromium, written: dict[str, Pa
     assert sums["picks"] == replay.metrics["picks"]
 
 
+@pytest.mark.slow
 def test_keys(browser: Chromium, written: dict[str, Path], replay: Replay) -> None:
-    """Play, pause, seek, speed, decisions, heat maps, theme, the list of keys."""
     browser.open(written["day"])
     tick = "replay.clock.tick"
     browser.press("ArrowRight")
@@ -170,8 +169,8 @@ def test_keys(browser: Chromium, written: dict[str, Path], replay: Replay) -> No
     assert not browser.evaluate("document.getElementById('keys').open")
 
 
+@pytest.mark.slow
 def test_finding_and_clicking(browser: Chromium, written: dict[str, Path]) -> None:
-    """A name or a click shows a thing: what it does, why, and what it did; a time in its history leads there."""
     browser.open(written["day"], "#t=100")
     browser.press("/")
     for sign in "robot 2":
@@ -212,12 +211,12 @@ def wait_until(browser: Chromium, condition: str) -> None:
     raise AssertionError(condition)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["day", "both"])
 @pytest.mark.parametrize("size", SIZES)
 def test_nothing_overlaps_or_is_cut_off(
     browser: Chromium, written: dict[str, Path], size: tuple[int, int], name: str
 ) -> None:
-    """At every size the warehouse is large enough to be seen, no part lies on another, and nothing sticks out."""
     browser.size(*size)
     browser.open(written[name], "#t=60")
     boxes = browser.evaluate(
@@ -234,8 +233,8 @@ def test_nothing_overlaps_or_is_cut_off(
     assert browser.evaluate("replay.views.every((view) => view.scene.scale >= 6)")
 
 
+@pytest.mark.slow
 def test_dark_and_light_as_the_reader_has_it(browser: Chromium, written: dict[str, Path]) -> None:
-    """The page begins in the theme that is preferred; text can be read in both."""
     for dark in (False, True):
         browser.size(1280, 720, dark=dark)
         browser.open(written["day"])
@@ -261,8 +260,8 @@ def contrast(browser: Chromium, element: str) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
+@pytest.mark.slow
 def test_everything_has_a_name_for_who_does_not_see_it(browser: Chromium, written: dict[str, Path]) -> None:
-    """Each control and picture has a label, and the time line says its time in words."""
     browser.open(written["day"], "#t=3661")
     nameless = browser.evaluate(
         "[...document.querySelectorAll('button, select, input, canvas, section, aside, dialog')].filter((one) =>"
@@ -274,11 +273,11 @@ def test_everything_has_a_name_for_who_does_not_see_it(browser: Chromium, writte
     wait_until(browser, "document.getElementById('seek').getAttribute('aria-valuetext') === '1 minute 1 second'")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("forbidden", [True, False])
 def test_a_foreign_script_does_not_run(
     browser: Chromium, written: dict[str, Path], tmp_path: Path, forbidden: bool
 ) -> None:
-    """Neither an inline script nor what an attribute says, should HTML come into a page; without its policy both do."""
     text = written["day"].read_text(encoding="utf-8")
     policy = re.search(r"<meta http-equiv=.*>", text)
     assert policy
@@ -297,6 +296,7 @@ def test_a_foreign_script_does_not_run(
     browser.problems[:] = [one for one in browser.problems if one not in refused]
 
 
+@pytest.mark.slow
 def test_the_script_hides_nothing_of_the_browser(browser: Chromium, written: dict[str, Path]) -> None:
     """Its modules share a scope: a name of one must not be what another means by a browser's object."""
     browser.open(written["day"])
@@ -305,11 +305,8 @@ def test_the_script_hides_nothing_of_the_browser(browser: Chromium, written: dic
     assert browser.evaluate(f"{names}.filter((name) => Object.hasOwn(window, name))") == []
 
 
+@pytest.mark.slow
 def test_a_page_of_hours_opens_at_once_and_runs_smoothly(browser: Chromium, tmp_path: Path) -> None:
-    """Two hours with a hundred robots: under 2 s, and a picture takes less than half of a sixtieth of a second.
-
-    The page of eight hours may have 2 MB, so this one has a quarter.
-    """
     overrides = ("robots.count=100", "layout.stations_west=4", "run.until_s=7200", "rules.pp=sipp")
     rmfs_core.run("paper-2000", overrides=overrides, out=tmp_path, record=["trace"])
     (tmp_path / "page.html").write_text(page([read_replay(tmp_path)]), encoding="utf-8")
@@ -323,8 +320,8 @@ def test_a_page_of_hours_opens_at_once_and_runs_smoothly(browser: Chromium, tmp_
     assert spent_ms / frames < 1000 / 60 / 2
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_it_in_a_frame(browser: Chromium, day: Path, tmp_path: Path) -> None:
-    """Cut off from the page around it, it is drawn all the same, and goes where one clicks on its time line."""
     around = f"<body style='margin:0'>{rmfs_commands.replay.replay(day)._repr_html_()}<script>replay = true</script>"
     (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><meta charset='utf-8'>{around}", encoding="utf-8")
     browser.open(tmp_path / "notebook.html")

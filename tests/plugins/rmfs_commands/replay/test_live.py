@@ -53,7 +53,6 @@ class Asking:
 
 
 def test_a_browser_is_told_of_the_run_so_far(tmp_path: Path) -> None:
-    """While it goes on it is told what there was; at the end what the trace tells, but for the result."""
     watch = Watch("day")
     asking = Asking(watch)
     rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["trace"], observers=[asking, watch])
@@ -72,7 +71,6 @@ def test_a_browser_is_told_of_the_run_so_far(tmp_path: Path) -> None:
 
 
 def test_telling_costs_a_tenth_of_the_time_at_most() -> None:
-    """Somebody who asks at every event is told once in a while."""
     watch = Watch("day")
     told_at: list[float] = []
 
@@ -96,7 +94,6 @@ def refusal(address: str, **headers: str) -> tuple[int, str]:
 
 
 def test_only_who_has_the_token_is_answered() -> None:
-    """The address that is printed has one, another in each run; without it neither the page nor the run is told."""
     watch, other = Watch("day"), Watch("day")
     rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
     assert len(watch.token) > 30
@@ -121,7 +118,6 @@ def test_only_who_has_the_token_is_answered() -> None:
 
 
 def test_only_this_machine_s_pages_are_answered() -> None:
-    """A page of somewhere else, whose name leads here, is refused; so is what is neither page nor run."""
     watch = Watch("day")
     rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
     elsewhere = (403, "This page is for the machine that it runs on.")
@@ -138,7 +134,6 @@ def test_only_this_machine_s_pages_are_answered() -> None:
 
 @pytest.mark.slow
 def test_the_command_shows_the_run_in_a_browser_until_ctrl_c(tmp_path: Path) -> None:
-    """The page plays what there is, gets more, and stays when the run has ended; Ctrl-C ends the command, code 0."""
     program = f"{HEED}; from rmfs_commands.cli.main import main; main()"
     long = ("--set", "instance.orders=4000", "--out", str(tmp_path / "out"))
     command = [sys.executable, "-c", program, "run", "paper-250", "--watch", "--quiet", *long]

@@ -1,4 +1,4 @@
-"""The page: everything in one file, and no more than it may be."""
+"""The page of `rmfs replay`: what it is told, what is in it, also in a notebook."""
 
 from __future__ import annotations
 
@@ -7,25 +7,30 @@ import hashlib
 import json
 import re
 import zlib
+from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 
+import attrs
 import pytest
+from PIL import Image, ImageSequence
 
+import rmfs_commands.replay
+from calling import exit_code
+from rmfs_commands.replay import notebook
 from rmfs_commands.replay.page import LIVE, RECORDED, VIEW, live_page, packed, page, script
-from rmfs_commands.replay.reading import Replay
-from rmfs_commands.replay.telling import told
+from rmfs_commands.replay.reading import Replay, read_replay
+from rmfs_commands.replay.telling import metrics_of, rules_of, summaries, told
+from rmfs_core import InputError
 from rmfs_core.results.files import to_json
 
 
 def test_a_run_is_packed_whole(replay: Replay) -> None:
-    """A browser that inflates the text reads what the run is told as."""
     unpacked = json.loads(zlib.decompress(base64.b64decode(packed(told(replay)))))
     assert unpacked == json.loads(to_json(told(replay)))
 
 
 def test_the_page_needs_nothing_else(replay: Replay) -> None:
-    """It names no address and no other file, and forbids itself to ask for any."""
     text = page([replay, replay])
     assert text.count('<script type="text/plain" class="run">') == 2
     assert not re.search(
@@ -67,7 +72,6 @@ class Inline(HTMLParser):
 
 
 def test_the_page_allows_its_own_script_and_style_only(replay: Replay) -> None:
-    """By their hashes; nothing is loaded, and only the page of a run that goes on may ask where it comes from."""
     common = {"default-src": ["'none'"], "img-src": ["data:"], "base-uri": ["'none'"], "form-action": ["'none'"]}
     for text, more in ((page([replay]), {}), (live_page("day"), {"connect-src": ["'self'"]})):
         inline = Inline(text)
@@ -94,7 +98,6 @@ def names_of(text: str) -> list[str]:
 
 @pytest.mark.parametrize("file", sorted(VIEW.glob("*.mjs")), ids=lambda file: file.name)
 def test_modules_have_the_forms_that_the_script_is_made_from(file: Path) -> None:
-    """Imports are one statement each, of names that another module exports by an own word before what it defines."""
     text = file.read_text(encoding="utf-8")
     assert text.startswith("// @ts-check\n// ")
     exports = {
@@ -112,7 +115,6 @@ def test_modules_have_the_forms_that_the_script_is_made_from(file: Path) -> None
 
 @pytest.mark.parametrize(("entry", "others"), [(RECORDED, {LIVE, "live.mjs"}), (LIVE, {RECORDED})])
 def test_all_modules_are_in_the_script_after_what_they_import(entry: str, others: set[str]) -> None:
-    """Each once, and no two of them define the same name, as they share one scope there."""
     whole = script(entry)
     modules = {file.name: file.read_text(encoding="utf-8") for file in VIEW.glob("*.mjs") if file.name not in others}
     names = names_of(whole)
@@ -129,7 +131,170 @@ def test_all_modules_are_in_the_script_after_what_they_import(entry: str, others
 
 
 def test_a_name_that_looks_like_html_is_no_html(replay: Replay) -> None:
-    """A folder may be called anything."""
     import attrs
 
     assert "<title>&lt;b&gt;</title>" in page([attrs.evolve(replay, name="<b>")])
+
+
+class Frame(HTMLParser):
+    """What a browser makes of the HTML: the one frame in it."""
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        """Keep its attributes."""
+        assert tag == "iframe"
+        self.found = dict(attributes)
+
+
+def frame_of(shown: rmfs_commands.replay.Page) -> dict[str, str | None]:
+    """Return the attributes of a replay's frame."""
+    parser = Frame()
+    parser.feed(shown._repr_html_())
+    parser.close()
+    return parser.found
+
+
+def test_the_page_is_shown_in_a_frame(day: Path, replay: Replay) -> None:
+    shown = rmfs_commands.replay.replay(day, height_px=400)
+    frame = frame_of(shown)
+    assert frame["srcdoc"] == page([replay])
+    assert frame["title"] == "Replay of day"
+    assert "height:400px" in str(frame["style"])
+    assert frame["sandbox"] is not None
+    assert "allow-same-origin" not in frame["sandbox"]
+    assert repr(shown) == "Page(name='day', height_px=400)"
+
+
+def test_two_runs_are_one_page(day: Path, short: Path) -> None:
+    assert frame_of(rmfs_commands.replay.replay(day, short))["title"] == "Replay of day and short"
+
+
+def test_a_page_that_is_too_large_is_a_sentence(day: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(notebook, "MOST_BYTES", 1000)
+    shown = attrs.evolve(rmfs_commands.replay.replay(day), name="<b>")._repr_html_()
+    assert shown.startswith("<p>The replay of &lt;b&gt; has 0.1 MB; ")
+    assert "<code>rmfs replay</code> writes it as a file" in shown
+
+
+def test_a_folder_without_a_trace_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="trace"):
+        rmfs_commands.replay.replay(tmp_path)
+
+
+called = partial(exit_code, "replay")
+
+
+def test_a_page_beside_the_run(day: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert called(str(day)) == 0
+    page = day / "replay.html"
+    assert capsys.readouterr().out == f"Open {page} in a browser.\n"
+    assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    page.unlink()
+
+
+def test_two_runs_in_a_file_of_ones_own(
+    day: Path, short: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert called(str(day), str(short), "--out", str(tmp_path / "both.html"), "--quiet") == 0
+    assert capsys.readouterr().out == ""
+    assert "<title>day and short</title>" in (tmp_path / "both.html").read_text(encoding="utf-8")
+
+
+def test_pictures_from_a_time_to_another(day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert called(str(day), "--frames", "2", "--from", "60", "--to", "120", "--out", str(tmp_path)) == 0
+    assert capsys.readouterr().out == f"2 pictures in {tmp_path}.\n"
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["frame-001.png", "frame-002.png"]
+
+
+def test_a_video(day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "x.gif"
+    assert called(str(day), "--video", str(file), "--from", "60", "--to", "70", "--speed", "5") == 0
+    assert capsys.readouterr().out == f"A video in {file}.\n"
+    with Image.open(file) as found:
+        assert sum(frame.info["duration"] for frame in ImageSequence.Iterator(found)) == 2100
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("nowhere",), "nowhere: cannot be read"),
+        (("DAY", "nowhere"), "nowhere: cannot be read"),
+        (("DAY", "--video", "x.webm"), "found the ending '.webm'; expected .gif or .mp4"),
+        (("DAY", "--video", "x.gif", "--frames", "3"), "--video: found with --frames; expected one of them"),
+        (("DAY", "--video", "x.gif", "--out", "y"), "--out: found with --video x.gif"),
+        (("DAY", "--speed", "3"), "--speed: found without --video"),
+        (("DAY", "--to", "3"), "--to: found without --frames or --video"),
+        (("DAY", "--video", "x.gif", "--speed", "1e-9"), "pictures; expected at most 2,000, by a higher speed or a"),
+        (("DAY", "--frames", "3", "--from", "99999"), "--from 99999: the run ends at "),
+        (("DAY", "--frames", "3", "--from", "9", "--to", "8"), "--to 8: expected a time from 9 s on"),
+        (("DAY", "--out", "DAY"), "cannot be written: a folder has that name"),
+    ],
+)
+def test_what_cannot_be_done(
+    day: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], sentence: str
+) -> None:
+    assert called(*(str(day) if argument == "DAY" else argument for argument in arguments)) == 2
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert len(said.splitlines()) == 1
+
+
+def test_what_the_page_is_told(replay: Replay) -> None:
+    found = told(replay)
+    assert found["name"] == "day"
+    assert found["status"] == "complete"
+    assert found["tick"] == replay.tick > 0
+    assert len(found["layout"]["kind"]) == found["layout"]["width"] * found["layout"]["height"]
+    assert len(found["orders"]["name"]) == 20
+    assert ["Visits per order", f"{replay.metrics['psv_per_order']:.2f}"] in found["metrics"]
+    assert found["about"]["nearest"] == "Store a pod in the nearest free storage location."
+    assert sum(found["legs"]["n"]) == len(found["legs"]["gap"])
+    assert "due" not in found["orders"]
+    json.dumps(found, allow_nan=False)
+
+
+def declared(name: str) -> dict[str, str]:
+    """Return the keys of a type of the page's JavaScript with their types."""
+    text = re.sub(r"//[^\n]*|/\*.*?\*/", "", (VIEW / "types.d.ts").read_text(encoding="utf-8"), flags=re.DOTALL)
+    body = re.search(rf"^export type {name} = \{{\n(.*?)^\}};", text, re.DOTALL | re.MULTILINE)
+    assert body
+    return dict(re.findall(r"^  (\w+): (.*?);$", body[1], re.DOTALL | re.MULTILINE))
+
+
+def test_the_types_of_the_page_are_what_it_is_told(day: Path) -> None:
+    found = told(read_replay(day))
+    events = {name: {"tick", *re.findall(r'"(\w+)"', columns)} for name, columns in declared("ToldEvents").items()}
+    assert {name: set(columns) for name, columns in found["events"].items()} == events
+    run = declared("ToldRun")
+    assert found.keys() == run.keys()
+    for key, kind in run.items():
+        if kind.startswith("{"):
+            names = re.findall(r"(\w+)(\??):", kind)
+            assert (
+                {name for name, optional in names if not optional} <= found[key].keys() <= {name for name, _ in names}
+            )
+    decisions = {*re.findall(r'"(\w+)"', run["decisions"]), "texts"}
+    assert found["decisions"].keys() == decisions
+
+
+def test_metrics_are_as_the_summary_has_them() -> None:
+    values = {"turnover_s": 1234.56, "picker_utilisation": 0.512, "orders_per_hour": None}
+    assert metrics_of(values) == [["Turn-over time", "1,234.6 s"], ["Picker utilisation", "51.2 %"]]
+
+
+def test_rules_with_parameters_have_their_names() -> None:
+    rules = {"poa_pps": {"rule": "lns", "iterations": 3}, "pr": "nearest", "poa": None, "filters": []}
+    assert rules_of({"rules": rules}) == {"POA+PPS": "lns", "PR": "nearest"}
+    more = {"roa": "first-bundle", "rps": {"rule": "random"}, "idle": "stay", "move": "cache", "activate": "all"}
+    assert rules_of({"rules": more}) == {
+        "ROA": "first-bundle",
+        "RPS": "random",
+        "activation": "all",
+        "idle": "stay",
+        "repositioning": "cache",
+    }
+    assert summaries({"./my.py:Mine", "nearest"}) == {"nearest": "Store a pod in the nearest free storage location."}
+
+
+def test_stations_tell_how_many_bundles_they_take(restocked: Path, replay: Replay) -> None:
+    assert told(read_replay(restocked))["stations"]["bundle_capacity"] == [0, 0, 10]
+    assert told(replay)["stations"]["bundle_capacity"] == [0] * len(replay.start.stations)

@@ -1,18 +1,142 @@
-"""A reproduction from start to end, with runs that are made up."""
+"""`rmfs reproduce` from its parts to its files, and what it ran on."""
 
 from __future__ import annotations
 
+import os
+import platform
 from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
+from pyarrow import parquet
 
+from rmfs_commands.cli.main import main, rmfs
 from rmfs_commands.experiments import Experiment, ExperimentResult, Watcher
 from rmfs_commands.experiments.rows import labels, row_without_result
+from rmfs_commands.reproduction import machine as module
 from rmfs_commands.reproduction import reproducing
-from rmfs_commands.reproduction.parts import PARTS, choose_parts
+from rmfs_commands.reproduction.extensions import PREFILTER, prefiltered
+from rmfs_commands.reproduction.instance_sets import METHODS, SIX_ORDERS
+from rmfs_commands.reproduction.machine import machine, processor, versions
+from rmfs_commands.reproduction.parts import PARTS, choose_parts, experiment_of
 from rmfs_commands.reproduction.reproducing import Reproduction, reproduce
+from rmfs_core.errors import InputError
+from rmfs_core.scenario import load_scenario
+
+RUNS = {"examples": 5, "instances": 1200, "packing": 240, "prefilter": 880, "large": 320}
+
+
+def test_runs_of_each_part(jobs) -> None:
+    """24 instances x 5 rule sets x 10 seeds, and so on; all runs of a part differ."""
+    assert {part: len(found) for part, found in jobs.items()} == RUNS
+    assert {part: len({job.key for job in found}) for part, found in jobs.items()} == RUNS
+
+
+def test_rule_sets_are_those_the_tables_look_for() -> None:
+    names = {part.name: [rule_set.name for rule_set in experiment_of(part).rule_sets] for part in PARTS}
+    assert names["large"] == list(METHODS)
+    assert sorted(names["instances"]) == sorted([*METHODS, SIX_ORDERS])
+    assert names["packing"] == ["sequential", "split-among-stations", "packing-10"]
+    assert names["prefilter"] == ["sequential", "split-among-stations", *map(prefiltered, PREFILTER)]
+
+
+def test_parts_share_runs(jobs) -> None:
+    keys = {part: {job.key for job in found} for part, found in jobs.items()}
+    assert len(keys["packing"] & keys["instances"]) == 160
+    assert len(keys["prefilter"] & keys["instances"]) == 160
+
+
+def test_rules_are_those_of_the_shipped_scenarios(jobs) -> None:
+    for base, part, instance in (
+        ("paper-250", "instances", "orders=250, skus=100, pods=100, skus_per_pod=3"),
+        ("paper-2000", "large", "skus=100, pods=100, skus_per_pod=3"),
+    ):
+        ours = {job.rule_set: job.scenario for job in jobs[part] if job.instance == instance and job.seed == 1}
+        for method in METHODS:
+            name = base if method == "sequential" else f"{base}-{method}"
+            assert ours[method] == load_scenario(name)
+
+
+def test_quick_is_one_seed_of_the_smallest_set() -> None:
+    parts = choose_parts(quick=True)
+    jobs = {part.name: experiment_of(part, quick=True).jobs() for part in parts}
+    assert {name: len(found) for name, found in jobs.items()} == {"examples": 5, "instances": 40}
+    assert {job.scenario.instance.orders for job in jobs["instances"]} == {50}
+
+
+def test_parts_in_their_order() -> None:
+    assert [part.name for part in choose_parts(("large", "packing"))] == ["packing", "large"]
+    assert choose_parts() == list(PARTS)
+
+
+@pytest.mark.parametrize(
+    ("only", "quick", "message"),
+    [
+        (("larg",), False, 'there is no part "larg" .did you mean `large`'),
+        (("large",), True, "large has no part in --quick, which is examples and instances"),
+    ],
+)
+def test_wrong_parts(only: tuple[str, ...], quick: bool, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        choose_parts(only, quick)
+
+
+def test_the_machine_is_named() -> None:
+    found = machine()
+    assert list(found) == ["processor", "cores", "system", "python"]
+    assert all(found.values())
+    assert platform.python_version() in found["python"]
+    assert platform.system() in found["system"]
+
+
+def test_cores_are_those_that_may_be_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 5, 7}, raising=False)
+    assert machine()["cores"] == "3"
+    monkeypatch.delattr(os, "sched_getaffinity")
+    monkeypatch.setattr(os, "cpu_count", lambda: 12)
+    assert machine()["cores"] == "12"
+    monkeypatch.setattr(os, "cpu_count", lambda: None)
+    assert machine()["cores"] == "1"
+
+
+@pytest.mark.parametrize(
+    ("text", "platforms", "expected"),
+    [
+        ("processor : 0\nmodel name\t: Some CPU @ 2 GHz\nmodel name\t: Another\n", "x", "Some CPU @ 2 GHz"),
+        ("processor : 0\n", "arm", "arm"),
+        (None, "arm", "arm"),
+        (None, "", "unknown"),
+    ],
+)
+def test_the_processor_is_called_as_the_system_calls_it(
+    text: str | None, platforms: str, expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read(path: Path, encoding: str) -> str:
+        if text is None:
+            raise FileNotFoundError(path)
+        return text
+
+    monkeypatch.setattr(Path, "read_text", read)
+    monkeypatch.setattr(platform, "processor", lambda: platforms)
+    assert processor() == expected
+
+
+def test_versions_of_what_figures_depend_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = versions()
+    assert found["numpy"] == version("numpy")
+    assert found["rmfs"] == version("rmfs")
+
+    def without_mip(name: str) -> str:
+        if name == "mip":
+            raise PackageNotFoundError(name)
+        return "1.0"
+
+    monkeypatch.setattr(module, "version", without_mip)
+    assert versions() == dict.fromkeys(found, "1.0") | {"mip": "not installed"}
+
 
 Row = dict[str, Any]
 
@@ -65,7 +189,6 @@ def test_each_part_is_run_and_told(run: Callable[..., Any], tmp_path: Path) -> N
 
 
 def test_the_facts_say_what_was_computed(run: Callable[..., Any], tmp_path: Path) -> None:
-    """How many runs, how many of them stored before, and how long they take by themselves."""
     run(stored=2)
     facts = reproduced(tmp_path, "examples").report.facts
     assert "s for 3 runs; 2 were stored already; the 5 runs' own times add up to 5.0 min" in facts["Time"]
@@ -78,7 +201,6 @@ def test_the_facts_say_what_was_computed(run: Callable[..., Any], tmp_path: Path
 
 
 def test_failed_runs_are_kept_apart(run: Callable[..., Any], tmp_path: Path) -> None:
-    """They have rows like all others; without a time they add nothing to the sum."""
     run(failed=4)
     done = reproduced(tmp_path, "examples")
     assert len(done.rows) == 5
@@ -87,7 +209,6 @@ def test_failed_runs_are_kept_apart(run: Callable[..., Any], tmp_path: Path) -> 
 
 
 def test_runs_that_parts_share_are_there_once(run: Callable[..., Any], tmp_path: Path) -> None:
-    """Packing and prefilter have runs of sequential in common."""
     asked = run()
     done = reproduced(tmp_path, "packing", "prefilter")
     assert len(done.rows) < sum(len(entry["experiment"].jobs()) for entry in asked)
@@ -95,7 +216,6 @@ def test_runs_that_parts_share_are_there_once(run: Callable[..., Any], tmp_path:
 
 
 def test_quick_is_the_first_seed_of_the_smallest_set(run: Callable[..., Any], tmp_path: Path) -> None:
-    """Settings are those of the instances that were run."""
     asked = run()
     done = reproduce([part for part in PARTS if part.name == "instances"], tmp_path, quick=True)
     assert {(job.seed, job.axes["instance.orders"]) for job in asked[0]["experiment"].jobs()} == {(1, 50)}
@@ -103,3 +223,79 @@ def test_quick_is_the_first_seed_of_the_smallest_set(run: Callable[..., Any], tm
     run()
     without = reproduced(tmp_path, "examples").report
     assert not any(grid.rows[0][0] == "Section 4.1" for grid in without.grids if grid.title == "Overview")
+
+
+def called(*arguments: str):
+    """Run the command."""
+    return CliRunner().invoke(rmfs, ["reproduce", *arguments])
+
+
+def lines_of(report: Path, start: str) -> list[list[str]]:
+    """Return the cells of the lines of report.md that start so."""
+    lines = report.read_text(encoding="utf-8").splitlines()
+    return [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith(f"| {start}")]
+
+
+@pytest.mark.slow
+def test_the_examples(tmp_path: Path) -> None:
+    done = called("--only", "examples", "--jobs", "1", "--out", str(tmp_path))
+    assert done.exit_code == 0, done.output
+    report = tmp_path / "report.md"
+    assert [line[1:4] for line in lines_of(report, "example-2-sequential")] == [
+        ["6.0", "6.0", "in range"],
+        ["2.0", "2.0", "in range"],
+    ]
+    assert all(line[3] == "in range" for line in lines_of(report, "example-"))
+    assert (tmp_path / "report.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    assert parquet.read_table(tmp_path / "runs-examples.parquet").num_rows == 5
+    first = report.read_text(encoding="utf-8")
+    assert "for 5 runs" in first
+    again = called("--only", "examples", "--jobs", "1", "--out", str(tmp_path))
+    assert again.exit_code == 0
+    second = report.read_text(encoding="utf-8")
+    assert "5 were stored already" in second
+    assert second[second.index("## Overview") :] == first[first.index("## Overview") :]
+
+
+@pytest.mark.slow
+def test_quick(tmp_path: Path) -> None:
+    done = called("--quick", "--out", str(tmp_path))
+    assert done.exit_code == 0, done.output
+    assert parquet.read_table(tmp_path / "runs-instances.parquet").num_rows == 40
+    report = tmp_path / "report.md"
+    assert [line[4] for line in lines_of(report, "50 orders, integrated")[:2]] == ["8", "8"]
+    assert "45 different runs, of which 0 failed; solves that a time limit stopped: 0." in report.read_text(
+        encoding="utf-8"
+    )
+    for name in ("relative-to-sequential", "turnover", "computing-time", "distributions"):
+        assert (tmp_path / f"{name}.png").exists() and (tmp_path / f"{name}.svg").exists()
+
+
+@pytest.mark.slow
+def test_a_failed_run_is_reported_and_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail_all(experiment, **_):
+        rows = [row_without_result(job, "the worker died", "WorkerDiedError") for job in experiment.jobs()]
+        return ExperimentResult(experiment, rows, computed=len(rows))
+
+    monkeypatch.setattr("rmfs_commands.reproduction.reproducing.run_experiment", fail_all)
+    with pytest.raises(SystemExit) as ended:
+        main(["reproduce", "--only", "examples", "--out", str(tmp_path)])
+    assert ended.value.code == 1
+    report = tmp_path / "report.md"
+    assert "5 different runs, of which 5 failed" in report.read_text(encoding="utf-8")
+    assert lines_of(report, "examples | examples/example-appendix")[0][2:] == ["failed", "the worker died"]
+    assert lines_of(report, "example-appendix")[0][3] == "no complete run"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--only", "packin"), 'there is no part "packin" (did you mean'),
+        (("--quick", "--only", "large"), "large has no part in --quick"),
+    ],
+)
+def test_wrong_arguments(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
+    out = tmp_path / "out"
+    done = called(*arguments, "--out", str(out))
+    assert message in str(done.exception)
+    assert not out.exists()

@@ -1,5 +1,7 @@
 """`rmfs run` as a person uses it."""
 
+from __future__ import annotations
+
 import json
 import shutil
 import signal
@@ -10,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from rmfs_commands.cli.main import main
+from calling import exit_code
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.run.command import default_folder
 
@@ -54,17 +56,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def exit_code(*arguments: str) -> int:
-    """Run ``rmfs`` and return how it exits."""
-    try:
-        main(list(arguments))
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
-
-
 def test_metrics_are_printed_and_files_are_where_it_says(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Without --out the files go to a folder named after scenario and seed, which is said at the end."""
     assert exit_code("run", "small.toml", "--seed", "3") == 0
     printed = capsys.readouterr()
     assert "small, seed 3: complete" in printed.out
@@ -92,7 +84,6 @@ def test_a_scenario_toml_is_called_as_its_folder(folder: Path, capsys: pytest.Ca
 def test_a_narrow_terminal_gets_one_column(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nothing is cut off at 50 columns."""
     monkeypatch.setenv("COLUMNS", "50")
     assert exit_code("run", "small.toml") == 0
     lines = capsys.readouterr().out.splitlines()
@@ -101,21 +92,18 @@ def test_a_narrow_terminal_gets_one_column(
 
 
 def test_out_set_and_trace(folder: Path) -> None:
-    """--out names the folder, --set changes a value, --trace adds the trace."""
     assert exit_code("run", "small.toml", "--out", "here/it/is", "--set", "instance.orders=3", "--trace") == 0
     assert load_result("here/it/is").metrics["orders_total"] == 3
     assert (folder / "here" / "it" / "is" / "trace.jsonl.gz").exists()
 
 
 def test_quiet_prints_nothing(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """With --quiet only the files tell of the run."""
     assert exit_code("run", "small.toml", "--quiet") == 0
     assert tuple(capfd.readouterr()) == ("", "")
     assert (folder / "rmfs-runs" / "small-seed1" / "result.json").exists()
 
 
 def test_a_run_with_orders_left_says_so(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A run that run.until_s ends is done, exit code 0, and marked as partial."""
     assert exit_code("run", "small.toml", "--set", "run.until_s=60") == 0
     printed = capsys.readouterr().out
     assert "partial" in printed
@@ -126,7 +114,6 @@ def test_a_run_with_orders_left_says_so(folder: Path, capsys: pytest.CaptureFixt
 
 
 def test_a_run_with_a_warm_up_says_what_counts(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Else the orders that are completed seem to be too few."""
     assert exit_code("run", "small.toml", "--set", "run.warmup_s=90") == 0
     assert "Metrics count what happens from 0:01:30 on (run.warmup_s).\n" in capsys.readouterr().out
 
@@ -145,7 +132,6 @@ def test_a_run_with_a_warm_up_says_what_counts(folder: Path, capsys: pytest.Capt
 def test_wrong_input(
     folder: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str
 ) -> None:
-    """Exit code 2, what is wrong on stderr, no traceback, and nothing is written."""
     assert exit_code("run", *arguments) == 2
     printed = capsys.readouterr().err
     assert problem in printed
@@ -154,7 +140,6 @@ def test_wrong_input(
 
 
 def test_a_rule_that_fails(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Exit code 1, one sentence on stderr, and what was measured until then is kept and its place said."""
     assert exit_code("run", "small.toml", "--set", "rules.pr=./failing.py:Failing", "--out", "out") == 1
     printed = capsys.readouterr().err
     assert "Loading code from" in printed
@@ -166,7 +151,6 @@ def test_a_rule_that_fails(folder: Path, capsys: pytest.CaptureFixture[str]) -> 
 
 
 def test_the_author_of_a_rule_gets_its_traceback(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """--traceback shows the line in the rule's own code."""
     assert exit_code("run", "small.toml", "--set", "rules.pr=./failing.py:Failing", "--traceback") == 1
     printed = capsys.readouterr().err
     assert "in somewhere" in printed
@@ -175,7 +159,6 @@ def test_the_author_of_a_rule_gets_its_traceback(folder: Path, capsys: pytest.Ca
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no POSIX signals")
 def test_ctrl_c_keeps_what_was_measured(folder: Path) -> None:
-    """An interrupt during a long run gives exit code 130 and a result marked as partial."""
     # Whoever runs tests in the background lets them ignore interrupts.
     heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     command = [sys.executable, "-c", f"{heed}; from rmfs_commands.cli.main import main; main()", "run", "small.toml"]
@@ -197,7 +180,6 @@ def test_ctrl_c_keeps_what_was_measured(folder: Path) -> None:
 
 
 def test_what_was_set_is_in_the_name_of_the_folder() -> None:
-    """Runs that differ in what was set go to different folders, with names of bounded length."""
     assert default_folder("paper-250", 1).name == "paper-250-seed1"
     assert default_folder("s", 2, ("robots.count=4",)).name == "s-seed2-robots.count=4"
     assert default_folder("s", 2, ("rules.poa=./my rule.py:A",)).name == "s-seed2-rules.poa=._my_rule.py_A"
@@ -207,7 +189,6 @@ def test_what_was_set_is_in_the_name_of_the_folder() -> None:
 
 
 def test_json_is_all_that_is_printed(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """What result.json has, and where it is."""
     assert exit_code("run", "small.toml", "--json", "--out", "out") == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed.pop("folder") == "out"
@@ -217,7 +198,6 @@ def test_json_is_all_that_is_printed(folder: Path, capsys: pytest.CaptureFixture
 def test_a_rule_from_the_current_folder_with_a_shipped_scenario(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The file is looked up where the command is called, said to be loaded, and refused on request."""
     few = ("examples/small", "--set", "instance.orders=5", "--set", "rules.pr=./failing.py:Failing")
     assert exit_code("run", *few, "--out", "out") == 1
     err = capsys.readouterr().err
@@ -239,7 +219,6 @@ def test_no_name_is_no_file_and_no_folder(folder: Path, capsys: pytest.CaptureFi
 def test_robots_and_stations_that_never_meet_are_said_before_and_after(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A note before the run, and at its end why no order is complete."""
     hours = ("--set", 'stations.open=[["06:00", "10:00"]]', "--set", 'robots.available=[["12:00", "16:00"]]')
     assert exit_code("run", "examples/small", *hours, "--set", "run.until_s=40000", "--out", "never") == 0
     out, err = capsys.readouterr()

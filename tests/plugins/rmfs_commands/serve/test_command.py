@@ -1,7 +1,8 @@
-"""``rmfs serve``, as a process."""
+"""`rmfs serve` as a process: where it listens, how many connections, the OpenAPI document."""
 
 from __future__ import annotations
 
+import asyncio
 import http.client
 import json
 import re
@@ -11,19 +12,31 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
-from typing import Any
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 from urllib.request import urlopen
 
+import jsonschema
 import pytest
+import uvicorn
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from uvicorn.server import ServerState
 
+from calling import exit_code
 from rmfs_commands.cli.main import main
+from rmfs_commands.serve import connections
 from rmfs_commands.serve.command import DECIDING
+from rmfs_commands.serve.connections import Connection
+from rmfs_commands.serve.openapi import openapi
+from rmfs_commands.serve.server import is_loopback, listen, url_of
+from rmfs_commands.serve.service import SMALL, Service
 from rmfs_commands.states import state
+from rmfs_core.errors import InputError
 
 Serve = Callable[..., tuple[subprocess.Popen[str], int]]
 EXTRA = ("starlette", "uvicorn", "prometheus_client", "swagger_ui_bundle")
@@ -60,7 +73,6 @@ def post(port: int, content: bytes, path: str = "/decide") -> tuple[int, bytes]:
 
 
 def test_the_same_bytes_by_all_ways(serve: Serve, rmfs: tuple[str, ...], state: dict[str, Any]) -> None:
-    """HTTP, lines and `rmfs decide -` say the same, whatever was asked before; so with random numbers."""
     arguments = ("--rule", "random", "--decides", "POA")
     content = json.dumps(state | {"seed": 5}).encode()
     _, port = serve(*arguments)
@@ -76,26 +88,19 @@ def test_the_same_bytes_by_all_ways(serve: Serve, rmfs: tuple[str, ...], state: 
 
 
 def test_closed_standard_input(rmfs: tuple[str, ...]) -> None:
-    """There are no requests."""
     command = f"{shlex.join((*rmfs, 'serve', '--rule', 'first-come', '--stdio'))} <&-"
     done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
 def test_options_that_lines_do_not_have(capsys: pytest.CaptureFixture[str]) -> None:
-    """One sentence, exit code 2; they are not ignored in silence."""
-    with pytest.raises(SystemExit) as stop:
-        main(["serve", "--rule", "first-come", "--stdio", "--limit-s", "3"])
-    assert stop.value.code == 2
+    assert exit_code("serve", "--rule", "first-come", "--stdio", "--limit-s", "3") == 2
     assert capsys.readouterr().err.endswith("Error: --limit-s is for HTTP; expected it without --stdio.\n")
 
 
 @pytest.mark.parametrize(("option", "limits"), [("--max-mb", "0.001 to 190"), ("--limit-s", "0.1 to 86,400")])
 def test_a_limit_that_is_no_number(option: str, limits: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """One sentence, exit code 2."""
-    with pytest.raises(SystemExit) as stop:
-        main(["serve", "--rule", "first-come", option, "nan"])
-    assert stop.value.code == 2
+    assert exit_code("serve", "--rule", "first-come", option, "nan") == 2
     problem = f"expected a number from {limits}, found nan"
     assert capsys.readouterr().err.endswith(f"Error: Invalid value for '{option}': {problem}\n")
 
@@ -106,7 +111,6 @@ def test_a_limit_that_is_no_number(option: str, limits: str, capsys: pytest.Capt
 def test_it_ends_in_order(
     serve: Serve, number: signal.Signals, ending: tuple[int, str, str], state: dict[str, Any]
 ) -> None:
-    """Ctrl-C is an interrupt, as of any command; SIGTERM is how a service ends. So does the process with the rules."""
     process, port = serve("--rule", "first-come")
     assert post(port, json.dumps(state).encode())[0] == 200
     process.send_signal(number)
@@ -118,7 +122,6 @@ def test_it_ends_in_order(
 
 @pytest.mark.slow
 def test_it_ends_in_order_in_the_middle_of_a_decision(serve: Serve, trouble: str, state: dict[str, Any]) -> None:
-    """Who waits for one that takes too long is told, and who waits for a turn."""
     process, port = serve("--rule", trouble)
     endless = json.dumps(state | {"orders": {"sleep": {"lines": {"jam": 1}}}}).encode()
     with ThreadPoolExecutor() as clients:
@@ -159,7 +162,6 @@ def shared() -> Iterator[int]:
 @settings(max_examples=40)
 @given(st.binary(max_size=200), st.sampled_from([b"", b"POST /decide HTTP/1.1\r\n", b"GET "]))
 def test_any_bytes_are_survived(shared: int, content: bytes, start: bytes) -> None:
-    """What is no HTTP is answered as that, or with nothing; the next request is answered."""
     with socket.create_connection(("127.0.0.1", shared), timeout=10) as connection:
         connection.sendall(start + content)
         connection.shutdown(socket.SHUT_WR)
@@ -171,7 +173,6 @@ def test_any_bytes_are_survived(shared: int, content: bytes, start: bytes) -> No
 
 
 def test_a_body_that_is_too_long(shared: int) -> None:
-    """413, whether its length is said or not."""
     assert post(shared, b" " * 100_001)[0] == 413
     assert post(shared, b" " * 100_000)[0] == 400
 
@@ -191,7 +192,6 @@ def test_a_body_that_is_too_long(shared: int) -> None:
     ],
 )
 def test_wrong_input(capfd: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
-    """One sentence and code 2, over HTTP and in lines."""
     with pytest.raises(SystemExit) as stop:
         main(["serve", *arguments])
     out, err = capfd.readouterr()
@@ -200,7 +200,6 @@ def test_wrong_input(capfd: pytest.CaptureFixture[str], arguments: tuple[str, ..
 
 
 def test_without_the_extra(state: dict[str, Any]) -> None:
-    """A sentence with what to install; lines do without."""
     command = (sys.executable, "-c", WITHOUT, "serve", "--rule", "first-come")
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
@@ -210,12 +209,150 @@ def test_without_the_extra(state: dict[str, Any]) -> None:
 
 
 def test_who_listens_to_all_is_told(serve: Serve) -> None:
-    """No other machine is let in without a word."""
     process, _ = serve("--rule", "first-come", "--host", "0.0.0.0")
     process.terminate()
     assert process.communicate(timeout=20)[1].startswith("Note: other machines reach this address; there is neither")
 
 
 def test_what_can_be_asked() -> None:
-    """The command offers what the format has."""
     assert DECIDING == state.DECIDING
+
+
+def test_loopback_and_others() -> None:
+    with listen("localhost", 0) as here:
+        assert is_loopback(here)
+        assert url_of(here).endswith(f":{here.getsockname()[1]}")
+    with listen("0.0.0.0", 0) as everywhere:
+        assert not is_loopback(everywhere)
+
+
+@pytest.mark.parametrize(("address", "loopback"), [("::1", True), ("::", False), ("fe80::1%eth0", False)])
+def test_ipv6(address: str, loopback: bool) -> None:
+    found = cast(socket.socket, SimpleNamespace(getsockname=lambda: (address, 80, 0, 0)))
+    assert url_of(found) == f"http://[{address}]:80"
+    assert is_loopback(found) == loopback
+
+
+@pytest.mark.parametrize("host", ["nowhere.invalid", "a..b", "x" * 70 + ".de"])
+def test_an_address_that_is_none(host: str) -> None:
+    with pytest.raises(InputError, match=rf"^--host {host} --port 0: cannot listen there: "):
+        listen(host, 0)
+
+
+def test_a_port_that_is_taken() -> None:
+    with listen("127.0.0.1", 0) as first:
+        port = first.getsockname()[1]
+        with pytest.raises(InputError, match=r"cannot listen there: .*ddress already in use"):
+            listen("127.0.0.1", port)
+
+
+Client = tuple[asyncio.StreamReader, asyncio.StreamWriter]
+ASKED = b"GET / HTTP/1.1\r\nHost: here\r\n\r\n"
+
+
+async def slow(_scope: Any, _receive: Any, send: Any) -> None:
+    """Answer when longer has passed than a connection may be silent."""
+    await asyncio.sleep(1.5)
+    await send({"type": "http.response.start", "status": 204, "headers": []})
+    await send({"type": "http.response.body"})
+
+
+def with_server(do: Callable[[Callable[[], Awaitable[Client]]], Awaitable[None]]) -> None:
+    """Do something with a server whose connections may be silent for one second."""
+
+    async def run() -> None:
+        config = uvicorn.Config(slow, log_config=None, timeout_keep_alive=1, lifespan="off")
+        state = ServerState()
+        server = await asyncio.get_running_loop().create_server(lambda: Connection(config, state, {}), "127.0.0.1", 0)
+        port = server.sockets[0].getsockname()[1]
+        async with server:
+            await do(lambda: asyncio.open_connection("127.0.0.1", port))
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize("sent", [b"", b"GET / HT"])
+def test_who_asks_nothing_is_not_waited_for(sent: bytes) -> None:
+    async def do(connect: Callable[[], Awaitable[Client]]) -> None:
+        reader, writer = await connect()
+        writer.write(sent)
+        assert await asyncio.wait_for(reader.read(), 20) == b""
+        writer.close()
+
+    with_server(do)
+
+
+def test_who_waits_for_an_answer_gets_it() -> None:
+    async def do(connect: Callable[[], Awaitable[Client]]) -> None:
+        reader, writer = await connect()
+        writer.write(ASKED)
+        assert (await asyncio.wait_for(reader.readline(), 20)).startswith(b"HTTP/1.1 204")
+        writer.close()
+
+    with_server(do)
+
+
+def test_no_more_than_so_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connections, "MOST_CONNECTIONS", 2)
+
+    async def do(connect: Callable[[], Awaitable[Client]]) -> None:
+        taken = [await connect() for _ in range(2)]
+        for _, writer in taken:
+            writer.write(ASKED)
+        more, its = await connect()
+        assert await more.read() == b""
+        its.close()
+        for reader, writer in taken:
+            assert (await reader.readline()).startswith(b"HTTP/1.1 204")
+            writer.close()
+            await writer.wait_closed()
+        await asyncio.sleep(0.1)
+        reader, writer = await connect()
+        writer.write(ASKED)
+        assert (await reader.readline()).startswith(b"HTTP/1.1 204")
+        writer.close()
+
+    with_server(do)
+
+
+REFERENCE = Path(__file__).resolve().parents[4] / "docs" / "reference" / "service.md"
+
+
+def test_the_reference_has_what_the_document_has() -> None:
+    text = REFERENCE.read_text(encoding="utf-8")
+    document = openapi(["first-come"])
+    for key in document["components"]["schemas"]["Request"]["properties"]:
+        assert f"| `{key}` |" in text
+    for status in document["paths"]["/decide"]["post"]["responses"].keys() - {"200"}:
+        assert f"| {status} |" in text
+    for path, methods in document["paths"].items():
+        assert all(f"`{method.upper()} {path}`" in text for method in methods)
+
+
+def parts(value: Any) -> Iterator[dict[str, Any]]:
+    """Yield every object in it."""
+    if isinstance(value, dict):
+        yield value
+        value = list(value.values())
+    for entry in value if isinstance(value, list) else ():
+        yield from parts(entry)
+
+
+def test_it_holds_together() -> None:
+    document = openapi(["first-come"])
+    for part in parts(document):
+        if reference := part.get("$ref"):
+            assert reference.removeprefix("#/components/schemas/") in document["components"]["schemas"]
+        assert part.get("type") != "null" and "$schema" not in part
+    assert json.loads(json.dumps(document)) == document
+
+
+@pytest.mark.parametrize("asked", [{}, {"warehouse": "w"}])
+def test_requests_and_answers_are_as_it_says(asked: dict[str, Any]) -> None:
+    schemas = openapi(["first-come"])["components"]["schemas"]
+    request = asked | {"state": dict(SMALL)}
+    assert request.keys() <= schemas["Request"]["properties"].keys()
+    answer = json.loads(Service.of(["first-come"]).answer(json.dumps(request).encode()).content)
+    jsonschema.validate(answer, schemas["Answer"] | {"additionalProperties": False})
+    contents = schemas["State"]["properties"]["pods"]["additionalProperties"]["properties"]["contents"]
+    assert contents["additionalProperties"] == {"type": "integer", "nullable": True}

@@ -1,13 +1,15 @@
-"""The rules' process: asked, given up, replaced."""
+"""The process that decides: asked, given up, replaced, seen by its pipes."""
 
 from __future__ import annotations
 
 import asyncio
+import io
 import json
 import os
 import signal
 import socket
 import subprocess
+import sys
 import time
 from collections.abc import Awaitable, Callable, Iterable
 from contextlib import suppress
@@ -17,7 +19,10 @@ from urllib.parse import urlsplit
 
 import pytest
 
+from rmfs_commands.serve.lines import serve_lines
 from rmfs_commands.serve.process import BusyError, EndedError, LateError, RuleProcess
+from rmfs_commands.serve.service import Service
+from rmfs_commands.serve.worker import FAILED, HEAD, READY, WARMING, message
 from rmfs_core.errors import InputError
 
 SPAWNING = """
@@ -74,8 +79,6 @@ def numbers(children: Path) -> list[int]:
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads the states of processes as Linux has them")
 def test_children_of_rules_end_with_their_process(spawning: Path, state: dict[str, Any]) -> None:
-    """When a decision is given up, when the process is killed by somebody, and when the service stops."""
-
     async def do(process: RuleProcess) -> None:
         begun = numbers(spawning)
         assert living(begun) == begun
@@ -116,8 +119,6 @@ def test_nothing_outlives_a_service_that_is_killed(
 
 
 def test_a_first_decision_that_never_returns(spawning: Path) -> None:
-    """The service does not start, and says why; nothing is left."""
-
     async def run() -> None:
         rule = "{ rule = './spawning.py:Spawning', always = true }"
         process = RuleProcess([rule], limit_s=0.5, start_s=4)
@@ -145,8 +146,6 @@ def with_process(rule: str, limit_s: float, do: Callable[[RuleProcess], Awaitabl
 
 
 def test_late_busy_ended(trouble: str, state: dict[str, Any]) -> None:
-    """A decision that takes too long is given up, and so is who waited for it too long; then it goes on as before."""
-
     def named(name: str) -> bytes:
         return json.dumps(state | {"orders": {name: {"lines": {"jam": 1}}}}).encode()
 
@@ -171,8 +170,6 @@ def test_late_busy_ended(trouble: str, state: dict[str, Any]) -> None:
 
 
 def test_a_process_that_was_ended_by_somebody(state: dict[str, Any]) -> None:
-    """Who asks next is answered all the same."""
-
     async def do(process: RuleProcess) -> None:
         assert process.pid is not None
         os.kill(process.pid, signal.SIGKILL)
@@ -185,8 +182,6 @@ def test_a_process_that_was_ended_by_somebody(state: dict[str, Any]) -> None:
 
 
 def test_large_requests(state: dict[str, Any]) -> None:
-    """Longer than any pipe holds."""
-
     async def do(process: RuleProcess) -> None:
         content = json.dumps(state).encode()
         reply = await process.ask(content + b" " * 3_000_000)
@@ -196,6 +191,58 @@ def test_large_requests(state: dict[str, Any]) -> None:
 
 
 def test_a_rule_that_is_not_there() -> None:
-    """The sentence is that of the process."""
     with pytest.raises(InputError, match=r'^--rule firstcome: there is no rule "firstcome" \(did you mean'):
         asyncio.run(RuleProcess(["firstcome"]).start())
+
+
+def talk(rule: str, *requests: bytes) -> tuple[list[tuple[int, Any]], str]:
+    """Return the messages of a process with a rule, and what it writes to standard error."""
+    told = {"rules": [rule], "settings": [], "decides": None, "allow_inline": True}
+    command = (sys.executable, "-m", "rmfs_commands.serve.worker", json.dumps(told))
+    given = b"".join(message(0, request) for request in requests)
+    done = subprocess.run(command, input=given, capture_output=True, check=True)
+    found, rest = [], done.stdout
+    while rest:
+        status, length = HEAD.unpack(rest[: HEAD.size])
+        content = rest[HEAD.size : HEAD.size + length]
+        found.append((status, json.loads(content) if content else None))
+        rest = rest[HEAD.size + length :]
+    return found, done.stderr.decode()
+
+
+def test_requests_and_answers(trouble: str, state: dict[str, Any]) -> None:
+    prints = state | {"orders": {"print": {"lines": {"jam": 1}}}}
+    found, printed = talk(trouble, b"{", json.dumps(prints).encode())
+    begun = [status for status, _ in found].index(READY)
+    assert {status for status, _ in found[:begun]} == {WARMING}  # nothing of it is compiled
+    found = found[begun:]
+    assert [status for status, _ in found] == [READY, 400, 200]
+    assert found[0][1] == [trouble]
+    assert sorted(printed.splitlines()) == ["from below", "hello"]
+
+
+def test_a_worker_says_that_a_rule_is_not_there() -> None:
+    ((status, told),), _ = talk("firstcome")
+    assert (status, told[0]) == (FAILED, "--rule firstcome")
+
+
+def asked(text: bytes, most_bytes: int = 1_000_000) -> list[dict[str, Any]]:
+    """Return what is answered to some text."""
+    answers = io.BytesIO()
+    serve_lines(Service.of(["first-come"]), io.BytesIO(text), answers, most_bytes)
+    return [json.loads(line) for line in answers.getvalue().splitlines()]
+
+
+def test_an_answer_a_line(state: dict[str, Any]) -> None:
+    line = json.dumps(state).encode()
+    first, second, third = asked(b"\n" + line + b"\r\nnonsense\n" + line)
+    assert first == third
+    assert (first["decides"], second["status"]) == ("POA", 400)
+
+
+def test_a_line_that_is_too_long(state: dict[str, Any]) -> None:
+    line = json.dumps(state).encode()
+    first, second = asked(b"x" * 5 * len(line) + b"\n" + line + b"\n", len(line))
+    assert first["detail"] == f"request: found more than {len(line)} bytes; expected at most that many (`--max-mb`)"
+    assert second["decides"] == "POA"
+    assert [told["status"] for told in asked(b"x" * 9, 8)] == [413]

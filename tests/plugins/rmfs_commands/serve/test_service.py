@@ -1,20 +1,25 @@
-"""Requests and answers, whatever they come by."""
+"""Requests and answers, without a network: paths, statuses, states that are kept."""
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import pytest
+from attrs import define, field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rmfs_commands.serve.service import SMALL, Service
+from rmfs_commands.serve.app import MOST_WAITING, app_of
+from rmfs_commands.serve.process import BusyError, EndedError, LateError, RuleProcess
+from rmfs_commands.serve.service import SMALL, Reply, Service
+from rmfs_commands.serve.warehouses import MOST_KEPT, StaleError, Warehouses
 from rmfs_commands.states import decide, state_from_dict
 from rmfs_commands.states.patches import difference
 from rmfs_commands.states.state import DECIDING
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.results.files import to_json
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
@@ -29,7 +34,6 @@ def service() -> Service:
 
 
 def test_a_state_is_a_request(service: Service, state: dict[str, Any], answered: Answer) -> None:
-    """A whole state on its own gets the decision that `rmfs decide` prints, and so does one that is wrapped."""
     expected = json.loads(to_json(decide(state_from_dict(state), RuleChoice("first-come")).to_dict()))
     assert answered(service, state) == answered(service, {"state": state}) == (200, expected)
 
@@ -56,14 +60,12 @@ def test_a_state_is_a_request(service: Service, state: dict[str, Any], answered:
 def test_what_is_wrong_with_a_request(
     service: Service, answered: Answer, request_: Any, status: int, place: str, detail: str
 ) -> None:
-    """The status says whose fault it is, the problem what and where."""
     got, told = answered(service, request_)
     assert (got, told["status"], told["place"]) == (status, status, place)
     assert detail in told["detail"]
 
 
 def test_a_bad_state_names_the_key(service: Service, state: dict[str, Any], answered: Answer) -> None:
-    """Where in the state something is wrong, in a change, too."""
     state["orders"]["A"]["lines"]["milk"] = 0
     status, told = answered(service, state)
     assert (status, told["place"]) == (422, "state, orders.A.lines")
@@ -73,7 +75,6 @@ def test_a_bad_state_names_the_key(service: Service, state: dict[str, Any], answ
 
 
 def test_a_problem_is_a_sentence(service: Service, state: dict[str, Any], answered: Answer) -> None:
-    """However long what is wrong is; its end is told, too."""
     status, told = answered(service, state | {"format": "x" * 100_000})
     assert status == 422
     assert len(told["detail"]) < 1_300
@@ -81,7 +82,6 @@ def test_a_problem_is_a_sentence(service: Service, state: dict[str, Any], answer
 
 
 def test_several_rules(state: dict[str, Any], answered: Answer) -> None:
-    """A request says which rule it asks; they share the states that are kept."""
     service = Service.of(["first-come", '{ rule = "integrated", effort = 5 }'])
     assert answered(service, state)[1]["detail"] == "request, rule: is missing; expected first-come or integrated"
     status, told = answered(service, {"state": state, "rule": "integrated", "warehouse": "w"})
@@ -91,7 +91,6 @@ def test_several_rules(state: dict[str, Any], answered: Answer) -> None:
 
 
 def test_a_change_is_enough(service: Service, state: dict[str, Any], answered: Answer) -> None:
-    """The decision is that of the whole state; a request that comes twice is answered twice; an old base is not."""
     _, first = answered(service, {"warehouse": "w", "state": state})
     change = {"orders": {"A": None, "C": {"lines": {"tea": 1}}}, "time_s": 7}
     request = {"warehouse": "w", "base": first["revision"], "change": change}
@@ -107,7 +106,6 @@ def test_a_change_is_enough(service: Service, state: dict[str, Any], answered: A
 
 
 def test_what_gets_no_decision_is_not_kept(service: Service, state: dict[str, Any], answered: Answer) -> None:
-    """After a change that was wrong, another one may start from the same state."""
     _, first = answered(service, {"warehouse": "w", "state": state})
     wrong = {"warehouse": "w", "base": first["revision"], "change": {"pods": None}}
     assert answered(service, wrong) == (
@@ -161,7 +159,6 @@ def new_last(before: Any, after: Any) -> Any:
 @settings(max_examples=40)
 @given(st.lists(states, min_size=2, max_size=4))
 def test_changes_lead_to_the_whole_state(found: list[dict[str, Any]]) -> None:
-    """Whatever changes, the decision after a change is that of the whole state: same bytes but for the revision."""
     service = Service.of(["first-come"])
     first = service.answer(json.dumps({"warehouse": "w", "state": found[0]}).encode())
     revision, before = json.loads(first.content)["revision"], found[0]
@@ -184,7 +181,6 @@ json_values = st.recursive(
 @settings(max_examples=60)
 @given(st.binary(max_size=60) | json_values.map(lambda value: json.dumps(value).encode()))
 def test_any_bytes_get_a_status(content: bytes) -> None:
-    """No request of any kind is more than a refusal."""
     reply = Service.of(["first-come"]).answer(content)
     assert reply.status in (400, 422)
     assert json.loads(reply.content)["status"] == reply.status
@@ -214,7 +210,6 @@ paths = st.sampled_from(
 @settings(max_examples=80)
 @given(paths, json_values)
 def test_any_value_anywhere_gets_a_status(path: tuple[str, ...], value: Any) -> None:
-    """A state with anything in place of a part of it is decided or refused, and the next one is answered."""
     service = Service.of(["first-come"])
     state: dict[str, Any] = json.loads(json.dumps(SMALL)) | {"orders": {"A": {"lines": {"a": 1}}}}
     state["pods"] = {"P1": {"contents": {"a": 1}, "cell": 12}}
@@ -231,7 +226,6 @@ def test_any_value_anywhere_gets_a_status(path: tuple[str, ...], value: Any) -> 
 
 
 def test_a_rule_at_fault(trouble: str, state: dict[str, Any], answered: Answer) -> None:
-    """A rule that raises is told of as in a run; the next request is answered."""
     service = Service.of([trouble])
     status, told = answered(service, state | {"orders": {"raise": {"lines": {"jam": 1}}}})
     assert status == 500
@@ -240,7 +234,6 @@ def test_a_rule_at_fault(trouble: str, state: dict[str, Any], answered: Answer) 
 
 
 def test_half_a_surrogate_comes_back_as_it_came(service: Service, state: dict[str, Any], answered: Answer) -> None:
-    """JSON may name what is no character."""
     state["orders"] = {"\ud800": {"lines": {"jam": 1}}}
     assert answered(service, state)[1]["assignments"][0]["order"] == "\ud800"
 
@@ -257,7 +250,6 @@ def test_half_a_surrogate_comes_back_as_it_came(service: Service, state: dict[st
     ],
 )
 def test_a_rule_that_cannot_be_had(rules: list[str], settings: list[str], problem: str) -> None:
-    """One sentence, with what was typed."""
     with pytest.raises(InputError, match=problem):
         Service.of(rules, settings, allow_inline=False)
 
@@ -283,7 +275,6 @@ def test_the_small_state_has_something_to_decide(rule: str, role: Role) -> None:
 def test_warming_up_asks_a_rule(
     trouble: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever it does then: a rule that fails is told of when it is asked in earnest."""
     asked: list[Role] = []
     service = Service.of(["random"])
     monkeypatch.setattr("rmfs_commands.states.Decider.decide", lambda _self, state, *_: asked.append(state.ask.role))
@@ -293,3 +284,286 @@ def test_warming_up_asks_a_rule(
     monkeypatch.undo()
     for _ in Service.of(["random"]).warm_up():
         pass
+
+
+STATE: dict[str, Any] = {"pods": {"P": {"contents": {"tea": 2, "milk": None}}}, "orders": {"A": {}}}
+
+
+@pytest.fixture
+def kept() -> Warehouses:
+    """Return what has one state."""
+    kept = Warehouses()
+    kept.keep("w", "r1", STATE)
+    return kept
+
+
+def test_a_change_of_the_last_state(kept: Warehouses) -> None:
+    change = {"orders": {"A": None, "B": {}}, "pods": {"P": {"contents": {"tea": 1}}}}
+    after = kept.changed("w", "r1", change, "r2")
+    assert after == {"pods": {"P": {"contents": {"tea": 1, "milk": None}}}, "orders": {"B": {}}}
+    assert kept.changed("w", "r1", {}, "r2") == STATE
+    kept.keep("w", "r2", after)
+    with pytest.raises(StaleError, match=r'^request, base: found "r1"; the last state is "r2"; expected'):
+        kept.changed("w", "r1", {}, "r3")
+
+
+def test_the_same_change_again(kept: Warehouses) -> None:
+    """Who did not get the answer may ask again: the change is not made twice."""
+    assert kept.changed("w", "r0", {"orders": None}, "r1") == STATE
+
+
+def test_what_is_not_kept(kept: Warehouses) -> None:
+    for i in range(MOST_KEPT - 1):
+        kept.keep(str(i), "r1", STATE)
+    kept.keep("w", "r2", STATE)
+    kept.keep("one more", "r1", STATE)
+    assert kept.changed("w", "r2", {}, "r3") == kept.changed("1", "r1", {}, "r2") == STATE
+    with pytest.raises(StaleError, match='no state of "0" is kept; expected the whole state first'):
+        kept.changed("0", "r1", {}, "r2")
+
+
+@pytest.mark.parametrize("pod", ["P", "Q"])
+def test_null_is_no_stock(kept: Warehouses, pod: str) -> None:
+    """In a merge patch null takes away: a SKU that never runs out cannot be said, and is not lost without a word."""
+    change = {"pods": {pod: {"contents": {"jam": None}}}}
+    with pytest.raises(InputError, match=rf"^change, pods.{pod}.contents.jam: null takes a SKU off a pod"):
+        kept.changed("w", "r1", change, "r2")
+    taken = kept.changed("w", "r1", {"pods": {"P": {"contents": {"milk": None}}}}, "r2")
+    assert taken["pods"]["P"] == {"contents": {"tea": 2}}
+
+
+JSON = {"content-type": "application/json"}
+
+SCOPE = {"type": "http", "method": "POST", "path": "/decide", "headers": [(b"content-type", b"application/json")]}
+"""What a server tells an application of a request."""
+
+
+@define
+class Scripted:
+    """In place of rules: a reply, or an error."""
+
+    answer: Reply | RmfsError = field(factory=lambda: Reply(200, b'{"decides":"POA"}\n'))
+    pid: int | None = 1
+    names: tuple[str, ...] = ("scripted",)
+    restarts: int = 3
+    limit_s: float = 5.0
+    gate: asyncio.Event | None = None
+
+    async def ask(self, content: bytes) -> Reply:
+        if self.gate is not None:
+            await self.gate.wait()
+        if isinstance(self.answer, RmfsError):
+            raise self.answer
+        return self.answer
+
+
+class Client:
+    """Calls an application as a server does.
+
+    Parameters
+    ----------
+    process
+        What decides.
+    most_bytes
+        The longest request.
+    hosts
+        What requests may call it.
+    """
+
+    def __init__(self, process: Scripted, most_bytes: int = 1000, hosts: tuple[str, ...] | None = None) -> None:
+        self.app = app_of(cast(RuleProcess, process), most_bytes, hosts)
+
+    async def call(
+        self, method: str, path: str, content: bytes = b"", headers: dict[str, str] | None = None, parts: int = 1
+    ) -> tuple[int, dict[str, str], bytes]:
+        """Return status, headers and content of an answer."""
+        size = max(-(-len(content) // parts), 1)
+        pieces = [content[i : i + size] for i in range(0, len(content), size)] or [b""]
+        messages = [
+            {"type": "http.request", "body": piece, "more_body": i + 1 < len(pieces)} for i, piece in enumerate(pieces)
+        ]
+        scope = {
+            "type": "http",
+            "asgi": {"version": "3.0"},
+            "http_version": "1.1",
+            "method": method,
+            "scheme": "http",
+            "path": path,
+            "root_path": "",
+            "query_string": b"",
+            "headers": [(name.encode(), value.encode()) for name, value in (headers or {}).items()],
+        }
+        sent: list[Any] = []
+
+        async def receive() -> Any:
+            return messages.pop(0) if messages else {"type": "http.disconnect"}
+
+        async def send(message: Any) -> None:
+            sent.append(message)
+
+        await self.app(scope, receive, send)
+        found = {name.decode(): value.decode() for name, value in sent[0]["headers"]}
+        return sent[0]["status"], found, b"".join(message.get("body", b"") for message in sent[1:])
+
+
+def call(process: Scripted, *arguments: Any, **options: Any) -> tuple[int, dict[str, str], bytes]:
+    """Call a new application once."""
+    return asyncio.run(Client(process).call(*arguments, **options))
+
+
+def test_a_decision() -> None:
+    status, headers, content = call(
+        Scripted(), "POST", "/decide", b"{}", {"content-type": "Application/JSON; charset=utf-8"}
+    )
+    assert (status, headers["content-type"], content) == (200, "application/json", b'{"decides":"POA"}\n')
+
+
+@pytest.mark.parametrize(
+    ("host", "status"),
+    [
+        ("localhost:8000", 200),
+        ("[::1]:8000", 200),
+        ("LOCALHOST", 200),
+        ("example.org:8000", 421),
+        ("", 421),
+        ("[", 421),
+    ],
+)
+def test_only_requests_for_this_host(host: str, status: int) -> None:
+    """A web page cannot have a browser ask in its name, even if its own host's name leads here."""
+    client = Client(Scripted(), hosts=("localhost", "::1"))
+    got, _, content = asyncio.run(client.call("POST", "/decide", b"{}", {**JSON, "host": host}))
+    assert got == status
+    assert status == 200 or json.loads(content)["detail"] == f'"{host}" is not served here'
+
+
+@pytest.mark.parametrize(
+    "accept",
+    [
+        *("", "*/*", "application/json", ";,=;q=x", "\xff", "text/plain; version=1.0.0; escaping=allow-utf-8"),
+        *("application/openmetrics-text; version=abc", "application/openmetrics-text;version"),
+    ],
+)
+def test_figures_whatever_the_request_accepts(accept: str) -> None:
+    status, headers, content = call(Scripted(), "GET", "/metrics", headers={"accept": accept})
+    assert (status, headers["content-type"]) == (200, "text/plain; version=0.0.4; charset=utf-8")
+    assert b"rmfs_restarts 3.0" in content
+
+
+@pytest.mark.parametrize(
+    ("answer", "status", "more"),
+    [
+        (Reply(422, b"{}\n"), 422, {}),
+        (BusyError("busy"), 503, {"retry-after": "1"}),
+        (EndedError("ended"), 503, {"retry-after": "1"}),
+        (LateError("late"), 504, {}),
+    ],
+)
+def test_no_decision(answer: Reply | RmfsError, status: int, more: dict[str, str]) -> None:
+    got, headers, content = call(Scripted(answer), "POST", "/decide", b"{}", JSON)
+    assert (got, headers["content-type"]) == (status, "application/problem+json")
+    assert more.items() <= headers.items()
+    if isinstance(answer, RmfsError):
+        assert json.loads(content)["detail"] == str(answer)
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "headers", "content", "status", "detail"),
+    [
+        ("POST", "/decide", {}, b"{}", 415, 'found Content-Type ""; expected application/json'),
+        ("POST", "/decide", {"content-type": "text/plain"}, b"{}", 415, "expected application/json"),
+        ("POST", "/decide", JSON | {"content-length": "1001"}, b"", 413, "found more than 1,000 bytes"),
+        ("POST", "/decide", JSON | {"content-length": "9" * 5000}, b"", 413, "found more than 1,000 bytes"),
+        ("POST", "/decide", JSON, b" " * 1001, 413, "found more than 1,000 bytes"),
+        ("GET", "/decide", {}, b"", 405, "GET /decide is not answered"),
+        ("POST", "/health", {}, b"", 405, "POST /health is not answered"),
+        ("GET", "/health/", {"host": "example.org"}, b"", 404, "there is nothing at /health/"),
+        ("GET", "/nowhere", {}, b"", 404, "there is nothing at /nowhere"),
+        ("GET", "/docs/files/nothing.js", {}, b"", 404, "there is nothing at"),
+    ],
+)
+def test_what_is_wrong_with_a_call(
+    method: str, path: str, headers: dict[str, str], content: bytes, status: int, detail: str
+) -> None:
+    got, found, told = call(Scripted(), method, path, content, headers, parts=3)
+    assert (got, found["content-type"]) == (status, "application/problem+json")
+    assert detail in json.loads(told)["detail"]
+    assert ("allow" in found) == (status == 405)
+
+
+def test_too_many_at_a_time() -> None:
+    async def run() -> None:
+        process = Scripted(gate=asyncio.Event())
+        client = Client(process)
+        waiting = [asyncio.create_task(client.call("POST", "/decide", b"{}", JSON)) for _ in range(MOST_WAITING)]
+        await asyncio.sleep(0)
+        status, headers, _ = await client.call("POST", "/decide", b"{}", JSON)
+        assert (status, headers["retry-after"]) == (503, "1")
+        cast(asyncio.Event, process.gate).set()
+        assert {status for status, _, _ in await asyncio.gather(*waiting)} == {200}
+        assert b'rmfs_answers_total{status="200"} 64.0' in (await client.call("GET", "/metrics"))[2]
+
+    asyncio.run(run())
+
+
+def test_a_request_that_does_not_come() -> None:
+    async def run() -> int:
+        app = app_of(cast(RuleProcess, Scripted(limit_s=0.01)), 1000)
+        sent: list[Any] = []
+
+        async def send(message: Any) -> None:
+            sent.append(message)
+
+        await app(SCOPE | {"root_path": "", "query_string": b""}, asyncio.Event().wait, send)
+        return int(sent[0]["status"])
+
+    assert asyncio.run(run()) == 408
+
+
+def test_a_request_that_breaks_off() -> None:
+    async def run() -> int:
+        client, sent = Client(Scripted()), []
+
+        async def receive() -> Any:
+            return {"type": "http.disconnect"}
+
+        async def send(message: Any) -> None:
+            sent.append(message)
+
+        await client.app(SCOPE | {"root_path": "", "query_string": b""}, receive, send)
+        return int(sent[0]["status"])
+
+    assert asyncio.run(run()) == 400
+
+
+def test_health() -> None:
+    assert call(Scripted(), "GET", "/health")[::2] == (200, b'{"status":"ok","rules":["scripted"]}')
+    assert call(Scripted(pid=None), "GET", "/health")[0] == 503
+
+
+def test_metrics() -> None:
+    async def run() -> list[str]:
+        client = Client(Scripted())
+        await client.call("POST", "/decide", b"{}", JSON)
+        await client.call("POST", "/decide", b"{}")
+        status, headers, content = await client.call("GET", "/metrics")
+        assert (status, headers["content-type"].partition(";")[0]) == (200, "text/plain")
+        return content.decode().splitlines()
+
+    lines = asyncio.run(run())
+    for line in ('rmfs_answers_total{status="200"} 1.0', 'rmfs_answers_total{status="415"} 1.0', "rmfs_waiting 0.0"):
+        assert line in lines
+    assert {"rmfs_restarts 3.0", "rmfs_answer_seconds_count 2.0"} <= {*lines}
+    assert any(line.startswith("rmfs_rules_process_resident_memory_bytes ") for line in lines)
+
+
+def test_the_page_and_its_files() -> None:
+    status, _, content = call(Scripted(), "GET", "/docs")
+    page = content.decode()
+    assert status == 200 and "//" not in page
+    files = [part.split('"')[0] for part in page.split('"docs/')[1:]]
+    assert len(files) == 3
+    for file in files:
+        assert call(Scripted(), "GET", f"/docs/{file}")[0] == 200
+    assert call(Scripted(), "GET", "/")[1]["location"].endswith("/docs")
+    assert json.loads(call(Scripted(), "GET", "/openapi.json")[2])["openapi"].startswith("3.")

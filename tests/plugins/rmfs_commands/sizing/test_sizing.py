@@ -1,29 +1,38 @@
-"""The whole search against brute force, in runs."""
+"""The smallest warehouse that meets a target: worlds, trials, judgement, search."""
 
 from __future__ import annotations
 
+import io
+import random
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
+import numpy as np
 import pytest
 from attrs import evolve
+from rich.console import Console
 
-from rmfs_commands.sizing.judging import Estimate, Verdict, estimate
-from rmfs_commands.sizing.searching import Found
+from rmfs_commands.bounds import bounds_of
+from rmfs_commands.details.catalogue import FROM_ORDERS, MORE_IS_BETTER
+from rmfs_commands.experiments import Watcher
+from rmfs_commands.experiments.outcome import Outcome
+from rmfs_commands.sizing.judging import Estimate, Verdict, estimate, looks
+from rmfs_commands.sizing.notices import Notices
+from rmfs_commands.sizing.searching import Found, fewest, frontier, search
 from rmfs_commands.sizing.sizing import Answer, size
-from rmfs_commands.sizing.target import Target
-from rmfs_commands.sizing.trials import Candidate
+from rmfs_commands.sizing.target import KNOWN, Target
+from rmfs_commands.sizing.trials import Candidate, Trials
 from rmfs_commands.sizing.worlds import Worlds
 from rmfs_core import Scenario, load_scenario, run
-from rmfs_core.errors import InputError
-from rmfs_core.scenario.model import Arrivals
+from rmfs_core.errors import InputError, RunError
+from rmfs_core.scenario.model import Arrivals, RuleChoice, RunSection, StationsSection
+from rmfs_core.world import make_instance
 
 SEEDS = (1, 2, 3)
 
 
 def test_the_answer_is_that_of_the_whole_grid(poisson: Scenario, here: Any, tmp_path: Path) -> None:
-    """Every size run with every seed: the same sizes pass, and the fewest of them are the same."""
     backlog = evolve(poisson, instance=evolve(poisson.instance, arrivals=Arrivals(), orders=10))
     worlds = Worlds(backlog, SEEDS)
     values = {
@@ -47,7 +56,6 @@ def test_the_answer_is_that_of_the_whole_grid(poisson: Scenario, here: Any, tmp_
 
 
 def test_stations_that_cannot_keep_up_are_left_out(poisson: Scenario, here: Any, tmp_path: Path) -> None:
-    """By the load, and by the room that there is; nothing is run for them."""
     target = Target("turnover_p95_s", 3600, seeds=SEEDS)
     arrivals = Arrivals(process="poisson", orders_per_hour=250)
     busy = evolve(poisson, instance=evolve(poisson.instance, arrivals=arrivals))
@@ -61,7 +69,6 @@ def test_stations_that_cannot_keep_up_are_left_out(poisson: Scenario, here: Any,
 
 
 def test_a_map_keeps_its_stations(here: Any, tmp_path: Path) -> None:
-    """Only the robots are sought; another number of stations is refused."""
     scenario = load_scenario("examples/text-map", ["instance.orders=8", "rules.pp=free-flow"])
     target = Target("turnover_p95_s", 5000, seeds=(1, 2))
     with pytest.raises(InputError, match="--stations: the map of the scenario has"):
@@ -71,7 +78,6 @@ def test_a_map_keeps_its_stations(here: Any, tmp_path: Path) -> None:
 
 
 def test_there_is_no_room_for_so_many_robots(poisson: Scenario, here: Any, tmp_path: Path) -> None:
-    """The sentence has both numbers."""
     target = Target("turnover_p95_s", 300)
     with pytest.raises(InputError, match="--robots: found 500; the layout has 80 places to park them"):
         size(poisson, "hall", target, store=tmp_path, workers=here, robots=(1, 500))
@@ -98,3 +104,321 @@ def test_undecided_sizes_count_where_they_would_be_better() -> None:
     """One that has no fewer stations and no fewer robots than one that is enough would bring nothing."""
     answer = answer_of((2, 9), (3, 7), undecided=((2, 8), (3, 8), (4, 7), (4, 6)))
     assert [(one.stations, one.robots) for one in answer.undecided] == [(2, 8), (4, 6)]
+
+
+@pytest.mark.parametrize("step", [1, 4, 20])
+def test_the_fewest_are_found_from_wherever_it_starts(step: int) -> None:
+    """Every threshold within 3 to 30, and beyond; the steps double, so that few are tried."""
+    for threshold in range(2, 33):
+        for start in (1, 3, 8, 17, 30, 40):
+            tried: list[int] = []
+
+            def passes(n: int, tried: list[int] = tried, threshold: int = threshold) -> bool:
+                tried.append(n)
+                return n >= threshold
+
+            expected = None if threshold > 30 else max(threshold, 3)
+            assert fewest(passes, 3, 30, start, step) == expected
+            assert {*tried} <= {*range(3, 31)}
+            assert len(set(tried)) <= 12
+
+
+def test_a_single_number_that_fails_hides_nothing() -> None:
+    """12 fails though 10 is enough: the search looks there, too, and goes on."""
+    assert fewest(lambda n: n >= 10 and n != 12, 1, 40, 16, 3) == 10
+    assert fewest(lambda n: n in (5, 7, 9) or n > 10, 1, 40, 16, 4) == 5
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_frontier_is_that_of_the_whole_grid(seed: int) -> None:
+    rng = random.Random(seed)
+    stations = sorted(rng.sample(range(1, 12), rng.randint(1, 9)))
+    needs = dict(zip(stations, sorted((rng.randint(1, 40) for _ in stations), reverse=True), strict=True))
+    tried: set[tuple[int, int]] = set()
+
+    def passes(number: int, robots: int) -> bool:
+        tried.add((number, robots))
+        return robots >= needs[number]
+
+    least, most = rng.randint(1, 5), rng.randint(20, 32)
+    found = search(passes, stations, (least, most), (rng.randint(1, 12), rng.randint(1, 32)))
+    best: list[tuple[int, int]] = []
+    for number in stations:
+        robots = next((n for n in range(least, most + 1) if n >= needs[number]), None)
+        if robots is not None and all(robots < other for _, other in best):
+            best.append((number, robots))
+    assert [(one.stations, one.robots) for one in frontier(found)] == best
+    assert [one.stations for one in found] == stations
+    assert all((one.robots is None) == (one.reason is not None) for one in found)
+    assert len(tried) < 0.4 * len(stations) * (most - least + 1) + 10
+
+
+def test_what_is_left_out_has_its_reason() -> None:
+    needs = {1: 99, 2: 99, 3: 12, 4: 8, 5: 8}
+    found = search(lambda number, robots: robots >= needs[number], [1, 2, 3, 4, 5], (1, 16), (4, 8))
+    assert found == (
+        Found(1, None, "not tried: 2 stations are too few already"),
+        Found(2, None, "no number of robots up to 16 is enough"),
+        Found(3, 12),
+        Found(4, 8),
+        Found(5, None, "saves no robot"),
+    )
+    assert frontier(found) == (found[2], found[3])
+
+
+def test_more_stations_that_need_more_robots_are_dominated() -> None:
+    """What more robots with more stations would be, nobody asks for."""
+    assert frontier([Found(2, 5), Found(1, 4), Found(3, 3)]) == (Found(1, 4), Found(3, 3))
+
+
+@pytest.mark.parametrize(
+    ("seeds", "expected"), [(2, (2,)), (4, (4,)), (5, (4, 5)), (16, (4, 8, 16)), (20, (4, 8, 16, 20))]
+)
+def test_looks_come_after_twice_as_many_seeds(seeds: int, expected: tuple[int, ...]) -> None:
+    assert looks(seeds) == expected
+
+
+def test_the_interval_by_hand() -> None:
+    """Mean 10, standard deviation 2, four seeds: the 95 % quantile of Student's t with 3 degrees is 2.353.
+
+    With two looks each has half of the 5 %, and the quantile is 3.182.
+    """
+    values = [8.0, 8.0, 12.0, 12.0]
+    once, twice = estimate(values, 0.95, 1), estimate(values, 0.95, 2)
+    error = (16 / 3) ** 0.5 / 2
+    assert (once.mean, once.low, once.high) == pytest.approx((10, 10 - 2.3534 * error, 10 + 2.3534 * error), abs=1e-3)
+    assert twice.high == pytest.approx(10 + 3.1824 * error, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("most", "verdict"),
+    [(12, Verdict.PASSES), (11, Verdict.PASSES), (10, Verdict.UNDECIDED), (9, Verdict.UNDECIDED), (8.9, Verdict.FAILS)],
+)
+def test_a_verdict_needs_a_whole_interval(most: float, verdict: Verdict) -> None:
+    assert Estimate(10, 9, 11).verdict(most) is verdict
+
+
+def test_it_errs_no_more_often_than_it_says() -> None:
+    """Of means a trifle above the limit at most 5 % pass at any of three looks; and not all of that is given away."""
+    random = np.random.default_rng(1)
+    passed = 0
+    for _ in range(400):
+        values = random.normal(100.001, 15, 16).tolist()
+        verdicts = [estimate(values[:n], 0.95, 3).verdict(100) for n in looks(16)]
+        passed += next((one for one in verdicts if one is not Verdict.UNDECIDED), None) is Verdict.PASSES
+    assert 0.015 * 400 < passed < 0.06 * 400
+
+
+def test_a_metric_has_its_label_and_unit() -> None:
+    target = Target("turnover_p95_s", 900)
+    assert (target.label, target.with_unit(612.345)) == ("Turn-over time, 95 %", "612.3 s")
+    assert Target("late_percent", 2).with_unit(2) == "2.0 %"
+
+
+def test_an_indented_label_is_named_with_what_it_is_a_part_of() -> None:
+    assert Target("late_percent", 2).label == "Late orders, of those due"
+    assert Target("turnover_backlog_p95_s", 2).label == "Turn-over time, in the backlog, 95 %"
+    assert Target("empty_distance_m", 2).label == "Distance, empty"
+    assert not [name for name in KNOWN if Target(name, 2).label.startswith(" ")]
+
+
+def test_somebodys_own_metric_has_its_name() -> None:
+    target = Target("my_waits", 3)
+    assert (target.label, target.with_unit(3)) == ("my_waits", "3.000")
+
+
+def test_what_cannot_be_too_large_is_refused(poisson: Scenario) -> None:
+    orders = [make_instance(poisson)]
+    assert KNOWN.keys() >= MORE_IS_BETTER | FROM_ORDERS
+    for metric in (*MORE_IS_BETTER, "on_time_percent_priority_12"):
+        with pytest.raises(InputError, match=f"--most {metric}=2: more of `{metric}` is better; expected"):
+            Target(metric, 2).check(orders)
+    for metric in FROM_ORDERS:
+        with pytest.raises(InputError, match=f"`{metric}` is the same for every number of robots"):
+            Target(metric, 2).check(orders)
+    Target("turnover_p95_s", 2).check(orders)
+    Target("my_waits", 2).check(orders)
+
+
+def test_a_limit_that_nothing_can_keep_is_refused(poisson: Scenario) -> None:
+    orders = [make_instance(poisson)]
+    for metric in ("turnover_p95_s", "late_percent", "stock_outs"):
+        with pytest.raises(InputError, match=f"--most {metric}=-2: `{metric}` is never below 0; expected a number >="):
+            Target(metric, -2).check(orders)
+    Target("psv_per_order", 0).check(orders)
+    Target("my_waits", -2).check(orders)
+
+
+def test_nothing_is_late_that_is_not_due(poisson: Scenario) -> None:
+    due = [make_instance(load_scenario("grocery-day", ["instance.orders=20"]))]
+    for metric in ("late_percent", "late_orders", "tardiness_s", "tardiness_p95_s"):
+        Target(metric, 2).check(due)
+        with pytest.raises(InputError, match=f"these runs have no `{metric}`: no order has a due time"):
+            Target(metric, 2).check([make_instance(poisson)])
+
+
+FAILING_RULE = """
+import attrs
+from rmfs_core import hookimpl
+
+@attrs.define
+class Failing:
+    @hookimpl
+    def choose_storage_location(self, warehouse, pod):
+        raise ValueError("out of ideas")
+"""
+
+
+def trials(scenario: Scenario, target: Target, store: Path, here: Any, told: list[Candidate] | None = None) -> Trials:
+    """Return trials in this process."""
+    tell = (lambda _: None) if told is None else told.append
+    return Trials(Worlds(scenario, target.seeds[:4]), "hall", target, store, here, Watcher(), tell)
+
+
+def test_clear_cases_take_the_first_seeds_alone(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+    told: list[Candidate] = []
+    judge = trials(poisson, Target("turnover_p95_s", 5000), tmp_path, here, told)
+    assert judge.passes(2, 3) and judge.passes(2, 3)
+    (one,) = told
+    sized = judge.worlds.of_size(2, 3)
+    values = [run(sized, seed=seed).metrics["turnover_p95_s"] for seed in (1, 2, 3, 4)]
+    assert one == Candidate(2, 3, Verdict.PASSES, 4, estimate(values, 0.95, 3))
+    assert len(here.jobs) == 4
+
+
+def test_a_close_case_takes_all_and_is_undecided(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+    seeds = tuple(range(1, 9))
+    exact = trials(poisson, Target("turnover_s", 1e6, seeds=seeds), tmp_path, here).worlds.of_size(2, 2)
+    mean = sum(run(exact, seed=seed).metrics["turnover_s"] for seed in seeds) / len(seeds)
+    judge = trials(poisson, Target("turnover_s", mean, seeds=seeds), tmp_path, here)
+    assert not judge.passes(2, 2)
+    found = judge.judged[2, 2]
+    assert (found.verdict, found.seeds) == (Verdict.UNDECIDED, 8)
+
+
+def test_stored_runs_are_not_run_again(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+    trials(poisson, Target("turnover_p95_s", 5000), tmp_path, here).passes(2, 3)
+    judge = trials(poisson, Target("turnover_s", 4000), tmp_path, here)
+    assert judge.passes(2, 3)
+    assert len(here.jobs) == 4
+
+
+def test_a_run_with_orders_left_is_not_enough(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+    short = evolve(poisson, run=RunSection(until_s=300))
+    judge = trials(short, Target("turnover_p95_s", 5000), tmp_path, here)
+    assert not judge.passes(2, 3)
+    expected = Candidate(2, 3, Verdict.FAILS, 4, None, "seed 1 ends with orders left")
+    assert judge.judged[2, 3] == expected
+
+
+def test_a_run_that_fails_is_not_enough(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+    (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
+    rules = evolve(poisson.rules, pr=RuleChoice("./failing.py:Failing"))
+    judge = trials(
+        evolve(poisson, rules=rules, folder=str(tmp_path)), Target("turnover_s", 5000), tmp_path / "runs", here
+    )
+    assert not judge.passes(2, 3)
+    found = judge.judged[2, 3]
+    assert (found.verdict, found.failed) == (Verdict.FAILS, 4)
+    assert "out of ideas" in str(found.reason)
+
+
+def test_a_run_without_a_result_ends_the_search(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+    here.run = lambda job: Outcome(None, "its worker process died", "WorkerDiedError")
+    judge = trials(poisson, Target("turnover_s", 5000), tmp_path, here)
+    with pytest.raises(RunError, match="2 stations, 3 robots, seed 1: its worker process died"):
+        judge.passes(2, 3)
+    assert judge.judged == {}
+
+
+def test_what_is_impossible_is_not_run(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+    judge = trials(poisson, Target("turnover_p95_s", 1), tmp_path, here)
+    assert not judge.passes(2, 3)
+    assert str(judge.judged[2, 3].reason).startswith("whatever the rules, it is ")
+    assert here.jobs == []
+
+
+def test_a_metric_that_runs_do_not_have(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r'there is no metric "turnover_p96_s" \(did you mean `turnover_p95_s`'):
+        trials(poisson, Target("turnover_p96_s", 5), tmp_path, here).passes(2, 3)
+    with pytest.raises(InputError, match="=5: these runs have no `bundle_turnover_s`: nothing in"):
+        trials(poisson, Target("bundle_turnover_s", 5), tmp_path, here).passes(2, 3)
+
+
+def sides(worlds: Worlds, stations: int) -> tuple[int, int]:
+    """Return the stations on the east and on the west side."""
+    layout = worlds.of_size(stations, 1).layout
+    return layout.stations_east, layout.stations_west
+
+
+def test_sides_keep_their_shares_while_there_is_room(poisson: Scenario) -> None:
+    """The hall has room for two stations a side; what is beyond goes to the other one."""
+    assert [sides(Worlds(poisson, [1]), n) for n in (1, 2, 3, 4)] == [(1, 0), (2, 0), (2, 1), (2, 2)]
+    both = evolve(poisson, layout=evolve(poisson.layout, stations_east=1, stations_west=1))
+    assert [sides(Worlds(both, [1]), n) for n in (1, 2, 3, 4)] == [(0, 1), (1, 1), (2, 1), (2, 2)]
+
+
+def test_changes_are_the_keys_of_the_size(poisson: Scenario) -> None:
+    worlds = Worlds(poisson, [1])
+    assert worlds.changes(3, 7) == {"layout.stations_east": 2, "layout.stations_west": 1, "robots.count": 7}
+    assert worlds.of_size(3, 7).robots.count == 7
+
+
+def test_without_room_it_says_so(poisson: Scenario) -> None:
+    worlds, target = Worlds(poisson, [1]), Target("turnover_p95_s", 1e6)
+    assert "at most 2 fit" in str(worlds.obstacle(5, 2, target))
+    assert "81 robots; the layout has 80 storage locations" in str(worlds.obstacle(2, 81, target))
+    listed = Worlds(evolve(poisson, stations=StationsSection(item_capacity=(15, 10))), [1])
+    assert listed.obstacle(2, 2, target) is None
+    assert "found 2 capacities, but the layout has 3" in str(listed.obstacle(3, 2, Target("late_percent", 2)))
+
+
+def test_what_no_rules_can_keep_needs_no_run(poisson: Scenario) -> None:
+    worlds = Worlds(poisson, [1, 2, 3])
+    bounds = [
+        bound.value
+        for seed in (1, 2, 3)
+        for bound in bounds_of(worlds.of_size(2, 2).with_seed(seed))
+        if bound.metric == "turnover_p95_s" and bound.value is not None
+    ]
+    easiest = min(bounds)
+    reason = worlds.obstacle(2, 2, Target("turnover_p95_s", easiest - 0.1))
+    assert reason == f"whatever the rules, it is {easiest:,.1f} s or more"
+    assert worlds.obstacle(2, 2, Target("turnover_p95_s", easiest + 0.1)) is None
+    assert easiest < run(worlds.of_size(2, 2)).metrics["turnover_p95_s"]
+
+
+def test_pickers_that_cannot_keep_up(poisson: Scenario) -> None:
+    """Items an hour times 13 s is more than an hour has, for so many pickers."""
+    arrivals = Arrivals(process="poisson", orders_per_hour=250)
+    worlds = Worlds(evolve(poisson, instance=evolve(poisson.instance, arrivals=arrivals)), [1, 2])
+    orders = [order for instance in worlds.instances for order in instance.orders]
+    items_per_hour = 250 * sum(order.items for order in orders) / len(orders)
+    percent = items_per_hour * 13 / 36
+    assert 100 < percent < 200
+    expected = f"{items_per_hour:.0f} items an hour of 13 s keep each picker busy for {percent:.0f} % of the time"
+    assert worlds.overload(1) == expected
+    assert worlds.overload(2) is None
+
+
+@pytest.mark.parametrize("process", ["start", "day"])
+def test_a_load_that_ends_overloads_nobody(process: str, poisson: Scenario) -> None:
+    ending = evolve(poisson, instance=evolve(poisson.instance, arrivals=Arrivals(process=process)))
+    worlds = Worlds(ending, [1])
+    assert worlds.overload(1) is None
+    assert worlds.at_once == (process == "start")
+
+
+def test_only_what_is_out_of_the_ordinary_is_said() -> None:
+    text = io.StringIO()
+    notices = Notices(Console(file=text, width=40))
+    job = cast(Any, "hall, 2 stations, 3 robots, seed 1")
+    notices.started(4, 0, 1)
+    notices.run_started(job)
+    notices.run_dropped(job, "is not as it was stored")
+    notices.run_repeated(job, "its worker process died")
+    notices.ended()
+    assert text.getvalue().splitlines() == [
+        f"Computed again: {job}: is not as it was stored",
+        f"Repeated: {job}: its worker process died",
+    ]

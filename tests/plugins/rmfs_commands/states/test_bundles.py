@@ -1,4 +1,4 @@
-"""States with bundles: what is asked about them, and what such a state may not say."""
+"""States with bundles and with orders that wait for stock."""
 
 from __future__ import annotations
 
@@ -23,10 +23,7 @@ def state(**changes: Any) -> dict[str, Any]:
         "format": "rmfs-state",
         "version": 2,
         "time_s": 100,
-        "pods": {
-            "P": {"contents": {"a": 3}, "capacity": 10},
-            "Q": {"contents": {"b": 1}, "capacity": 10},
-        },
+        "pods": {"P": {"contents": {"a": 3}, "capacity": 10}, "Q": {"contents": {"b": 1}, "capacity": 10}},
         "stations": {"out": {"item_capacity": 5}, "in": {"bundle_capacity": 2}},
         "orders": {},
         "sizes": {"b": 2},
@@ -53,7 +50,6 @@ def state(**changes: Any) -> dict[str, Any]:
     ],
 )
 def test_each_decision_has_its_answer_and_outcome(rule: Any, decided: dict[str, Any], outcome: tuple[int, ...]) -> None:
-    """Four items of b take 8 of the 8 that are free on Q. No rule needs a layout here, and no robot is told of."""
     choice = RuleChoice(**rule) if isinstance(rule, dict) else RuleChoice(rule)
     answer = decide(state_from_dict(state()), choice).to_dict()
     assert {key: answer[key] for key in ("bundles", "stores") if key in answer} == decided
@@ -69,7 +65,6 @@ def test_each_pod_has_its_own_capacity() -> None:
 
 
 def test_pods_that_may_be_sent_are_limited() -> None:
-    """By what is asked, or by the robots."""
     for more in ({"ask": {"max_fetches": 0}}, {"robots": {}}):
         assert decide(state_from_dict(state(**more)), RuleChoice("same-sku")).decision == {"stores": []}
 
@@ -82,22 +77,13 @@ LATE = {"name": "late", "sku": "a", "items": 4}
     [
         ({"version": 1}, "`bundle_capacity` or `bundles` in a state of version 1"),
         ({"bundles": [LATE, LATE]}, r'bundles\[1\]\.name: found "late" twice'),
-        (
-            {"bundles": [LATE | {"station": "on"}]},
-            r'bundles\[0\]\.station: names station "on"',
-        ),
+        ({"bundles": [LATE | {"station": "on"}]}, r'bundles\[0\]\.station: names station "on"'),
         ({"bundles": [LATE | {"station": "out"}]}, r"bundles\[0\]\.station: expected one that holds more bundles"),
-        (
-            {"bundles": [LATE | {"station": "in", "pod": "P"}]},
-            r"bundles\[0\]\.pod: expected a pod with room",
-        ),
+        ({"bundles": [LATE | {"station": "in", "pod": "P"}]}, r"bundles\[0\]\.pod: expected a pod with room"),
         ({"bundles": [LATE | {"arrival_s": 101}]}, r"bundles\[0\]\.arrival_s: found 101.*later than now"),
         ({"bundles": [LATE | {"items": 0}]}, r"bundles\[0\]\.items: expected a whole number from 1"),
         ({"sizes": {"z": 1}}, r'sizes\.z: names SKU "z"'),
-        (
-            {"stations": {"in": {"bundle_capacity": 2}}, "bundles": []},
-            "stations: found none; expected at least one",
-        ),
+        ({"stations": {"in": {"bundle_capacity": 2}}, "bundles": []}, "stations: found none; expected at least one"),
         (
             {"stations": {"in": {"bundle_capacity": 2}, "out": {"item_capacity": 5}}, "bundles": []},
             r"stations\.out: found one that picks orders; expected those that only store bundles last",
@@ -106,13 +92,11 @@ LATE = {"name": "late", "sku": "a", "items": 4}
     ],
 )
 def test_what_cannot_be_is_refused(changes: dict[str, Any], problem: str) -> None:
-    """With the place, and one sentence."""
     with pytest.raises(InputError, match=problem):
         decide(state_from_dict(state(**changes)), RuleChoice("first-bundle"))
 
 
 def test_stations_are_of_the_kinds_that_the_layout_has() -> None:
-    """The last one here stores bundles."""
     wrong = {"out": {"item_capacity": 5, "queue_length": 1}, "in": {"item_capacity": 2, "queue_length": 1}}
     layout = {"blocks": {"block_rows": 3, "block_columns": 1, "stations_east": 1, "replenishment_west": 1}}
     given = state(stations=wrong, pods={}, sizes={}, skus=["a", "b"], layout=layout, bundles=[])
@@ -188,7 +172,6 @@ def test_the_oldest_orders_take_their_share_of_stock_first() -> None:
     ],
 )
 def test_an_order_that_waits_is_neither_shown_nor_begun(changes: dict[str, Any], problem: str) -> None:
-    """With the place, and one sentence."""
     orders = {"A": {"lines": {"tea": 1, "jam": 1}, "waits_for_stock": True}}
     given = NEW | {"pods": {"P": {"contents": {"tea": 3}}}, "stations": {"n": {"order_capacity": 1}}, "orders": orders}
     with pytest.raises(InputError, match=problem):
@@ -196,7 +179,6 @@ def test_an_order_that_waits_is_neither_shown_nor_begun(changes: dict[str, Any],
 
 
 def test_recorded_states_say_which_orders_wait(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """What was decided in each can be carried out there, and the backlog is that which the rule saw."""
     over = ["instance.replenishment.lead_s=1800", "instance.orders=60", "rules.pp=free-flow"]
     rmfs_core.run("examples/replenished", overrides=over, out=tmp_path, record=["decisions"])
     seen, waiting = 0, list[int]()

@@ -1,16 +1,23 @@
-"""Asking rules in states that no run has recorded."""
+"""Rules asked in states that no run has recorded, and their answers with names."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from rmfs_commands.states import Outcome, decide, state_from_dict
+from rmfs_commands.states import Decider, Outcome, decide, state_from_dict
+from rmfs_commands.states.answers import answer_from_dict, answer_to_dict, report_to_dict
+from rmfs_commands.states.decider import MOST_LOADED
 from rmfs_commands.states.deciding import decide_instead, outcome_of
+from rmfs_commands.states.rebuilding import open_state
+from rmfs_commands.testing import small_world
 from rmfs_core import InputError, RuleError
+from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
+from rmfs_core.warehouse import Warehouse, WarehouseView
 
 RULES = """
 @define
@@ -82,7 +89,6 @@ def acme(install: Any) -> None:
 
 
 def test_a_joint_rule_in_a_state_by_hand(by_hand: dict[str, Any]) -> None:
-    """The model needs no places: orders, pods and stations are enough for a proven decision."""
     answer = decide(state_from_dict(by_hand), RuleChoice("split-over-time"))
     assert (answer.decides.label, answer.distribution) == ("POA+PPS", "rmfs")
     assert answer.decision == {
@@ -97,7 +103,6 @@ def test_a_joint_rule_in_a_state_by_hand(by_hand: dict[str, Any]) -> None:
 
 
 def test_a_joint_rule_without_effort(by_hand: dict[str, Any]) -> None:
-    """It decides all the same, and says that its effort ended the proof."""
     by_hand["stations"]["north"]["item_capacity"] = 2
     by_hand["orders"] = {name: {"lines": {"milk": 1, "jam": 1}} for name in ("A", "B")}
     report = decide(state_from_dict(by_hand), RuleChoice("integrated", {"effort": 0})).report
@@ -121,7 +126,6 @@ def test_a_joint_rule_covers_what_it_assigns(by_hand: dict[str, Any], acme: None
 
 
 def test_parameters_are_set(by_hand: dict[str, Any]) -> None:
-    """A parameter changes what is decided: at less than a pod visit for two places, they stay free."""
     by_hand["orders"]["B"]["lines"]["jam"] = 1
     answer = decide(state_from_dict(by_hand), RuleChoice("integrated", {"unused_capacity_weight": 0.4}))
     assert answer.outcome == Outcome(orders=0, items=0, visits=0, unused=4, uncovered=0)
@@ -130,7 +134,6 @@ def test_parameters_are_set(by_hand: dict[str, Any]) -> None:
 
 
 def test_a_rule_that_asks_for_driving_times(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:
-    """`nearest-pod` goes by driving time: refused where there is no layout, answered where there is."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
     by_hand["pods"]["P3"] = {"contents": {"jam": None}}
     with pytest.raises(InputError, match=r'rule "nearest-pod" .* asks for driving times, but the state has no layout'):
@@ -144,7 +147,6 @@ def test_a_rule_that_asks_for_driving_times(by_hand: dict[str, Any], at_work: di
 
 
 def test_pods_to_send(at_work: dict[str, Any]) -> None:
-    """How many pods may be fetched is what the state says, or else the idle robots."""
     at_work["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}]
     at_work["stations"]["north"]["inbound"] = ["P1"]
     for change, trips in (({}, 1), ({"ask": {"max_fetches": 0}}, 0), ({"robots": {"r1": {"cell": 54}}}, 1)):
@@ -153,7 +155,6 @@ def test_pods_to_send(at_work: dict[str, Any]) -> None:
 
 
 def test_no_more_pods_are_moved_than_robots_can(at_work: dict[str, Any]) -> None:
-    """A state that asks for more moves than it has idle robots is refused."""
     ask = {"decides": "repositioning", "max_moves": 60}
     with pytest.raises(InputError, match=r"ask.max_moves: found 60; expected at most \d, the number of idle robots"):
         decide(state_from_dict(at_work | {"ask": ask}), RuleChoice("cache"))
@@ -163,7 +164,6 @@ def test_no_more_pods_are_moved_than_robots_can(at_work: dict[str, Any]) -> None
 
 
 def test_places_to_store(at_work: dict[str, Any]) -> None:
-    """PR is asked where the pod in `ask` goes back to; it must be named, and be carried."""
     at_work["stations"]["north"] = {"item_capacity": 4}
     state = at_work | {"ask": {"decides": "PR", "pod": "P1"}}
     assert decide(state_from_dict(state), RuleChoice("fixed")).decision == {"cell": 12}
@@ -173,14 +173,7 @@ def test_places_to_store(at_work: dict[str, Any]) -> None:
         decide(state_from_dict(at_work | {"ask": {"pod": "P2"}}), RuleChoice("fixed"))
 
 
-def test_storing_needs_a_layout(by_hand: dict[str, Any]) -> None:
-    """PR without a layout is refused."""
-    with pytest.raises(InputError, match=r'rule "nearest" .* decides PR, but the state has no layout'):
-        decide(state_from_dict(by_hand), RuleChoice("nearest"))
-
-
 def test_tasks(at_work: dict[str, Any]) -> None:
-    """TA gives the waiting pod to the idle robot."""
     answer = decide(state_from_dict(at_work), RuleChoice("nearest-robot"))
     assert answer.decision == {"tasks": [{"robot": "r2", "pod": "P2"}]}
     assert answer.outcome is None
@@ -188,7 +181,6 @@ def test_tasks(at_work: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("closed", [{"staffed": False}, {"active": False}])
 def test_a_closed_station_is_assigned_nothing(by_hand: dict[str, Any], acme: None, closed: dict[str, Any]) -> None:
-    """By its timetable or by an activation rule; a rule that does is told so."""
     by_hand["version"] = 2
     by_hand["stations"]["north"] |= closed
     assert decide(state_from_dict(by_hand), RuleChoice("first-come")).decision == {"assignments": []}
@@ -197,14 +189,12 @@ def test_a_closed_station_is_assigned_nothing(by_hand: dict[str, Any], acme: Non
 
 
 def test_a_robot_off_duty_gets_no_task(at_work: dict[str, Any]) -> None:
-    """Though it has nothing to do."""
     at_work["version"] = 2
     at_work["robots"]["r2"]["on_duty"] = False
     assert decide(state_from_dict(at_work), RuleChoice("nearest-robot")).decision == {"tasks": []}
 
 
 def test_which_stations_are_active(by_hand: dict[str, Any]) -> None:
-    """A rule for activation is asked about any state."""
     by_hand["version"] = 2
     by_hand["stations"]["south"] = {"item_capacity": 4, "active": False}
     answer = decide(state_from_dict(by_hand), RuleChoice("all"))
@@ -227,7 +217,6 @@ class Times:
 
 
 def test_times_in_a_state(by_hand: dict[str, Any], install: Any) -> None:
-    """What a rule sees in a run it sees in a state; without a layout nobody knows when pods arrive."""
     install("clocks", {"times": "clocks:Times"}, clocks=TIMES)
     by_hand |= {"version": 2, "time_s": 100.0}
     with pytest.raises(RuleError, match=r"100\.0 None None \[None"):
@@ -239,7 +228,6 @@ def test_times_in_a_state(by_hand: dict[str, Any], install: Any) -> None:
 
 @pytest.mark.parametrize("changed", [{"staffed": False}, {"picker_free_s": 3.0}, {"changes_s": 60.0}])
 def test_version_1_has_no_hours(by_hand: dict[str, Any], changed: dict[str, Any]) -> None:
-    """Nor does it know when a picker is free."""
     by_hand["stations"]["north"] |= changed
     with pytest.raises(InputError, match=r"found opening hours, or a busy picker, in a state of version 1"):
         state_from_dict(by_hand | {"version": 1})
@@ -256,7 +244,6 @@ def test_what_a_rule_needs_is_checked(by_hand: dict[str, Any], acme: None) -> No
 
 
 def test_impossible_decisions_and_errors(by_hand: dict[str, Any], acme: None) -> None:
-    """The kernel's checks hold, and name rule, order and station; what a rule raises is told."""
     by_hand["stations"]["north"]["item_capacity"] = 3
     with pytest.raises(RuleError, match=r'"eager" .* assigned order B .* to station north .*only 1 of 3 are free'):
         decide(state_from_dict(by_hand), RuleChoice("eager"), decides=Role.POA)
@@ -265,7 +252,6 @@ def test_impossible_decisions_and_errors(by_hand: dict[str, Any], acme: None) ->
 
 
 def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None) -> None:
-    """What to ask it is taken from the state or from the call; else it is an error."""
     state = state_from_dict(by_hand)
     with pytest.raises(InputError, match="decides POA and PPS; say which of them is asked"):
         decide(state, RuleChoice("eager"))
@@ -284,13 +270,11 @@ def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None)
     ],
 )
 def test_rules_that_cannot_answer(by_hand: dict[str, Any], name: str, decides: Role | None, problem: str) -> None:
-    """A rule that is not there, or decides something else, is refused."""
     with pytest.raises(InputError, match=problem):
         decide(state_from_dict(by_hand), RuleChoice(name), decides=decides)
 
 
 def test_seeds(by_hand: dict[str, Any], acme: None) -> None:
-    """The same seed draws the same numbers; among some seeds, not all draw the same."""
     states = [state_from_dict({**by_hand, "seed": seed}) for seed in (1, 1, 2, 3, 4, 5)]
     first, again, *others = [decide(state, RuleChoice("drawing")).decision for state in states]
     assert first == again
@@ -298,7 +282,6 @@ def test_seeds(by_hand: dict[str, Any], acme: None) -> None:
 
 
 def test_instead_of_a_joint_rule(at_work: dict[str, Any]) -> None:
-    """POA and PPS rules together answer a joint rule's state: orders first, then the pods for them."""
     for pod in at_work["pods"].values():
         pod["contents"] = dict.fromkeys(pod["contents"])
     at_work["stations"]["north"] = {"item_capacity": 4}
@@ -322,7 +305,6 @@ def test_instead_of_a_joint_rule(at_work: dict[str, Any]) -> None:
     ],
 )
 def test_rules_that_are_no_alternative(by_hand: dict[str, Any], names: list[str], decides: Role, problem: str) -> None:
-    """Only rules that decide the same are held against each other."""
     with pytest.raises(InputError, match=problem):
         decide_instead(state_from_dict(by_hand), [RuleChoice(name) for name in names], decides)
 
@@ -332,3 +314,194 @@ def test_a_decision_of_another_state(by_hand: dict[str, Any]) -> None:
     decision = {"assignments": [{"order": "C", "station": "north", "skus": ["milk"]}]}
     with pytest.raises(InputError, match="does not belong to the state"):
         outcome_of(state_from_dict(by_hand), Role.POA, decision)
+
+
+COUNTING = """
+from attrs import define, field
+from rmfs_core import OrderAssignment, hookimpl
+
+print("loaded")
+
+
+@define
+class Once:
+    "POA and PPS: an order the first time it is asked, and nothing afterwards."
+
+    seen: list = field(factory=list)
+
+    def __attrs_post_init__(self):
+        self.calls = 0
+
+    calls: int = field(init=False)
+
+    @hookimpl(specname="assign_orders")
+    def something_else(self, warehouse):
+        self.calls += 1
+        self.seen.append(warehouse.now_s)
+        return [OrderAssignment(0, 0)] if self.calls == len(self.seen) == 1 else []
+
+    @hookimpl
+    def select_pods(self, warehouse):
+        return []
+"""
+
+
+@pytest.fixture
+def once(tmp_path: Path) -> str:
+    """Return the name of a rule in a file that remembers what it was asked."""
+    (tmp_path / "once.py").write_text(COUNTING, encoding="utf-8")
+    return "./once.py:Once"
+
+
+def test_it_remembers_nothing(once: str, tmp_path: Path, by_hand: dict[str, Any], capsys: Any) -> None:
+    decider = Decider(RuleChoice(once), folder=str(tmp_path))
+    asked = state_from_dict(by_hand | {"ask": {"decides": "POA"}})
+    answers = [decider.decide(asked) for _ in range(3)]
+    assert [len(answer.decision["assignments"]) for answer in answers] == [1, 1, 1]
+    assert decider.decide(state_from_dict(by_hand | {"ask": {"decides": "PPS"}})).decision == {"trips": []}
+    assert capsys.readouterr().out == "loaded\n"
+
+
+@pytest.mark.parametrize("name", ["first-come", "random"])
+def test_a_wrong_parameter_is_told_at_once(name: str) -> None:
+    with pytest.raises(InputError, match=r"^rule.nonsense: .* has no parameter `nonsense`"):
+        Decider(RuleChoice(name, {"nonsense": 1}))
+
+
+def test_a_file_that_has_changed(once: str, tmp_path: Path, by_hand: dict[str, Any]) -> None:
+    state = state_from_dict(by_hand)
+    ask = {"decides": Role.POA, "folder": str(tmp_path)}
+    assert decide(state, RuleChoice(once), **ask).decision["assignments"]
+    text = (tmp_path / "once.py").read_text(encoding="utf-8")
+    (tmp_path / "once.py").write_text(text.replace("[OrderAssignment(0, 0)]", "[]"), encoding="utf-8")
+    assert not decide(state, RuleChoice(once), **ask).decision["assignments"]
+
+
+def test_files_of_parameters_are_in_the_folder(tmp_path: Path, by_hand: dict[str, Any]) -> None:
+    code = "from pathlib import Path\n" + COUNTING.replace("    seen: list =", "    file: Path\n    seen: list =")
+    code = code.replace("if self.calls == len(self.seen) == 1", 'if self.file.read_text() == "yes"')
+    (tmp_path / "once.py").write_text(code, encoding="utf-8")
+    choice = RuleChoice("./once.py:Once", {"file": "answer.txt"})
+    with pytest.raises(InputError, match=r"rule\.file: there is no file .*answer\.txt"):
+        Decider(choice, folder=str(tmp_path))
+    (tmp_path / "answer.txt").write_text("yes", encoding="utf-8")
+    decider = Decider(choice, folder=str(tmp_path))
+    state = state_from_dict(by_hand | {"ask": {"decides": "POA"}})
+    assert len(decider.decide(state).decision["assignments"]) == 1
+    (tmp_path / "answer.txt").write_text("no", encoding="utf-8")
+    assert len(decider.decide(state).decision["assignments"]) == 0
+
+
+def test_many_rules_one_after_the_other(by_hand: dict[str, Any]) -> None:
+    by_hand["orders"] = {"B": {"lines": {"jam": 1}}}
+    state = state_from_dict(by_hand)
+    for percent in [*range(1, 2 * MOST_LOADED), *range(1, 2 * MOST_LOADED)]:
+        report = decide(state, RuleChoice("integrated", {"unused_capacity_weight": percent / 100})).report
+        assert report is not None
+        assert report["objective"] == pytest.approx(4 * percent / 100)  # four places stay free: less than a visit
+
+
+def test_no_name_is_taken_for_another(by_hand: dict[str, Any], install: Any) -> None:
+    """A rule that is no longer installed is gone, though it was asked before."""
+    source = "\n@define\nclass Lazy:\n    @hookimpl\n    def assign_orders(self, warehouse):\n        return []\n"
+    with pytest.raises(InputError, match="there is no rule"):
+        decide(state_from_dict(by_hand), RuleChoice("acme-lazy"))
+    install("acme", {"acme-lazy": "acme_lazy:Lazy"}, acme_lazy=source)
+    assert decide(state_from_dict(by_hand), RuleChoice("acme-lazy")).distribution == "acme"
+
+
+def test_what_is_no_rule_or_state_is_refused() -> None:
+    with pytest.raises(InputError, match=r'^choice: expected a RuleChoice such as .*, found "?.first-come'):
+        Decider("first-come")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"^state: expected a State, such as `read_state` returns, found {}"):
+        Decider(RuleChoice("first-come")).decide({})  # type: ignore[arg-type]
+
+
+SKUS = ("milk", "tea", "jam")
+REPORT = SolveReport("optimal", 3.0, 3.0, stopped_early=False)
+MILK_AND_TEA = {"order": "A", "station": "2", "skus": ["milk", "tea"]}
+
+
+@pytest.fixture
+def world() -> Warehouse:
+    """Return a world of two orders, two pods, two robots and two stations; names are not ids."""
+    orders = {"A": ["milk", "tea"], "B": {"jam": 2}}
+    return small_world(orders, {"P1": ["milk", "tea"], "P2": ["jam"]}, capacities=(4, 4))
+
+
+def written(world: Warehouse, decides: Role, answer: object) -> dict[str, Any] | None:
+    """Return an answer with names."""
+    return answer_to_dict(WarehouseView(world), SKUS, decides, answer)
+
+
+def test_an_assignment_without_skus_is_of_all_open_lines(world: Warehouse) -> None:
+    assert written(world, Role.POA, [OrderAssignment(0, 1)]) == {"assignments": [MILK_AND_TEA]}
+    twice = written(world, Role.POA, [OrderAssignment(0, 0, (1,)), OrderAssignment(0, 1)])
+    assert twice is not None
+    assert [given["skus"] for given in twice["assignments"]] == [["tea"], ["milk"]]
+    world.assign(world.orders[0], world.stations[0], [0])
+    rest = written(world, Role.POA, [OrderAssignment(0, 1)])
+    assert rest == {"assignments": [MILK_AND_TEA | {"skus": ["tea"]}]}
+
+
+@pytest.mark.parametrize(
+    ("decides", "answer"),
+    [
+        (Role.POA, None),
+        (Role.POA, [PodTrip(0, 0)]),
+        (Role.POA, [OrderAssignment(9, 0)]),
+        (Role.POA, [OrderAssignment(-1, 0)]),
+        (Role.POA, [OrderAssignment("A", 0)]),  # type: ignore[arg-type]
+        (Role.POA, [OrderAssignment(0, 2)]),
+        (Role.POA, [OrderAssignment(0, 0, (7,))]),
+        (Role.PPS, [PodTrip(2, 0)]),
+        (Role.PPS, 3),
+        (Role.POA_PPS, [OrderAssignment(0, 0)]),
+        (Role.POA_PPS, JointDecision([OrderAssignment(0, 0)], [PodTrip(0, 5)])),
+        (Role.POA_PPS, JointDecision(report="optimal")),  # type: ignore[arg-type]
+        (Role.PR, "12"),
+        (Role.PR, True),
+        (Role.TA, [TaskAssignment(2, 0)]),
+        (Role.TA, [TaskAssignment(0, -1)]),
+    ],
+)
+def test_what_names_nothing_is_no_answer(world: Warehouse, decides: Role, answer: object) -> None:
+    assert written(world, decides, answer) is None
+
+
+@pytest.mark.parametrize(
+    ("decides", "answer"),
+    [
+        (Role.POA, (OrderAssignment(0, 0, (1, 0)), OrderAssignment(1, 0, (2,)))),
+        (Role.PPS, (PodTrip(1, 0),)),
+        (Role.POA_PPS, JointDecision((OrderAssignment(1, 0, (2,)),), (PodTrip(1, 0),))),
+        (Role.PR, 13),
+        (Role.TA, (TaskAssignment(1, 1),)),
+    ],
+)
+def test_an_answer_goes_round(at_work: dict[str, Any], decides: Role, answer: object) -> None:
+    opened = open_state(state_from_dict(at_work))
+    names = answer_to_dict(opened.view, opened.instance.skus, decides, answer)
+    assert names is not None
+    assert answer_from_dict(opened.warehouse, opened.names, decides, names) == answer
+
+
+def test_names_that_are_not_there(at_work: dict[str, Any]) -> None:
+    opened = open_state(state_from_dict(at_work))
+    with pytest.raises(KeyError, match="south"):
+        answer_from_dict(opened.warehouse, opened.names, Role.PPS, {"trips": [{"pod": "P1", "station": "south"}]})
+
+
+def test_the_report_of_a_joint_rule_is_written_beside_its_decision(world: Warehouse) -> None:
+    with_report = written(world, Role.POA_PPS, JointDecision(report=REPORT))
+    assert with_report == {"assignments": [], "trips": [], "report": report_to_dict(REPORT)}
+    assert written(world, Role.POA_PPS, JointDecision()) == {"assignments": [], "trips": []}
+
+
+def test_figures_that_json_has_no_word_for_are_null() -> None:
+    assert report_to_dict(SolveReport("stopped", 4.0, float("-inf"), stopped_early=True)) == {
+        "status": "stopped",
+        "objective": 4.0,
+        "bound": None,
+        "stopped_early": True,
+    }

@@ -1,21 +1,40 @@
-"""Recording a run's decisions, and reading them again."""
+"""A run's decisions: recorded, read again, and decided again."""
 
 from __future__ import annotations
 
 import gzip
 import json
+from collections import Counter
+from collections.abc import Callable, Mapping
+from copy import deepcopy
 from pathlib import Path
+from shutil import copytree
 from typing import Any
 
 import pytest
 
 import rmfs_core
-from rmfs_commands.states import decide, read_recording
+from calling import refusal
+from rmfs_commands.cli.single_rule import load_rule
+from rmfs_commands.states import Recording, decide, read_recording, state_from_dict, state_to_dict
+from rmfs_commands.states.deciding import ask, outcome_of
+from rmfs_commands.states.patches import patched
 from rmfs_commands.states.rebuilding import open_state
-from rmfs_commands.states.recording import RECORDING_FILE as DECISIONS_FILE
-from rmfs_core import InputError, RuleError
+from rmfs_commands.states.recording import RECORDING_FILE
+from rmfs_commands.states.snapshots import Snapshots
+from rmfs_commands.testing import small_instance, small_layout, small_world
+from rmfs_core import InputError, RuleError, hookimpl
+from rmfs_core.events import OrderArrived, OrderAssigned, PodLifted, PodStored, TripDecided
+from rmfs_core.info import Question, RunInfo
+from rmfs_core.motion import Motion
+from rmfs_core.results.files import to_json
 from rmfs_core.roles import Role
+from rmfs_core.rules import BoundRule
 from rmfs_core.scenario import RuleChoice
+from rmfs_core.scenario.model import RulesSection, Scenario
+from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_core.warehouse.parts import Part, ReadOnly
+from rmfs_core.world import NORTH
 
 SETTINGS = ("instance.orders=6", "rules.pp=free-flow")
 RULES = """
@@ -41,7 +60,6 @@ class Raising:
 
 
 def test_nothing_else_changes(tmp_path: Path) -> None:
-    """A run is the same whether its decisions are recorded or not, and equal runs are recorded in equal bytes."""
     files = ("orders.csv", "visits.csv")
     plain = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path / "plain")
     for name in ("one", "two"):
@@ -49,12 +67,11 @@ def test_nothing_else_changes(tmp_path: Path) -> None:
         assert result.metrics == plain.metrics
     for file in files:
         assert (tmp_path / "plain" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
-    assert (tmp_path / "one" / DECISIONS_FILE).read_bytes() == (tmp_path / "two" / DECISIONS_FILE).read_bytes()
-    assert not (tmp_path / "plain" / DECISIONS_FILE).exists()
+    assert (tmp_path / "one" / RECORDING_FILE).read_bytes() == (tmp_path / "two" / RECORDING_FILE).read_bytes()
+    assert not (tmp_path / "plain" / RECORDING_FILE).exists()
 
 
 def test_every_decision_is_there(tmp_path: Path) -> None:
-    """Each row of periods.csv has its recorded decision, with the same numbers."""
     result = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
     recorded = [r for r in read_recording(tmp_path) if r.decides in (Role.POA, Role.PPS)]
     assert [(r.period, r.time_s, r.decides.label, r.rule) for r in recorded] == [
@@ -67,7 +84,6 @@ def test_every_decision_is_there(tmp_path: Path) -> None:
 
 
 def test_decisions_of_an_earlier_run_go(tmp_path: Path) -> None:
-    """A run without recording leaves none of another run's decisions in its folder."""
     rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
     rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path)
     with pytest.raises(InputError, match="run the scenario with `--record-decisions`"):
@@ -75,14 +91,12 @@ def test_decisions_of_an_earlier_run_go(tmp_path: Path) -> None:
 
 
 def test_recording_needs_a_folder() -> None:
-    """Without `out` there is nowhere to record to."""
     with pytest.raises(InputError, match=r"decisions: .* expected `out`"):
         rmfs_core.run("examples/small", record=["decisions"])
 
 
 @pytest.mark.parametrize(("rule", "problem"), [("late", "named order 99"), ("raising", "nothing to divide")])
 def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, install: Any, rule: str, problem: str) -> None:
-    """The last recorded state is the one in which the rule failed: asked again there, it fails again."""
     install(
         "acme",
         {"late": "acme_rules:Late", "raising": "acme_rules:Raising"},
@@ -100,7 +114,7 @@ def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, install: Any, rule: str
 def recorded_file(tmp_path: Path) -> Path:
     """Return the file of a recorded run."""
     rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
-    return tmp_path / DECISIONS_FILE
+    return tmp_path / RECORDING_FILE
 
 
 def change(file: Path, number: int, entry: dict[str, Any]) -> None:
@@ -111,34 +125,13 @@ def change(file: Path, number: int, entry: dict[str, Any]) -> None:
     file.write_bytes(gzip.compress("\n".join(lines).encode()))
 
 
-@pytest.mark.parametrize(
-    ("number", "entry", "problem"),
-    [
-        (0, {"format": "rmfs-trace"}, "line 1, format: expected 'rmfs-decisions', found 'rmfs-trace'"),
-        (0, {"version": 9}, "line 1, version: expected version 1 of 'rmfs-decisions', found 9"),
-        (0, {"state": None}, "line 1: the header lacks"),
-        (0, {"scenario": {"rules": {}}}, "line 1, scenario"),
-        (1, {"change": None}, "line 2: this is no recorded decision: it lacks change"),
-        (1, {"change": 3}, "line 2, change: expected a JSON object, found 3"),
-        (1, {"decides": "PP"}, "line 2: found PP of period 1"),
-    ],
-)
-def test_damaged_recordings(recorded_file: Path, number: int, entry: dict[str, Any], problem: str) -> None:
-    """What is no recording, of another version, or lacks something, is refused with the line."""
-    change(recorded_file, number, entry)
-    with pytest.raises(InputError, match=problem):
-        list(read_recording(recorded_file))
-
-
 def test_a_recording_that_was_cut_off(recorded_file: Path) -> None:
-    """A file that ends in the middle is refused where it ends."""
     recorded_file.write_bytes(recorded_file.read_bytes()[:-40])
     with pytest.raises(InputError, match="the file was cut off here"):
         list(read_recording(recorded_file))
 
 
 def test_a_rule_that_the_scenario_does_not_name(recorded_file: Path) -> None:
-    """The rule that decided, with its parameters, is the scenario's; a file that disagrees is refused."""
     recording = read_recording(recorded_file)
     first = next(iter(recording))
     assert recording.choice_of(first).rule == first.rule == "pod-match"
@@ -148,7 +141,6 @@ def test_a_rule_that_the_scenario_does_not_name(recorded_file: Path) -> None:
 
 
 def test_what_is_in_hand_is_recorded(tmp_path: Path) -> None:
-    """States with an item in hand are of version 2, others of version 1; the rule sees the same room again."""
     settings = (*SETTINGS, "stations.release=handled")
     rmfs_core.run("examples/small", overrides=settings, out=tmp_path, record=["decisions"])
     states = [recorded.state() for recorded in read_recording(tmp_path)]
@@ -164,7 +156,6 @@ def test_what_is_in_hand_is_recorded(tmp_path: Path) -> None:
 
 
 def test_due_times_are_recorded(tmp_path: Path) -> None:
-    """States with due times are of version 2, others of version 1; the rule sees the same again."""
     due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
     versions = {}
     for name, settings in (("plain", SETTINGS), ("due", (*SETTINGS, *due))):
@@ -174,3 +165,329 @@ def test_due_times_are_recorded(tmp_path: Path) -> None:
     assert versions == {"plain": 1, "due": 2}
     assert len(state.orders) == 6
     assert {(order.due_s, order.priority) for order in state.orders.values()} == {(600.0, 0), (60.0, 1)}
+
+
+@pytest.fixture
+def damaged(record: Callable[..., Recording], tmp_path: Path) -> Callable[..., Path]:
+    """Return a function that writes the lines of a recording, changed, to another folder."""
+
+    def write(change: Callable[[list[dict[str, Any]]], list[Any]]) -> Path:
+        file = record().file
+        folder = copytree(file.parent, tmp_path / "run", dirs_exist_ok=True)
+        lines = [json.loads(line) for line in gzip.decompress(file.read_bytes()).decode().splitlines()]
+        text = "".join(f"{json.dumps(line)}\n" for line in change(lines))
+        (folder / RECORDING_FILE).write_bytes(gzip.compress(text.encode()))
+        return folder
+
+    return write
+
+
+def test_decisions_are_gone_through_in_order(record: Callable[..., Recording]) -> None:
+    recording = record()
+    found = list(recording)
+    assert [one.number for one in found] == list(range(1, len(found) + 1))
+    assert [one.time_s for one in found] == sorted(one.time_s for one in found)
+    assert [one.period for one in found] == sorted(one.period for one in found)
+    assert {one.decides.label for one in found} >= {"POA", "PPS", "PR", "TA"}
+    assert [one.content for one in recording] == [one.content for one in found]
+    assert found[2].place == f"{recording.file}, line 4"
+    assert found[0].state().time_s == found[0].time_s
+
+
+def test_a_file_is_as_good_as_its_folder(record: Callable[..., Recording]) -> None:
+    recording = record()
+    assert next(iter(read_recording(recording.file))).content == next(iter(recording)).content
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (lambda header: header | {"format": "other"}, "line 1, format: expected 'rmfs-decisions', found 'other'"),
+        (lambda header: header | {"version": 99}, "version: expected version 1 of 'rmfs-decisions', found 99"),
+        (lambda header: {key: value for key, value in header.items() if key != "state"}, "lacks `scenario` or `state`"),
+        (lambda header: header | {"scenario": 5}, "lacks `scenario` or `state`"),
+        (lambda header: header | {"scenario": {"rules": {}}}, "line 1, scenario"),
+    ],
+)
+def test_a_header_that_is_none_is_refused(
+    damaged: Callable[..., Path], change: Callable[..., Any], problem: str
+) -> None:
+    assert problem in refusal(lambda: read_recording(damaged(lambda lines: [change(lines[0]), *lines[1:]])))
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (lambda line: line | {"decides": "lunch"}, "no role is called 'lunch'"),
+        (lambda line: line | {"decides": "PP"}, "found PP of period 1"),
+        (
+            lambda line: {key: value for key, value in line.items() if key != "rule"},
+            "this is no recorded decision: it lacks rule",
+        ),
+        (lambda line: line | {"change": 5}, "change: expected a JSON object, found 5"),
+        (lambda line: line | {"decision": "POA"}, "decision: expected a JSON object, found 'POA'"),
+        (lambda line: line | {"rule": ["demand"]}, "line 4, rule: expected a rule's name, found ['demand']"),
+        (lambda line: line | {"report": [1]}, "report: expected a JSON object, found [1]"),
+        (lambda line: 5, "expected a JSON object, found int"),
+    ],
+)
+def test_a_line_that_is_no_decision_is_named(
+    damaged: Callable[..., Path], change: Callable[..., Any], problem: str
+) -> None:
+    recording = read_recording(damaged(lambda lines: [*lines[:3], change(lines[3]), *lines[4:]]))
+    found = iter(recording)
+    assert [next(found).number, next(found).number] == [1, 2]
+    with pytest.raises(InputError) as caught:
+        next(found)
+    assert "line 4" in str(caught.value)
+    assert problem in str(caught.value)
+
+
+ORDERS = {"A": ["milk", "tea"], "B": {"jam": 2}}
+PODS = {"P1": {"milk": 3, "tea": 1}, "P2": ["jam"]}
+POA, PPS = ({"ask": {"decides": decides, "period": 1}} for decides in ("POA", "PPS"))
+
+
+class Run:
+    """A run that the tests drive by hand: the warehouse, and what is known of it after each look."""
+
+    def __init__(self, *, counts_orders: bool = False) -> None:
+        self.world: Warehouse = small_world(ORDERS, PODS, capacities=(4, 4), counts_orders=counts_orders)
+        scenario = Scenario(rules=RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand")), seed=7)
+        instance, layout = small_instance(ORDERS, PODS), small_layout(2)
+        self.snapshots = Snapshots(RunInfo(scenario, instance, layout, Motion(), WarehouseView(self.world)))
+        self.known: dict[str, Any] = deepcopy(self.snapshots.state)
+
+    def look(self, call: dict[str, Any]) -> dict[str, Any]:
+        """Look again; return the patch, with which the state before is the state now."""
+        patch = deepcopy(self.snapshots.look(call))
+        self.known = patched(self.known, patch)
+        assert self.known == self.snapshots.state
+        return patch
+
+    def orders_arrive(self) -> None:
+        """Tell of the two orders."""
+        for order in self.world.orders:
+            self.snapshots.told(OrderArrived(0, order.id))
+
+    def assign(self, order: int, station: int, *skus: int) -> None:
+        """Assign lines, and tell of it."""
+        items = self.world.assign(self.world.orders[order], self.world.stations[station], list(skus))
+        self.snapshots.told(OrderAssigned(0, order, station, skus, items, 1, complete=False))
+
+    def bind(self, pod: int, station: int) -> None:
+        """Decide a trip, and tell of it."""
+        self.world.bind(self.world.pods[pod], self.world.stations[station])
+        self.snapshots.told(TripDecided(0, pod, station))
+
+
+@pytest.fixture
+def run() -> Run:
+    """Return a run with item capacity."""
+    return Run()
+
+
+def test_orders_come_with_the_events_that_tell_of_them(run: Run) -> None:
+    assert "orders" not in run.look(POA)
+    run.orders_arrive()
+    milk_and_tea = {"lines": {"milk": 1, "tea": 1}, "arrival_s": 0, "parts": []}
+    assert run.look(POA)["orders"] == {"A": milk_and_tea, "B": {"lines": {"jam": 2}, "arrival_s": 0, "parts": []}}
+    run.assign(0, 1, 1)
+    assert run.look(POA)["orders"] == {"A": {"parts": [{"station": "2", "skus": ["tea"], "period": 1}]}}
+    assert "orders" not in run.look(POA)
+
+
+def test_a_pod_that_is_fetched_and_stored_elsewhere(run: Run) -> None:
+    world = run.world
+    pod, robot, before = world.pods[0], world.robots[0], world.pods[0].cell
+    run.bind(0, 0)
+    run.bind(0, 1)
+    assert run.look(PPS)["pods"] == {"P1": {"bound_for": ["1", "2"]}}
+    world.take_task(robot, pod)
+    world.lift(robot, pod)
+    run.snapshots.told(PodLifted(0, 0, robot.id, pod.id, before))
+    world.reserve(place := world.free_locations[0])
+    patch = run.look(PPS)
+    assert (patch["pods"], patch["robots"]) == ({"P1": {"cell": None}}, {"1": {"task": "P1"}})
+    assert (patch["waiting"], patch["reserved"]) == ([], [place])
+    world.move(robot, place, NORTH)
+    world.store(robot, pod)
+    run.snapshots.told(PodStored(0, 0, robot.id, pod.id, place))
+    patch = run.look(PPS)
+    assert patch["pods"] == {"P1": {"cell": place}}
+    assert patch["robots"] == {"1": {"cell": place, "task": None}}
+    assert (patch["waiting"], patch["reserved"]) == (["P1"], [])
+
+
+def test_time_goes_on(run: Run) -> None:
+    run.look(POA)
+    run.world.advance(1_500)
+    assert run.look(POA) == {"time_s": 1.5}
+    assert run.look(POA) == {}
+
+
+def test_what_belongs_to_one_call_is_gone_at_the_next(run: Run) -> None:
+    assert run.look({**POA, "backlog": ["B"], "random": {"state": "1"}}) == {
+        **POA,
+        "backlog": ["B"],
+        "random": {"state": "1"},
+    }
+    assert run.look({**PPS, "random": {"state": "2"}}) == {
+        "ask": {"decides": "PPS"},
+        "random": {"state": "2"},
+        "backlog": None,
+    }
+    assert run.look(PPS) == {"random": None}
+
+
+JOINT = ("rules.poa=", "rules.pps=")
+REPLENISHED = (
+    'instance.replenishment={process="reorder-point", reorder_point=12, order_up_to=20, bundle_items=5, lead_s=5}',
+    "instance.orders=18",
+    "instance.items_per_sku=3",
+    "instance.pod_capacity=25",
+    "layout.replenishment_west=2",
+    "rules.roa=first-bundle",
+    "rules.rps=correlated",
+)
+AT_PICKING = ("layout.replenishment_west=", "stations.also_replenish=true", "rules.roa=", "rules.rps=")
+RULE_SETS = {
+    "sequential": ("rules.pr=random",),
+    "common-lines and nearest-pod": ("rules.poa=common-lines", "rules.pps=nearest-pod", "rules.pr=fixed"),
+    "first-come, finite stock": ("rules.poa=first-come", "instance.items_per_sku=20"),
+    "a prefilter": ('rules.filters=[{rule="most-covered",n=3}]',),
+    "order capacity, arrivals": (
+        "stations.order_capacity=2",
+        "instance.arrivals.process=poisson",
+        "instance.arrivals.orders_per_hour=200",
+    ),
+    "integrated": (*JOINT, "rules.poa_pps=integrated"),
+    "split-among-stations": (*JOINT, "rules.poa_pps=split-among-stations"),
+    "split-over-time": (*JOINT, "rules.poa_pps=split-over-time", "rules.pr=random"),
+    "order capacity, split-over-time": (*JOINT, "rules.poa_pps=split-over-time", "stations.order_capacity=2"),
+    "places that are kept until items are handled": ("stations.release=handled", "stations.order_capacity=2"),
+    "a backlog that is refilled": ('instance.arrivals={process="refill", backlog=4}', "stations.release=handled"),
+    "orders larger than any station": ("stations.item_capacity=3",),
+    "orders larger than any station, integrated": (*JOINT, "rules.poa_pps=integrated", "stations.item_capacity=3"),
+    "robots that rest": (
+        "rules.idle=rest-middle",
+        "instance.arrivals.process=poisson",
+        "instance.arrivals.orders_per_hour=200",
+    ),
+    "robots that charge": (
+        "rules.idle=charge-when-low",
+        "layout.chargers=1",
+        "robots.battery={capacity_wh=55, loaded_w=900, charging_w=20000, detour=1.2}",
+    ),
+    "replenishment": (*REPLENISHED, "rules.roa=same-pod", "rules.rps=random"),
+    "replenishment at picking stations": (*REPLENISHED, *AT_PICKING, "rules.roa_rps=pod-first"),
+    "packing capacity": (*JOINT, 'rules.poa_pps={rule="split-over-time",packing_capacity=2}'),
+}
+
+
+@pytest.mark.parametrize("settings", RULE_SETS.values(), ids=RULE_SETS)
+def test_every_decision_of_a_run_is_made_again(record: Any, settings: tuple[str, ...]) -> None:
+    recording = record(*settings)
+    kinds: Counter[str] = Counter()
+    rules: dict[str, BoundRule] = {}
+    for recorded in recording:
+        if recorded.decides not in rules:
+            rules[recorded.decides] = load_rule(recording.choice_of(recorded), (recorded.decides,))
+        again = ask(open_state(recorded.state(), recorded.place), rules[recorded.decides])
+        assert again.decision == recorded.decision, recorded.place
+        assert again.report == recorded.report, recorded.place
+        assert outcome_of(recorded.state(), recorded.decides, recorded.decision or {}) == again.outcome
+        kinds[recorded.decides.label] += 1
+    assert min(kinds.values()) >= 2
+    decided = [role for role in (Role.ROA, Role.RPS, Role.ROA_RPS) if getattr(recording.scenario.rules, role.key)]
+    assert kinds.keys() >= {"PR", "TA", *(role.label for role in decided)}
+
+
+def test_numbers_are_drawn_as_in_the_run(record: Any) -> None:
+    """The random rule has drawn before in most states: what is stored of its generator is what gives its next place."""
+    recording = record("rules.pr=random")
+    drawn = [recorded for recorded in recording if recorded.decides is Role.PR and "random" in recorded.content]
+    assert len(drawn) >= 5
+    forgotten = 0
+    for recorded in drawn:
+        choice = recording.choice_of(recorded)
+        assert decide(recorded.state(), choice).decision == recorded.decision
+        fresh = state_from_dict({key: value for key, value in recorded.content.items() if key != "random"})
+        forgotten += decide(fresh, choice).decision != recorded.decision
+    assert forgotten
+
+
+def test_a_recorded_state_is_one_json_object(record: Any) -> None:
+    for recorded in record("rules.pr=random"):
+        state = recorded.state()
+        assert state_from_dict(json.loads(to_json(recorded.content))) == state
+        assert state_from_dict(json.loads(to_json(state_to_dict(state)))) == state
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ("instance.items_per_sku=20", "stations.order_capacity=2"),
+        ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", 'rules.filters=[{rule="most-covered",n=4}]'),
+        ("stations.order_capacity=2", "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
+        ("rules.pp=free-flow", "stations.item_capacity=3"),
+        ("rules.pp=sipp",),
+        REPLENISHED,
+    ],
+)
+def test_rules_see_what_they_saw_in_the_run(tmp_path: Path, settings: tuple[str, ...]) -> None:
+    seen: list[dict[Any, Any]] = []
+
+    class Note:
+        @hookimpl
+        def rule_asked(self, question: Question) -> None:
+            if question.decides not in (Role.FILTER, Role.PP):
+                seen.append(public_values(question.warehouse))
+
+    overrides = ["instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", *settings]
+    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, record=["decisions"], observers=[Note()])
+    for recorded, values in zip(read_recording(tmp_path), seen, strict=True):
+        again = public_values(open_state(recorded.state()).view)
+        assert {key: value for key, value in again.items() if values[key] != value} == {}
+        assert again.keys() == values.keys()
+    assert len(seen) > 20
+
+
+COLUMNS = {"backlog_lines", "free_items", "lines", "stock"}
+"""Arrays made of the other values, which are compared by themselves."""
+
+
+def public_values(view: WarehouseView) -> dict[Any, Any]:
+    """Return what a view and everything in it show, by whose it is and what it is called."""
+    parts: list[Any] = [view, *view.orders, *view.pods, *view.stations, *view.robots, *view.bundles]
+    parts += [request for station in view.stations for request in station.open_requests]
+    parts += [station for station in view.replenishment_stations if not station.picks]
+    parts += [bundle for station in view.replenishment_stations for bundle in station.bundles]
+    values: dict[Any, Any] = {}
+    for part in parts:
+        for name in dir(part):
+            if not name.startswith("_") and name not in COLUMNS | {"label", "travel"}:
+                value = getattr(part, name)
+                if not callable(value):
+                    values[plain(part), name] = plain(value)
+    for pod in view.pods:
+        values["free", pod.id] = [pod.free_items(sku) for sku in pod.contents]
+        values["home", pod.id] = view.home(pod)
+    lines, stock = view.backlog_lines, view.stock
+    values["lines"] = [of.tolist() for of in (lines.order, lines.sku, lines.quantity)]
+    values["stock"] = [of.tolist() for of in (*stock[:6], stock.at, stock.location, stock.space)]
+    values["sums"] = [of.tolist() for of in (view.open_demand(), view.available(), view.ordered())]
+    return values
+
+
+def plain(value: Any) -> Any:
+    """Return a value as one that can be compared across two warehouses."""
+    if isinstance(value, Part):
+        return ("part", value.order.id, value.station, value.period, value.items, value.unpicked_items)
+    if isinstance(value, ReadOnly):
+        return (type(value).__name__, getattr(value, "id", None))
+    if isinstance(value, Mapping):
+        return list(value.items())
+    if isinstance(value, tuple) and not hasattr(value, "_fields"):
+        return [plain(entry) for entry in value]
+    return value

@@ -1,4 +1,4 @@
-"""States as JSON: what is written reads back, and what is wrong is named."""
+"""States as JSON: their format, their names, and the patches between them."""
 
 from __future__ import annotations
 
@@ -11,11 +11,15 @@ import jsonschema
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from jsonschema import Draft202012Validator
 
 from rmfs_commands.states import State, read_state, state_from_dict, state_json, state_schema, state_to_dict
+from rmfs_commands.states.names import Names
+from rmfs_commands.states.patches import difference, patched
 from rmfs_commands.states.state import (
     AskState,
     LayoutState,
+    MotionState,
     OrderState,
     PartState,
     PodState,
@@ -25,7 +29,38 @@ from rmfs_commands.states.state import (
     StationState,
 )
 from rmfs_core import InputError
+from rmfs_core.motion import Motion
 from rmfs_core.results.files import to_json
+from rmfs_core.scenario.model import LayoutSection
+
+
+def test_robots_move_as_in_the_paper_unless_it_is_said() -> None:
+    assert MotionState().motion() == Motion()
+    assert MotionState(top_speed_m_per_s=2.0).motion() == Motion(top_speed_m_per_s=2.0)
+
+
+def test_the_limits_themselves_are_allowed() -> None:
+    assert RandomState(str((1 << 128) - 1), "0").has_uint32 == 0
+    assert LayoutState(blocks=LayoutSection()).map is None
+    assert StationState(order_capacity=1).item_capacity is None
+
+
+def test_the_schema_takes_states_and_nothing_else(by_hand: dict[str, object], at_work: dict[str, object]) -> None:
+    schema = state_schema()
+    Draft202012Validator.check_schema(schema)
+    validator = Draft202012Validator(schema)
+    for good in (by_hand, at_work):
+        assert validator.is_valid(good)
+    for changed in (
+        {"version": 3},
+        {"pods": 5},
+        {"weather": "fine"},
+        {"stations": {"north": {"item_capacity": 0}}},
+        {"ask": {"decides": "lunch"}},
+        {"robots": {"r1": {"heading": 4}}},
+    ):
+        assert not validator.is_valid({**by_hand, **changed}), changed
+
 
 names = st.text(min_size=1, max_size=4)
 cells = st.integers(0, 2000)
@@ -83,18 +118,13 @@ states = st.builds(
 
 @given(states)
 def test_what_is_written_reads_back(state: State) -> None:
-    """State to JSON text to state is the same state, and JSON to state to JSON the same JSON."""
     written = json.loads(to_json(state_to_dict(state)))
     assert state_from_dict(written) == state
     assert state_to_dict(state_from_dict(written)) == written
     jsonschema.validate(written, state_schema())
 
 
-def test_the_schema_is_one() -> None:
-    """The published schema is valid JSON Schema, and every key in it says what it means."""
-    schema = state_schema()
-    jsonschema.Draft202012Validator.check_schema(schema)
-
+def test_every_key_of_the_schema_says_what_it_means() -> None:
     def undocumented(part: dict[str, Any], path: str) -> list[str]:
         found = []
         for key, value in part.get("properties", {}).items():
@@ -103,12 +133,10 @@ def test_the_schema_is_one() -> None:
             found += undocumented(inner if isinstance(inner, dict) else {}, f"{path}.{key}")
         return found
 
-    assert undocumented(schema, "state") == []
+    assert undocumented(state_schema(), "state") == []
 
 
 def test_a_file_by_hand(by_hand: dict[str, Any], write: Callable[[Any], Path]) -> None:
-    """Pods, stations and orders are enough; everything else has a default."""
-    jsonschema.validate(by_hand, state_schema())
     state = read_state(write(by_hand))
     assert state.orders["A"].lines == {"milk": 1, "tea": 1}
     assert (state.layout, state.robots, state.time_s, state.seed) == (None, None, None, 1)
@@ -131,6 +159,9 @@ def test_a_file_by_hand(by_hand: dict[str, Any], write: Callable[[Any], Path]) -
         (("stations", "north", "requests"), [{"order": "A"}], "stations.north.requests[0].sku", "is missing"),
         (("stations", "north", "line"), "P1", "stations.north.line", "expected a list"),
         (("ask",), {"decides": "PP"}, "ask.decides", "PR, TA, ROA, RPS, ROA+RPS, activation, idle or repositioning"),
+        (("layout",), {"map": [".."], "blocks": {}}, "layout", "expected either `map` or `blocks`"),
+        (("stations", "north", "order_capacity"), 2, "stations.north", "either `item_capacity` or `order_capacity`"),
+        (("random",), {"state": str(1 << 128), "increment": "1"}, "random", "numbers below 2^128"),
         (("layout",), {}, "layout", "expected either `map` or `blocks`"),
         (("layout",), {"blocks": {"map_file": "x"}}, "layout", "expected no `map_file`"),
         (("robots",), {"r": {"heading": 4}}, "robots.r.heading", "expected 0, 1, 2 or 3"),
@@ -160,19 +191,16 @@ def test_what_is_wrong_is_named(
 
 @pytest.mark.parametrize("time_s", [10**400, 1e308, float("inf")])
 def test_numbers_out_of_all_bounds(by_hand: dict[str, Any], time_s: float) -> None:
-    """Numbers that no float can hold, or no clock, are refused as well."""
     with pytest.raises(InputError, match=r"time_s: expected a (finite )?number"):
         state_from_dict({**by_hand, "time_s": time_s})
 
 
 def test_a_seed_is_any_that_a_scenario_may_have(by_hand: dict[str, Any]) -> None:
-    """It is no number of things."""
     assert state_from_dict({**by_hand, "seed": 10**19}).seed == 10**19
 
 
 @pytest.mark.parametrize("missing", ["format", "version", "pods", "stations", "orders"])
 def test_what_must_be_there(by_hand: dict[str, Any], missing: str) -> None:
-    """A state says its format and version, and has pods, stations and orders."""
     del by_hand[missing]
     with pytest.raises(InputError, match=f"state, {missing}"):
         state_from_dict(by_hand)
@@ -189,7 +217,6 @@ def test_what_must_be_there(by_hand: dict[str, Any], missing: str) -> None:
     ],
 )
 def test_files_that_are_no_states(tmp_path: Path, text: str, problem: str) -> None:
-    """What is no JSON, or not one object with each key once, is refused with the file's name."""
     file = tmp_path / "state.json"
     file.write_bytes(text.encode("utf-8", "surrogatepass"))
     with pytest.raises(InputError, match=problem):
@@ -197,13 +224,75 @@ def test_files_that_are_no_states(tmp_path: Path, text: str, problem: str) -> No
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    """A missing file is one sentence."""
     with pytest.raises(InputError, match="cannot be read"):
         read_state(tmp_path / "nowhere.json")
 
 
 def test_a_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A device is read as far as a file may go, and no farther."""
     monkeypatch.setattr(state_json, "MOST_BYTES", 1000)
     with pytest.raises(InputError, match=r"^/dev/zero: found more than 1,000 bytes; expected at most that many"):
         read_state("/dev/zero")
+
+
+def names_of(content: dict[str, Any]) -> Names:
+    """Return the names of a state."""
+    return Names(state_from_dict(content, "state.json"), "state.json")
+
+
+def test_ids_are_places_in_the_lists(by_hand: dict[str, Any]) -> None:
+    found = names_of(by_hand)
+    assert (found.pods, found.stations) == ({"P1": 0, "P2": 1}, {"north": 0})
+    assert found.skus == {"milk": 0, "tea": 1, "jam": 2}
+    assert names_of(by_hand | {"skus": ["jam", "tea", "milk", "rye"]}).skus == {"jam": 0, "tea": 1, "milk": 2, "rye": 3}
+
+
+def test_orders_are_numbered_by_arrival(by_hand: dict[str, Any]) -> None:
+    orders = {"A": by_hand["orders"]["A"] | {"arrival_s": 9}, "B": by_hand["orders"]["B"], "C": {"lines": {"tea": 1}}}
+    assert names_of(by_hand | {"orders": orders}).orders == {"B": 0, "C": 1, "A": 2}
+
+
+def test_names_that_are_not_listed_are_refused(by_hand: dict[str, Any]) -> None:
+    found = names_of(by_hand)
+    assert (found.pod("P2"), found.station("north"), found.order("B"), found.sku("jam")) == (1, 0, 1, 2)
+    with pytest.raises(InputError) as caught:
+        found.sku("mlk", "orders", "A", "lines", "mlk")
+    assert "state.json" in str(caught.value)
+    assert 'names SKU "mlk", which the state does not list (did you mean `milk`?)' in str(caught.value)
+    for find, kind in ((found.pod, "pod"), (found.station, "station"), (found.order, "order")):
+        with pytest.raises(InputError, match=f'names {kind} "nobody", which the state does not list'):
+            find("nobody", "waiting", 0)
+
+
+values = st.recursive(
+    st.booleans() | st.integers() | st.text(max_size=3) | st.lists(st.integers(), max_size=3),
+    lambda inner: st.dictionaries(st.text("abc", max_size=2), inner, max_size=4),
+    max_leaves=8,
+)
+objects = st.dictionaries(st.text("abc", max_size=2), values, max_size=4)
+
+
+@given(objects, objects)
+def test_the_difference_leads_from_one_to_the_other(before: dict[str, Any], after: dict[str, Any]) -> None:
+    copy = repr(before)
+    assert patched(before, difference(before, after)) == after
+    assert repr(before) == copy
+
+
+@pytest.mark.parametrize(
+    ("before", "patch", "after"),
+    [  # from RFC 7396, Appendix A
+        ({"a": "b"}, {"a": "c"}, {"a": "c"}),
+        ({"a": "b"}, {"b": "c"}, {"a": "b", "b": "c"}),
+        ({"a": "b"}, {"a": None}, {}),
+        ({"a": ["b"]}, {"a": "c"}, {"a": "c"}),
+        ({"a": {"b": "c"}}, {"a": {"b": "d", "c": None}}, {"a": {"b": "d"}}),
+        ({"e": None}, {"a": 1}, {"e": None, "a": 1}),
+        ({}, {"a": {"bb": {"ccc": None}}}, {"a": {"bb": {}}}),
+    ],
+)
+def test_the_standards_examples(before: dict[str, Any], patch: dict[str, Any], after: dict[str, Any]) -> None:
+    assert patched(before, patch) == after
+
+
+def test_nothing_changed_is_an_empty_patch() -> None:
+    assert difference({"a": {"b": None}, "c": [1]}, {"a": {"b": None}, "c": [1]}) == {}

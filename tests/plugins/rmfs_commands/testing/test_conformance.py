@@ -1,4 +1,4 @@
-"""The conformance suite names what a rule does wrong, and nothing in rules that do nothing wrong."""
+"""`check_rule`: what it holds a rule to, and what it says of one that does not keep to it."""
 
 from __future__ import annotations
 
@@ -253,7 +253,6 @@ ONE, FINITE, LARGE = "one station", "finite stock", "an order as large as the la
 def test_what_a_rule_does_wrong_is_named(
     rule: object, kind: str, world: str, problem: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each finding has its kind, the first world where it shows, and what happened there."""
     if rule == WaitsAndWaits(1) or "not over" in problem:
         monkeypatch.setattr(trial, "MOST_CALLS", 100)  # the default is patient
     with pytest.raises(ConformanceError) as caught:
@@ -265,7 +264,6 @@ def test_what_a_rule_does_wrong_is_named(
 
 
 def test_a_failure_is_an_assertion_error() -> None:
-    """pytest shows it as a failure; the same findings can be had without one."""
     with pytest.raises(AssertionError, match="NeverAssigns does not conform"):
         check_rule(NeverAssigns())
     assert conformance_report(NeverAssigns()).findings[0].kind == "starved order"
@@ -319,7 +317,6 @@ class Watches:
 
 @pytest.mark.parametrize("rule", [OldestThatFits(), AnyPod(), AnyPlace(), Watches()], ids=lambda r: type(r).__name__)
 def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
-    """All worlds are run, and the report has the time of each hook's calls."""
     report = check_rule(rule)
     assert report.findings == ()
     assert len(report.worlds) == 30
@@ -331,7 +328,6 @@ def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
 
 
 def test_the_instance_itself_is_not_used() -> None:
-    """Only its parameters are: it can be checked as often as one likes."""
     rule = Watches()
     check_rule(rule)
     assert rule.seen == []
@@ -345,7 +341,6 @@ class NeedsEndlessPods(AnyPod):
 
 
 def test_worlds_without_what_a_rule_needs_are_left_out() -> None:
-    """They are named in the report, with what they lack."""
     report = check_rule(NeedsEndlessPods())
     lacking = {"order capacity", "replenishment at picking stations", "replenishment stations"}
     assert {name for name in report.left_out if "finite stock" not in name} == lacking
@@ -364,7 +359,6 @@ class Both(OldestThatFits):
 
 
 def test_a_rule_for_several_decisions_is_tried_in_all_of_them() -> None:
-    """POA alone completes every order, so the finding comes from the joint decisions."""
     report = conformance_report(Both())
     assert report.decides == ("POA", "POA+PPS")
     assert {finding.kind for finding in report.findings} == {"starved order"}
@@ -391,7 +385,6 @@ class OldestBundles(OldestThatFits):
 
 
 def test_rules_for_bundles_are_tried_where_stock_is_replenished() -> None:
-    """Each of the two ways to decide ROA is; one that never brings anything to a station starves orders."""
     report = check_rule(OldestBundles())
     assert report.decides == ("POA", "ROA", "ROA+RPS")
     assert {*report.times} == {"assign_orders", "assign_bundles", "assign_bundles_and_pods"}
@@ -415,7 +408,6 @@ class NeverCharges:
 
 
 def test_rules_for_idle_robots_are_tried_where_these_have_to_charge() -> None:
-    """Orders starve under one that sends no robot to a charger, in those worlds alone; the report says what to do."""
     found = conformance_report(NeverCharges()).findings
     worlds = {"batteries", "batteries, finite stock"}
     assert {(finding.kind, finding.world) for finding in found} == {("starved order", world) for world in worlds}
@@ -425,7 +417,6 @@ def test_rules_for_idle_robots_are_tried_where_these_have_to_charge() -> None:
 
 
 def test_a_rule_that_says_it_needs_no_batteries_is_not_tried_with_any() -> None:
-    """All shipped rules for idle robots but one say so."""
     for rule in (Stay(), RestNearest(), RestMiddle()):
         assert {*check_rule(rule).left_out} == {"batteries", "batteries, finite stock"}
     assert not check_rule(ChargeWhenLow()).left_out
@@ -464,7 +455,6 @@ class KeepsBooks:
 
 
 def test_rules_are_tried_where_pods_are_moved() -> None:
-    """A move of a pod in use is refused; a rule that does not reckon with moves is found out there alone."""
     assert {finding.kind for finding in conformance_report(MovesWhatIsInUse()).findings} == {"impossible decision"}
     found = conformance_report(KeepsBooks()).findings
     assert {(finding.kind, finding.world.split(",")[0]) for finding in found} == {("impossible decision", "moved pods")}
@@ -482,7 +472,6 @@ class EmptiesBundles:
 
 
 def test_bundles_are_for_looking_only() -> None:
-    """As everything in the view."""
     finding = conformance_report(EmptiesBundles()).findings[0]
     assert (finding.kind, finding.world) == ("mutation of the view", "replenishment at picking stations")
     assert finding.problem.startswith("assign_bundles changed items of bundle ")
@@ -514,23 +503,18 @@ class NeedsMagic(AnyPod):
     [
         (Misspelt(), "did you mean `assign_orders`"),
         (Idle(), "class Idle: it implements no hook"),
-        (
-            NeedsMagic(),
-            r"class NeedsMagic: .*needs = \('magic',\); expected a tuple of 'unlimited stock', 'item",
-        ),
+        (NeedsMagic(), r"class NeedsMagic: .*needs = \('magic',\); expected a tuple of 'unlimited stock', 'item"),
         (object(), "expected a class decorated with @attrs.define"),
         (AnyPod, r"class AnyPod: expected an instance with its parameters: AnyPod\(...\)"),
     ],
     ids=lambda value: type(value).__name__,
 )
 def test_what_is_no_rule_is_refused(rule: object, problem: str) -> None:
-    """Wrong input is no finding but an error of its own."""
     with pytest.raises(InputError, match=problem):
         check_rule(rule)
 
 
 def test_kinds_are_reported_once() -> None:
-    """A finding in many worlds is one paragraph that names them."""
     text = str(conformance_report(NeverAssigns()))
     assert text.count("starved order, in the world") == 1
     assert '(also in "several stations", "finite stock"' in text

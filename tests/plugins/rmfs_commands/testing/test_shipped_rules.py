@@ -1,5 +1,7 @@
 """Every shipped rule passes the conformance suite."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import pytest
@@ -7,8 +9,6 @@ import pytest
 from rmfs_commands.testing import check_rule
 from rmfs_core.entrypoints import RULES, offers, origin
 from rmfs_rules.switch import Case
-
-pytestmark = pytest.mark.slow
 
 REQUIRED: dict[str, dict[str, Any]] = {
     "most-covered": {"n": 3},
@@ -19,9 +19,9 @@ REQUIRED: dict[str, dict[str, Any]] = {
 SHIPPED = [name for name, entries in offers(RULES).items() if origin(entries[0])[0] == "rmfs"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_rule_conforms(name: str) -> None:
-    """No findings in any small world that has what the rule needs."""
     rule = offers(RULES)[name][0].load()
     report = check_rule(rule(**REQUIRED.get(name, {})))
     assert len(report.worlds) + len(report.left_out) == 30

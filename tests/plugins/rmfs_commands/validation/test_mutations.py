@@ -1,7 +1,4 @@
-"""Traces of runs of many kinds, corrupted in every way that `corruptions` knows: each corruption shows.
-
-Beside the trace lie ``result.json`` and the tables of the run as it was.
-"""
+"""Traces of runs of many kinds, corrupted in every way that `corruptions` knows: each corruption shows."""
 
 from __future__ import annotations
 

@@ -1,0 +1,26 @@
+"""The command line, called in this process, and what a call is refused with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from rmfs_commands.cli.main import main
+from rmfs_core.errors import InputError
+
+
+def exit_code(*arguments: str) -> int:
+    """Run ``rmfs`` and return how it exits."""
+    try:
+        main(list(arguments))
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def refusal(call: Callable[[], object]) -> str:
+    """Return the sentence with which an input is refused."""
+    with pytest.raises(InputError) as caught:
+        call()
+    return str(caught.value)

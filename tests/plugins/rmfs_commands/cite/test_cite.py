@@ -1,0 +1,220 @@
+"""`rmfs cite`: sources of rules as BibTeX."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from attrs import define
+from hypothesis import given
+from hypothesis import strategies as st
+
+import rmfs_core
+from calling import exit_code
+from rmfs_commands.cite.bibtex import references_in, with_own_keys
+from rmfs_commands.cite.sources import cited
+from rmfs_commands.cli.main import main
+from rmfs_core import hookimpl
+from rmfs_core.errors import InputError
+from rmfs_core.scenario import load_scenario
+from rmfs_rules.switch import Case, Switch
+
+
+def test_bibtex(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["cite", "pod-index"])
+    printed = capsys.readouterr().out
+    assert printed.startswith("% rmfs\n@software{rmfs,\n  author = {{The rmfs authors}},\n")
+    assert "% pod-index: how the largest ratio is found\n@article{dinkelbach1967nonlinear,\n" in printed
+
+
+def test_json(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["cite", "pod-index", "--json"])
+    found = {one["key"]: one for one in json.loads(capsys.readouterr().out)}
+    assert found["dinkelbach1967nonlinear"]["rules"] == {"pod-index": "how the largest ratio is found"}
+    assert found["dinkelbach1967nonlinear"]["fields"]["year"] == "1967"
+
+
+def test_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("cite", "nothing-of-it") == 2
+    assert capsys.readouterr().err == (
+        'Error: rmfs cite: found "nothing-of-it"; expected the folder of a run, a scenario, or a rule\n'
+    )
+
+
+HOSTILE = r'''
+from attrs import define
+from rmfs_core import hookimpl
+
+@define
+class Hostile:
+    r"""POA: nothing.
+
+    References
+    ----------
+    A. Bee: On honey { wax. Hive, 2001. https://doi.org/10.1000/a\b (as @article{in, year} has it)
+    """
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+'''
+
+
+def test_a_docstring_writes_no_entries(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("hostile.py").write_text(HOSTILE, encoding="utf-8")
+    Path("mine.toml").write_text('[rules]\npoa = "./hostile.py:Hostile"\npps = "demand"\n', encoding="utf-8")
+    main(["cite", "mine.toml"])
+    printed = capsys.readouterr().out
+    main(["cite", "./hostile.py:Hostile"])
+    assert capsys.readouterr().out == printed.partition("% demand\n")[0]
+    assert "% ./hostile.py:Hostile: as (at)article{in, year} has it\n@misc{bee2001honey,\n" in printed
+    assert "  title = {On honey \\textbraceleft{} wax},\n" in printed
+    assert "  doi = {10.1000/a%5Cb},\n" in printed
+
+
+RULE = '''
+from attrs import define
+from rmfs_core import hookimpl
+
+@define
+class Mine:
+    """POA: my own.
+
+    References
+    ----------
+    A. Bee: On honey. Hive 1, 2, 2001.
+    """
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+'''
+
+
+def keys(*what: str) -> dict[str, list[str]]:
+    """Return the rules that name each source, by its key."""
+    return {one.reference.key: list(one.rules) for one in cited(what)}
+
+
+def test_rules_share_sources() -> None:
+    found = keys("pod-match", "demand", "pod-match")
+    assert next(iter(found)) == "rmfs"
+    assert found["xie2019efficient"] == found["merschformann2019decision"] == ["pod-match", "demand"]
+
+
+def test_a_scenario_names_its_rules(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
+    switch = '{ rule = "switch", cases = [{ rule = "nearest-pod", before_s = 60 }, { rule = "demand" }] }'
+    scenario = f'[rules]\npoa = "./mine.py:Mine"\npps = {switch}\n'
+    (tmp_path / "mine.toml").write_text(scenario, encoding="utf-8")
+    found = keys(str(tmp_path / "mine.toml"))
+    assert len(found["bee2001honey"]) == 1
+    assert {"nearest-pod", "demand"} <= {*found["merschformann2019decision"]}
+    assert "switch" in found["merschformann2018rawsimo"]
+
+
+def test_the_folder_of_a_run(tmp_path: Path) -> None:
+    rules = {"poa": "pod-match", "pps": "demand", "pr": "nearest", "ta": "nearest-robot", "pp": "sipp"}
+    result = {"scenario": {"rules": rules}, "metrics": {}}
+    (tmp_path / "result.json").write_text(json.dumps(result), encoding="utf-8")
+    assert keys(str(tmp_path))["ma2019lifelong"] == ["sipp"]
+
+
+def test_a_run_whose_rule_is_gone(tmp_path: Path) -> None:
+    rules = {"poa": "./gone.py:Mine", "pps": "demand", "pr": "nearest", "ta": "nearest-robot", "pp": "sipp"}
+    (tmp_path / "result.json").write_text(json.dumps({"scenario": {"rules": rules}, "metrics": {}}), encoding="utf-8")
+    with pytest.raises(InputError, match=rf"^{re.escape(str(tmp_path))}, rules\.poa: rule .*: cannot read .*gone\.py"):
+        cited([str(tmp_path)])
+
+
+def test_a_run_whose_rule_was_an_object(tmp_path: Path) -> None:
+    @define
+    class Own:
+        """Keeps robots where they are."""
+
+        @hookimpl
+        def idle_robots(self) -> list[object]:
+            return []
+
+    settings = ["instance.orders=3", "rules.pp=free-flow"]
+    rmfs_core.run(load_scenario("examples/small", settings), rules={"idle": Own()}, out=tmp_path / "own")
+    with pytest.raises(InputError) as caught:
+        cited([str(tmp_path / "own")])
+    assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith(f'{tmp_path / "own"}, rules.idle: found rule "Own", expected one that is inst')
+    switch = Switch(cases=(Case("pod-match", before_s=60), Case("random")))
+    rmfs_core.run(load_scenario("examples/small", settings), rules={"poa": switch}, out=tmp_path / "switched")
+    assert keys(str(tmp_path / "switched"))
+
+
+def test_what_is_nothing_of_it(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"no result\.json"):
+        cited([str(tmp_path)])
+    with pytest.raises(InputError, match=r'found "pod-mach" \(did you mean `pod-match`'):
+        cited(["pod-mach"])
+
+
+JOURNAL = """W. E. Smith: Various optimizers. Naval Research
+    Quarterly 3(1), 59-66, 1956. https://doi.org/10.1002/n_1 (the idea)"""
+ENTRY = """@article{smith1956various,
+  author = {W. E. Smith},
+  title = {Various optimizers},
+  journal = {Naval Research Quarterly},
+  volume = {3},
+  number = {1},
+  pages = {59--66},
+  year = {1956},
+  doi = {10.1002/n_1},
+}
+"""
+
+
+def test_a_journal() -> None:
+    (found,) = references_in(JOURNAL)
+    assert (found.bibtex(), found.note) == (ENTRY, "the idea")
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "fields"),
+    [
+        (
+            "L. Xie, H. Li: Efficient methods. arXiv:1902.03092, 2019. https://arxiv.org/abs/1902.03092",
+            "misc",
+            {"eprint": "1902.03092", "year": "2019", "url": "https://arxiv.org/abs/1902.03092"},
+        ),
+        ("H. Ma, S. Koenig: Lifelong planning. AAAI 2019.", "inproceedings", {"booktitle": "AAAI", "year": "2019"}),
+        ("J. R. Jackson: Tardiness. Report 43, Los Angeles, 1955.", "misc", {"howpublished": "Report 43, Los Angeles"}),
+        ("Found in a drawer. doi: 10.1/a", "misc", {"note": "Found in a drawer. doi: 10.1/a", "doi": "10.1/a"}),
+    ],
+)
+def test_other_kinds(text: str, kind: str, fields: dict[str, str]) -> None:
+    """Preprints, conferences, reports; what is written otherwise is a note as a whole."""
+    (found,) = references_in(text)
+    assert found.kind == kind
+    assert {**found.fields, **fields} == found.fields
+
+
+def test_authors_and_titles_as_styles_want_them() -> None:
+    (found,) = references_in("M. Merschformann, H. Li: RAWSim-O: a framework. Logistics 11, 8, 2018.")
+    assert "  author = {M. Merschformann and H. Li}," in found.bibtex()
+    assert "  title = {{RAWSim-O:} a framework}," in found.bibtex()
+
+
+def test_every_source_once() -> None:
+    """The same title is the same source; others that would have its key get a letter."""
+    text = "A. Bee: On honey. Hive 1, 2, 2001.\n\nA. Bee: On honey. Hive 1, 2, 2001 (the idea).\n\n"
+    found = with_own_keys(references_in(f"{text}A. Bee: On honey and wax. Hive 1, 3, 2001."))
+    assert [reference.key for reference in found] == ["bee2001honey", "bee2001honeyb"]
+
+
+@given(st.text())
+def test_any_text_gives_entries(text: str) -> None:
+    for reference in references_in(text):
+        entry = reference.bibtex()  # BibTeX counts braces after a backslash, too
+        assert entry.count("{") == entry.count("}")
+        assert re.fullmatch(r"@\w+\{\w+,", reference.bibtex().split("\n")[0])

@@ -1,0 +1,199 @@
+"""Files that commands write: instances as CSV, layouts as text maps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from attrs import evolve
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from calling import exit_code
+from rmfs_commands.cli.csv_writing import orders_csv, pods_csv
+from rmfs_commands.cli.file_writing import write_files
+from rmfs_commands.cli.main import main
+from rmfs_commands.instances.generator import generate_instance
+from rmfs_commands.layouts import block_map
+from rmfs_core.errors import InputError
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import Arrivals, InstanceSection, load_scenario, shipped_scenarios
+from rmfs_core.world import Instance, make_instance, make_layout, read_instance
+
+RULE = '''"""Orders and pods as listed in a file, or as they come."""
+
+from pathlib import Path
+
+from attrs import define
+
+from rmfs_core import hookimpl
+
+
+@define
+class Mine:
+    """Reads a file, if there is one."""
+
+    plan: Path | None = None
+    note: str = ""
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+
+    @hookimpl
+    def select_pods(self, warehouse):
+        return []
+
+    @hookimpl
+    def filter_backlog(self, warehouse, orders):
+        return orders
+'''
+
+
+@pytest.mark.parametrize("name", shipped_scenarios())
+def test_the_written_scenario_has_the_same_instance(name: str, tmp_path: Path) -> None:
+    main(["generate", name, "--seed", "4", "--out", str(tmp_path / "new" / "folder")])
+    before = load_scenario(name, seed=4)
+    after = load_scenario(tmp_path / "new" / "folder" / "scenario.toml")
+    assert make_instance(after) == make_instance(before)
+    assert evolve(after, instance=InstanceSection()) == evolve(before, instance=InstanceSection())
+    assert after.instance.pods_at_stations == before.instance.pods_at_stations
+
+
+def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "pods.csv").write_text("mine", encoding="utf-8")
+    assert exit_code("generate", "examples/small", "--out", str(tmp_path)) == 2
+    assert capsys.readouterr().err == (
+        f"Error: {tmp_path / 'pods.csv'}: found a file of that name; --force replaces it\n"
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["pods.csv"]
+    main(["generate", "examples/small", "--out", str(tmp_path), "--force"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["orders.csv", "pods.csv", "scenario.toml"]
+    assert (tmp_path / "pods.csv").read_text(encoding="utf-8") != "mine"
+
+
+def test_a_file_in_the_way_of_the_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The output folder cannot be a file."""
+    (tmp_path / "out").write_text("", encoding="utf-8")
+    assert exit_code("generate", "examples/small", "--out", str(tmp_path / "out")) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_maps_and_rules_in_files_come_along(tmp_path: Path) -> None:
+    small = load_scenario("examples/small")
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps" / "hall.txt").write_text(block_map(small.layout, 12), encoding="utf-8")
+    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(
+        '[layout]\nmap_file = "maps/hall.txt"\n[rules]\npoa = "./mine.py:Mine"\npps = "demand"\n', encoding="utf-8"
+    )
+    main(["generate", str(tmp_path / "mine.toml"), "--out", str(tmp_path / "new"), "--set", "instance.pods=20"])
+    scenario = load_scenario(tmp_path / "new" / "scenario.toml")
+    assert scenario.layout.map_file == "hall.txt"
+    assert make_layout(scenario).storage_locations == make_layout(small).storage_locations
+    assert (tmp_path / "new" / "mine.py").read_text(encoding="utf-8") == RULE
+
+
+def test_rules_from_elsewhere_come_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "mine.py").write_text(f"{RULE}\nNAME = {name!r}\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path / "one")
+    chosen = ["rules.poa=./mine.py:Mine", "rules.pps=../two/mine.py:Mine", 'rules.filters=["./mine.py:Mine"]']
+    main(["generate", "examples/small", "--out", "../new", *(word for one in chosen for word in ("--set", one))])
+    rules = load_scenario(tmp_path / "new" / "scenario.toml").rules
+    assert rules.poa is not None
+    assert rules.pps is not None
+    assert (rules.poa.rule, rules.pps.rule) == ("./mine.py:Mine", "./mine_2.py:Mine")
+    assert [choice.rule for choice in rules.filters] == ["./mine.py:Mine"]
+    assert "two" in (tmp_path / "new" / "mine_2.py").read_text(encoding="utf-8")
+
+
+def test_files_that_parameters_name_come_along(install: Callable[..., None], tmp_path: Path) -> None:
+    source = """
+from pathlib import Path
+
+@define
+class Places:
+    file: Path
+
+    @hookimpl
+    def choose_storage_location(self, warehouse, pod):
+        return 0
+"""
+    install("acme", {"places": "acme_rules:Places"}, acme_rules=source)
+    old, new = tmp_path / "old", tmp_path / "new"
+    (old / "plans").mkdir(parents=True)
+    (old / "mine.py").write_text(RULE, encoding="utf-8")
+    (old / "plans" / "a.csv").write_text("a\n", encoding="utf-8")
+    (old / "plans" / "b.csv").write_text("b\n", encoding="utf-8")
+    (old / "orders.csv").write_text("no orders\n", encoding="utf-8")
+    (tmp_path / "a.csv").write_text("elsewhere\n", encoding="utf-8")
+    chosen = (
+        '[rules.poa]\nrule = "./mine.py:Mine"\nplan = "plans/../plans/a.csv"\nnote = "orders.csv"\n'
+        '[rules.pps]\nrule = "./mine.py:Mine"\nplan = "orders.csv"\n'
+        '[rules.pr]\nrule = "switch"\ncases = [{ rule = "places", parameters = { file = "plans/b.csv" } }]\n'
+        '[[rules.filters]]\nrule = "./mine.py:Mine"\nplan = "../a.csv"\n'
+    )
+    (old / "scenario.toml").write_text(chosen, encoding="utf-8")
+    main(["generate", str(old / "scenario.toml"), "--set", "instance.orders=3", "--out", str(new)])
+    old.rename(tmp_path / "gone")
+    scenario = load_scenario(new / "scenario.toml")
+    rules = RuleSet.load(scenario.rules, scenario.folder)
+    assert rules.poa is not None
+    assert rules.pps is not None
+    assert (rules.poa.instance.plan, rules.poa.instance.note) == (new / "plans" / "a.csv", "orders.csv")
+    assert rules.pps.instance.plan == new / "orders_2.csv"
+    assert rules.filters[0].instance.plan == new / "a.csv"  # the other one is in plans/
+    read = [one.file.read_text(encoding="utf-8") for one in rules.files]
+    assert read == ["a\n", "no orders\n", "b\n", "elsewhere\n"]
+
+
+def read_back(instance: Instance, folder: Path) -> Instance:
+    """Write an instance and read it again."""
+    (folder / "orders.csv").write_text(orders_csv(instance), encoding="utf-8")
+    (folder / "pods.csv").write_text(pods_csv(instance), encoding="utf-8")
+    return read_instance(folder / "orders.csv", folder / "pods.csv")
+
+
+@settings(deadline=None)
+@given(
+    section=st.builds(
+        InstanceSection,
+        orders=st.integers(0, 20),
+        skus=st.integers(3, 60),
+        pods=st.integers(5, 20),
+        items_per_sku=st.none() | st.just(50),
+        arrivals=st.sampled_from([Arrivals(), Arrivals("poisson", 77.7)]),
+    ),
+    seed=st.integers(0, 1000),
+)
+def test_generated_instances_read_back(
+    tmp_path_factory: pytest.TempPathFactory, section: InstanceSection, seed: int
+) -> None:
+    instance = generate_instance(section, seed)
+    assert read_back(instance, tmp_path_factory.mktemp("csv")) == instance
+
+
+def test_unlimited_stock_is_an_empty_field() -> None:
+    instance = generate_instance(InstanceSection(orders=1, skus=1, pods=1, skus_per_pod=1), 1)
+    assert orders_csv(instance) == "order,arrival_s,sku,quantity\n1,0,1,1\n"
+    assert pods_csv(instance) == "pod,sku,quantity\n1,1,\n"
+
+
+def test_files_are_written_with_their_folders(tmp_path: Path) -> None:
+    write_files(tmp_path / "new", {"a.txt": b"1", "rules/b.py": b"2"}, force=False)
+    assert (tmp_path / "new" / "rules" / "b.py").read_bytes() == b"2"
+    with pytest.raises(InputError, match=r"new/a.txt: found a file of that name; --force replaces it"):
+        write_files(tmp_path / "new", {"a.txt": b"3", "c.txt": b"4"}, force=False)
+    assert not (tmp_path / "new" / "c.txt").exists()
+    write_files(tmp_path / "new", {"a.txt": b"3"}, force=True)
+    assert (tmp_path / "new" / "a.txt").read_bytes() == b"3"
+
+
+def test_a_folder_in_the_way_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").mkdir()
+    with pytest.raises(InputError, match="cannot be written: a folder has that name"):
+        write_files(tmp_path, {"b.txt": b"", "a.txt": b""}, force=True)
+    assert not (tmp_path / "b.txt").exists()

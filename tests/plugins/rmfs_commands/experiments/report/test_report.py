@@ -1,0 +1,518 @@
+"""The report of a comparison: numbers, tables, plots, terminal and HTML."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pandas
+import pytest
+from attrs import evolve
+from matplotlib.figure import Figure
+from rich.console import Console
+
+from rmfs_commands.experiments import ExperimentResult, RuleSetChoice
+from rmfs_commands.experiments.compare import Interval
+from rmfs_commands.experiments.report import print_comparison, write_report
+from rmfs_commands.experiments.report.html import report_html
+from rmfs_commands.experiments.report.numbers import (
+    MINUS,
+    NO_TEST,
+    difference,
+    probability,
+    relative,
+    times,
+    title,
+    value,
+)
+from rmfs_commands.experiments.report.plots import MOST_RULE_SETS, Plot, make_plots, plot_of
+from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS, grids, summary_csv, write_parquet
+from rmfs_commands.experiments.report.terminal import MOST_ERRORS
+from rmfs_core.errors import InputError
+from rmfs_core.results.catalogue import Metric
+
+MAKESPAN = Metric("makespan_s", "Makespan", "s", 1, "Time of the last order.")
+PLAIN = Metric("picks", "Picks", "", 0, "Items picked.")
+PART = Metric("loaded_distance_m", "  with a pod", "m", 0, "Part of the distance driven with a pod.")
+
+
+def found(mean: float | None, low: float | None = None, high: float | None = None) -> Interval:
+    """Return an interval."""
+    return Interval(mean, None, None, None, low, high)
+
+
+@pytest.mark.parametrize(
+    ("metric", "text"),
+    [
+        (MAKESPAN, "Makespan (s)"),
+        (PLAIN, "Picks"),
+        (PART, "Part of the distance driven with a pod (m)"),  # by itself its label says nothing
+    ],
+)
+def test_a_title_stands_by_itself(metric: Metric, text: str) -> None:
+    """The label with its unit; of a part of another figure what it means."""
+    assert title(metric) == text
+
+
+def test_a_mean_has_a_digit_more_than_a_run() -> None:
+    assert value(MAKESPAN, 12.34) == "12.34"
+    assert value(PLAIN, 12.34) == "12.3"
+    assert value(PLAIN, None) == "-"
+
+
+@pytest.mark.parametrize(
+    ("interval", "text"),
+    [
+        (found(0.5, -0.25, 1.25), f"+0.50 [{MINUS}0.25, +1.25]"),
+        (found(-0.5), f"{MINUS}0.50 (no interval)"),
+        (found(0.001, -0.001, 0.001), "0.00 [0.00, 0.00]"),  # no sign for what is rounded to zero
+        (found(None), "-"),
+    ],
+)
+def test_a_difference_has_its_sign_and_interval(interval: Interval, text: str) -> None:
+    assert difference(MAKESPAN, interval) == text
+
+
+def test_multiples_of_a_bound_have_two_digits() -> None:
+    assert (times(1.484), times(1234.5), times(None)) == ("1.48", "1,234.50", "-")
+
+
+def test_relative_differences_are_in_percent() -> None:
+    assert relative(found(-0.1234, -0.2, 12.0)) == f"{MINUS}12.3 % [{MINUS}20.0, +1,200.0]"
+    assert relative(found(0.5)) == "+50.0 % (no interval)"
+    assert relative(found(None)) == "-"
+
+
+@pytest.mark.parametrize(
+    ("p", "text"), [(None, "-"), (0.00099, "< 0.001"), (0.001, "0.001"), (0.04999, "0.050"), (1.0, "1.000")]
+)
+def test_p_values_have_three_digits(p: float | None, text: str) -> None:
+    assert probability(p) == text
+
+
+FAILURE = "rule <b>bad</b> & worse: no idea"
+"""Error of the run that failed."""
+
+
+def test_pandas_reads_the_runs(result: ExperimentResult, tmp_path: Path) -> None:
+    write_parquet(result, tmp_path / "runs.parquet")
+    runs = pandas.read_parquet(tmp_path / "runs.parquet")
+    assert runs.shape == (18, 13)
+    means = runs.groupby(["instance.orders", "rule_set"])["pile_on"].mean()
+    assert means[50, "good"] == pytest.approx(3.2)
+    assert runs["pile_on"].isna().sum() == 1
+    assert runs["error"].iloc[-1] == FAILURE
+    assert runs["seed"].dtype == "int64"
+    assert runs["decision_s_first"].dtype == "float64"
+
+
+def test_axis_values_of_several_kinds_are_texts(result: ExperimentResult, tmp_path: Path) -> None:
+    for row, mixed in zip(result.rows, [1, "start", None] * 6, strict=True):
+        row["mixed"] = mixed
+    write_parquet(result, tmp_path / "runs.parquet")
+    assert list(pandas.read_parquet(tmp_path / "runs.parquet")["mixed"].iloc[:2]) == ["1", "start"]
+
+
+def test_numbers_that_no_column_has_are_texts(result: ExperimentResult, tmp_path: Path) -> None:
+    for row in result.rows:
+        row["huge"] = 2**64
+    write_parquet(result, tmp_path / "runs.parquet")
+    assert set(pandas.read_parquet(tmp_path / "runs.parquet")["huge"]) == {"18446744073709551616"}
+
+
+def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
+    rows = list(csv.DictReader(summary_csv(result.comparison()).splitlines()))
+    assert tuple(rows[0]) == SUMMARY_COLUMNS
+    assert len(rows) == 3 * 3 * 3
+    (one,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "bad")]
+    assert (one["seeds"], one["pairs"], one["left_out"], one["runs"], one["failed"]) == ("2", "4", "2", "6", "1")
+    assert float(one["difference"]) == pytest.approx(2.0)
+    assert (one["p"], one["relative_low_holm"], one["relative_p_holm"]) == ("", "", "")  # two seeds
+    (one,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("orders=50", "pile_on", "good")]
+    assert (one["seeds"], one["pairs"], one["left_out"], one["runs"], one["failed"]) == ("3", "3", "0", "3", "0")
+    assert float(one["relative_low_holm"]) < float(one["relative_low"]) < float(one["relative"])
+    assert 0 < float(one["relative_p"]) <= float(one["relative_p_holm"]) < 0.05
+    (base,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "base")]
+    assert (base["difference"], base["p"]) == ("", "")
+
+
+@pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1", "-1", "@sum(a)", "\t=x", " =x"])
+def test_no_name_is_a_formula(result: ExperimentResult, tmp_path: Path, name: str) -> None:
+    for row in result.rows:
+        row["rule_set"] = f"{name}{row['rule_set']}"
+        row["instance"] = f"{name}{row['instance']}"
+    rule_sets = tuple(evolve(one, name=f"{name}{one.name}") for one in result.experiment.rule_sets)
+    one = evolve(result, experiment=evolve(result.experiment, baseline=f"{name}base", rule_sets=rule_sets))
+    rows = list(csv.DictReader(io.StringIO(summary_csv(one.comparison()), newline="")))
+    assert rows[0]["instances"] == f"'{name}orders=50"
+    assert {row["rule_set"] for row in rows} == {f"'{name}{end}" for end in ("base", "good", "bad")}
+    assert rows[0]["baseline"] == f"'{name}base"
+    assert float(rows[1]["difference"]) == pytest.approx(1.0)
+    write_parquet(one, tmp_path / "runs.parquet")
+    assert pandas.read_parquet(tmp_path / "runs.parquet")["rule_set"].iloc[0] == f"{name}base"
+
+
+def test_a_metric_that_no_run_has_is_empty(result: ExperimentResult, tmp_path: Path) -> None:
+    for row in result.rows:
+        if row["status"] != "failed" and row["rule_set"] != "good":
+            row["balance"] = -row["pile_on"]
+    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
+    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance",)), measures=described)
+    rows = list(csv.DictReader(summary_csv(shown.comparison()).splitlines()))
+    assert [row["mean"] for row in rows if row["rule_set"] == "good"] == ["", "", ""]
+    write_parquet(shown, tmp_path / "runs.parquet")
+    assert pandas.read_parquet(tmp_path / "runs.parquet")["balance"].isna().sum() == 7
+
+
+def test_bounds_are_in_both_tables(bounded: ExperimentResult, tmp_path: Path) -> None:
+    """Of each run in runs.parquet, and their means in summary.csv; empty where there are none."""
+    rows = list(csv.DictReader(summary_csv(bounded.comparison()).splitlines()))
+    of = {(row["instances"], row["metric"], row["rule_set"]): (row["bound"], row["times_bound"]) for row in rows}
+    bound, times = map(float, of["orders=50", "pile_on", "good"])
+    assert (bound, times) == (1.25, pytest.approx(2.56))
+    assert of["orders=50", "picker_utilisation", "good"] == ("", "")
+    write_parquet(bounded, tmp_path / "runs.parquet")
+    assert set(pandas.read_parquet(tmp_path / "runs.parquet")["bound.pile_on"].dropna()) == {1.25}
+
+
+def test_tables_for_papers(result: ExperimentResult) -> None:
+    found = grids(result.comparison())
+    assert set(found) == set(result.experiment.metrics)
+    grid = found["pile_on"]
+    assert grid.columns[:4] == ("Instances", "Rule set", "Seeds", "Mean")
+    (baseline,) = [row for row in grid.rows if row[0] == "overall" and row[1] == result.experiment.baseline]
+    assert set(baseline[4:]) == {""}
+
+
+def plots_of(result: ExperimentResult, **changes: Any) -> list[Any]:
+    """Return the plots of a result with another experiment."""
+    changed = evolve(result, experiment=evolve(result.experiment, **changes))
+    return make_plots(changed.rows, changed.comparison())
+
+
+def test_a_plot_of_differences_and_one_for_each_metric(result: ExperimentResult) -> None:
+    plots = plots_of(result)
+    assert [plot.name for plot in plots] == ["differences", *result.experiment.metrics]
+    assert [plot.title for plot in plots][:2] == ["Differences from base", "Pile-on"]
+    assert all(plot.png.startswith(b"\x89PNG") and b"<svg" in plot.svg for plot in plots)
+    assert all(plot.pdf.startswith(b"%PDF") for plot in plots)
+
+
+def test_a_plot_for_each_front(with_front: ExperimentResult) -> None:
+    plots = plots_of(with_front)
+    assert plots[-1].name == "front.pile_on.picker_utilisation"
+    assert plots[-1].title == "Picker utilisation (%) against Pile-on"
+    assert ">1 base</text>" in plots[-1].svg.decode()
+
+
+def test_many_rule_sets_have_no_plots_of_single_runs(result: ExperimentResult) -> None:
+    rule_sets = tuple(RuleSetChoice(f"rules {number}") for number in range(MOST_RULE_SETS + 1))
+    rows = [dict(result.rows[0], rule_set=one.name, seed=seed) for one in rule_sets for seed in (1, 2)]
+    changed = evolve(result, rows=rows)
+    assert [plot.name for plot in plots_of(changed, rule_sets=rule_sets, baseline="rules 0")] == ["differences"]
+
+
+def test_another_figure_gives_another_plot(result: ExperimentResult) -> None:
+    metrics = ("pile_on", "picker_utilisation")
+    before = {plot.name: plot.svg for plot in plots_of(result, metrics=metrics)}
+    result.rows[0]["pile_on"] = 7.0
+    after = {plot.name: plot.svg for plot in plots_of(result, metrics=metrics)}
+    assert {name for name in before if before[name] != after[name]} == {"differences", "pile_on"}
+
+
+NAMES = (
+    "$\\frac{1$",
+    "_hidden",
+    "a\nb",
+    "a\x00\x1bb",
+    "\ud800",
+    "{x} %s \\alpha",
+    "\N{DEVANAGARI DIGIT ONE}",
+    "n" * 300,
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_may_have_any_sign(result: ExperimentResult, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for row in result.rows:
+        row["rule_set"] = f"{name}{row['rule_set']}"
+        row["instance"] = f"{name}{row['instance']}"
+    rule_sets = tuple(evolve(one, name=f"{name}{one.name}") for one in result.experiment.rule_sets)
+    plots = plots_of(result, rule_sets=rule_sets, baseline=f"{name}base", metrics=("pile_on",))
+    assert [plot.name for plot in plots] == ["differences", "pile_on"]
+    assert [ElementTree.fromstring(plot.svg).tag for plot in plots] == ["{http://www.w3.org/2000/svg}svg"] * 2
+    assert capsys.readouterr().err == ""
+
+
+def test_a_plot_that_fails_costs_that_plot_only(capsys: pytest.CaptureFixture[str]) -> None:
+    def draw() -> Figure:
+        raise ValueError("no\nidea")
+
+    assert plot_of("mine", "My plot", draw) is None
+    assert capsys.readouterr().err == "Left out: the plot mine cannot be drawn: ValueError: no idea\n"
+    drawn = plot_of("mine", "My plot", Figure)
+    assert drawn is not None
+    assert drawn.title == "My plot"
+
+
+def test_a_single_rule_set_differs_from_nothing(result: ExperimentResult) -> None:
+    rows = [row for row in result.rows if row["rule_set"] == "base"]
+    alone = evolve(result, rows=rows)
+    chosen = tuple(one for one in result.experiment.rule_sets if one.name == "base")
+    plots = plots_of(alone, rule_sets=chosen, metrics=("pile_on",))
+    assert [plot.name for plot in plots] == ["pile_on"]
+
+
+@pytest.mark.parametrize("values", [None, 0.0])
+def test_what_no_run_has_is_drawn_empty(result: ExperimentResult, values: float | None) -> None:
+    for row in result.rows:
+        row["pile_on"] = values
+    assert [plot.name for plot in plots_of(result, metrics=("pile_on",))] == ["differences", "pile_on"]
+
+
+def test_a_bound_is_a_dashed_line(result: ExperimentResult) -> None:
+    metrics = ("pile_on", "picker_utilisation")
+    pictures = []
+    for bound in (None, 1.0, 1.5):
+        for row in result.rows:
+            row["bound.pile_on"] = bound
+        pictures.append({plot.name: plot.svg for plot in plots_of(result, metrics=metrics)})
+    without, low, high = pictures
+    assert {name for name in without if without[name] != low[name]} == {"pile_on"}
+    assert {name for name in without if low[name] != high[name]} == {"pile_on"}
+    dashes = {name: svg.count(b"stroke-dasharray") for name, svg in low.items()}
+    assert dashes["pile_on"] - without["pile_on"].count(b"stroke-dasharray") == 3 * 3
+
+
+def printed(result: ExperimentResult, width: int) -> str:
+    """Return what the terminal shows."""
+    console = Console(width=width, record=True, quiet=False, file=None, force_terminal=False)
+    with console.capture() as capture:
+        print_comparison(console, result, result.comparison())
+    return capture.get()
+
+
+def test_the_terminal_shows_runs_and_comparisons(result: ExperimentResult) -> None:
+    text = printed(result, 120)
+    assert f"Failed: orders=100, bad, seed 3: {FAILURE}" in text
+    assert re.search(r"good +3 +3\.200 +\+1\.000 \(no interval\) +- +\+45\.5 % \[", text)
+    assert re.search(r"bad +2 \(1 left out\) +4\.150 ", text)
+    assert "Picker utilisation (%)" in text
+    assert re.search(r"overall *\n.*\n.*\n +bad +2 \(2 left out\) +4\.150 ", text)
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_a_narrow_terminal_has_relative_differences_alone(result: ExperimentResult) -> None:
+    """At 80 columns no name or interval is broken; differences from 0 are absolute, since they are no share of it."""
+    text = printed(result, 80)
+    assert re.search(r"good +3 +3\.200 +\+45\.5 % \[\+38\.1, \+52\.9\] +0\.001", text)
+    assert re.search(r"good +3 +2\.0 +\+2\.0 \[", text.partition("Most split orders open")[2])
+    assert max(map(len, text.splitlines())) <= 80
+
+
+def test_two_seeds_have_no_intervals(result: ExperimentResult) -> None:
+    result.rows[:] = [row for row in result.rows if row["seed"] < 3]
+    for width in (80, 120):
+        text = printed(result, width)
+        assert re.search(r"good +2 +3\.150 +(\+1\.000 +)?\+46\.5 % *\n", text.replace("\u2212", "-"))
+        assert "p (Holm)" not in text
+        assert NO_TEST in " ".join(text.split())
+
+
+def test_orders_of_one_day_are_told(result: ExperimentResult) -> None:
+    told = "come from a file and are the same for every seed"
+    assert told not in " ".join(printed(result, 120).split())
+    some = evolve(result, fixed=frozenset({"orders=50"}))
+    assert f" Orders of orders=50 and overall {told}" in " ".join(printed(some, 120).split())
+    day = evolve(result, fixed=frozenset({"orders=50", "orders=100"}))
+    assert f" Orders {told}" in " ".join(printed(day, 120).split())
+    day.rows[:] = [row for row in day.rows if row["seed"] < 3]
+    assert told not in " ".join(printed(day, 120).split())
+
+
+def test_other_signs_of_the_two_differences_are_told(result: ExperimentResult) -> None:
+    """Less by 9 of 100, more by a half of 2: the means are less, the shares more on average."""
+    for row in result.rows:
+        if row["status"] != "failed":
+            base = 100 if row["instance.orders"] == 100 else 2
+            row["pile_on"] = row["seed"] / 1000 + (base if row["rule_set"] == "base" else {2: 3, 100: 91}[base])
+    text = " ".join(printed(result, 80).split())
+    assert "good, overall: the means differ by \u22124.000" in text
+    assert "the other way round than the relative difference" in text
+    assert "good, orders=50: the means" not in text
+    assert "\u22124.000 (no interval), the other way round" in text
+    for row in result.rows:
+        if row["rule_set"] == "good" and row["status"] != "failed":
+            row["pile_on"] += row["seed"] / 100
+    assert re.search(r"\], p [<.0-9 ]+, the other way round", " ".join(printed(result, 80).split()))
+
+
+def test_fronts_follow_the_metrics(with_front: ExperimentResult) -> None:
+    """With the means of who is best in both; here the baseline has least of either."""
+    text = printed(with_front, 80).partition("None beats these in both")[2]
+    assert re.search(r"Rule set +Pile-on +Picker utilisation \(%\)", text)
+    assert re.search(r"orders=50 *\n +base +2\.200 +52\.00 *\n +orders=100 *\n +base", text)
+
+
+def test_metrics_of_observers_are_shown_as_they_describe_them(result: ExperimentResult) -> None:
+    for row in result.rows:
+        if row["status"] != "failed" and row["rule_set"] != "good":
+            row["balance"] = -row["pile_on"]
+    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
+    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance",)), measures=described)
+    block = printed(shown, 100).partition("Balance of work (kJ)")[2]
+    assert re.search(r"orders=50 *\n +base +-2\.20 +baseline *\n +good +0 \(3 left out\) +- +-", block)
+
+
+def test_not_all_failures_are_listed(result: ExperimentResult) -> None:
+    for row in result.rows[: MOST_ERRORS + 1]:
+        row |= {"status": "failed", "error": "no idea"}
+    text = printed(result, 100)
+    assert text.count("Failed: ") == MOST_ERRORS
+    assert "and 2 more failed runs." in text
+
+
+def test_how_many_times_the_bound_is_shown(bounded: ExperimentResult) -> None:
+    text = printed(bounded, 120)
+    assert re.search(r"Rule set +Seeds +Mean +x bound +Difference ", text)
+    assert text.count("x bound") == 1 + 1
+    assert re.search(r"base +2\.200 +1\.76 +baseline", text)
+    assert re.search(r"good +3 +3\.200 +2\.56 +\+1\.000", text)
+    assert "what no rules can beat" in text
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_without_bounds_nothing_is_said_of_them(result: ExperimentResult) -> None:
+    assert "bound" not in printed(result, 120)
+
+
+def page_of(result: ExperimentResult) -> str:
+    """Return the report with empty pictures."""
+    plots = [Plot(name, name, b"<svg/>", b"", b"") for name in ("differences", *result.experiment.metrics)]
+    return report_html(result, result.comparison(), plots)
+
+
+def fact(result: ExperimentResult, name: str) -> str:
+    """Return what the report says of the experiment under a name."""
+    found = re.search(rf"<dt>{re.escape(name)}</dt><dd>(.*?)</dd>", page_of(result), re.DOTALL)
+    assert found is not None, name
+    return found[1].strip()
+
+
+def test_the_report_needs_nothing_else(result: ExperimentResult) -> None:
+    page = page_of(result)
+    assert page.count('src="data:image/svg+xml;base64,') == 1 + 3
+    assert not re.search(r'(src|href)="(?!data:|#)', page)
+    assert "http" not in re.sub(r"base64,[A-Za-z0-9+/=]+", "", page)
+    assert "Is &lt;more&gt; better?" in page
+    assert "rule &lt;b&gt;bad&lt;/b&gt; &amp; worse: no idea" in page
+    assert "2 (2 left out)" in page
+
+
+def test_what_tells_nothing_is_the_same_as_on_the_terminal(result: ExperimentResult) -> None:
+    result.rows[:] = [row for row in result.rows if row["seed"] < 3]
+    page = page_of(result)
+    assert "(no interval)</td><td>-</td>" in page
+    assert not re.search(r"\[[^<]*\]</td>|<td>(&lt; )?0\.\d+</td>\s*<td>[+\u2212]", page)
+    assert NO_TEST in page
+
+
+def test_orders_of_one_day_are_told_beside_every_p(result: ExperimentResult) -> None:
+    told = "Orders come from a file and are the same for every seed"
+    assert told not in page_of(result)
+    assert page_of(evolve(result, fixed=frozenset({"orders=50", "orders=100"}))).count(told) == 3
+
+
+def test_fronts_are_tables_too(with_front: ExperimentResult) -> None:
+    page = page_of(with_front)
+    assert "<h2>Picker utilisation (%) against Pile-on</h2>" in page
+    assert page.partition("None beats these in both")[2].count("<td>base</td><td>2.200</td><td>52.00</td>") == 3
+
+
+def test_a_plot_that_is_missing_is_left_out(result: ExperimentResult) -> None:
+    page = report_html(result, result.comparison(), [])
+    assert "<img" not in page
+    assert page.count("<table>") == 1 + 3
+
+
+def test_the_report_says_what_was_run(result: ExperimentResult) -> None:
+    assert fact(result, "Runs") == "18"
+    assert fact(result, "Scenarios") == "small"
+    assert fact(result, "instance.orders") == "50, 100"
+    assert fact(result, "Rule sets") == "base, good, bad"
+    assert fact(result, "Versions") == "rmfs 0.1.0"
+    hashed = evolve(result, versions={"my_rule.py": "sha256:" + "0123456789ab" * 5})
+    assert fact(hashed, "Versions") == "my_rule.py sha256:0123456789ab"
+
+
+def test_seeds_in_a_row_are_a_span(result: ExperimentResult) -> None:
+    for seeds, text in (
+        ((1, 2, 3), "1 to 3"),
+        ((1, 2), "1, 2"),
+        ((1, 2, 4), "1, 2, 4"),
+        ((3, 2, 1), "3, 2, 1"),
+        ((1, 2, 10**15), "1, 2, 1000000000000000"),
+    ):
+        assert fact(evolve(result, experiment=evolve(result.experiment, seeds=seeds)), "Seeds") == text
+
+
+def test_the_page_shows_metrics_of_observers_as_they_describe_them(result: ExperimentResult) -> None:
+    for row in result.rows:
+        if row["status"] != "failed":
+            row |= {"balance": -row["pile_on"], "bare": 0.5}
+    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
+    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance", "bare")), measures=described)
+    page = page_of(shown)
+    assert ">Balance of work (kJ)</h2>" in page
+    assert "What it costs." in page
+    assert ">bare</h2>" in page
+
+
+def test_bounds_have_columns_of_their_metric(bounded: ExperimentResult) -> None:
+    page = page_of(bounded)
+    assert page.count("<th>Times the bound</th>") == 1
+    assert '<td>2.200</td><td>1.250</td><td>1.76</td><td class="dim">baseline</td>' in re.sub(r"\n\s*", "", page)
+    assert page.count('colspan="9"') == 3
+    assert "what no rules can beat" in page
+    for row in bounded.rows:
+        del row["bound.pile_on"]
+    assert "bound" not in page_of(bounded)
+
+
+def test_the_same_runs_give_the_same_files(result: ExperimentResult, tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        write_report(result, result.comparison(), tmp_path / name)
+    files = sorted(path.relative_to(tmp_path / "one") for path in (tmp_path / "one").rglob("*.*"))
+    assert len(files) == 3 + 3 * 4 + 3
+    for file in files:
+        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
+    names = {file.as_posix() for file in files}
+    assert {"summary.csv", "runs.parquet", "report.html", "plots/differences.svg", "plots/pile_on.png"} <= names
+
+
+def test_a_folder_that_cannot_be_made_is_refused(result: ExperimentResult, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match="file"):
+        write_report(result, result.comparison(), tmp_path / "file")
+    assert (tmp_path / "file").read_text(encoding="utf-8") == "mine"
+
+
+def test_an_observers_metric_is_called_what_it_likes(
+    result: ExperimentResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    label = "Price [s] [/nope] in $^$"
+    rows = [row | {"differences": row["seed"] * 1.5} for row in result.rows]
+    experiment = evolve(result.experiment, metrics=("differences", "pile_on"))
+    measures = {"differences": Metric("differences", label)}
+    one = evolve(result, rows=rows, experiment=experiment, measures=measures)
+    comparison = one.comparison()
+    write_report(one, comparison, tmp_path)
+    print_comparison(Console(width=120, markup=False), one, comparison)  # as `output_console` has it
+    assert label in capsys.readouterr().out
+    plots = {path.name for path in (tmp_path / "plots").glob("*.svg")}
+    assert plots == {"differences.svg", "metrics.differences.svg", "pile_on.svg"}
+    assert len(set(re.findall(r'<img src="([^"]+)"', (tmp_path / "report.html").read_text("utf-8")))) == 3

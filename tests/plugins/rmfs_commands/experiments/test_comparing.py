@@ -1,0 +1,560 @@
+"""Paired comparison: figures, bounds, and `rmfs compare`."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas
+import psutil
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from calling import exit_code
+from rmfs_commands.bounds import BOUNDED, bounds_of
+from rmfs_commands.details.metrics import Metrics
+from rmfs_commands.experiments import Experiment, Watcher, run_experiment, shipped_experiments
+from rmfs_commands.experiments.compare import holm, interval, intervals, summary
+from rmfs_core.errors import InputError
+
+
+def row(rule_set: str, seed: int, value: float | None, instance: str = "one", **more: Any) -> dict[str, Any]:
+    """Return the row of a run."""
+    return {"instance": instance, "rule_set": rule_set, "seed": seed, "status": "complete", "m": value, **more}
+
+
+def test_differences_are_paired_by_instance_and_seed() -> None:
+    rows = [row("base", seed, 10.0 * seed) for seed in (1, 2, 3)]
+    rows += [row("other", seed, 11.0 * seed) for seed in (3, 1, 2)]
+    base, other = summary(rows, "base", ["m"]).paired
+    assert (base.rule_set, base.mean, base.difference.mean) == ("base", 20.0, None)
+    assert (other.pairs, other.left_out, other.mean, other.baseline_mean) == (3, 0, 22.0, 20.0)
+    assert other.difference.mean == 2.0
+    assert other.difference.high == pytest.approx(2 + 4.302653 / math.sqrt(3), abs=1e-6)
+    assert other.difference.low == pytest.approx(2 - 4.302653 / math.sqrt(3), abs=1e-6)
+    assert other.relative.mean == pytest.approx(0.1)
+    assert other.difference.p == pytest.approx(0.0741799, abs=1e-6)
+    assert other.p_holm == other.difference.p
+
+
+def test_p_values_are_corrected_over_the_rule_sets() -> None:
+    """Three rule sets against the baseline: the smallest p-value counts three times, the next twice, the last once."""
+    values = {"base": [5.0, 6.0, 7.0, 9.0], "a": [6.0, 8.0, 8.5, 11.0], "b": [5.5, 6.0, 7.5, 9.5], "c": [5, 7, 6, 9.5]}
+    rows = [row(name, seed, value) for name, column in values.items() for seed, value in enumerate(column)]
+    found = {one.rule_set: one for one in summary(rows, "base", ["m"]).paired}
+    p = {name: stats.ttest_rel(values[name], values["base"]).pvalue for name in "abc"}
+    assert p["a"] < p["b"] < p["c"]
+    assert found["a"].difference.p == pytest.approx(p["a"])
+    assert found["a"].p_holm == pytest.approx(3 * p["a"])
+    assert found["b"].p_holm == pytest.approx(2 * p["b"])
+    assert found["c"].p_holm == pytest.approx(max(p["c"], 2 * p["b"]))
+    assert found["base"].p_holm is None
+
+
+def test_a_front_has_what_none_beats_in_both() -> None:
+    """(1, 5), (2, 3) and (4, 2); not (3, 3), which has as much of the one and more of the other, nor the incomplete."""
+    figures = {"base": (3.0, 3.0), "a": (2.0, 3.0), "b": (4.0, 2.0), "c": (1.0, 5.0), "d": (5.0, 2.0), "e": (0.0, 0.0)}
+    rows = [row(name, 1, m, n=n) for name, (m, n) in figures.items()]
+    rows += [row(name, 2, m, n=n) for name, (m, n) in figures.items() if name != "e"]
+    comparison = summary(rows, "base", ["m", "n"], fronts=[("m", "n")])
+    assert [pair[0].rule_set for pair in comparison.front("one", "m", "n")] == ["c", "a", "b"]
+
+
+def test_holm_by_hand() -> None:
+    """0.01, 0.04, 0.03, 0.005: times 3, 1, 2, 4; the largest is raised to the one before it."""
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([0.5, 0.6]) == pytest.approx([1.0, 1.0])
+    assert holm([]) == []
+
+
+@given(st.lists(st.floats(0, 1), max_size=8))
+def test_holm_lies_between_the_p_value_and_bonferroni(p_values: list[float]) -> None:
+    corrected = holm(p_values)
+    for p, one in zip(p_values, corrected, strict=True):
+        assert p <= one <= min(1.0, p * len(p_values)) or one == pytest.approx(p)
+    assert [corrected[i] for i in sorted(range(len(p_values)), key=lambda i: p_values[i])] == sorted(corrected)
+
+
+def test_one_pair_has_no_interval() -> None:
+    alone = interval([3.0])
+    assert (alone.mean, alone.low, alone.high, alone.p) == (3.0, None, None, None)
+    assert interval([]).mean is None
+
+
+@pytest.mark.parametrize("values", [[0.0] * 3, [2.0] * 20, [0.3, 0.1 + 0.2, 0.3], [1.0, 3.0]])
+def test_what_tells_nothing_has_no_interval(values: list[float]) -> None:
+    found = interval(values)
+    assert (found.low, found.high, found.p) == (None, None, None)
+    of_all = intervals([values, [1.0, 2.0, 3.0]])
+    assert (of_all[0].low_holm, of_all[0].p_holm) == (None, None)
+    assert of_all[1].p_holm == of_all[1].p
+
+
+def test_nothing_is_more_than_all_less() -> None:
+    """Intervals of relative differences end at -100 % where figures are amounts; not where they may be negative."""
+    shares = {1: 0.01, 2: 0.6, 3: 0.02, 4: 0.9}
+    rows = [row("base", seed, 10.0) for seed in shares] + [row("other", seed, 10.0 * s) for seed, s in shares.items()]
+    other = summary(rows, "base", ["m"]).paired[1]
+    plain = intervals([[share - 1 for share in shares.values()]])[0]
+    assert plain.low is not None
+    assert plain.low < -1
+    assert (other.relative.low, other.relative.low_holm, other.relative.high) == (-1.0, -1.0, plain.high)
+    rows[-1]["m"] = -9.0
+    other = summary(rows, "base", ["m"]).paired[1]
+    assert other.relative.low is not None
+    assert other.relative.low < -1
+
+
+def test_instance_sets_whose_orders_stay_are_known() -> None:
+    rows = [row(name, seed, 1.0, at) for name in ("base", "other") for seed in (1, 2) for at in ("day", "drawn")]
+    assert summary(rows, "base", ["m"], fixed={"day"}).fixed == ("day", "overall")
+    assert summary(rows, "base", ["m"]).fixed == ()
+
+
+def test_pairs_with_a_side_that_failed_are_left_out_and_counted() -> None:
+    rows = [row("base", seed, 10.0) for seed in range(1, 6)]
+    rows += [
+        row("other", 1, 12.0),
+        row("other", 2, 99.0, status="failed"),
+        row("other", 3, None),
+        row("other", 4, 14.0),
+    ]
+    other = summary(rows, "base", ["m"]).paired[1]
+    assert (other.pairs, other.left_out, other.mean, other.baseline_mean) == (2, 3, 13.0, 10.0)
+    assert other.difference.mean == 3.0
+
+
+def test_partial_runs_do_not_count() -> None:
+    rows = [row("base", seed, 10.0) for seed in (1, 2, 3)]
+    rows += [row("other", seed, 11.0) for seed in (1, 2)] + [row("other", 3, 99.0, status="partial")]
+    other = summary(rows, "base", ["m"]).paired[1]
+    assert (other.seeds, other.left_out, other.mean, other.difference.mean) == (2, 1, 11.0, 1.0)
+
+
+def test_overall_has_one_value_a_seed() -> None:
+    of_seed = {1: 1.0, 2: 3.0, 3: 2.0}
+    rows = [row("base", seed, 10.0, f"instance {i}") for seed in of_seed for i in range(4)]
+    rows += [row("other", seed, 10.0 + of_seed[seed] + i, f"instance {i}") for seed in of_seed for i in range(4)]
+    other = summary(rows, "base", ["m"]).of("overall", "m")[1]
+    by_hand = stats.ttest_1samp([2.5, 4.5, 3.5], 0.0)
+    assert (other.seeds, other.pairs, other.mean) == (3, 12, 13.5)
+    assert other.difference.p == pytest.approx(by_hand.pvalue)
+    assert other.difference.low == pytest.approx(by_hand.confidence_interval(0.95).low)
+    assert other.relative.mean == pytest.approx(0.35)
+
+
+def test_every_seed_is_of_the_same_instances() -> None:
+    rows = [row(name, seed, 10.0, instance) for name in ("base", "other") for seed in (1, 2, 3) for instance in "abc"]
+    for one in rows:
+        one["m"] += 5.0 * (one["rule_set"] == "other") * "abc".index(one["instance"])
+        if one["rule_set"] == "other" and (one["instance"] == "c" or (one["instance"], one["seed"]) == ("a", 2)):
+            one["status"] = "failed"
+    other = summary(rows, "base", ["m"]).of("overall", "m")[1]
+    assert (other.seeds, other.pairs, other.left_out) == (2, 4, 5)
+    assert (other.mean, other.difference.mean) == (12.5, 2.5)
+
+
+def test_bounds_for_all_at_once_agree_with_holm() -> None:
+    """Wider than alone, by the number of rule sets; where Holm is surer than Bonferroni they end at 0."""
+    sure, nearly, unsure = [5.0, 5.1, 5.2, 5.0], [1.0, 2.0, 1.5, 0.6], [1.0, -1.0, 0.5, -0.4]
+    found = intervals([sure, nearly, unsure])
+    alone = [interval(values) for values in (sure, nearly, unsure)]
+    assert [(one.mean, one.low, one.high, one.p) for one in found] == [
+        (one.mean, one.low, one.high, one.p) for one in alone
+    ]
+    wide = stats.t.interval(1 - 0.05 / 3, 3, loc=1.275, scale=stats.sem(nearly))
+    assert wide[0] < 0
+    assert (found[1].low_holm, found[1].high_holm) == (0.0, pytest.approx(wide[1]))
+    assert found[1].p is not None
+    assert 0.05 / 3 < found[1].p < 0.05 / 2
+    assert found[1].p_holm == pytest.approx(2 * found[1].p)
+    assert found[0].low_holm is not None
+    assert 0 < found[0].low_holm < (found[0].low or 0)
+
+
+def different(values: list[float]) -> bool:
+    """Whether their spread is more than an error of rounding."""
+    return max(values) - min(values) > 1e-6
+
+
+@given(st.lists(st.lists(st.floats(-10, 10), min_size=3, max_size=6).filter(different), min_size=1, max_size=5))
+def test_bounds_and_p_values_never_contradict_each_other(family: list[list[float]]) -> None:
+    for one in intervals(family):
+        assert one.low is not None
+        assert one.low_holm is not None
+        assert one.high is not None
+        assert one.high_holm is not None
+        assert one.p is not None
+        assert one.p_holm is not None
+        assert (one.low <= 0 <= one.high) == (one.p > 0.05)
+        assert (one.low_holm < 0 < one.high_holm) == (one.p_holm > 0.05)
+
+
+def test_relative_differences_have_a_p_of_their_own() -> None:
+    """That of the differences is another one: it may be above 0.05 where the other is below."""
+    rows = [row("base", seed, 10.0**seed) for seed in (1, 2, 3, 4)]
+    rows += [row("other", seed, 1.1 * 10.0**seed + seed) for seed in (1, 2, 3, 4)]
+    other = summary(rows, "base", ["m"]).paired[1]
+    assert other.relative.p is not None
+    assert other.relative.p == pytest.approx(stats.ttest_1samp([0.2, 0.12, 0.103, 0.1004], 0.0).pvalue)
+    assert other.difference.p is not None
+    assert other.relative.p < 0.05 < other.difference.p
+
+
+def test_a_baseline_of_zero_has_no_relative_difference() -> None:
+    rows = [row("base", 1, 0.0), row("base", 2, 4.0), row("other", 1, 1.0), row("other", 2, 5.0)]
+    other = summary(rows, "base", ["m"]).paired[1]
+    assert other.difference.mean == 1.0
+    assert other.relative.mean is None
+
+
+def test_instance_sets_and_overall() -> None:
+    rows = [
+        row(name, seed, 10.0 * size + (name == "other") * size, f"orders={size}, skus={skus}", size=size)
+        for name in ("base", "other")
+        for size in (1, 2)
+        for skus in (5, 6)
+        for seed in (1, 2)
+    ]
+    by_instance = summary(rows, "base", ["m"])
+    assert len(by_instance.instance_sets) == 5
+    assert by_instance.of("overall", "m")[1].pairs == 8
+    assert by_instance.of("overall", "m")[1].difference.mean == 1.5
+    by_size = summary(rows, "base", ["m"], by=["size"])
+    assert by_size.instance_sets == ("size=1", "size=2", "overall")
+    assert by_size.of("size=2", "m")[1].pairs == 4
+    assert sum(by_size.holds("size=2", one) for one in rows) == 8
+    assert all(by_size.holds("overall", one) for one in rows)
+
+
+def test_how_runs_ended_is_counted() -> None:
+    rows = [
+        row("base", 1, 1.0),
+        row("base", 2, 1.0, status="partial", solves_stopped_early=3),
+        row("base", 3, None, status="failed", error_kind="StandstillError"),
+        row("base", 4, None, status="failed", error_kind="RuleError"),
+        row("other", 1, 1.0, solves_stopped_early=0),
+    ]
+    base, other = summary(rows, "base", ["m"]).counted
+    assert (base.runs, base.complete, base.partial, base.failed, base.stood_still, base.stopped_early) == (
+        4,
+        1,
+        1,
+        2,
+        1,
+        1,
+    )
+    assert (other.runs, other.complete, other.failed, other.stopped_early) == (1, 1, 0, 0)
+
+
+def test_a_baseline_that_is_not_there_is_named() -> None:
+    with pytest.raises(InputError, match="did you mean `base`"):
+        summary([row("base", 1, 1.0)], "bse", ["m"])
+
+
+def test_how_many_times_the_bound() -> None:
+    """Of each pair, then the mean over a seed's pairs and over the seeds: 2 and 4, 3 and 3, so 3; the bound is 15."""
+    rows = [row("base", seed, 60.0, instance, **{"bound.m": 20.0}) for seed in (1, 2) for instance in ("one", "two")]
+    rows += [row("other", 1, 20.0, "one", **{"bound.m": 10.0}), row("other", 1, 40.0, "two", **{"bound.m": 10.0})]
+    rows += [row("other", 2, 60.0, "one", **{"bound.m": 20.0}), row("other", 2, 60.0, "two", **{"bound.m": 20.0})]
+    comparison = summary(rows, "base", ["m"])
+    found = {one.rule_set: (one.bound, one.times_bound) for one in comparison.of("overall", "m")}
+    assert found == {"base": (20.0, 3.0), "other": (15.0, 3.0)}
+    assert comparison.bounded("m")
+
+
+def test_a_bound_is_of_all_runs_or_of_none() -> None:
+    rows = [row(name, seed, 60.0, **{"bound.m": 20.0}) for name in ("base", "other", "third") for seed in (1, 2, 3)]
+    rows[3]["bound.m"] = None
+    rows[6]["bound.m"] = 0.0
+    found = {one.rule_set: (one.bound, one.times_bound) for one in summary(rows, "base", ["m"]).paired}
+    assert found["base"] == (20.0, 3.0)
+    assert found["other"] == (None, None)
+    assert found["third"] == (pytest.approx(40 / 3), None)
+    rows[3]["status"] = "failed"
+    assert summary(rows, "base", ["m"]).paired[1].times_bound == 3.0
+    assert not summary([row("base", 1, 60.0)], "base", ["m"]).bounded("m")
+
+
+Write = Callable[..., Experiment]
+
+TRIAL = """
+description = "A trial."
+base = "tiny.toml"
+seeds = [1, 2]
+baseline = "pod-match"
+metrics = ["pile_on", "psv_per_order"]
+[[rule_sets]]
+name = "pod-match"
+[[rule_sets]]
+name = "first-come"
+rules.poa = "first-come"
+"""
+SEVERAL = TRIAL + '[[rule_sets]]\nname = "slow pickers"\nstations.handle_s = 40.0\n'
+
+
+class Listener(Watcher):
+    """Hears how many bounds are sought, each time."""
+
+    def __init__(self) -> None:
+        self.sought: list[int] = []
+
+    def bounding(self, instances: int) -> None:
+        """Keep the number."""
+        self.sought.append(instances)
+
+
+def test_each_run_has_the_bounds_of_its_world(experiment: Write, tmp_path: Path) -> None:
+    heard = Listener()
+    result = run_experiment(experiment(SEVERAL), store=tmp_path / "runs", jobs=1, bounds=True, watcher=heard)
+    assert heard.sought == [4]
+    rows = {(row["rule_set"], row["seed"]): row for row in result.rows}
+    for job, row in zip(experiment(SEVERAL).jobs(), result.rows, strict=True):
+        assert {metric: row[f"bound.{metric}"] for metric in BOUNDED} == {
+            bound.metric: bound.value for bound in bounds_of(job.scenario)
+        }
+        assert all(row[metric] >= row[f"bound.{metric}"] for metric in BOUNDED)
+    least = {key: row["bound.makespan_s"] for key, row in rows.items()}
+    assert least["pod-match", 1] == least["first-come", 1] < least["slow pickers", 1]
+    assert least["pod-match", 1] != least["pod-match", 2]
+
+
+def test_rules_that_move_pods_and_stock_that_is_replenished(experiment: Write, tmp_path: Path) -> None:
+    bundles = 'instance.replenishment = { process = "poisson", bundles_per_hour = 60.0, bundle_items = 2 }'
+    text = SEVERAL.partition('name = "slow')[0] + 'name = "moving"\nrules.move = "utility"\n[[rule_sets]]\n'
+    text += f'name = "bundles"\nrules.roa = "first-bundle"\nrules.rps = "emptiest-pod"\n{bundles}\n'
+    text += "stations.also_replenish = true\n"
+    jobs, result = experiment(text).jobs(), run_experiment(experiment(text), store=tmp_path, jobs=1, bounds=True)
+    for job, row in zip(jobs, result.rows, strict=True):
+        assert {metric: row[f"bound.{metric}"] for metric in BOUNDED} == {
+            bound.metric: bound.value for bound in bounds_of(job.scenario)
+        }
+    assert {row["bound.pod_station_visits"] is None for row in result.rows if row["rule_set"] == "bundles"} == {True}
+
+
+def test_they_are_kept_with_the_runs(experiment: Write, tmp_path: Path) -> None:
+    """Asked for again they are read; one that was changed by hand, or cannot be read, is sought again."""
+    first = run_experiment(experiment(), store=tmp_path / "runs", jobs=1, bounds=True)
+    one, other = sorted((tmp_path / "runs" / "bounds").iterdir())
+    heard = Listener()
+    again = run_experiment(experiment(), store=tmp_path / "runs", jobs=1, bounds=True, watcher=heard)
+    assert (again.rows, again.computed, heard.sought) == (first.rows, 0, [])
+    content = json.loads(one.read_text("utf-8"))
+    content["bounds"]["bound.makespan_s"] = 1.0
+    one.write_text(json.dumps(content), "utf-8")
+    other.write_text("mine", "utf-8")
+    again = run_experiment(experiment(), store=tmp_path / "runs", jobs=1, bounds=True, watcher=heard)
+    assert (again.rows, again.computed, heard.sought) == (first.rows, 0, [2])
+
+
+def test_without_being_asked_for_there_are_none(experiment: Write, tmp_path: Path) -> None:
+    result = run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
+    assert not any(name.startswith("bound.") for row in result.rows for name in row)
+    assert not (tmp_path / "runs" / "bounds").exists()
+
+
+@pytest.mark.parametrize("key", ["instance.pods = 5000", "robots.count = 5000"])
+def test_a_world_that_cannot_be_has_none(experiment: Write, tmp_path: Path, key: str) -> None:
+    text = SEVERAL.replace("stations.handle_s = 40.0", key)
+    result = run_experiment(experiment(text), store=tmp_path / "runs", jobs=1, bounds=True)
+    bounded = {row["rule_set"]: "bound.makespan_s" in row for row in result.rows}
+    assert bounded == {"pod-match": True, "first-come": True, "slow pickers": False}
+    assert {row["rule_set"] for row in result.failed} == {"slow pickers"}
+
+
+HEED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+"""Whoever runs tests in the background lets them ignore interrupts."""
+COMMAND = [sys.executable, "-c", f"{HEED}; from rmfs_commands.cli.main import main; main()", "compare"]
+
+
+@pytest.fixture
+def trial(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the current folder, with an experiment, its scenario and a rule that fails."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("COLUMNS", "100")
+    (folder / "trial.toml").write_text(TRIAL, encoding="utf-8")
+    return folder
+
+
+compare = partial(exit_code, "compare")
+
+
+def test_a_comparison_is_printed_and_files_are_where_it_says(trial: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert compare("trial.toml", "--jobs", "1") == 0
+    printed = capsys.readouterr()
+    assert "trial: 4 runs, 1 at a time" in printed.err
+    for text in ("Visits per order", "Pile-on", "first-come", "baseline", "Relative", "rmfs-runs/trial"):
+        assert text in printed.out
+    out = trial / "rmfs-runs" / "trial"
+    files = {"runs", "summary.csv", "runs.parquet", "report.html", "plots", "tables"}
+    assert {path.name for path in out.iterdir()} == files
+    assert len(pandas.read_parquet(out / "runs.parquet")) == 4
+    before = {path: path.stat().st_mtime_ns for path in (out / "runs").rglob("*")}
+    assert compare("trial.toml") == 0
+    again = capsys.readouterr()
+    assert again.out == printed.out
+    assert {path: path.stat().st_mtime_ns for path in (out / "runs").rglob("*")} == before
+
+
+def test_a_stored_run_that_was_changed_is_told_of(trial: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert compare("trial.toml", "--jobs", "1") == 0
+    printed = capsys.readouterr().out
+    stored = next((trial / "rmfs-runs" / "trial" / "runs").iterdir())
+    (stored / "orders.csv").write_text("mine\n", encoding="utf-8")
+    assert compare("trial.toml") == 0
+    again = capsys.readouterr()
+    assert f"{stored.relative_to(trial)}: is not as it was stored: orders.csv was changed" in again.err
+    assert again.err.startswith("Computed again: tiny, ")
+    assert again.out == printed
+
+
+def test_bounds_are_shown_when_asked_for(trial: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert compare("trial.toml", "--jobs", "1") == 0
+    assert "x bound" not in capsys.readouterr().out
+    assert compare("trial.toml", "--bounds") == 0
+    printed = capsys.readouterr()
+    assert printed.err.startswith("trial: bounds of 2 instances and seeds\ntrial: all 4 runs are stored already")
+    assert "x bound" in printed.out
+    assert compare("trial.toml", "--bounds", "--json") == 0
+    paired = json.loads(capsys.readouterr().out)["paired"]
+    multiples = {(one["metric"], one["rule_set"]): one["times_bound"] for one in paired}
+    assert multiples["psv_per_order", "pod-match"] >= 1
+    assert multiples["pile_on", "pod-match"] is None
+
+
+def test_a_rule_that_fails_costs_its_own_runs_alone(trial: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (trial / "bad.toml").write_text(TRIAL + 'rules.pr = "./bad.py:Raising"\n', encoding="utf-8")
+    assert compare("bad.toml", "--out", "out", "--jobs", "1") == 1
+    printed = capsys.readouterr()
+    assert "Loading code from bad.py." in printed.err
+    assert "no idea" in printed.out
+    assert "0 (2 left out)" in printed.out
+    assert printed.err.splitlines()[-1] == "Error: 2 of 4 runs failed; out/report.html has their errors."
+    assert list(pandas.read_parquet("out/runs.parquet")["status"]) == ["complete"] * 2 + ["failed"] * 2
+
+
+def test_quiet_prints_nothing(trial: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert compare("trial.toml", "--quiet", "--out", "out", "--jobs", "1") == 0
+    assert tuple(capfd.readouterr()) == ("", "")
+    assert (trial / "out" / "report.html").exists()
+
+
+def test_the_shipped_experiments_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert compare("--list") == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if not line.startswith(" ")]
+    assert [line.split()[0] for line in lines] == list(shipped_experiments())
+    assert all(len(line.split()) > 3 for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        ((), "rmfs compare --list"),
+        (("nowhere.toml",), "nowhere.toml"),
+        (("tiny.toml",), "unknown key"),
+        (("trial.toml", "--jobs", "0"), "--jobs"),
+        (("trial.toml", "--out", "tiny.toml"), "expected a folder"),
+        (("trial.toml", "--dask", "somewhere"), "expected the address of a scheduler, tcp://host:8786"),
+        (("bad.toml", "--no-inline-rules"), "bad.py"),
+    ],
+)
+def test_wrong_input(trial: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
+    (trial / "bad.toml").write_text(TRIAL + 'rules.pr = "./bad.py:Raising"\n', encoding="utf-8")
+    assert compare(*arguments) == 2
+    printed = capsys.readouterr().err
+    assert problem in printed
+    assert "Traceback" not in printed
+    assert not list(trial.rglob("report.html"))
+
+
+def long_experiment(folder: Path, seeds: int) -> None:
+    """Write an experiment that takes some seconds."""
+    text = TRIAL.replace("[1, 2]", f"{{ count = {seeds} }}")
+    text = text.replace("[[rule_sets]]", "[axes]\ninstance.orders = [100]\n[[rule_sets]]", 1)
+    (folder / "long.toml").write_text(text, encoding="utf-8")
+
+
+def wait_for_runs(folder: Path, count: int) -> None:
+    """Wait until so many runs are stored."""
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        if folder.is_dir() and sum(not path.name.startswith(".") for path in folder.iterdir()) >= count:
+            return
+        time.sleep(0.02)
+    pytest.fail(f"there were no {count} runs after a minute")
+
+
+@pytest.mark.slow
+def test_ctrl_c_keeps_what_is_finished(trial: Path) -> None:
+    long_experiment(trial, 40)
+    arguments = ["long.toml", "--out", "out", "--jobs", "2"]
+    with subprocess.Popen([*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, process_group=0) as process:
+        wait_for_runs(trial / "out" / "runs", 4)
+        os.killpg(process.pid, signal.SIGINT)
+        _, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert err.splitlines()[-1] == "Interrupted."
+    assert "Finished runs are kept in out/runs" in err
+    assert "Traceback" not in err
+    assert 4 <= len(list((trial / "out" / "runs").iterdir())) < 80
+    assert not (trial / "out" / "report.html").exists()
+
+
+@pytest.mark.slow
+def test_a_killed_comparison_goes_on_where_it_stopped(trial: Path) -> None:
+    """After kill -9 in the middle the same command computes the rest alone; the tables are an undisturbed run's."""
+    long_experiment(trial, 10)
+    assert compare("long.toml", "--out", "undisturbed", "--quiet") == 0
+    runs = trial / "out" / "runs"
+    with subprocess.Popen([*COMMAND, "long.toml", "--out", "out", "--jobs", "2", "--quiet"]) as process:
+        wait_for_runs(runs, 5)
+        workers = psutil.Process(process.pid).children(recursive=True)
+        process.kill()
+    _, alive = psutil.wait_procs(workers, timeout=20)
+    assert workers
+    assert not alive, "workers must not outlive a killed parent"
+    stored = {path.name: path.stat().st_mtime_ns for path in runs.iterdir() if not path.name.startswith(".")}
+    assert 5 <= len(stored) < 20
+    assert compare("long.toml", "--out", "out", "--quiet") == 0
+    after = {path.name: path.stat().st_mtime_ns for path in runs.iterdir() if not path.name.startswith(".")}
+    assert len(after) == 20
+    assert {name: after[name] for name in stored} == stored
+    assert (trial / "out" / "summary.csv").read_bytes() == (trial / "undisturbed" / "summary.csv").read_bytes()
+    tables = [pandas.read_parquet(trial / name / "runs.parquet") for name in ("out", "undisturbed")]
+    same = ["instance", "rule_set", "seed", "status", "error", "key", *Metrics().measured()]
+    assert tables[0][same].equals(tables[1][same])
+
+
+def test_json(trial: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert compare("trial.toml", "--jobs", "1", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["experiment"], found["runs"], found["failed"]) == ("trial", 4, 0)
+    assert {one["rule_set"] for one in found["paired"]} == set(found["rule_sets"])
+    assert compare("--list", "--json") == 0
+    assert [one["name"] for one in json.loads(capsys.readouterr().out)] == list(shipped_experiments())
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_long_names_of_rule_sets_are_whole(
+    trial: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    name = "a rule set with a name that is as long as somebody wants it to be"
+    text = TRIAL.replace('"first-come"', f'"{name}"', 1)
+    (trial / "long.toml").write_text(text, encoding="utf-8")
+    assert compare("long.toml", "--jobs", "1") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any(name in line for line in lines)
+    assert max(map(len, lines)) <= width
+    assert not any("…" in line for line in lines)

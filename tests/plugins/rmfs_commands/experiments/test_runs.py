@@ -1,0 +1,511 @@
+"""One run of an experiment: the hash that names it, the code that counts, its folder and its row."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attrs import evolve
+
+import rmfs_core
+from calling import refusal
+from rmfs_commands.experiments import Experiment, Job
+from rmfs_commands.experiments.keys import run_key
+from rmfs_commands.experiments.outcome import Outcome, simulate
+from rmfs_commands.experiments.rows import labels, row_of, row_without_result
+from rmfs_commands.experiments.sources import changed_since, sources_of, sources_of_generator
+from rmfs_commands.experiments.store import RunStore
+from rmfs_core import RuleError, run
+from rmfs_core.errors import InputError
+from rmfs_core.results.running import versions_of
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import RuleChoice, Scenario, load_scenario
+
+VERSIONS = {"rmfs": "0.1.0", "other": "2"}
+SOURCES = {"rmfs_core": "sha256:1", "mine": "sha256:2"}
+MAP = "........\n.##.##..\n.##.##..\n........\n.##.##.qqqO\n.##.##.@@@.\n...........\n"
+
+
+@pytest.fixture
+def scenario(folder: Path) -> Scenario:
+    """Return a scenario that names files of every kind."""
+    (folder / "orders.csv").write_text("order,arrival_s,sku,quantity\n1,0,a,1\n", encoding="utf-8")
+    (folder / "pods.csv").write_text("pod,sku,quantity\np,a,\n", encoding="utf-8")
+    (folder / "map.txt").write_text(MAP, encoding="utf-8")
+    (folder / "files.toml").write_text(
+        '[instance]\norders_file = "orders.csv"\npods_file = "pods.csv"\n[layout]\nmap_file = "map.txt"\n'
+        '[stations]\nqueue_length = 3\n[rules]\npoa = "pod-match"\npps = "demand"\npr = "./bad.py:Raising"\n'
+        'ta = { rule = "balanced", reallocation_s = 5.0, help_others = true }\n',
+        encoding="utf-8",
+    )
+    return load_scenario(folder / "files.toml")
+
+
+def key_of(scenario: Scenario, seed: int = 1) -> str:
+    """Return the key of a run of a scenario with the rules that are installed."""
+    rules = RuleSet.load(scenario.rules, scenario.folder)
+    return run_key(scenario, versions_of(rules, scenario), sources_of(rules, scenario))(seed)
+
+
+def test_seed_values_versions_and_code_count(scenario: Scenario) -> None:
+    keys = [
+        run_key(scenario, VERSIONS, SOURCES)(1),
+        run_key(scenario, VERSIONS, SOURCES)(2),
+        run_key(scenario, VERSIONS, {**SOURCES, "mine": "sha256:3"})(1),
+        run_key(scenario, {**VERSIONS, "rmfs": "0.1.1"}, SOURCES)(1),
+        run_key(scenario, {**VERSIONS, "other": "3"}, SOURCES)(1),
+        run_key(evolve(scenario, robots=evolve(scenario.robots, count=3)), VERSIONS, SOURCES)(1),
+        run_key(load_scenario(f"{scenario.folder}/files.toml", ["rules.poa=first-come"]), VERSIONS, SOURCES)(1),
+        run_key(load_scenario(f"{scenario.folder}/files.toml", ["rules.ta.help_others=false"]), VERSIONS, SOURCES)(1),
+    ]
+    assert len(set(keys)) == len(keys)
+
+
+def test_the_hours_of_a_profile_count(tmp_path: Path) -> None:
+    file = tmp_path / "hours.csv"
+    keys = set()
+    for weight in (1, 2):
+        file.write_text(f"hour,weight\n9,{weight}\n", encoding="utf-8")
+        keys.add(run_key(load_scenario("grocery-day", [f"instance.arrivals.profile={file}"]), VERSIONS, SOURCES)(1))
+    assert len(keys) == 2
+
+
+@pytest.mark.parametrize("name", ["orders.csv", "pods.csv", "map.txt", "bad.py"])
+def test_the_contents_of_files_count(scenario: Scenario, name: str) -> None:
+    before = key_of(scenario)
+    file = Path(scenario.folder) / name
+    file.write_text(file.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert key_of(scenario) != before
+
+
+def test_the_files_of_parameters_count(folder: Path) -> None:
+    reading = RuleChoice("./bad.py:Reading", {"weights": "w.txt"})
+    keys = []
+    for number in ("1", "2", "1"):
+        (folder / "w.txt").write_text(number, encoding="utf-8")
+        tiny = load_scenario(folder / "tiny.toml")
+        keys.append(key_of(evolve(tiny, rules=evolve(tiny.rules, pr=reading))))
+    elsewhere = folder / "elsewhere"
+    shutil.copytree(folder, elsewhere, ignore=shutil.ignore_patterns("elsewhere"))
+    keys.append(key_of(evolve(load_scenario(elsewhere / "tiny.toml"), rules=evolve(tiny.rules, pr=reading))))
+    assert keys[0] != keys[1]
+    assert keys[0] == keys[2] == keys[3]
+
+
+def test_place_and_order_do_not_count(scenario: Scenario, tmp_path: Path) -> None:
+    before = key_of(scenario)
+    elsewhere = tmp_path / "elsewhere"
+    shutil.copytree(scenario.folder, elsewhere, ignore=shutil.ignore_patterns("elsewhere"))
+    text = (elsewhere / "files.toml").read_text(encoding="utf-8")
+    rules, _, rest = text.partition("[rules]\n")
+    swapped = "\n".join(reversed(rest.strip().splitlines()))
+    swapped = swapped.replace("reallocation_s = 5.0, help_others = true", "help_others = true, reallocation_s = 5.0")
+    (elsewhere / "other.toml").write_text(
+        f"seed = 9\n[rules]\n{swapped}\n{rules}[robots]\ncount = 8\n", encoding="utf-8"
+    )
+    moved = load_scenario(elsewhere / "other.toml")
+    assert moved.folder != scenario.folder
+    assert key_of(moved) == before
+
+
+def test_the_versions_are_those_of_the_result(folder: Path) -> None:
+    scenario = load_scenario(folder / "tiny.toml", [f"rules.pr={folder}/bad.py:Raising"])
+    rules = RuleSet.load(scenario.rules, scenario.folder)
+    with pytest.raises(RuleError) as caught:
+        run(scenario)
+    assert caught.value.result is not None
+    assert caught.value.result.versions == versions_of(rules, scenario)
+
+
+def test_a_missing_file_is_named(scenario: Scenario) -> None:
+    """A file that cannot be read is an error with the key that names it."""
+    (Path(scenario.folder) / "orders.csv").unlink()
+    with pytest.raises(InputError, match=r"instance.orders_file: cannot read .*orders.csv"):
+        run_key(scenario, VERSIONS, SOURCES)
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("/dev/zero", "found /dev/zero, a device; expected a file, which each run can read anew"),
+        ("a\0b", "a\0b: embedded null byte"),
+        ("none.txt", "none.txt: No such file or directory"),
+    ],
+)
+def test_what_no_run_can_read_has_no_key(scenario: Scenario, name: str, problem: str) -> None:
+    named = evolve(scenario, layout=evolve(scenario.layout, map_file=name))
+    with pytest.raises(InputError) as caught:
+        run_key(named, VERSIONS, SOURCES)
+    assert caught.value.place == "layout.map_file"
+    assert caught.value.problem.endswith(problem)
+
+
+RULE = """
+import {imported}
+from attrs import define
+from rmfs_core import hookimpl
+
+@define
+class Mine:
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        return min(warehouse.free_storage_locations)
+"""
+
+
+def sources(scenario: Scenario) -> dict[str, str]:
+    """Return the digests of what takes part in a scenario's runs."""
+    return sources_of(RuleSet.load(scenario.rules, scenario.folder), scenario)
+
+
+@pytest.fixture
+def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Return a folder on the import path: a distribution with a rule, in a package that imports two others."""
+    path = tmp_path / "path"
+    (path / "thing-1.0.dist-info").mkdir(parents=True)
+    (path / "thing-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: thing\nVersion: 1.0\n")
+    (path / "thing-1.0.dist-info" / "entry_points.txt").write_text(
+        "[rmfs.rules]\nthing = spaces.thing_rules.rule:Mine\n"
+    )
+    for folder in ("spaces/thing_rules/deep", "thing_tools", "thing_other"):
+        (path / folder).mkdir(parents=True)
+    (path / "spaces" / "thing_rules" / "__init__.py").write_text("import json, thing_tools as tools\n")
+    (path / "spaces" / "thing_rules" / "rule.py").write_text(RULE.format(imported="attrs"))
+    (path / "spaces" / "thing_rules" / "deep" / "table.csv").write_text("1\n")
+    (path / "thing_tools" / "__init__.py").write_text("def f():\n    from thing_single import one\n")
+    (path / "thing_single.py").write_text("one = 1\n")
+    (path / "thing_other" / "__init__.py").write_text("two = 2\n")
+    monkeypatch.syspath_prepend(path)
+    yield path
+    for name in [name for name in sys.modules if name.startswith(("thing_", "spaces"))]:
+        del sys.modules[name]
+
+
+def test_what_the_selected_rules_import_counts(path: Path, folder: Path) -> None:
+    found = sources(load_scenario(folder / "tiny.toml", ["rules.pr=thing"]))
+    assert {"rmfs_core", "rmfs_rules.helpers", "rmfs_commands.details", "rmfs_commands.instances"} <= found.keys()
+    assert {"rmfs_rules.pod_match", "rmfs_rules.demand"} <= found.keys()
+    assert {"spaces.thing_rules", "thing_tools", "thing_single"} <= found.keys()
+    assert found.keys().isdisjoint(
+        {"thing_other", "attrs", "json", "numpy", "rmfs_rules.sipp", "rmfs_commands.testing"}
+    )
+    assert all(digest.startswith("sha256:") for digest in found.values())
+
+
+@pytest.mark.parametrize(
+    ("file", "package"),
+    [
+        ("spaces/thing_rules/rule.py", "spaces.thing_rules"),
+        ("spaces/thing_rules/deep/table.csv", "spaces.thing_rules"),
+        ("spaces/thing_rules/deep/new.py", "spaces.thing_rules"),
+        ("thing_tools/__init__.py", "thing_tools"),
+        ("thing_single.py", "thing_single"),
+        ("thing_other/__init__.py", None),
+        ("spaces/thing_rules/__pycache__/rule.cpython-311.pyc", None),
+        ("spaces/thing_rules/.rule.py.swp", None),
+    ],
+)
+def test_a_changed_file_changes_its_package_alone(path: Path, folder: Path, file: str, package: str | None) -> None:
+    scenario = load_scenario(folder / "tiny.toml", ["rules.pr=thing"])
+    before = sources(scenario)
+    (path / file).parent.mkdir(exist_ok=True)
+    with (path / file).open("a", encoding="utf-8") as stream:
+        stream.write("\n")
+    after = sources(scenario)
+    assert {name for name in after if after[name] != before[name]} == ({package} if package else set())
+    assert after.keys() == before.keys()
+
+
+def test_a_rule_that_another_asks_counts(path: Path, folder: Path) -> None:
+    cases = '[{ rule = "thing", before_s = 9 }, { rule = "nearest" }]'
+    found = sources(load_scenario(folder / "tiny.toml", ["rules.pr=switch", f"rules.pr.cases={cases}"]))
+    assert {
+        "rmfs_rules.switch",
+        "rmfs_rules.nearest",
+        "spaces.thing_rules",
+        "thing_tools",
+        "thing_single",
+    } <= found.keys()
+
+
+def test_the_selected_generator_counts_alone(install: Callable[..., None], folder: Path) -> None:
+    before = sources(load_scenario(folder / "tiny.toml"))
+    modules = {"acme_days": "import acme_tools\ndef days(): ...\n", "acme_tools": "x = 1\n"}
+    install("acme", {"acme-days": "acme_days:days"}, "rmfs.instances", **modules)
+    assert sources(load_scenario(folder / "tiny.toml")) == before
+    chosen = load_scenario(folder / "tiny.toml", ["instance.generator=acme-days"])
+    assert sources(chosen).keys() - before.keys() == {"acme_days", "acme_tools"}
+    assert before.keys() - sources(chosen).keys() == {"rmfs_commands.instances"}
+    assert sources_of_generator(chosen).keys() == {"acme_days", "acme_tools", "rmfs_core"}
+    assert sources_of_generator(load_scenario("examples/from-csv")) == {}
+    assert "rmfs_commands.instances" not in sources(load_scenario("examples/from-csv"))
+
+
+def test_what_the_file_of_a_rule_imports_counts(path: Path, folder: Path) -> None:
+    (folder / "mine.py").write_text(RULE.format(imported="thing_other"), encoding="utf-8")
+    found = sources(load_scenario(folder / "tiny.toml", [f"rules.pr={folder}/mine.py:Mine"]))
+    assert "thing_other" in found
+
+
+def test_packages_of_a_collection_count_each_for_itself(folder: Path) -> None:
+    def found_with(line: str) -> set[str]:
+        code = RULE.format(imported="attrs").replace("import attrs", line)
+        (folder / "mine.py").write_text(code, encoding="utf-8")
+        return {*sources(load_scenario(folder / "tiny.toml", [f"rules.pr={folder}/mine.py:Mine"]))}
+
+    assert "rmfs_rules.due" not in found_with("import attrs")
+    for line in ("from rmfs_rules import due", "from rmfs_rules.due import LeastSlack", "import rmfs_rules.due as due"):
+        assert "rmfs_rules.due" in found_with(line)
+    assert {"rmfs.layouts", "rmfs_commands.layouts"} <= found_with("from rmfs import hookimpl, layouts")
+
+
+def test_a_process_has_the_code_it_has_imported(path: Path) -> None:
+    assert changed_since({"thing_single": "sha256:0"}) == ["thing_single"]
+    (path / "thing_tools" / "__init__.py").write_text("three = 3\n")
+    scenario = load_scenario("examples/small")
+    rules = RuleSet.load(scenario.rules, scenario.folder)
+    assert changed_since(sources_of(rules, scenario)) == []
+
+
+Write = Callable[..., Experiment]
+
+
+def test_half_a_run_does_not_count(experiment: Write, tmp_path: Path) -> None:
+    job = experiment().jobs()[0]
+    runs = RunStore(tmp_path / "runs")
+    half = tmp_path / "runs" / f".{job.key}.0123456789ab.part"
+    half.mkdir()
+    (half / "result.json").write_text("{", encoding="utf-8")
+    assert job not in runs
+    runs.save(job, simulate(job))
+    assert job in runs
+    assert runs.row(job)["status"] == "complete"
+    RunStore(tmp_path / "runs")
+    assert [path.name for path in runs.folder.iterdir()] == [job.key]
+
+
+def test_a_run_that_another_process_stored_meanwhile_stays(experiment: Write, tmp_path: Path) -> None:
+    job = experiment().jobs()[0]
+    runs = RunStore(tmp_path / "runs")
+    runs.save(job, simulate(job))
+    before = runs.row(job)
+    runs.save(job, simulate(job))
+    assert runs.row(job) == before
+    assert len(list((tmp_path / "runs").iterdir())) == 1
+
+
+def test_a_run_is_read_back_as_its_row(experiment: Write, tmp_path: Path) -> None:
+    job = experiment().jobs()[0]
+    runs = RunStore(tmp_path / "new" / "runs")
+    outcome = simulate(job)
+    runs.save(job, outcome)
+    row = runs.row(job)
+    assert outcome.result is not None
+    assert (row["rule_set"], row["seed"], row["key"]) == ("pod-match", 1, job.key)
+    assert (row["run_s"], row["picks"]) == (outcome.run_s, outcome.result.metrics["picks"])
+    assert json.loads((runs.folder / job.key / "run.json").read_text(encoding="utf-8"))["run"] == str(job)
+
+
+def test_a_run_without_a_result_is_not_stored(experiment: Write, tmp_path: Path) -> None:
+    job = experiment().jobs()[0]
+    runs = RunStore(tmp_path / "runs")
+    with pytest.raises(ValueError, match="a run without a result has nothing to be stored"):
+        runs.save(job, Outcome(None, "it died", "WorkerDiedError"))
+    assert list(runs.folder.iterdir()) == []
+
+
+def test_what_cannot_be_written_leaves_nothing(
+    experiment: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = experiment().jobs()[0]
+    runs = RunStore(tmp_path / "runs")
+    outcome = simulate(job)
+    for error in (OSError("no space left"), KeyboardInterrupt()):
+
+        def fail(path: Path, text: str, error: BaseException = error) -> None:
+            raise error
+
+        monkeypatch.setattr("rmfs_commands.experiments.store.write_text", fail)
+        with pytest.raises(type(error)):
+            runs.save(job, outcome)
+        assert list(runs.folder.iterdir()) == []
+
+
+def changed(folder: Path, name: str, text: str | None) -> None:
+    """Change a file of a stored run, or delete it: ``/`` tells what is replaced from what takes its place."""
+    file = folder / name
+    if text is None:
+        file.unlink()
+    elif "/" in text:
+        before, after = text.split("/")
+        content = file.read_text(encoding="utf-8")
+        assert before in content
+        file.write_text(content.replace(before, after, 1), encoding="utf-8")
+    else:
+        file.write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "problem"),
+    [
+        ("result.json", "{", ""),
+        ("result.json", "[]", ""),
+        ("result.json", '"picks": /"picks": 1', ": result.json was changed"),
+        ("result.json", '"key": "/"key": "0', ": it is the run 0{key}"),
+        ("result.json", '"run.json": "sha256:/"run.json": "sha256:0', ": run.json was changed"),
+        ("run.json", "{}", ": run.json was changed"),
+        ("run.json", '"run_s": /"run_s": 1', ": run.json was changed"),
+        ("run.json", None, ""),
+        ("orders.csv", ",/,1", ": orders.csv was changed"),
+        ("visits.csv", None, ""),
+    ],
+)
+def test_a_run_that_was_changed_is_noticed(
+    experiment: Write, tmp_path: Path, name: str, text: str | None, problem: str
+) -> None:
+    job = experiment().jobs()[0]
+    runs = RunStore(tmp_path / "runs")
+    outcome = simulate(job)
+    runs.save(job, outcome)
+    changed(runs.folder / job.key, name, text)
+    sentence = f"{runs.folder / job.key}: is not as it was stored{problem.format(key=job.key)}"
+    assert runs.problem(job) == sentence
+    assert refusal(lambda: runs.row(job)) == sentence
+    runs.save(job, outcome)
+    assert runs.problem(job) is None
+    assert [path.name for path in runs.folder.iterdir()] == [job.key]
+
+
+def test_the_run_of_another_key_is_noticed(experiment: Write, tmp_path: Path) -> None:
+    one, other = experiment().jobs()[:2]
+    runs = RunStore(tmp_path / "runs")
+    runs.save(one, simulate(one))
+    (runs.folder / one.key).rename(runs.folder / other.key)
+    assert str(runs.problem(other)).endswith(f": is not as it was stored: it is the run {one.key}")
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "runs").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match="expected a folder"):
+        RunStore(tmp_path / "runs")
+
+
+RAISING = """
+base = "tiny.toml"
+seeds = [1]
+baseline = "bad"
+[[rule_sets]]
+name = "bad"
+rules.pr = "./bad.py:Raising"
+"""
+
+
+def test_other_versions_at_a_worker_are_no_result(experiment: Write) -> None:
+    """A worker with another version of a rule must not compute runs for this one."""
+    job = experiment().jobs()[0]
+    outcome = simulate(evolve(job, versions={**job.versions, "rmfs": "0.0.9"}))
+    assert outcome.result is None
+    assert outcome.error == f"the worker has rmfs {job.versions['rmfs']}, expected 0.0.9"
+
+
+def test_other_code_at_a_worker_is_no_result(experiment: Write) -> None:
+    job = experiment().jobs()[0]
+    outcome = simulate(evolve(job, sources={**job.sources, "rmfs_rules.demand": "sha256:0"}))
+    assert outcome.result is None
+    assert (
+        outcome.error == "the worker has other code of rmfs_rules.demand; expected that which the experiment began with"
+    )
+
+
+def test_a_run_that_completes(experiment: Write, folder: object) -> None:
+    outcome = simulate(experiment().jobs()[1])
+    assert outcome.result is not None
+    assert outcome.result.metrics == rmfs_core.run(f"{folder}/tiny.toml", seed=2).metrics
+    assert (outcome.error, outcome.error_kind) == (None, None)
+    assert outcome.run_s >= outcome.result.timing["wall_s"] > 0
+
+
+def test_a_run_that_fails_has_what_was_measured_until_then(experiment: Write) -> None:
+    outcome = simulate(experiment(RAISING).jobs()[0])
+    assert outcome.result is not None
+    assert outcome.result.status == "failed"
+    assert outcome.error_kind == "RuleError"
+    assert outcome.error is not None
+    assert "no idea" in outcome.error
+
+
+def test_a_run_that_cannot_begin_is_an_outcome(experiment: Write) -> None:
+    job = experiment().jobs()[0]
+    stations = evolve(job.scenario.stations, item_capacity=1, oversize="refuse")
+    outcome = simulate(evolve(job, scenario=evolve(job.scenario, stations=stations)))
+    assert (outcome.result, outcome.error_kind) == (None, "InputError")
+    assert outcome.error is not None
+    assert "item_capacity" in outcome.error
+
+
+def test_no_error_gets_through(experiment: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(scenario: object) -> None:
+        raise ZeroDivisionError("by zero")
+
+    monkeypatch.setattr("rmfs_commands.experiments.outcome.run", fail)
+    outcome = simulate(experiment().jobs()[0])
+    assert (outcome.result, outcome.error, outcome.error_kind) == (
+        None,
+        "ZeroDivisionError: by zero",
+        "ZeroDivisionError",
+    )
+
+
+NOTE = {"error_kind": None, "run_s": 2.5}
+
+
+@pytest.fixture
+def job(experiment: Callable[..., Experiment]) -> Job:
+    """Return a run of the tiny scenario."""
+    return experiment().jobs()[0]
+
+
+def content(metrics: Mapping[str, Any], timing: Mapping[str, Any], **others: Any) -> dict[str, Any]:
+    """Return what a result.json holds."""
+    return {"status": "complete", "metrics": metrics, "timing": timing, **others}
+
+
+def test_labels_tell_a_run_apart(job: Job) -> None:
+    assert labels(job) == {"instance": "tiny", "scenario": "tiny", "rule_set": "pod-match", "seed": 1}
+
+
+def test_figures_are_flat(job: Job) -> None:
+    timing = {"wall_s": 2.0, "hook_s": {"plan_path": 0.5}}
+    row = row_of(job, content({"picks": 7}, timing), NOTE)
+    figures = {"picks", "run_s", "wall_s", "hook_s.plan_path"}
+    assert row.keys() == {*labels(job), "status", "error", "error_kind", *figures, "key"}
+    assert (row["picks"], row["wall_s"], row["hook_s.plan_path"], row["run_s"]) == (7, 2.0, 0.5, 2.5)
+    assert (row["status"], row["error"], row["key"]) == ("complete", None, job.key)
+
+
+def test_a_metric_hides_nothing(job: Job) -> None:
+    row = row_of(job, content({"seed": -5.5, "wall_s": 9.0, "own": 1}, {"wall_s": 2.0}), NOTE)
+    assert (row["seed"], row["metrics.seed"]) == (1, -5.5)
+    assert (row["wall_s"], row["metrics.wall_s"]) == (2.0, 9.0)
+    assert row["own"] == 1
+
+
+def test_a_failed_run_has_its_error(job: Job) -> None:
+    failed = content({}, {}, error="no idea") | {"status": "failed"}
+    row = row_of(job, failed, {"error_kind": "RuleError", "run_s": 1.0})
+    assert (row["status"], row["error"], row["error_kind"]) == ("failed", "no idea", "RuleError")
+
+
+def test_a_run_without_a_result_has_labels_and_error_alone(job: Job) -> None:
+    row = row_without_result(job, "it died", "WorkerDiedError")
+    assert row == labels(job) | {
+        "status": "failed",
+        "error": "it died",
+        "error_kind": "WorkerDiedError",
+        "key": job.key,
+    }

@@ -1,0 +1,254 @@
+"""`rmfs new-rule`: names, files, and the project that they make."""
+
+from __future__ import annotations
+
+import ast
+import io
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+from calling import exit_code
+from rmfs_commands.cli.main import main
+from rmfs_commands.kit import NewRule, project_files, selecting, write_project
+from rmfs_commands.kit.names import COMMAND
+from rmfs_core import InputError
+from rmfs_core.roles import Role
+
+
+def test_it_writes_the_folder_and_says_what_comes_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    main(["new-rule", "fine-rule", "--decides", "POA+PPS"])
+    assert (tmp_path / "fine-rule" / "pyproject.toml").exists()
+    out = capsys.readouterr().out
+    assert out.startswith(
+        "Wrote fine-rule: pyproject.toml, README.md, src/fine_rule/__init__.py, tests/test_fine_rule.py."
+    )
+    assert "  pip install -e ./fine-rule\n" in out
+    assert "--set rules.poa_pps=fine-rule\n" in out
+    main(["new-rule", "fine-tool", "--decides", "command"])
+    assert "\n  rmfs fine-tool examples/small\n" in capsys.readouterr().out
+
+
+def test_into_another_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """--into makes the folder, and the commands name it so that a shell takes it for one word."""
+    main(["new-rule", "fine-rule", "--decides", "PR", "--into", str(tmp_path / "my rules")])
+    assert (tmp_path / "my rules" / "fine-rule" / "README.md").exists()
+    assert f"pip install -e '{tmp_path}/my rules/fine-rule'" in capsys.readouterr().out
+
+
+def test_a_folder_whose_name_is_no_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with io.TextIOWrapper(io.BytesIO(), "utf-8") as output:
+        monkeypatch.setattr(sys, "stdout", output)
+        main(["new-rule", "fine-rule", "--decides", "PR", "--into", "x\udcff"])
+        output.flush()
+        assert b"Wrote x\\udcff/fine-rule" in output.buffer.getvalue()
+    assert (tmp_path / "x\udcff" / "fine-rule" / "README.md").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["Bad Name", "--decides", "PR"], 'Error: rule name "Bad Name": expected small letters'),
+        (["fine-rule", "--decides", "XYZ"], "'XYZ' is not one of 'POA', 'PPS', 'POA+PPS'"),
+        (["fine-rule"], "Missing option '--decides'"),
+        (["there", "--decides", "PR"], "Error: there: is there already"),
+    ],
+)
+def test_bad_input_is_refused(
+    arguments: list[str],
+    problem: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there").mkdir()
+    assert exit_code("new-rule", *arguments) == 2
+    assert problem in capsys.readouterr().err
+    assert [path.name for path in tmp_path.rglob("*")] == ["there"]
+
+
+@pytest.mark.parametrize(
+    ("name", "role", "kind", "module", "target"),
+    [
+        ("fine-rule", Role.POA, "rule", "fine_rule", "FineRule"),
+        ("k2-opt", Role.PP, "rule", "k2_opt", "K2Opt"),
+        ("x", Role.OBSERVER, "rule", "x", "X"),
+        ("fine-tool", COMMAND, "command", "fine_tool", "fine_tool"),
+    ],
+)
+def test_what_is_called_after_it(name: str, role: Role | str, kind: str, module: str, target: str) -> None:
+    rule = NewRule(name, role)
+    assert (rule.kind, rule.module, rule.target, rule.place) == (kind, module, target, f'{kind} name "{name}"')
+    rule.check_free()
+
+
+def test_a_role_may_be_given_by_its_key() -> None:
+    assert NewRule("x", "poa_pps").role is Role.POA_PPS
+    assert NewRule("x", COMMAND).role == COMMAND
+
+
+@pytest.mark.parametrize(
+    ("name", "such_as"),
+    [
+        ("My_Rule", "my-rule"),
+        ("two words", "two-words"),
+        ("2opt", "my-rule"),  # a package cannot begin with a digit
+        ("a--b", "a-b"),
+        ("-a-", "a"),
+        ("-", "my-rule"),
+        ("", "my-rule"),
+        ("../up", "up"),
+        ("größte", "gr-te"),
+        ("a\n", "a"),
+    ],
+)
+def test_a_name_is_spelled_as_a_folder_is(name: str, such_as: str) -> None:
+    """Small letters, digits and hyphens; the sentence shows what would do."""
+    expected = "expected small letters, digits and single hyphens, beginning with a letter, such as"
+    with pytest.raises(InputError) as caught:
+        NewRule(name, Role.POA)
+    assert caught.value.problem == f'{expected} "{such_as}"'
+
+
+@pytest.mark.parametrize(
+    ("name", "role", "problem"),
+    [
+        ("demand", Role.POA, r"a rule of that name is installed \(rmfs "),
+        ("compare", COMMAND, r"a command of that name is installed \(rmfs "),
+        ("numpy", Role.POA, r"a distribution of that name is installed \(numpy "),
+        ("rmfs", Role.POA, r"a distribution of that name is installed \(rmfs "),
+        ("lambda", Role.POA, "`lambda` is a word of the Python language"),
+        ("true", Role.POA, "`True` is a word of the Python language"),  # its class would be called so
+        ("queue", Role.POA, "there is a module `queue`"),
+        ("rmfs-core", Role.POA, "there is a module `rmfs_core`"),
+    ],
+)
+def test_a_name_that_is_taken_is_refused(name: str, role: Role | str, problem: str) -> None:
+    with pytest.raises(InputError, match=problem):
+        NewRule(name, role).check_free()
+
+
+def test_rules_and_commands_have_names_of_their_own() -> None:
+    NewRule("demand", COMMAND).check_free()
+    NewRule("compare", Role.POA).check_free()
+
+
+def test_a_third_partys_rule_has_its_name_for_itself(install: Callable[..., None]) -> None:
+    install("acme", {"clever": "acme_rules:Clever"})
+    with pytest.raises(InputError, match=r"a rule of that name is installed \(acme 1.0\)"):
+        NewRule("clever", "poa").check_free()
+
+
+WORDS = (
+    *("the-rule", "the_rule", "TheRule", "TARGET", "DECIDES", "SUMMARY", "GROUP", "LIBRARY", "FOUND", "TRYING"),
+    "SCENARIO_LINE",
+)
+
+
+@pytest.mark.parametrize("role", Role)
+def test_every_role_has_its_templates(role: Role, tmp_path: Path) -> None:
+    folder = write_project(NewRule("fine-rule", role), tmp_path)
+    written = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    assert written == {"pyproject.toml", "README.md", "src/fine_rule/__init__.py", "tests/test_fine_rule.py"}
+    assert [path.name for path in tmp_path.iterdir()] == ["fine-rule"]
+    project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["name"] == "fine-rule"
+    assert project["dependencies"][0] == f"rmfs>={version('rmfs')}"
+    assert project["entry-points"] == {"rmfs.rules": {"fine-rule": "fine_rule:FineRule"}}
+    code = ast.parse((folder / "src/fine_rule/__init__.py").read_text(encoding="utf-8"))
+    (rule,) = (node for node in code.body if isinstance(node, ast.ClassDef))
+    assert rule.name == "FineRule"
+    assert role.hook in {node.name for node in rule.body if isinstance(node, ast.FunctionDef)}
+
+
+@pytest.mark.parametrize("role", Role)
+def test_no_word_of_the_templates_is_left(role: Role) -> None:
+    rule = NewRule("fine-rule", role)
+    texts = project_files(rule)
+    for text in texts.values():
+        for word in WORDS:
+            assert word not in text
+    scenario = "examples/replenished" if "bundles" in role.hook or "replenishment" in role.hook else "examples/small"
+    assert f"rmfs run {scenario} {selecting(rule)}" in texts["README.md"]
+
+
+def test_a_command_has_its_templates(tmp_path: Path) -> None:
+    rule = NewRule("fine-tool", COMMAND)
+    folder = write_project(rule, tmp_path)
+    project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["entry-points"] == {"rmfs.commands": {"fine-tool": "fine_tool:fine_tool"}}
+    assert project["dependencies"][1].startswith("click")
+    assert project["description"].startswith("Command for rmfs: Run SCENARIO")
+    code = ast.parse((folder / "src/fine_tool/__init__.py").read_text(encoding="utf-8"))
+    assert [node.name for node in code.body if isinstance(node, ast.FunctionDef)] == ["fine_tool"]
+    texts = project_files(rule)
+    assert "rmfs fine-tool examples/small\n" in texts["README.md"]
+    assert not any(word in text for text in texts.values() for word in WORDS)
+
+
+def test_a_commands_function_hides_nothing_that_it_uses(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="its function would hide the `seeds` it uses"):
+        write_project(NewRule("seeds", COMMAND), tmp_path)
+    assert (write_project(NewRule("demand", COMMAND), tmp_path) / "README.md").exists()
+
+
+def test_rules_are_selected_by_their_role() -> None:
+    assert selecting(NewRule("x", "pps")) == "--set rules.pps=x"
+    assert selecting(NewRule("x", "filter")) == """--set 'rules.filters=["x"]'"""
+    assert selecting(NewRule("x", "poa_pps")) == "--set rules.poa_pps=x"
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("demand", r"a rule of that name is installed \(rmfs "),
+        ("order-assignment", "its class would hide the `OrderAssignment` it uses"),
+    ],
+)
+def test_a_bad_name_is_refused(name: str, problem: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=problem):
+        write_project(NewRule(name, "poa"), tmp_path / "new")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_there_stays(tmp_path: Path) -> None:
+    write_project(NewRule("mine", "ta"), tmp_path)
+    (tmp_path / "mine" / "README.md").write_text("changed", encoding="utf-8")
+    with pytest.raises(InputError, match="is there already"):
+        write_project(NewRule("mine", "poa"), tmp_path)
+    assert (tmp_path / "mine" / "README.md").read_text(encoding="utf-8") == "changed"
+    assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+
+
+def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be written: File name too long"):
+        write_project(NewRule("a" * 300, "ta"), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match="expected a folder"):
+        write_project(NewRule("mine", "ta"), tmp_path / "file")
+
+
+def test_imports_are_sorted(tmp_path: Path) -> None:
+    pytest.importorskip("ruff")  # it is among the tools of `make lint`, which `make lowest` does not install
+    for role in Role:
+        write_project(NewRule(f"aaa-{role.value}".replace("_", "-").lower(), role), tmp_path)
+        write_project(NewRule(f"zzz-{role.value}".replace("_", "-").lower(), role), tmp_path)
+    write_project(NewRule("fine-tool", COMMAND), tmp_path)
+    command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "I", "--line-length", "120"]
+    for folder in tmp_path.iterdir():
+        done = subprocess.run([*command, "."], cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout

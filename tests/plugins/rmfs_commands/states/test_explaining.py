@@ -1,0 +1,392 @@
+"""What `rmfs explain` prints of decisions, and of one order or pod."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+import rmfs_core
+from rmfs_commands.states import Answer, Outcome, Recorded, read_recording
+from rmfs_commands.states.explain_tables import (
+    overview,
+    print_comparison,
+    print_decision,
+    print_others,
+    print_overview,
+    print_story,
+)
+from rmfs_commands.states.rebuilding import open_state
+from rmfs_commands.states.stories import Episode, order_story, pod_story, reduced
+from rmfs_core.roles import Role
+from rmfs_core.scenario import RuleChoice, load_scenario
+
+Content = dict[str, Any]
+JAM = {"order": "B", "station": "north", "skus": ["jam"]}
+P2 = {"pod": "P2", "station": "north"}
+
+
+def decision(
+    decides: str, decided: Any, content: Content | None = None, *, number: int = 1, report: Any = None, **ask: Any
+) -> Recorded:
+    """Return a recorded decision of the rule ``acme``; its period is its number."""
+    asked = {**(content or {"time_s": 60.0}), "ask": {"decides": decides, "period": number, **ask}}
+    return Recorded(number, Role.labelled(decides), "acme", asked, decided, report, f"line {number}")
+
+
+def printed(show: Callable[..., None], *arguments: Any, width: int = 100) -> str:
+    """Return what a function prints, blanks drawn together."""
+    stream = io.StringIO()
+    show(Console(file=stream, width=width), *arguments)
+    return "\n".join(" ".join(line.split()) for line in stream.getvalue().splitlines())
+
+
+def explained(recorded: Recorded, *, limit: int = 20, **parameters: Any) -> str:
+    """Return what is printed of one decision."""
+    return printed(print_decision, recorded, RuleChoice("acme", parameters), recorded.state(), limit)
+
+
+def test_decisions_are_counted_by_rule() -> None:
+    recording = [decision(what, {}, number=n) for n, what in ((1, "POA"), (1, "PPS"), (2, "POA"))]
+    assert overview(recording) == {  # type: ignore[arg-type]
+        "periods": 2,
+        "decisions": 3,
+        "by_rule": [
+            {"decides": "POA", "rule": "acme", "decisions": 2},
+            {"decides": "PPS", "rule": "acme", "decisions": 1},
+        ],
+    }
+    out = printed(print_overview, recording)
+    assert "POA acme 2\nPPS acme 1" in out
+    assert "Periods 1 to 2, decisions 1 to 3: see --period" in out
+
+
+EPISODES = (
+    Episode(4, (1, 3), (0.0, 1_200.0), Role.POA, "acme", "it waited"),
+    Episode(7, (4, 4), (1_500.0, 1_500.0), Role.PPS, "acme", "pod P2 sent"),
+)
+
+
+def test_a_story_has_a_row_for_each_thing_that_happened() -> None:
+    out = printed(print_story, "order B", EPISODES)
+    assert "What was decided for order B" in out
+    assert "0 s - 1,200 s 1 - 3 4 acme (POA) it waited" in out
+    assert "1,500 s 4 7 acme (PPS) pod P2 sent" in out
+    assert "By whom, and what" in printed(print_story, "order B", EPISODES, width=70)
+
+
+def test_a_story_of_nothing() -> None:
+    out = printed(print_story, "pod P3", [])
+    assert "Nothing: no decision concerned it." in out
+    assert "Period" not in out
+
+
+def test_assignments_are_shown_with_stations_and_backlog(at_work: Content) -> None:
+    """P1 is in the line and has the tea; the parts at the station keep two of its four places."""
+    out = explained(decision("POA", {"assignments": [JAM]}, at_work | {"time_s": 90.0}), max_wait_s=60.0)
+    assert "Decision 1: POA by acme, period 1, at 90.000 s" in out
+    assert "Parameters: max_wait_s = 60.0." in out
+    assert "north 2 of 4 items 1 0 3 P1*, P2" in out
+    assert "* in the line at the station" in out
+    assert "Backlog: 1 order with 2 open items; decided for: 1." in out
+    assert "B 60 s 2 x jam north: jam" in out
+    assert "--limit" not in out
+
+
+def test_stations_that_count_orders_say_so(by_hand: Content) -> None:
+    by_hand["stations"]["north"] = {"order_capacity": 3}
+    out = explained(decision("POA", {"assignments": []}, by_hand | {"time_s": 0.0}))
+    assert "north 3 of 3 orders 0 0 13 -" in out
+
+
+def test_few_orders_of_a_long_backlog_are_shown(by_hand: Content) -> None:
+    by_hand["orders"]["C"] = {"lines": {"tea": 1}}
+    given = {"assignments": [JAM | {"order": "C", "skus": ["tea"]}]}
+    out = explained(decision("POA", given, by_hand | {"time_s": 0.0}), limit=1)
+    assert "C 0 s tea north: tea" in out
+    assert "\nA 0 s" not in out
+    assert "... and 2 more orders; --limit shows more." in out
+    out = explained(decision("POA", given, by_hand | {"time_s": 0.0, "backlog": ["B", "C"]}))
+    assert "Backlog: 2 orders with 3 open items (the prefilters left out 1 more); decided for: 1." in out
+
+
+def test_pods_are_shown_with_what_they_are_wanted_for(at_work: Content) -> None:
+    """SKUs not covered, pods that could go, and those sent with their contents and the time to drive."""
+    at_work["stations"]["north"] |= {"requests": [{"order": "B", "sku": "jam"}] * 2, "inbound": ["P1"]}
+    del at_work["orders"]["A"]["parts"]
+    out = explained(decision("PPS", {"trips": [P2]}, at_work, max_fetches=1))
+    assert "north 2 x jam" in out
+    assert "1 of 1 free pods could be sent (robots that can start); leaving a station: P1." in out
+    (row,) = (line for line in out.splitlines() if line.startswith("P2 north"))
+    *_, drive, unit, number, times, sku = row.split()
+    assert float(drive) > 0
+    assert (unit, number, times, sku) == ("s", "5", "x", "jam")
+    assert "Backlog" not in out
+    assert "Decided: no pod is sent." in explained(decision("PPS", {"trips": []}, at_work, max_fetches=0))
+
+
+@pytest.mark.parametrize(
+    ("decides", "decided", "ask", "words"),
+    [
+        ("PR", {"cell": 13}, {"pod": "P1"}, "Decided: pod P1 is stored at row 2, column 3."),
+        ("TA", {"tasks": [{"robot": "r2", "pod": "P2"}]}, {}, "Decided: robot r2 fetches pod P2."),
+        ("TA", {"tasks": []}, {}, "Decided: no task."),
+        ("activation", {"active": ["north"]}, {}, "Decided: active stations: north."),
+        ("activation", {"active": []}, {}, "Decided: active stations: none."),
+        ("POA", None, {}, "Decided: nothing valid; the run ended here."),
+    ],
+)
+def test_other_decisions_are_a_sentence(at_work: Content, decides: str, decided: Any, ask: Content, words: str) -> None:
+    assert words in explained(decision(decides, decided, at_work, **ask))
+
+
+def test_robots_that_rest_are_shown_with_what_is_in_their_batteries(tmp_path: Path) -> None:
+    battery = "robots.battery={capacity_wh=70, idle_w=200, charging_w=8000}"
+    charging = ["layout.chargers=1", battery, "rules.idle=charge-when-low"]
+    rmfs_core.run(
+        load_scenario("examples/small", ["instance.orders=40", "rules.pp=free-flow", *charging]),
+        out=tmp_path,
+        record=["decisions"],
+    )
+    recording = read_recording(tmp_path)
+    sends = next(one for one in recording if one.decides is Role.IDLE and (one.decision or {})["rests"])
+    out = explained(sends)
+    (given,) = (sends.decision or {})["rests"]
+    rows = [line for line in out.splitlines() if "%" in line and line[0].isdigit()]
+    assert rows[0].startswith(f"{given['robot']} row ")
+    assert rows[0].endswith(", a charger")
+    shares = [float(row.partition("%")[0].split()[-1]) for row in rows[1:]]
+    assert shares == sorted(shares)
+    assert f"Decided: robot {given['robot']} goes to row " in out
+    assert out.endswith(" until its battery is filled to 80%.")
+    assert "more robots" in explained(sends, limit=0) or len(rows) == 1
+
+
+def test_robots_without_batteries_have_no_charge(at_work: Content) -> None:
+    out = explained(decision("idle", {"rests": [{"robot": "r2", "cell": 13}]}, at_work))
+    assert "Robot At Goes to" in out
+    assert "Decided: robot r2 goes to row 2, column 3." in out
+
+
+@pytest.mark.parametrize(
+    ("report", "words"),
+    [
+        ({"status": "optimal", "objective": 12.0, "bound": 12.0}, "Model: optimal, objective 12, bound 12."),
+        (
+            {"status": "stopped", "objective": 12.5, "bound": None, "stopped_early": True},
+            "Model: stopped, objective 12.5, bound -; a limit ended the solve before its proof.",
+        ),
+    ],
+)
+def test_a_solve_reports_objective_and_bound(by_hand: Content, report: Content, words: str) -> None:
+    joint = {"assignments": [], "trips": []}
+    recorded = decision("POA+PPS", joint, by_hand | {"time_s": 0.0}, report={"stopped_early": False, **report})
+    assert explained(recorded).endswith(words)
+
+
+def test_pods_selected_later_in_the_period() -> None:
+    trips = [{"pod": pod, "station": station} for pod, station in (("3", "2"), ("1", "1"), ("2", "2"))]
+    later = decision("PPS", {"trips": trips}, number=6)
+    out = printed(print_others, [later, decision("PPS", {"trips": []}, number=8)])
+    assert "Pods selected in this period" in out
+    assert "6 60.000 s acme 1 to 1; 3, 2 to 2" in out
+    assert "8 60.000 s acme none" in out
+    assert printed(print_others, []) == ""
+
+
+BOTH = {"assignments": [JAM], "trips": [P2]}
+
+
+def test_other_rules_are_held_against_the_decision() -> None:
+    """Visits plus two for each unused place, as W_u of the paper; a dash where requests are not covered."""
+    recorded = decision("POA+PPS", BOTH, report={"status": "optimal", "objective": 7.0, "bound": 6.5})
+    nothing = {"assignments": [], "trips": []}
+    others = [
+        ("one", Answer("one", "d", "1", Role.POA_PPS, BOTH, None, Outcome(1, 2, 0, 3, 2))),
+        ("two", Answer("two", "d", "1", Role.POA_PPS, nothing, None, Outcome(0, 0, 0, 1_000, 0))),
+    ]
+    out = printed(print_comparison, recorded, Outcome(1, 2, 1, 3, 0), others)
+    assert "acme (decided) 1 2 1 3 7 0 7 / 6.5" in out
+    assert "one 1 2 0 3 - 2 -" in out
+    assert "two 0 0 0 1000 2000 0 -" in out
+    assert "Not covered: open requests" in out
+    assert "there is no sum (-)" in out
+    assert "asked once" not in out
+    assert "Objective and bound are the rule's own" in out
+    assert "acme (decided) orders B to north; pods P2 to north" in out
+    assert "two orders none; pods none" in out
+
+
+def test_that_rules_were_asked_once_is_said_where_it_matters() -> None:
+    """One that decides on an order at a time leaves places that it would fill when asked again."""
+    recorded = decision("POA", {"assignments": [JAM]})
+    for orders, unused, said in ((2, 1, True), (2, 0, False), (1, 1, False)):
+        outcome = Outcome(orders=1, items=1, visits=0, unused=unused, uncovered=0)
+        other = Answer("one", "d", "1", Role.POA, {"assignments": [JAM]}, None, outcome)
+        out = printed(print_comparison, recorded, Outcome(orders, 3, 0, 0, 0), [("one", other)])
+        assert ("Each rule was asked once." in out) is said
+
+
+def test_notes_are_for_tables_that_need_them() -> None:
+    recorded = decision("POA", {"assignments": [JAM]})
+    other = Answer("one", "d", "1", Role.POA, {"assignments": []}, None, Outcome(0, 0, 0, 4, 0))
+    out = printed(print_comparison, recorded, Outcome(1, 2, 0, 2, 0), [("one", other)])
+    assert "Not covered:" not in out
+    assert "Objective and bound" not in out
+    tasks = {"tasks": [{"robot": "r1", "pod": "P1"}]}
+    alone = printed(print_comparison, decision("TA", tasks), None, [])
+    assert "Unused" not in alone
+    assert "acme (decided) robot r1 fetches pod P1" in alone
+
+
+def test_where_names_leave_no_room_decisions_stand_below_them() -> None:
+    out = printed(print_comparison, decision("TA", {"tasks": []}), None, [], width=40)
+    assert "acme (decided):\nno task" in out
+
+
+def made(number: int, decides: str, content: Content, decided: Any, **ask: Any) -> Recorded:
+    """Return a recorded decision made by hand; period and time are its number."""
+    content = {**content, "ask": {"decides": decides, "period": number, **ask}, "time_s": float(number)}
+    return Recorded(number, Role.labelled(decides), "rule", content, decided, None, f"line {number}")
+
+
+def content(room: int, **changes: Any) -> Content:
+    """Return a state with a station for four items, of which so many fit now, and two orders of two items each."""
+    orders: dict[str, Any] = {name: {"lines": {"milk": 1, "tea": 1}, "parts": []} for name in "AB"}
+    pods = {"P": {"contents": {"milk": None, "tea": None}}}
+    state = {"orders": orders, "pods": pods, "stations": {"s": full_station(orders, room)}}
+    return state | {"layout": {"map": ["....", "...."]}} | changes
+
+
+def full_station(orders: dict[str, Any], room: int) -> Content:
+    """Return a station for four items, of which so many fit now; the others are for an order that it adds."""
+    if room < 4:
+        orders["F"] = {"lines": {"jam": 4 - room}, "parts": [{"station": "s", "skus": ["jam"], "period": 1}]}
+    return {"item_capacity": 4, "requests": [{"order": "F", "sku": "jam"}] * (4 - room)}
+
+
+def test_why_an_order_waited() -> None:
+    begun = content(2)
+    begun["orders"]["A"]["parts"] = [{"station": "s", "skus": ["tea"], "period": 5}]
+    other = {"assignments": [{"order": "B", "station": "s", "skus": ["milk", "tea"]}]}
+    decisions = [
+        made(1, "POA", content(4, backlog=["B"]), other),
+        made(2, "POA", content(1), other),
+        made(3, "POA", content(0), other),
+        made(4, "POA", content(2), other),
+        made(5, "POA+PPS", content(2), {"assignments": [{"order": "A", "station": "s", "skus": ["tea"]}], "trips": []}),
+        made(6, "POA", begun, {"assignments": [{"order": "A", "station": "s", "skus": ["milk"]}]}),
+    ]
+    assert [(episode.periods, episode.what) for episode in order_story(decisions, "A")] == [
+        ((1, 1), "the prefilters left it out"),
+        ((2, 2), "no station had room for its 2 open items, only for some of them"),
+        ((3, 3), "no station had room for its 2 open items"),
+        ((4, 4), "it fitted a station, but the rule preferred others"),
+        ((5, 5), "assigned to station s: SKU tea; 1 of its lines stays in the backlog"),
+        ((6, 6), "assigned to station s: SKU milk"),
+    ]
+
+
+def test_a_wait_is_told_once() -> None:
+    decisions = [made(number, "POA", content(4), {"assignments": []}) for number in (1, 2, 3)]
+    (episode,) = order_story(decisions, "A")
+    assert (episode.number, episode.periods, episode.times_s) == (1, (1, 3), (1.0, 3.0))
+    assert episode.what == "it fitted a station, but the rule assigned nothing"
+
+
+def test_a_wait_for_stock() -> None:
+    orders = content(4)["orders"]
+    waits = {"orders": orders | {"A": orders["A"] | {"arrival_s": 0.5, "waits_for_stock": True}}}
+    there = {"orders": orders | {"A": orders["A"] | {"arrival_s": 0.5, "waits_for_stock": False}}}
+    assigned = {"assignments": [{"order": "A", "station": "s", "skus": ["milk", "tea"]}]}
+    decisions = [
+        made(1, "POA", content(4, **waits), {"assignments": []}),
+        made(2, "TA", content(4, **waits), {"tasks": []}),
+        made(3, "TA", content(4, **there), {"tasks": []}),
+        made(4, "POA", content(4, **there), assigned),
+    ]
+    first, last = order_story(decisions, "A")
+    assert (first.what, first.times_s) == ("waited for stock from 0 s to 3 s", (1.0, 2.0))
+    assert last.what == "assigned to station s: SKUs milk, tea"
+    (still,) = order_story(decisions[:2], "A")
+    assert still.what == "waits for stock since 0 s"
+
+
+def test_a_wait_for_stations_to_open() -> None:
+    state = content(1)
+    full, closed = state["stations"]["s"], {"item_capacity": 4, "requests": [], "staffed": False}
+    decisions = [
+        made(number, "POA", state | {"stations": stations}, {"assignments": []})
+        for number, stations in enumerate([{"s": closed}, {"s": full, "t": closed}, {"s": full}], start=1)
+    ]
+    assert [episode.what for episode in order_story(decisions, "A")] == [
+        "all stations were closed",
+        "no open station had room for its 2 open items, only for some of them",
+        "no station had room for its 2 open items, only for some of them",
+    ]
+
+
+def test_an_order_split_among_stations() -> None:
+    state = content(4)
+    state["orders"]["A"]["lines"]["jam"] = 2
+    assigned = [{"order": "A", "station": station, "skus": [sku]} for station, sku in (("s", "milk"), ("t", "tea"))]
+    assert [episode.what for episode in order_story([made(1, "POA+PPS", state, {"assignments": assigned})], "A")] == [
+        "assigned to station s: SKU milk",
+        "assigned to station t: SKU tea; 1 of its lines stays in the backlog",
+    ]
+
+
+def test_pods_for_an_order() -> None:
+    waiting = content(2)
+    waiting["orders"]["A"]["parts"] = [{"station": "s", "skus": ["milk", "tea"], "period": 1}]
+    waiting["stations"]["s"]["requests"] = [{"order": "A", "sku": "tea"}, {"order": "A", "sku": "milk", "pod": "Q"}]
+    waiting["pods"]["Q"] = {"contents": {"milk": None}}
+    decisions = [
+        made(1, "PPS", waiting, {"trips": [{"pod": "Q", "station": "s"}]}),
+        made(2, "PPS", waiting, {"trips": [{"pod": "P", "station": "s"}]}),
+    ]
+    assert [e.what for e in order_story(decisions, "A")] == ["pod P sent to station s: it holds SKU tea"]
+    assert list(order_story(decisions, "C")) == []
+
+
+def test_a_rule_that_failed() -> None:
+    (episode,) = order_story([made(1, "POA", content(4), None)], "A")
+    assert episode.what == "the rule decided nothing valid, which ended the run"
+
+
+def test_where_a_pod_went() -> None:
+    wanted = content(4)
+    wanted["orders"]["A"]["parts"] = [{"station": "s", "skus": ["milk"], "period": 1}]
+    wanted["stations"]["s"]["requests"] = [{"order": "A", "sku": "milk"}]
+    decisions = [
+        made(1, "PPS", wanted, {"trips": [{"pod": "P", "station": "s"}]}),
+        made(2, "TA", wanted, {"tasks": [{"robot": "3", "pod": "P"}]}),
+        made(3, "TA", wanted, {"tasks": [{"robot": "4", "pod": "Q"}]}),
+        made(4, "PR", wanted, {"cell": 6}, pod="P"),
+        made(5, "PR", wanted, {"cell": 7}, pod="Q"),
+    ]
+    assert [episode.what for episode in pod_story(decisions, "P")] == [
+        "sent to station s: it holds SKU milk",
+        "robot 3 fetches it",
+        "stored at row 2, column 3",
+    ]
+
+
+def test_a_reduced_warehouse_has_the_room_of_the_whole_one(record: Any) -> None:
+    joint = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
+    by_orders, small = ("stations.order_capacity=2",), ("stations.item_capacity=3",)
+    for settings in ((), by_orders, small, joint, (*joint, *by_orders)):
+        for recorded in record(*settings):
+            whole = open_state(recorded.state())
+            for order in whole.view.orders[-3:]:
+                part = reduced(recorded.content, order.name)
+                alone = part.view.orders[0]
+                lines = [(part.instance.skus[line.sku], line.quantity) for line in alone.open_lines]
+                assert lines == [(whole.instance.skus[line.sku], line.quantity) for line in order.open_lines]
+                for station, there in zip(part.view.stations, whole.view.stations, strict=True):
+                    assert station.free_capacity == there.free_capacity
+                    assert part.view.size_at(alone, station) == whole.view.size_at(order, there)

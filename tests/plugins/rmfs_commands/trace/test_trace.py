@@ -1,0 +1,280 @@
+"""Traces: written line by line, and read again."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from attrs import evolve
+
+import rmfs_core
+from calling import refusal
+from rmfs_commands.details.metrics import Metrics
+from rmfs_commands.trace import TraceStream, TraceWriter, read_trace
+from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results, read_json_lines
+from rmfs_core import InputError
+from rmfs_core.events import DecisionMade, Event, OrderArrived, OrderAssigned, RobotMoved
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.info import RunInfo
+from rmfs_core.roles import Role
+
+EVENTS = (
+    OrderArrived(0, 0),
+    OrderAssigned(0, 0, 1, skus=(0, 1), items=2, period=1, complete=True),
+    RobotMoved(5000, 1000, 0, origin=3, to=4, heading=2, wait_ticks=0, turn_ticks=625, distance_m=1, pod=None),
+    DecisionMade(5000, 1, Role.POA, "rule", 2, 1, 0, "optimal", 1.5, None, False, wall_s=0.25),
+)
+
+
+READ = (*EVENTS[:-1], evolve(EVENTS[-1], wall_s=0.0))
+"""What comes back: times of the wall clock are not written."""
+
+
+class Recorder:
+    """Observer that keeps the events."""
+
+    def __init__(self) -> None:
+        self.events: list[Event] = []
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Keep it."""
+        self.events.append(event)
+
+
+def write(folder: Path, run: RunInfo) -> Path:
+    """Write a trace of hand-made events into a folder; return its file."""
+    writer = TraceWriter()
+    writer.run_started(evolve(run, out=folder))
+    for event in EVENTS:
+        writer.on_event(event)
+    writer.run_ended(6000, "partial")
+    return folder / writer.file
+
+
+@pytest.fixture
+def trace_file(tmp_path: Path, tiny: RunInfo) -> Path:
+    """Return a trace of hand-made events."""
+    return write(tmp_path, tiny)
+
+
+def test_what_is_written_is_read_back(trace_file: Path, tiny: RunInfo) -> None:
+    trace = read_trace(trace_file)
+    assert trace.events == READ
+    assert trace.instance == tiny.instance
+    assert trace.motion == tiny.motion
+    assert (trace.layout.kind == tiny.layout.kind).all()
+    assert (trace.layout.moves == tiny.layout.moves).all()
+    assert trace.layout.stations == tiny.layout.stations
+    assert [pod["cell"] for pod in trace.pods] == [pod.cell for pod in tiny.warehouse.pods]
+    assert [robot["cell"] for robot in trace.robots] == [robot.cell for robot in tiny.warehouse.robots]
+    assert (trace.tick, trace.status) == (6000, "partial")
+    assert trace.scenario["seed"] == 7
+
+
+def test_equal_runs_have_equal_bytes(tmp_path: Path, tiny: RunInfo) -> None:
+    (tmp_path / "one").mkdir()
+    (tmp_path / "two").mkdir()
+    assert write(tmp_path / "one", tiny).read_bytes() == write(tmp_path / "two", tiny).read_bytes()
+
+
+def test_there_is_no_file_until_the_run_has_ended(tmp_path: Path, tiny: RunInfo) -> None:
+    writer = TraceWriter()
+    writer.run_started(evolve(tiny, out=tmp_path))
+    assert not (tmp_path / "trace.jsonl.gz").exists()
+    del writer
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_metrics_of_a_run_can_be_recomputed_from_its_trace(tmp_path: Path) -> None:
+    recorder = Recorder()
+    few = ["instance.orders=12"]
+    result = rmfs_core.run("examples/small", overrides=few, out=tmp_path, record=["trace"], observers=[recorder])
+    trace = read_trace(tmp_path / "trace.jsonl.gz")
+    metrics = Metrics()
+    metrics.begin(trace.instance, len(trace.stations))
+    for event in trace.events:
+        metrics.on_event(event)
+    metrics.run_ended(trace.tick, trace.status)
+    assert result.status == "complete"
+    assert metrics.measured().items() <= result.metrics.items()
+    assert len(trace.events) == len(recorder.events)
+
+
+def rewrite(path: Path, change: Callable[[list[str]], list[str]]) -> None:
+    """Change the lines of a trace."""
+    lines = gzip.decompress(path.read_bytes()).decode().splitlines()
+    path.write_bytes(gzip.compress("".join(f"{line}\n" for line in change(lines)).encode()))
+
+
+def test_a_stream_reads_as_far_as_it_is_asked(trace_file: Path) -> None:
+    rewrite(trace_file, lambda lines: [*lines[:3], "{}", *lines[4:]])
+    stream = TraceStream(trace_file)
+    assert len(stream.start.instance.orders) == 2
+    events = iter(stream)
+    assert [next(events), next(events)] == list(READ[:2])
+    with pytest.raises(InputError, match=r"line 4: found the event None; expected one of "):
+        next(events)
+
+
+def test_a_stream_knows_the_end_when_it_is_read(trace_file: Path) -> None:
+    stream = TraceStream(trace_file)
+    assert (tuple(stream), stream.tick, stream.status) == (READ, 6000, "partial")
+
+
+def test_cells_are_read_by_their_digits(trace_file: Path) -> None:
+    def change(lines: list[str]) -> list[str]:
+        header = json.loads(lines[0])
+        width = header["layout"]["width"]
+        header["layout"]["kind"][0] = "2" * width
+        header["layout"]["moves"][0] = "f" * width
+        return [json.dumps(header), *lines[1:]]
+
+    before = read_trace(trace_file).layout
+    rewrite(trace_file, change)
+    after = read_trace(trace_file).layout
+    assert set(after.kind[: after.width]) == {2}
+    assert set(after.moves[: after.width]) == {15}
+    assert np.array_equal(after.kind[after.width :], before.kind[before.width :])
+
+
+@pytest.mark.parametrize(
+    ("change", "line", "problem"),
+    [
+        (lambda lines: ['{"format":"other"}', *lines[1:]], 1, "no trace"),
+        (lambda lines: [lines[0].replace('"version":1', '"version":99'), *lines[1:]], 1, "version 99"),
+        (lambda lines: [lines[0].replace('"robots"', '"robot"'), *lines[1:]], 1, "lacks 'robots'"),
+        (
+            lambda lines: [re.sub(r'"heading":\d', '"heading":true', lines[0]), *lines[1:]],
+            1,
+            "found true in `heading`; expected a number",
+        ),
+        (lambda lines: [lines[0].replace('"width":', '"width":1'), *lines[1:]], 1, "cells each"),
+        (lambda lines: [lines[0].replace('"width":', '"width":9999'), *lines[1:]], 1, "in a row or column"),
+        (lambda lines: [*lines[:2], "{", *lines[2:]], 3, "no valid JSON"),
+        (lambda lines: [*lines[:2], "[]", *lines[2:]], 3, "expected a JSON object"),
+        (lambda lines: [*lines[:2], '{"e":"flew"}', *lines[2:]], 3, "'flew'"),
+        (lambda lines: [lines[0], '{"e":"order_arrived","tick":0}', *lines[1:]], 2, "tick, order"),
+        (lambda lines: [lines[0], '{"e":"order_arrived","tick":0,"order":"x"}', *lines[1:]], 2, "'x'"),
+        (lambda lines: [line.replace('"POA"', '"lunch"') for line in lines], 5, "'lunch'"),
+        (lambda lines: lines[:-1], 5, "cut off"),
+        (lambda lines: [*lines, lines[-1]], 7, "behind the end"),
+        (lambda lines: [*lines[:-1], '{"e":"end","tick":1,"status":"fine"}'], 6, "status"),
+        (lambda lines: [], 1, "no trace"),
+    ],
+)
+def test_a_broken_trace_is_an_input_error(
+    trace_file: Path, change: Callable[[list[str]], list[str]], line: int, problem: str
+) -> None:
+    rewrite(trace_file, change)
+    with pytest.raises(InputError) as caught:
+        read_trace(trace_file)
+    assert problem in caught.value.problem
+    assert caught.value.place.startswith(str(trace_file))
+    assert caught.value.place.endswith(f"line {line}") or line == 1
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ('{"e":"order_arrived","tick":true,"order":0}', "tick of order_arrived is True; expected int"),
+        (
+            '{"e":"decision_made","tick":0,"period":1,"decides":["POA"],"rule":"a","backlog":1,"assignments":1,"trips":0,'
+            '"status":null,"objective":null,"bound":null,"stopped_early":false}',
+            "decides of decision_made is ['POA']; expected Role",
+        ),
+        ('{"e":"order_arrived","tick":0,"order":null}', "order of order_arrived is None; expected int"),
+        (
+            '{"e":"order_arrived","tick":1000000000000001,"order":0}',
+            "tick of order_arrived is 1000000000000001; expected int up to 1,000,000,000,000,000",
+        ),
+        (
+            '{"e":"end","tick":9223372036854775808,"status":"complete"}',
+            "found the end {'e': 'end', 'tick': 9223372036854775808, 'status': 'complete'}; expected a tick from 0 to "
+            "1,000,000,000,000,000 and a status of complete, partial, failed",
+        ),
+        (
+            '{"e":"visit_ended","tick":1,"visit":1,"pod":0,"station":0,"picks":1,"next_station":"north"}',
+            "next_station of visit_ended is 'north'; expected int | None",
+        ),
+        (
+            '{"e":"order_assigned","tick":0,"order":0,"station":0,"skus":[0,"a"],"items":1,"period":1,"complete":true}',
+            "skus of order_assigned is [0, 'a']; expected tuple[int, ...]",
+        ),
+        (
+            '{"e":"order_assigned","tick":0,"order":0,"station":0,"skus":[0],"items":1,"period":1,"complete":1}',
+            "complete of order_assigned is 1; expected bool",
+        ),
+    ],
+)
+def test_a_field_of_another_type_is_named(trace_file: Path, line: str, problem: str) -> None:
+    """With the event, what was found there and what would be right; a truth value is no number."""
+    rewrite(trace_file, lambda lines: [lines[0], line, *lines[1:]])
+    assert refusal(lambda: read_trace(trace_file)) == f"{trace_file}, line 2: {problem}"
+
+
+def test_lines_are_read_as_written(tmp_path: Path) -> None:
+    for name in ("a.gz", "b.gz"):
+        file = JsonLinesFile(tmp_path / name)
+        file.write({"x": 1})
+        file.write({"y": "ä"})
+        file.commit()
+        file.discard()
+    JsonLinesFile(tmp_path / "c.gz").discard()
+    assert [line for _, line in read_json_lines(tmp_path / "a.gz")] == [{"x": 1}, {"y": "ä"}]
+    assert (tmp_path / "a.gz").read_bytes() == (tmp_path / "b.gz").read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gz", "b.gz"]
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (b"this is text", "no gzip file"),
+        (gzip.compress(json.dumps({"a": "b" * 5000}).encode(), mtime=0)[:-12], "cut off"),
+        (None, "cannot be read"),
+    ],
+)
+def test_a_file_that_is_no_such_file(tmp_path: Path, content: bytes | None, problem: str) -> None:
+    path = tmp_path / "lines.gz"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=problem):
+        list(read_json_lines(path))
+
+
+def test_lines_have_their_place(tmp_path: Path) -> None:
+    path = tmp_path / "lines.gz"
+    path.write_bytes(gzip.compress(b'{"x": 1}\n{"y": 2}\n[3]\n'))
+    lines = read_json_lines(path)
+    assert [next(lines)[0], next(lines)[0]] == [f"{path}, line 1", f"{path}, line 2"]
+    assert refusal(lambda: next(lines)) == f"{path}, line 3: expected a JSON object, found list"
+
+
+def test_what_nobody_commits_is_gone(tmp_path: Path) -> None:
+    file = JsonLinesFile(tmp_path / "lines.gz")
+    file.write({"x": 1})
+    assert not (tmp_path / "lines.gz").exists()
+    del file
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_recorders_write_beside_the_results(tiny: RunInfo, tmp_path: Path) -> None:
+    assert beside_results(evolve(tiny, out=tmp_path), "lines.gz") == tmp_path / "lines.gz"
+    with pytest.raises(InputError, match=r"^lines.gz: is written beside the results; expected a run with a folder for"):
+        beside_results(tiny, "lines.gz")
+
+
+@pytest.mark.parametrize(("limit", "line"), [("MOST_OF_A_LINE", 2), ("MOST_OF_A_FILE", 3)])
+def test_a_file_that_is_larger_than_memory_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: str, line: int
+) -> None:
+    with gzip.open(tmp_path / "large.gz", "wt") as stream:
+        stream.write("{}\n" + '{"a": "' + "x" * 90 + '"}\n{"b": 1}\n')
+    monkeypatch.setattr(f"rmfs_commands.trace.json_lines.{limit}", {"MOST_OF_A_LINE": 50, "MOST_OF_A_FILE": 105}[limit])
+    with pytest.raises(InputError, match=f"large.gz, line {line}: the file is too large to be read; expected at most"):
+        list(read_json_lines(tmp_path / "large.gz"))

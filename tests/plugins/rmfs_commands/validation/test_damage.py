@@ -1,0 +1,441 @@
+"""Faults of orders, pods and visits, each made in a day of one order or a run of many."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from attrs import evolve
+
+from damage import Damage, assert_found, at, change, find, other, put, told, told_before, twice, without
+from rmfs_commands.trace.reader import Trace
+from rmfs_commands.validation import faults_of
+from rmfs_commands.validation.orders import misreported
+from rmfs_core.events import (
+    DecisionMade,
+    OrderArrived,
+    OrderAssigned,
+    PodLifted,
+    PodStored,
+    QueueJoined,
+    RobotMoved,
+    TaskAssigned,
+    VisitEnded,
+    VisitStarted,
+)
+from rmfs_core.roles import Role
+
+ARRIVED, ASSIGNED, POA, TRIP, PPS, TASK, LIFT, JOIN, VISIT = 0, 1, 2, 3, 4, 5, 7, 10, 12
+TEA, JAM, LAST, COMPLETE, LEAVE, STORE = 13, 14, 15, 16, 17, 21
+"""Numbers of events in `day`."""
+
+
+def queue_jumper(trace: Trace) -> Trace:
+    """Exchange two robots in a line."""
+    for i, first in enumerate(trace.events):
+        if not isinstance(first, QueueJoined):
+            continue
+        for j in range(i + 1, len(trace.events)):
+            second = trace.events[j]
+            if isinstance(second, VisitEnded) and second.station == first.station:
+                break
+            if isinstance(second, QueueJoined) and second.station == first.station:
+                return put(put(trace, i, evolve(second, tick=first.tick)), j, evolve(first, tick=second.tick))
+    raise AssertionError("no two robots were in a line at once")
+
+
+def again(kind: type[Any], by: Callable[[Trace, Any], dict[str, Any]]) -> Damage:
+    """Return the damage that tells an event once more, with other fields."""
+
+    def damage(trace: Trace) -> Trace:
+        at = find(trace, kind)
+        return put(trace, at, trace.events[at], evolve(trace.events[at], **by(trace, trace.events[at])))
+
+    return damage
+
+
+def other_robot(trace: Trace, event: Any) -> dict[str, int]:
+    """Return another robot."""
+    return {"robot": other(len(trace.robots), event.robot)}
+
+
+def turn_in_visit(trace: Trace) -> Trace:
+    """Let the robot of the day move on the spot before its visit ends."""
+    end = trace.events[LEAVE]
+    return put(trace, LEAVE, RobotMoved(end.tick, end.tick - 500, 0, 39, 39, 0, 500, 0, 0, 0), end)
+
+
+def test_a_line_of_one_too_many_is_told(day: Trace) -> None:
+    for length, faults in ((0, []), (-1, ["queue-too-long"])):
+        stations = {**day.scenario["stations"], "queue_length": length}
+        found = told(evolve(day, scenario={**day.scenario, "stations": stations}))
+        assert [fault.partition(":")[0] for fault in found] == faults
+
+
+def test_a_pod_that_can_still_serve_stays(day: Trace) -> None:
+    """Only what never runs out is held against a pod that leaves: an item may be promised by another one."""
+    early = told_before(LEAVE, 14)(day)
+    assert not any(fault.startswith("left-early") for fault in told(early))
+    (first, *others) = day.instance.pods
+    endless = evolve(first, contents=((0, None), (1, None)))
+    early = evolve(early, instance=evolve(day.instance, pods=(endless, *others)))
+    assert "left-early: pod P0 leaves station 1, where SKU jam is still wanted" in told(early)
+
+
+def test_a_robot_keeps_behind_its_place_in_line(new_script: Any) -> None:
+    """By a shortcut or another entrance, too: what lies ahead of its place is for those ahead of it."""
+    yard = ".........\n.....v...\n..qqqqqO.\n..##.##..\n........."
+    script = new_script(yard, robots=[(4, 2), (4, 5)], pods=[(3, 2), (3, 5)])
+    for robot, way in ((0, [(4, 1), (2, 1), (2, 2)]), (1, [(4, 8), (0, 8), (0, 5), (2, 5)])):
+        script.drive(robot, 3, script.cells[robot] % 9)
+        script.fetch(robot, robot)
+        script.drive(robot, 4, script.cells[robot] % 9)
+        for row, column in way:
+            script.drive(robot, row, column)
+        script.events.append(QueueJoined(script.now[robot], robot, robot, 0))
+    assert not [fault for fault in told(script.trace()) if fault.startswith("queue-passed")]
+    script.drive(1, 2, 7)
+    assert [fault for fault in told(script.trace()) if fault.startswith("queue-passed")] == [
+        "queue-passed: robot 2 drives to row 3, column 8 in the queue of station 1, "
+        "place 0 there; robots ahead of it in line: 1"
+    ]
+    assert faults_of(script.trace(), collisions=False) == []  # robots pass through each other, in queues, too
+
+
+def test_who_waits_in_a_queue_is_in_its_line(new_script: Any) -> None:
+    script = new_script("........\n...@....\n..##.##.\n.....qqO\n........", robots=[(4, 3)], pods=[(2, 3)])
+    script.drive(0, 2, 3)
+    script.fetch(0, 0)
+    script.drive(0, 3, 3)
+    script.drive(0, 3, 5)
+    script.events.append(QueueJoined(script.now[0], 0, 0, 0))
+    script.drive(0, 3, 7, wait_s=3)
+    script.events.append(VisitStarted(script.now[0], 1, 0, 0, 0))
+    trace = script.trace()
+    assert told(trace) == []
+    at, late = find(trace, QueueJoined), find(trace, RobotMoved)
+    joined = evolve(trace.events[at], tick=trace.events[late].tick)
+    assert told(put(put(trace, late, trace.events[late], joined), at)) == [
+        "joined-late: robot 1 with pod P0 starts a visit at station 1, in whose queue it waited; "
+        "it joined the line just now"
+    ]
+
+
+def arrive_late(trace: Trace) -> Trace:
+    """Tell of an order's arrival after its assignment."""
+    at = find(trace, OrderArrived)
+    event = trace.events[at]
+    after = max(
+        i
+        for i, e in enumerate(trace.events)
+        if isinstance(e, OrderAssigned) and e.order == event.order  # type: ignore[attr-defined]
+    )
+    changed = put(trace, after, trace.events[after], evolve(event, tick=trace.events[after].tick))
+    return put(changed, at)
+
+
+@pytest.mark.parametrize("arrival", [0, 5])
+def test_an_order_arrives_when_its_instance_says(day: Trace, arrival: int) -> None:
+    order = evolve(day.instance.orders[0], arrival_tick=arrival)
+    faults = told(evolve(day, instance=evolve(day.instance, orders=(order,))))
+    assert faults == ([] if arrival == 0 else ["arrival: order A arrives; expected once, at 0.005 s"])
+
+
+@pytest.mark.parametrize(("unit", "fits", "too_small", "holds"), [("items", 3, 2, 3), ("orders", 1, 0, 1)])
+def test_capacity_is_counted_in_items_or_orders(day: Trace, unit: str, fits: int, too_small: int, holds: int) -> None:
+    for capacity in (fits, too_small):
+        key = "item_capacity" if unit == "items" else "order_capacity"
+        changed = evolve(
+            day,
+            stations=({**day.stations[0], "capacity": capacity, "counts_orders": unit == "orders"},),
+            scenario={**day.scenario, "stations": {**day.scenario["stations"], key: capacity, "oversize": "refuse"}},
+        )
+        sentence = f"order A is assigned to station 1, which has {holds} {unit} then; its capacity is {capacity}"
+        assert told(changed) == ([] if capacity == fits else [f"capacity-exceeded: {sentence}"])
+
+
+def test_filters_may_hide_orders_but_add_none(day: Trace) -> None:
+    filtered = evolve(day, scenario={**day.scenario, "rules": {"filters": ["some-filter"]}})
+    for seen, count in ((0, 0), (1, 0), (2, 1)):
+        assert len(told(at(POA, backlog=seen)(filtered))) == count
+    assert len(told(at(POA, backlog=0)(day))) == 1
+
+
+@pytest.mark.parametrize(
+    ("status", "completed", "kinds"),
+    [
+        ("complete", True, []),
+        ("partial", True, ["status"]),
+        ("failed", True, []),
+        ("complete", False, ["order-left"]),
+        ("partial", False, ["order-left"]),
+        ("failed", False, []),
+    ],
+)
+def test_the_status_is_that_of_the_orders(day: Trace, status: str, completed: bool, kinds: list[str]) -> None:
+    trace = evolve(day if completed else without(COMPLETE)(day), status=status)
+    assert [fault.partition(":")[0] for fault in told(trace)] == kinds
+
+
+@pytest.mark.parametrize(
+    ("told", "problem"),
+    [
+        ({"status": "nearly"}, "the status 'nearly'; expected 'decided': P"),
+        ({"objective": 3.0}, "the objective 3.0; expected none from a rule that reports nothing"),
+        ({"bound": 3.0}, "the bound 3.0; expected none"),
+        ({"stopped_early": True}, "the solve ended early; expected none"),
+    ],
+)
+def test_what_a_decision_on_orders_cannot_report(recorded: Trace, told: dict[str, Any], problem: str) -> None:
+    damaged = change(DecisionMade, lambda _trace, _event: told)(recorded)
+    (fault,) = [fault for fault in faults_of(damaged) if fault.kind == "report"]
+    assert problem in fault.sentence
+
+
+@pytest.mark.parametrize(
+    ("rule", "told", "problem"),
+    [
+        ("integrated", {"status": "optimal", "objective": 2.0, "bound": 2.0}, None),
+        ("integrated", {"status": "effort", "objective": 2.0, "bound": 1.0, "stopped_early": True}, None),
+        ("integrated", {"status": "finished"}, "'finished'; expected one of optimal, effort, stopped, heuristic, dec"),
+        ("somebodys", {"status": "finished", "bound": 1.0}, None),
+        ("integrated", {"status": "optimal", "stopped_early": True}, "the status optimal, and was stopped early"),
+        ("somebodys", {"status": "effort"}, "the status effort, and was not stopped early"),
+        ("pod-match-joint", {"status": "heuristic", "objective": 2.0}, None),
+        ("pod-match-joint", {"status": "heuristic", "bound": 2.0}, "the bound 2.0; expected none from a rule"),
+        ("somebodys", {"status": "decided", "objective": 1.0}, "the objective 1.0; expected none"),
+    ],
+)
+def test_what_a_joint_decision_reports(rule: str, told: dict[str, Any], problem: str | None) -> None:
+    whole = {"objective": None, "bound": None, "stopped_early": False} | told
+    event = DecisionMade(0, 1, Role.POA_PPS, rule, 1, 0, 0, wall_s=0.0, **whole)
+    found = misreported(event)
+    assert (found is None) if problem is None else (found is not None and problem in found)
+
+
+TEA_PICKED, JAM_PICKED = (f"SKU {sku} of order A is picked from pod P0 at station 1" for sku in ("tea", "jam"))
+
+
+def jam_on_pod(number: int) -> Damage:
+    """Return the damage that leaves so many items of jam on the pod that the day is served from."""
+
+    def damage(trace: Trace) -> Trace:
+        pod, *others = trace.instance.pods
+        pods = (evolve(pod, contents=((0, None), (1, number))), *others)
+        return evolve(trace, instance=evolve(trace.instance, pods=pods))
+
+    return damage
+
+
+def never_stored(trace: Trace) -> Trace:
+    """Let the run go on for a minute after the robot has brought the pod to its place."""
+    return evolve(without(STORE)(trace), tick=trace.tick + 60_000, status="failed")
+
+
+DAMAGES: list[tuple[str, Damage, str]] = [
+    ("a robot before its turn", queue_jumper, "queue-order"),
+    ("a visit at another station", change(VisitStarted, lambda t, e: {"station": 1 - e.station}), "robot-elsewhere"),
+    ("a visit by another pod", change(VisitStarted, lambda t, e: {"pod": other(len(t.pods), e.pod)}), "pod-mismatch"),
+    ("a pod that goes elsewhere", change(VisitEnded, lambda t, e: {"next_station": 1 - e.station}), "next-station"),
+    (
+        "an assignment to the other station",
+        change(OrderAssigned, lambda t, e: {"station": 1 - e.station}),
+        "not-assigned",
+    ),
+    ("an assignment before the arrival", arrive_late, "assigned-before-arrival"),
+    ("a decision of another rule", change(DecisionMade, lambda t, e: {"rule": "somebody"}), "rule"),
+    ("a bound too high", change(DecisionMade, lambda t, e: {"objective": 3.0, "bound": 3.1}), "bound"),
+    ("a lift of two pods", again(PodLifted, lambda t, e: {"pod": other(len(t.pods), e.pod)}), "robot-loaded"),
+    ("a lift by two robots", again(PodLifted, other_robot), "pod-in-use"),
+    ("a pod set down by another robot", change(PodStored, lambda t, e: {"robot": other(4, e.robot)}), "pod-in-use"),
+    ("a task for two robots", again(TaskAssigned, other_robot), "fetched-twice"),
+]
+
+
+@pytest.mark.parametrize(("damage", "kind"), [pytest.param(d, k, id=name) for name, d, k in DAMAGES])
+def test_damage_to_a_run_is_found(recorded: Trace, damage: Damage, kind: str) -> None:
+    assert_found(damage(recorded), kind)
+
+
+@pytest.mark.parametrize(
+    ("damage", "faults"),
+    [
+        (
+            twice(TRIP),
+            [
+                "bound-twice: pod P0 is sent to station 1, where it is or is bound for already",
+                "decision-size: the PPS decision of period 1 reports 0 assignments and 1 trips; it had 0 and 2",
+            ],
+        ),
+        (
+            without(JOIN),
+            [
+                "queue-order: robot 1 with pod P0 starts a visit at station 1, but nobody is in its line",
+                "queue-lane: robot 1 drove through the queue of station 1",
+            ],
+        ),
+        (twice(JOIN), ["queue-order: robot 1 with pod P0 joins the line of station 1, but is in it already"]),
+        (
+            told_before(JOIN, JOIN - 1),
+            [
+                "robot-elsewhere: robot 1 with pod P0 joins the line of station 1, but stands at row 5, column 4",
+                "queue-lane: robot 1 drove through the queue of station 1",
+            ],
+        ),
+        (
+            at(JOIN, pod=1),
+            [
+                "pod-mismatch: robot 1 with pod P1 joins the line of station 1, but carries pod P0",
+                "not-bound: robot 1 with pod P1 joins the line of station 1, but pod P1 is bound for no station first",
+            ],
+        ),
+        (
+            twice(VISIT),
+            [
+                "visit-number: robot 1 with pod P0 starts a visit at station 1 with the number 1; expected 2",
+                "station-busy: robot 1 with pod P0 starts a visit at station 1, where pod P0 still is",
+            ],
+        ),
+        (twice(LEAVE), ["visit-end: pod P0 leaves station 1 after visit 1, but no pod is there"]),
+        (at(LEAVE, pod=1), ["visit-end: pod P1 leaves station 1 after visit 1, but pod P0 with visit 1 is there"]),
+        (at(LEAVE, picks=2), ["visit-picks: pod P0 leaves station 1 after 3 picks, but reports 2"]),
+        (at(LEAVE, visit=9), ["visit-end: pod P0 leaves station 1 after visit 9, but pod P0 with visit 1 is there"]),
+        (without(LEAVE), ["moved-in-visit: robot 1 left row 5, column 8 during visit 1, which has no end"]),
+        (turn_in_visit, ["moved-in-visit: pod P0 leaves station 1, but robot 1 moved during the visit"]),
+        (
+            twice(ARRIVED),
+            [
+                "arrival: order A arrives again; expected once, at 0.000 s",
+                "backlog: the POA decision of period 1 saw 1 orders in the backlog; there were 2",
+                "backlog: the PPS decision of period 1 saw 0 orders in the backlog; there were 1",
+            ],
+        ),
+        (
+            at(ASSIGNED, skus=(0, 1, 2)),
+            ["line-assigned: order A is assigned to station 1 with SKU rye, which is no line of it"],
+        ),
+        (at(ASSIGNED, items=2), ["items: order A is assigned to station 1 with 3 items, but 2 are reported"]),
+        (
+            at(ASSIGNED, complete=False),
+            [
+                "complete-flag: order A is assigned to station 1 with `complete` false; 0 of its lines are left",
+                "backlog: the PPS decision of period 1 saw 0 orders in the backlog; there were 1",
+            ],
+        ),
+        (at(ASSIGNED, period=2), ["period: order A is assigned in period 2; expected 1"]),
+        (told_before(COMPLETE, JAM), ["completed-early: order A is complete, but 2 of its items are not picked"]),
+        (twice(COMPLETE), ["completed-twice: order A is complete again"]),
+        (without(COMPLETE), ["order-left: order A is not complete at the end (0 of its items are not picked)"]),
+        (
+            at(POA, period=2),
+            ["period: the POA decision has period 2; expected 1", "period: the PPS decision has period 1; expected 2"],
+        ),
+        (at(PPS, period=2), ["period: the PPS decision has period 2; expected 1"]),
+        (
+            at(POA, assignments=2),
+            ["decision-size: the POA decision of period 1 reports 2 assignments and 0 trips; it had 1 and 0"],
+        ),
+        (
+            at(PPS, trips=0),
+            ["decision-size: the PPS decision of period 1 reports 0 assignments and 0 trips; it had 0 and 1"],
+        ),
+        (at(POA, backlog=2), ["backlog: the POA decision of period 1 saw 2 orders in the backlog; there were 1"]),
+        (at(PPS, decides=Role.TA), ["unknown-id: a decision on TA; expected POA, PPS, POA+PPS, ROA, RPS or ROA+RPS"]),
+        (
+            without(JAM),
+            [
+                "completed-early: order A is complete, but 1 of its items are not picked",
+                "visit-picks: pod P0 leaves station 1 after 2 picks, but reports 3",
+            ],
+        ),
+        (
+            twice(LAST),
+            [
+                f"picker-busy: {JAM_PICKED} from 41.028 s on, but its picker handles another item until 54.028 s",
+                f"picked-twice: {JAM_PICKED}, but all its items have been picked",
+                "visit-picks: pod P0 leaves station 1 after 4 picks, but reports 3",
+            ],
+        ),
+        (at(JAM, visit=2), [f"no-visit: {JAM_PICKED} in visit 2, but pod P0 with visit 1 is there"]),
+        (
+            at(TEA, start_tick=15_000),
+            [
+                f"no-visit: {TEA_PICKED} from 15.000 s on, before its visit began at 15.028 s",
+                f"pick-time: {TEA_PICKED} in 7.028 s; that takes 7.000 s",
+                f"handle-time: {TEA_PICKED} and handled in 13.028 s; expected 13.000 s",
+            ],
+        ),
+        (at(JAM, tick=35_029), [f"pick-time: {JAM_PICKED} in 7.001 s; that takes 7.000 s"]),
+        (at(JAM, picker_free_tick=41_027), [f"handle-time: {JAM_PICKED} and handled in 12.999 s; expected 13.000 s"]),
+        (
+            at(JAM, sku=2),
+            [
+                "not-ordered: SKU rye of order A is picked from pod P0 at station 1, "
+                "but the order does not have the SKU",
+                "completed-early: order A is complete, but 1 of its items are not picked",
+            ],
+        ),
+        (
+            at(JAM, pod=1),
+            [
+                "no-visit: SKU jam of order A is picked from pod P1 at station 1 in visit 1, "
+                "but pod P0 with visit 1 is there",
+                "sku-not-on-pod: SKU jam of order A is picked from pod P1 at station 1, which does not hold it",
+            ],
+        ),
+        (jam_on_pod(1), [f"stock-negative: {JAM_PICKED}, which has none left"]),
+        (jam_on_pod(2), []),
+        (without(TASK), ["no-task: robot 1 lifts pod P0 at row 4, column 4, but was not told to fetch it"]),
+        (told_before(TASK, 3), ["no-trip: robot 1 shall fetch pod P0, which is bound for no station"]),
+        (
+            never_stored,
+            ["not-stored: robot 1 with pod P0 stands at row 4, column 4 since 58.898 s and does not set it down"],
+        ),
+        (twice(TASK), ["robot-busy: robot 1 shall fetch pod P0, but is still busy with pod P0"]),
+        (
+            at(LIFT, pod=1),
+            [
+                "no-task: robot 1 lifts pod P1 at row 4, column 4, but was not told to fetch it",
+                "pod-not-there: robot 1 lifts pod P1 at row 4, column 4, but the pod stands at row 4, column 3",
+                "pod-mismatch: robot 1 drives with pod P0, but carries pod P1",
+            ],
+        ),
+        (
+            at(LIFT, start_tick=3454),
+            ["lift-time: robot 1 lifts pod P0 at row 4, column 4 in 2.199 s; that takes 2.200 s"],
+        ),
+        (
+            at(LIFT, start_tick=3452),
+            [
+                "time-overlap: robot 1 lifts pod P0 at row 4, column 4 from 3.452 s on, "
+                "but what it did before lasted until 3.453 s",
+                "lift-time: robot 1 lifts pod P0 at row 4, column 4 in 2.201 s; that takes 2.200 s",
+            ],
+        ),
+        (
+            at(STORE, cell=26),
+            [
+                "robot-elsewhere: robot 1 sets down pod P0 at row 4, column 3, but stands at row 4, column 4",
+                "location-taken: robot 1 sets down pod P0 at row 4, column 3, where pod P1 stands",
+            ],
+        ),
+        (
+            at(STORE, cell=43),
+            [
+                "robot-elsewhere: robot 1 sets down pod P0 at row 6, column 4, but stands at row 4, column 4",
+                "no-storage-location: robot 1 sets down pod P0 at row 6, column 4, which is no storage location",
+            ],
+        ),
+        (at(STORE, pod=1), ["pod-in-use: robot 1 sets down pod P1 at row 4, column 4, but carries pod P0"]),
+        (
+            at(LEAVE, next_station=0),
+            [
+                "not-bound: pod P0 leaves station 1 for station 1, which it is not bound for",
+                "next-station: robot 1 sets down pod P0 at row 4, column 4, but was to carry it on to station 1",
+            ],
+        ),
+    ],
+)
+def test_a_damaged_day_is_told(day: Trace, damage: Damage, faults: list[str]) -> None:
+    assert told(damage(day)) == faults

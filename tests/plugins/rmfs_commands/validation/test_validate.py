@@ -1,0 +1,349 @@
+"""All checks over one trace, folders of runs, and `rmfs validate`."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from itertools import product
+from pathlib import Path
+from shutil import copytree
+from typing import Any
+
+import pytest
+from attrs import evolve
+
+import rmfs_commands.validation
+import rmfs_core
+from calling import exit_code, refusal
+from corruptions import Raw
+from damage import Damage, at, change, drop, repeat
+from rmfs_commands.cli.description import installed_rules
+from rmfs_commands.testing import validate_trace
+from rmfs_commands.trace.reader import Trace
+from rmfs_commands.validation import KINDS, Fault, check_trace, faults_of
+from rmfs_core import InputError
+from rmfs_core.events import (
+    DecisionMade,
+    ItemPicked,
+    OrderAssigned,
+    OrderCompleted,
+    PodLifted,
+    QueueJoined,
+    RobotMoved,
+    TaskAssigned,
+    TripDecided,
+    VisitEnded,
+    VisitStarted,
+)
+
+HALL = "........\n" * 5
+ASSIGNED, TRIP, LIFT, JOIN, LEAVE = 1, 3, 7, 10, 17
+"""Places of events in `day`."""
+
+
+def kinds(script: Any, collisions: bool | None = None) -> list[str]:
+    """Return the kinds of faults in a script's trace, in the order of time."""
+    return [fault.kind for fault in faults_of(script.trace(), collisions=collisions)]
+
+
+FEW: list[tuple[str, Damage]] = [
+    ("a run dropped", drop(RobotMoved, number=5)),
+    ("a lift dropped", drop(PodLifted)),
+    ("a task dropped", drop(TaskAssigned)),
+    ("a trip dropped", drop(TripDecided)),
+    ("a line joined twice", repeat(QueueJoined)),
+    ("a visit twice", repeat(VisitStarted)),
+    ("a visit's end dropped", drop(VisitEnded)),
+    ("a pick in another visit", change(ItemPicked, lambda t, e: {"visit": e.visit + 1})),
+    ("an assignment to the other station", change(OrderAssigned, lambda t, e: {"station": 1 - e.station})),
+    ("an order complete twice", repeat(OrderCompleted)),
+    ("a period too far", change(DecisionMade, lambda t, e: {"period": e.period + 1})),
+]
+
+
+@pytest.mark.parametrize("damage", [pytest.param(damage, id=name) for name, damage in FEW])
+def test_one_damage_is_not_a_thousand_faults(recorded: Trace, damage: Damage) -> None:
+    """After a fault the validation goes on from what the trace says, so that a single slip shows as a few faults."""
+    assert 1 <= len(faults_of(damage(recorded))) <= 3
+
+
+def test_good_runs_have_no_fault(recorded: Trace, recorded_result: Mapping[str, Any], day: Trace) -> None:
+    assert faults_of(recorded, recorded_result) == []
+    assert faults_of(day) == []
+
+
+@pytest.mark.parametrize(
+    ("damage", "sentence"),
+    [
+        (at(TRIP, pod=2), "TripDecided names pod 2, which does not exist"),
+        (at(ASSIGNED, skus=(0, 7)), "OrderAssigned names skus 7, which does not exist"),
+        (at(LEAVE, next_station=3), "VisitEnded names next_station 3, which does not exist"),
+        (at(LIFT, cell=-1), "PodLifted names cell -1, which does not exist"),
+    ],
+)
+def test_an_unknown_id_is_named(day: Trace, damage: Damage, sentence: str) -> None:
+    """The first fault of its event is the only one: an event that names what is not there is not followed."""
+    assert [fault.sentence for fault in faults_of(damage(day)) if fault.kind == "unknown-id"] == [sentence]
+
+
+def test_what_rests_on_the_whole_trace_is_left_out_when_an_id_is_unknown(day: Trace) -> None:
+    """Metrics of a trace that names what does not exist mean nothing: they are not compared."""
+    wrong = {"metrics": {}, "status": "complete", "scenario": day.scenario}
+    assert "metric" in {fault.kind for fault in faults_of(day, wrong)}
+    assert "metric" not in {fault.kind for fault in faults_of(at(TRIP, pod=2)(day), wrong)}
+
+
+def test_the_order_of_time_is_checked(day: Trace) -> None:
+    (fault,) = faults_of(at(JOIN, tick=13_027)(day))
+    assert (fault.kind, fault.tick) == ("time-order", 13_027)
+    assert fault.sentence == "QueueJoined at 13.027 s stands below an event of 13.028 s"
+    (fault,) = faults_of(evolve(day, tick=61_097))
+    assert fault.sentence == "the last event is later than the end of the run at 61.097 s"
+
+
+def test_a_run_ends_when_it_is_over(day: Trace) -> None:
+    (fault,) = faults_of(evolve(day, tick=day.tick + 1))
+    assert (fault.kind, fault.tick) == ("end", day.tick + 1)
+    assert fault.sentence == "the run ends at 61.099 s, complete, but nothing has happened since 61.098 s"
+    late = evolve(day, scenario={**day.scenario, "run": {"until_s": 60}}, status="failed")
+    assert [fault.sentence for fault in faults_of(late)] == ["the run ends at 61.098 s; run.until_s is 60"]
+
+
+def test_a_rule_that_ignores_other_robots_is_not_held_to_it(new_script: Any) -> None:
+    script = new_script(HALL, robots=[(0, 0), (0, 5)])
+    script.drive(0, 0, 7)
+    script.rest(1, 30)
+    script.drive(1, 4, 5)
+    assert faults_of(script.trace("free-flow")) == []
+    assert [fault.kind for fault in faults_of(script.trace("free-flow"), collisions=True)] == ["collision"]
+    assert kinds(script, collisions=False) == []
+
+
+COMMON = ("instance.orders=15", "instance.skus=12", "instance.pods=12", "layout.block_columns=2")
+
+
+def shipped(decides: str) -> list[str]:
+    """Return the names of the rules of this distribution that decide something."""
+    found = installed_rules()
+    return [rule.name for rule in found if rule.distribution == "rmfs" and decides in rule.decides and not rule.error]
+
+
+def rows(roles: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    """Yield rules for roles, so that every rule is there twice, the second time beside others."""
+    names = [shipped(role) for role in roles]
+    for turn, number in product(range(2), range(max(map(len, names)))):
+        yield tuple(found[(number + turn * place) % len(found)] for place, found in enumerate(names))
+
+
+SEQUENTIAL = [(*row, pp) for row in rows(("POA", "PPS", "PR", "TA")) for pp in shipped("PP")]
+JOINT = list(product(shipped("POA+PPS"), shipped("PP")))
+CHOSEN = {"switch": '{rule="switch", cases=[{rule="random", before_s=300}, {rule="random"}]}'}
+"""What a scenario says of a rule that cannot do without parameters."""
+
+
+def test_there_are_rules_to_combine() -> None:
+    assert len(SEQUENTIAL) >= 36
+    assert {name for row in SEQUENTIAL for name in row} >= {*shipped("POA"), *shipped("PPS"), *shipped("PR")}
+
+
+@pytest.mark.parametrize(("poa", "pps", "pr", "ta", "pp"), SEQUENTIAL)
+def test_sequential_rules(poa: str, pps: str, pr: str, ta: str, pp: str, tmp_path: Path) -> None:
+    named = {"poa": poa, "pps": pps, "pr": pr, "ta": ta, "pp": pp}
+    rules = (f"rules.{role}={CHOSEN.get(name, name)}" for role, name in named.items())
+    rmfs_core.run("examples/small", overrides=(*COMMON, *rules), out=tmp_path, record=["trace"])
+    assert validate_trace(tmp_path) == []
+
+
+@pytest.mark.parametrize(("joint", "pp"), JOINT)
+def test_joint_rules(joint: str, pp: str, tmp_path: Path) -> None:
+    rules = ("rules.poa=", "rules.pps=", f"rules.poa_pps={joint}", f"rules.pp={pp}")
+    rmfs_core.run("examples/small", overrides=(*COMMON, *rules), out=tmp_path, record=["trace"])
+    assert validate_trace(tmp_path) == []
+
+
+@pytest.mark.parametrize("pp", shipped("PP"))
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ("stations.order_capacity=2",),
+        ("stations.order_capacity=[1, 4]",),
+        ("stations.item_capacity=3",),
+        ("stations.order_capacity=2", "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
+        ("stations.item_capacity=[15, 20]", "stations.queue_length=1", "robots.count=8"),
+        ("instance.items_per_sku=40", "instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
+        ("run.until_s=200",),
+        ("instance.pods_at_stations={1 = ['1', '2'], 2 = ['3']}",),
+        ("robots.acceleration_m_per_s2=0.7", "robots.top_speed_m_per_s=2.3", "robots.full_turn_s=3.1"),
+        ("stations.pick_s=5", "stations.handle_s=5", "robots.lift_s=0"),
+        ("layout.pod_fill=1", "layout.stations_west=1"),
+        ("stations.release=handled", "stations.order_capacity=2"),
+        ("stations.release=handled", "instance.arrivals={process='refill', backlog=6}", "run.until_s=333"),
+    ],
+)
+def test_settings(settings: tuple[str, ...], pp: str, tmp_path: Path) -> None:
+    overrides = (*COMMON, f"rules.pp={pp}", *settings)
+    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, record=["trace"])
+    assert validate_trace(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["examples/from-csv", "examples/example-2-sequential", "examples/poisson"])
+def test_shipped_scenarios(name: str, tmp_path: Path) -> None:
+    rmfs_core.run(name, overrides=("rules.pp=free-flow",), out=tmp_path, record=["trace"])
+    report = check_trace(tmp_path)
+    assert report.faults == []
+    assert report.events > 80
+    assert report.metrics_checked
+    assert not report.collisions_checked
+
+
+@pytest.fixture
+def copied(recorded_folder: Path, tmp_path: Path) -> Path:
+    """Return a copy of a recorded run's folder, to be damaged."""
+    return copytree(recorded_folder, tmp_path / "run")
+
+
+def test_a_result_is_read_where_there_is_one(copied: Path) -> None:
+    for path in (copied, copied / "trace.jsonl.gz", str(copied)):
+        report = check_trace(path)
+        assert (report.faults, report.metrics_checked, report.collisions_checked) == ([], True, False)
+    result = copied / "result.json"
+    content = json.loads(result.read_text(encoding="utf-8"))
+    content["metrics"]["picks"] += 1
+    result.write_text(json.dumps(content), encoding="utf-8")
+    assert [fault.kind for fault in validate_trace(copied)] == ["metric"]
+    result.unlink()
+    assert not check_trace(copied).metrics_checked
+    assert validate_trace(copied) == []
+
+
+def test_collisions_are_looked_for_when_asked_to(copied: Path) -> None:
+    report = check_trace(copied, collisions=True)
+    assert report.collisions_checked
+    assert {fault.kind for fault in report.faults} & {"collision", "swap"}
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        ("{", "result.json: cannot be read as JSON: Expecting property name"),
+        ("[" * 100_000, "result.json: cannot be read as JSON: maximum recursion depth"),
+        ("[1]", "result.json: expected a result that rmfs has written, with the key `metrics`"),
+        ('{"metrics": 3}', "result.json: expected a result that rmfs has written, with the key `metrics`"),
+    ],
+)
+def test_a_damaged_result_is_refused(copied: Path, content: str, problem: str) -> None:
+    """A file that is there must be a result: leaving it out of the comparison would hide the damage."""
+    (copied / "result.json").write_text(content, encoding="utf-8")
+    assert refusal(lambda: validate_trace(copied)).startswith(f"{copied}/{problem}")
+
+
+@pytest.mark.parametrize("scenario", [[], {"rules": "[/x]"}])
+def test_a_header_that_does_not_fit_together_is_refused(copied: Path, scenario: object) -> None:
+    trace = copied / "trace.jsonl.gz"
+    header, *lines = gzip.decompress(trace.read_bytes()).decode().splitlines(keepends=True)
+    changed = json.dumps({**json.loads(header), "scenario": scenario}) + "\n"
+    trace.write_bytes(gzip.compress("".join([changed, *lines]).encode()))
+    with pytest.raises(InputError, match="what it says does not fit together"):
+        check_trace(copied)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Folder of a recorded run."""
+    settings = ("instance.orders=8", "rules.pp=free-flow")
+    rmfs_core.run("examples/small", overrides=settings, out=tmp_path, record=["trace"])
+    return tmp_path
+
+
+def alter_metric(folder: Path) -> None:
+    """Report more picks than there were."""
+    file = folder / "result.json"
+    content = json.loads(file.read_text(encoding="utf-8"))
+    content["metrics"]["picks"] += 1
+    file.write_text(json.dumps(content), encoding="utf-8")
+
+
+code_of = partial(exit_code, "validate")
+
+
+def test_a_good_run(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert code_of(str(folder)) == 0
+    first, second = capsys.readouterr().out.splitlines()
+    assert first.startswith("no faults in ")
+    assert first.endswith(" events")
+    assert second.startswith(
+        "NOT CHECKED: WHETHER ROBOTS COLLIDE. The trace says that its PP rule ignores other robots;"
+    )
+
+
+def test_the_trace_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "result.json").unlink()
+    assert code_of(str(folder / "trace.jsonl.gz")) == 0
+    assert "no result.json" in capsys.readouterr().out
+
+
+def test_a_trace_of_another_version(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    raw = Raw.read(folder / "trace.jsonl.gz")
+    raw.header["versions"]["numpy"] = "1.0"
+    raw.write(folder / "trace.jsonl.gz")
+    (folder / "result.json").unlink()
+    assert code_of(str(folder)) == 0
+    assert "Not checked: whether the run starts from what its scenario makes" in capsys.readouterr().out
+
+
+def test_faults_are_shown(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    alter_metric(folder)
+    assert code_of(str(folder)) == 1
+    out = capsys.readouterr().out
+    assert "metric" in out
+    assert "picks is reported as" in out
+    assert "1 fault in " in out
+
+
+def test_many_faults_are_cut_off(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert code_of(str(folder), "--collisions", "--limit", "1") == 1
+    assert "more; --limit shows more of them." in capsys.readouterr().out
+    assert code_of(str(folder), "--no-collisions") == 0
+    assert "NOT CHECKED: WHETHER ROBOTS COLLIDE, as --no-collisions asks." in capsys.readouterr().out
+
+
+def test_a_run_without_a_trace(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert code_of(str(tmp_path)) == 2
+    assert capsys.readouterr().err == f"Error: {tmp_path}: has no trace.jsonl.gz; `rmfs run --trace` records one\n"
+
+
+def test_what_cannot_be_read(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert code_of(str(tmp_path / "nowhere")) == 2
+    (folder / "result.json").write_text("{", encoding="utf-8")
+    assert code_of(str(folder)) == 2
+    (folder / "trace.jsonl.gz").write_bytes(b"no trace")
+    assert code_of(str(folder)) == 2
+    assert [line[:7] for line in capsys.readouterr().err.splitlines()] == ["Error: "] * 3
+
+
+def test_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert code_of(str(folder), "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["faults"], report["collisions_checked"], report["metrics_checked"]) == ([], False, True)
+    alter_metric(folder)
+    assert code_of(str(folder), "--json") == 1
+    (fault,) = json.loads(capsys.readouterr().out)["faults"]
+    assert fault["kind"] == "metric"
+
+
+def test_every_kind_of_fault_is_shown_by_a_test() -> None:
+    tests = "".join(file.read_text(encoding="utf-8") for file in Path(__file__).parent.glob("test_*.py"))
+    assert {kind for kind in KINDS if not re.search(rf'"{kind}[":]', tests)} == set()
+
+
+def test_every_kind_of_fault_is_found_by_a_check() -> None:
+    folder = Path(rmfs_commands.validation.__file__).parent
+    code = "".join(file.read_text(encoding="utf-8") for file in folder.glob("*.py") if file.name != "fault.py")
+    assert {kind for kind in KINDS if f'"{kind}"' not in code} == set()
+
+
+def test_the_time_of_a_fault() -> None:
+    assert Fault("wall", 61_098, "robot 1 drives through the wall at row 1, column 1").time_s == 61.098
