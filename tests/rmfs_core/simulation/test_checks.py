@@ -138,17 +138,15 @@ WRONG = [
 def test_a_wrong_decision_ends_the_run_with_its_reason(
     tiny_run: Callable[..., Any], tmp_path: Path, role: str, body: str, message: str
 ) -> None:
-    """The error names the rule with its distribution and version, the hook, the simulated time, and what was wrong."""
     assert message in what_ends(prepare_bad(tiny_run, tmp_path, role, body), role)
 
 
 def test_numpy_integers_are_ids_too(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
     """A rule that finds its answer with argmax need not convert it."""
     body = "import numpy as np; return [OrderAssignment(np.int64(o.id), np.int64(0)) for o in warehouse.backlog[:1]]"
-    run = prepare_bad(tiny_run, tmp_path, "poa", body)
-    run.simulation.run()
+    run = prepare_bad(tiny_run, tmp_path, "poa", body).done()
     assert run.simulation.status == "complete"
-    assert {type(event.order) for event in run.recorder.of(OrderAssigned)} == {int}
+    assert {type(event.order) for event in run.of(OrderAssigned)} == {int}
 
 
 def impossible(check: Callable[..., object], *arguments: object) -> str:
@@ -183,14 +181,12 @@ def test_nothing_else_is_a_whole_number(value: object) -> None:
 
 
 def test_ids_begin_at_0() -> None:
-    """The last one is not found by -1."""
     assert checks.known("pod", 1, "ab") == "b"
     assert impossible(checks.known, "pod", -1, "ab") == "named pod -1, which does not exist; ids are 0 to 1"
     assert impossible(checks.known, "pod", 2, "ab") == "named pod 2, which does not exist; ids are 0 to 1"
 
 
 def test_where_orders_are_counted_each_takes_one_place(world: Warehouse) -> None:
-    """One that has a place there already takes none more; the sentence has the unit."""
     one, two, three = world.orders
     here, there = world.stations
     world.assign(two, here, [0])
@@ -203,7 +199,6 @@ def test_where_orders_are_counted_each_takes_one_place(world: Warehouse) -> None
 
 
 def test_a_pod_in_use_is_not_selected(world: Warehouse) -> None:
-    """Bound for a station, or on a robot; one that leaves a station may go on."""
     p, q, r = world.pods
     here, there = world.stations
     world.place_at_station(world.robots[0], p, here)
@@ -221,7 +216,6 @@ def test_a_pod_in_use_is_not_selected(world: Warehouse) -> None:
 
 
 def test_a_path_is_checked_leg_by_leg() -> None:
-    """From where the one before ends; numpy's cells are whole numbers, too, and waiting on the spot is a leg."""
     world = small_world({"1": ["a"]}, {"p": ["a"]})
     robot, travel = world.robots[0], world.travel
     start, goal = robot.cell, world.pods[0].cell
@@ -247,7 +241,6 @@ def test_a_path_is_checked_leg_by_leg() -> None:
     loaded=st.booleans(),
 )
 def test_a_path_given_as_an_array_is_checked_alike(steps: list[tuple[int, int, int]], data: Any, loaded: bool) -> None:
-    """As the same legs one by one: what is possible comes back, and what is not is named in the same sentence."""
     world = small_world({"1": ["a"]}, {"p": ["a"]})
     robot, layout = world.robots[0], world.travel.layout
     start, goal = (data.draw(st.integers(0, len(layout.kind) - 1)) for _ in range(2))
@@ -271,14 +264,12 @@ def test_a_path_given_as_an_array_is_checked_alike(steps: list[tuple[int, int, i
 
 
 def test_a_hit_names_who_was_there_first() -> None:
-    """People count robots, rows and columns from 1."""
     layout = small_world({}, {"p": ["a"]}).travel.layout
     error = checks.hit(layout, 4, ReservedError(layout.width + 2, owner=0, since=12_500, until=13_000))
     assert str(error) == ("gave robot 5 a path that hits a reservation: robot 1 has row 2, column 3 from 12.500 s on")
 
 
 def test_a_pod_is_stored_where_nothing_stands(world: Warehouse) -> None:
-    """Nor is on its way to."""
     pod, free = world.pods[0], world.free_locations[0]
     assert checks.storage_location(world, pod, np.int64(free)) == free
     world.reserve(free)
@@ -286,7 +277,6 @@ def test_a_pod_is_stored_where_nothing_stands(world: Warehouse) -> None:
 
 
 def test_pods_that_nobody_uses_are_moved(world: Warehouse) -> None:
-    """To a free location; not those that are bound, or that a robot fetches."""
     bound, fetched, free = world.pods[0], world.pods[1], world.free_locations[0]
     assert checks.move(world, PodMove(1, free)) == (fetched, free)
     world.bind(bound, world.stations[0])
@@ -297,7 +287,6 @@ def test_pods_that_nobody_uses_are_moved(world: Warehouse) -> None:
 
 
 def test_robots_without_a_task_rest_where_nobody_else_does(world: Warehouse) -> None:
-    """In storage locations and at chargers, one each; not where a pod comes to or is to be fetched."""
     (one, other), free = world.robots, world.free_locations
     assert checks.rest(world, RobotMove(0, free[0])) == (one, free[0], 0.0)
     for cell, why in (
@@ -320,7 +309,6 @@ def test_robots_without_a_task_rest_where_nobody_else_does(world: Warehouse) -> 
 
 
 def test_only_idle_robots_fetch_only_waiting_pods(world: Warehouse) -> None:
-    """The pod is bound for a station, and no robot is on its way to it."""
     pod, (one, other) = world.pods[0], world.robots
     world.bind(pod, world.stations[0])
     assert checks.task(world, TaskAssignment(1, 0)) == (other, pod)

@@ -1,9 +1,9 @@
-"""A decision round: who is asked when, and what becomes of the answers."""
+"""A decision round: who is asked when, what becomes of the answers, and what the parts of a run share."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,30 +12,31 @@ import pytest
 from attrs import define
 
 from bad_rules import prepare_bad
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core import hookimpl
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
 from rmfs_core.errors import RuleError, StandstillError
-from rmfs_core.events import DecisionMade, OrderAssigned, TaskAssigned, TripDecided
+from rmfs_core.events import DecisionMade, Event, OrderAssigned, TaskAssigned, TripDecided
 from rmfs_core.info import Question
 from rmfs_core.roles import Role
-from rmfs_core.scenario.model import RuleChoice, RunSection
+from rmfs_core.scenario.model import RuleChoice, RunSection, Scenario
 from rmfs_core.simulation import engine
-from rmfs_core.simulation.asking import Asker, Observers
+from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
+from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.rounds import Decisions
-from rmfs_core.warehouse import Pod, Robot
+from rmfs_core.warehouse import Pod, Robot, Warehouse, WarehouseView
 from scripted import run_of, scripted, until_nothing_happens
 
 
 def test_observers_are_told_nothing_of_a_decision_that_is_half_impossible(
     tiny_run: Callable[..., Any], tmp_path: Path
 ) -> None:
-    """The first assignment was fine, the second not: results know of neither."""
     run = prepare_bad(tiny_run, tmp_path, "poa", "return [OrderAssignment(0, 0), OrderAssignment(99, 0)]")
     with pytest.raises(RuleError, match="named order 99"):
         run.simulation.run()
-    assert not run.recorder.of(OrderAssigned)
+    assert not run.of(OrderAssigned)
 
 
 def decisions(run: RunContext) -> tuple[Decisions, list[Any], list[tuple[Robot, Pod]]]:
@@ -59,7 +60,6 @@ def hooks(rule: Any) -> list[str]:
 
 
 def test_a_round_goes_from_orders_to_pods_to_robots(tmp_path: Path) -> None:
-    """POA is asked again while it decides something, PPS for what is uncovered then, TA for the pods that wait."""
     world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[5])
     run, rule = run_of(world, tmp_path)
     deciding, events, started = decisions(run)
@@ -80,7 +80,6 @@ def test_a_round_goes_from_orders_to_pods_to_robots(tmp_path: Path) -> None:
 
 
 def test_nobody_is_asked_what_there_is_no_choice_in(tmp_path: Path) -> None:
-    """No room at any station, nothing uncovered, no robot for the pod that waits."""
     world = small_world({"1": {"a": 2}, "2": {"a": 2}}, {"p": ["a"]}, capacities=[3], robots=0)
     run, rule = run_of(world, tmp_path)
     deciding, events, _ = decisions(run)
@@ -91,7 +90,6 @@ def test_nobody_is_asked_what_there_is_no_choice_in(tmp_path: Path) -> None:
 
 
 def test_pods_are_asked_for_as_many_as_robots_can_start(tmp_path: Path) -> None:
-    """Robots that will fetch the pods that wait already do not count; without any, only a pod that leaves may go on."""
     orders, pods = {"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"], "r": ["b"]}
     world = small_world(orders, pods, capacities=[5], robots=3)
     world.bind(world.pods[0], world.stations[0])
@@ -109,7 +107,6 @@ def test_pods_are_asked_for_as_many_as_robots_can_start(tmp_path: Path) -> None:
 
 
 def test_a_joint_rule_leaves_nothing_for_pods(tmp_path: Path) -> None:
-    """Its trips wait for robots; what it reports of its solve is told."""
     world = small_world({"1": ["a"]}, {"p": ["a"]}, capacities=[5])
     run, _ = run_of(world, tmp_path, poa_pps=scripted("Joint"))
     joint = run.rules.poa_pps
@@ -127,7 +124,6 @@ def test_a_joint_rule_leaves_nothing_for_pods(tmp_path: Path) -> None:
 
 
 def test_filters_show_the_rule_what_they_leave(tmp_path: Path) -> None:
-    """Each gets what the one before left, oldest order first and each once; a filter's time counts with the rule's."""
     world = small_world({name: ["a"] for name in "123"}, {"p": ["a"]}, capacities=[5])
     one, two, three = world.orders
     run, rule = run_of(world, tmp_path, filters=(scripted("First"), scripted("Second")))
@@ -144,7 +140,6 @@ def test_filters_show_the_rule_what_they_leave(tmp_path: Path) -> None:
 
 
 def test_what_a_filter_was_not_given_it_may_not_return(tmp_path: Path) -> None:
-    """The filter is named, with the order."""
     world = small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, capacities=[5])
     run, _ = run_of(world, tmp_path, filters=(scripted("First"), scripted("Second")))
     first, second = (bound.instance for bound in run.rules.filters)
@@ -155,7 +150,6 @@ def test_what_a_filter_was_not_given_it_may_not_return(tmp_path: Path) -> None:
 
 
 def test_filters_that_leave_nothing_end_the_orders_part(tmp_path: Path) -> None:
-    """The rule is not asked, and no period begins."""
     world = small_world({"1": ["a"]}, {"p": ["a"]}, capacities=[5])
     run, rule = run_of(world, tmp_path, filters=(scripted("First"),))
     run.rules.filters[0].instance.answers = {"filter_backlog": [[]]}
@@ -164,7 +158,6 @@ def test_filters_that_leave_nothing_end_the_orders_part(tmp_path: Path) -> None:
 
 
 def test_a_storage_location_is_kept_free_for_its_pod(tmp_path: Path) -> None:
-    """From the answer on nobody else is sent there."""
     world = small_world({"1": ["a"]}, {"p": ["a"]}, capacities=[5])
     run, rule = run_of(world, tmp_path)
     chosen = world.free_locations[2]
@@ -193,7 +186,6 @@ def asked_at(rule: Any) -> list[float]:
 
 
 def test_the_earliest_time_makes_a_round(tmp_path: Path) -> None:
-    """All are asked after each round. A time between two ticks is rounded up; None is no time; numpy's numbers are."""
     run, deciding, (one, other) = waking(tmp_path, [7, None, np.int64(9)], [5.0001, np.float32(8), None])
     deciding.round()
     until_nothing_happens(run)
@@ -201,7 +193,6 @@ def test_the_earliest_time_makes_a_round(tmp_path: Path) -> None:
 
 
 def test_the_latest_answers_count(tmp_path: Path) -> None:
-    """A round comes before the alarm: what was answered earlier is forgotten, and what is answered again rings once."""
     run, deciding, (rule,) = waking(tmp_path, [100, 30, 30, None])
     deciding.round()
     for tick in (10_000, 20_000):
@@ -213,7 +204,6 @@ def test_the_latest_answers_count(tmp_path: Path) -> None:
 
 
 def test_a_rule_of_several_roles_is_asked_once_when_to_wake_up(tmp_path: Path) -> None:
-    """One choice for POA, PPS and so on is one rule."""
     world = small_world({}, {"p": ["a"]}, capacities=[5])
     rules = dict.fromkeys(("poa", "pps", "pr", "ta", "pp"), scripted("Waking"))
     run, rule = run_of(world, tmp_path, **rules)
@@ -222,7 +212,6 @@ def test_a_rule_of_several_roles_is_asked_once_when_to_wake_up(tmp_path: Path) -
 
 
 def test_observers_are_not_told_when_rules_wake_up(tmp_path: Path) -> None:
-    """It decides nothing; its time counts as the rules'."""
     run, deciding, _ = waking(tmp_path, [None])
     questions: list[str] = []
     run.rules.register_observer(Listening(questions))
@@ -277,16 +266,14 @@ def test_orders_are_released_in_waves(tiny_run: Callable[..., Any], tmp_path: Pa
         tmp_path,
         "return [order for order in orders if order.arrival_s <= warehouse.now_s // 1000 * 1000]",
         "return (warehouse.now_s // 1000 + 1) * 1000 if warehouse.backlog else None",
-    )
-    run.simulation.run()
-    assigned = {event.order: event.tick for event in run.recorder.of(OrderAssigned)}
+    ).done()
+    assigned = {event.order: event.tick for event in run.of(OrderAssigned)}
     assert assigned == {0: 0, 1: 1_000_000, 2: 1_000_000, 3: 3_000_000}
 
 
 def test_a_run_of_nothing_but_waking_up_stands_still(
     tiny_run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Every minute, and nothing is released: after so many rounds in a row the run ends."""
     monkeypatch.setattr(engine, "MOST_ALARMS", 50)
     run = waking_run(tiny_run, tmp_path, "return []", "return warehouse.now_s + 60")
     with pytest.raises(StandstillError, match=r"stands still at 5560\.000 s: 4 orders are not complete"):
@@ -314,8 +301,219 @@ FINITE = "; expected seconds after now, below 1e12, or None"
 def test_no_time_to_wake_up_at_ends_the_run(
     tiny_run: Callable[..., Any], tmp_path: Path, wakes: str, problem: str
 ) -> None:
-    """Rule, hook and time are named; the limit of a decision holds for this answer, too."""
     run = waking_run(tiny_run, tmp_path, "return orders", wakes, run=RunSection(decision_limit_s=0.3))
     with pytest.raises(RuleError) as caught:
         run.simulation.run()
     assert str(caught.value).startswith(f'rule "./waking.py:Waking" (waking.py inline), wake_at, at 0.000 s: {problem}')
+
+
+def assigned(
+    world: Warehouse, answer: object, *, joint: bool = False, period: int = 1, packing_capacity: int | None = None
+) -> list[Event]:
+    """Carry out a decision on orders; return its events."""
+    events: list[Event] = []
+    apply_assignments(
+        world, answer, joint=joint, shown=None, period=period, packing_capacity=packing_capacity, keep=events.append
+    )
+    return events
+
+
+def selected(world: Warehouse, trips: Sequence[PodTrip], max_fetches: int) -> list[Event]:
+    """Carry out a decision on pods; return its events."""
+    events: list[Event] = []
+    apply_selection(world, trips, max_fetches=max_fetches, keep=events.append)
+    return events
+
+
+def test_an_order_is_assigned_whole_or_line_by_line() -> None:
+    world = small_world({"1": {"a": 2, "b": 1}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[5])
+    world.advance(70)
+    events = assigned(world, [OrderAssignment(0, 0, skus=(1,)), OrderAssignment(1, 0)], period=4)
+    assert events == [
+        OrderAssigned(70, order=0, station=0, skus=(1,), items=1, period=4, complete=False),
+        OrderAssigned(70, order=1, station=0, skus=(1,), items=1, period=4, complete=True),
+    ]
+    assert assigned(world, [OrderAssignment(0, 0)], period=5) == [
+        OrderAssigned(70, order=0, station=0, skus=(0,), items=2, period=5, complete=True)
+    ]
+    assert not world.backlog
+    assert world.stations[0].load == 4
+
+
+def test_what_came_before_the_impossible_has_been_done() -> None:
+    world = small_world({"1": ["a"]}, {"p": ["a"]}, capacities=[5])
+    events: list[Event] = []
+    with pytest.raises(ImpossibleError, match="named order 9"):
+        apply_assignments(
+            world,
+            [OrderAssignment(0, 0), OrderAssignment(9, 0)],
+            joint=False,
+            shown=None,
+            period=1,
+            packing_capacity=None,
+            keep=events.append,
+        )
+    assert [type(event) for event in events] == [OrderAssigned]
+
+
+def test_only_orders_that_were_shown_may_be_assigned() -> None:
+    world = small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, capacities=[5])
+    arguments = {"joint": False, "period": 1, "packing_capacity": None, "keep": [].append}
+    apply_assignments(world, [OrderAssignment(1, 0)], shown={1}, **arguments)  # type: ignore[arg-type]
+    with pytest.raises(ImpossibleError, match=r"order 1 \(id 0\) .* was not in the backlog it was shown"):
+        apply_assignments(world, [OrderAssignment(0, 0)], shown={1}, **arguments)  # type: ignore[arg-type]
+
+
+def test_a_joint_decisions_trips_come_before_its_orders() -> None:
+    world = small_world({"old": ["a"], "new": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5])
+    station = world.stations[0]
+    world.assign(world.orders[0], station, [0])  # uncovered, as other rules may leave it
+    decision = JointDecision((OrderAssignment(1, 0),), (PodTrip(1, 0),))
+    assert assigned(world, decision, joint=True) == [
+        TripDecided(0, pod=1, station=0),
+        OrderAssigned(0, order=1, station=0, skus=(0,), items=1, period=1, complete=True),
+    ]
+    assert [(request.order.name, request.covered) for request in station.open_requests] == [
+        ("old", False),
+        ("new", True),
+    ]
+
+
+def test_a_pod_for_several_stations_visits_the_nearer_one_first() -> None:
+    orders = {"1": ["a"], "2": ["a"], "3": ["b"]}
+    world = small_world(orders, {"p": ["a"], "q": ["b"]}, capacities=[5, 5])
+    pod = world.pods[0]
+    ticks = [int(world.travel.times_to(station.cell, True)[pod.cell].min()) for station in world.stations]
+    near, far = sorted((0, 1), key=lambda station: ticks[station])
+    assert ticks[near] < ticks[far]
+    assignments = (OrderAssignment(0, 0), OrderAssignment(1, 1), OrderAssignment(2, far))
+    trips = (PodTrip(0, far), PodTrip(1, far), PodTrip(0, near))
+    events = assigned(world, JointDecision(assignments, trips), joint=True)
+    assert [(event.pod, event.station) for event in events if isinstance(event, TripDecided)] == [
+        (0, near),
+        (1, far),
+        (0, far),
+    ]
+    assert pod.bound_for == (near, far)
+
+
+@pytest.mark.parametrize("capacity", [None, 2])
+def test_split_orders_need_room_at_the_packing_stations(capacity: int | None) -> None:
+    world = small_world({"1": ["a", "b"], "2": ["a", "b"]}, {"p": ["a", "b"]}, capacities=[5])
+    split = [OrderAssignment(order, 0, skus=(0,)) for order in range(2)]
+    assert len(assigned(world, split, packing_capacity=capacity)) == 2
+    again = small_world({"1": ["a", "b"], "2": ["a", "b"]}, {"p": ["a", "b"]}, capacities=[5])
+    with pytest.raises(ImpossibleError, match=r"^left 2 split orders open at once; the packing stations hold 1$"):
+        assigned(again, split, packing_capacity=1)
+
+
+def test_only_stored_pods_need_robots() -> None:
+    world = small_world(
+        {"1": ["a"], "2": ["a"], "3": ["b"]}, {"p": ["a"], "q": ["b"], "r": ["a"]}, capacities=[5, 5], robots=1
+    )
+    world.place_at_station(world.robots[0], world.pods[0], world.stations[0])
+    assigned(world, [OrderAssignment(1, 1), OrderAssignment(2, 1)])
+    events = selected(world, [PodTrip(0, 1), PodTrip(1, 1)], max_fetches=1)
+    assert events == [TripDecided(0, pod=0, station=1), TripDecided(0, pod=1, station=1)]
+    assert (world.pods[0].bound_for, list(world.waiting)) == ((0, 1), [1])
+    assert all(request.covered for request in world.stations[1].open_requests)
+
+
+def test_no_more_stored_pods_are_sent_than_robots_can_start() -> None:
+    world = small_world({"1": ["a", "b"]}, {"p": ["a"], "q": ["b"]}, capacities=[5])
+    assigned(world, [OrderAssignment(0, 0)])
+    with pytest.raises(ImpossibleError) as caught:
+        selected(world, [PodTrip(0, 0), PodTrip(1, 0)], max_fetches=1)
+    assert str(caught.value) == "sent 2 stored pods on their way; at most 1 robots can start"
+
+
+def test_tasks_are_given_told_and_begun_one_by_one() -> None:
+    world = small_world({"1": ["a", "b"]}, {"p": ["a"], "q": ["b"]}, capacities=[5])
+    for pod in world.pods:
+        world.bind(pod, world.stations[0])
+    happened: list[object] = []
+    answer = [TaskAssignment(1, 0), TaskAssignment(0, 1)]
+    apply_tasks(
+        world, answer, happened.append, lambda robot, pod: happened.append((robot.id, pod.id, robot.task, pod.robot))
+    )
+    assert happened == [TaskAssigned(0, robot=1, pod=0), (1, 0, 0, 1), TaskAssigned(0, robot=0, pod=1), (0, 1, 1, 0)]
+    assert world.waiting == {}
+
+
+def context(folder: Path, seed: int = 1, **rules: object) -> RunContext:
+    """Return a run of scripted rules that answer with a number they have drawn."""
+    world = small_world({"1": ["a"]}, {"p": ["a"]})
+    run, rule = run_of(world, folder, **rules)
+    run = RunContext(run.scenario.with_seed(seed), run.rules, world)
+    for each in (rule, *(bound.instance for bound in run.rules.filters)):
+        each.answers = {hook: [lambda told: told["rng"].random()] * 9 for hook in ("assign_orders", "filter_backlog")}
+    return run
+
+
+def drawn(run: RunContext) -> list[float]:
+    """Ask the assigning rule and each filter for a number."""
+    poa = run.rules.poa
+    assert poa is not None
+    return [run.ask(poa)[0], *(run.ask(rule, orders=())[0] for rule in run.rules.filters)]
+
+
+def test_every_rule_draws_from_a_stream_of_its_own(tmp_path: Path) -> None:
+    filters = (scripted("First"), scripted("Second"), scripted("Second"))
+    numbers = drawn(context(tmp_path, filters=filters))
+    assert len(set(numbers)) == 4
+    assert drawn(context(tmp_path, filters=filters)) == numbers
+    assert drawn(context(tmp_path, filters=filters[1:])) == [numbers[0], *numbers[2:]]
+    assert not set(drawn(context(tmp_path, seed=2, filters=filters))) & set(numbers)
+
+
+def test_a_stream_goes_on_from_question_to_question(tmp_path: Path) -> None:
+    run = context(tmp_path, filters=(scripted("First"),))
+    (one, _), (two, _) = drawn(run), drawn(run)
+    alone = context(tmp_path)
+    assert [*drawn(alone), *drawn(alone)] == [one, two]
+    assert one != two
+
+
+def test_rules_see_the_whole_warehouse_unless_they_are_shown_less(tmp_path: Path) -> None:
+    world = small_world({"1": ["a"]}, {"p": ["a"]})
+    run, rule = run_of(world, tmp_path)
+    poa, less = run.rules.poa, WarehouseView(world, ())
+    assert poa is not None
+    run.ask(poa)
+    run.ask(poa, less)
+    assert [told["warehouse"] for _, told in rule.asked] == [run.view, less]
+
+
+def test_the_clock_counts_ticks(tmp_path: Path) -> None:
+    run = context(tmp_path)
+    ticks: list[int] = []
+    for wait in (70, 30):
+        run.after(wait).callbacks.append(lambda _: ticks.append(run.warehouse.now))
+    until_nothing_happens(run)
+    assert ticks == [30, 70]
+
+
+def test_the_limit_of_the_scenario_holds(tmp_path: Path) -> None:
+    world = small_world({"1": ["a"]}, {"p": ["a"]})
+    given, _ = run_of(world, tmp_path)
+    limited = Scenario(rules=given.scenario.rules, run=RunSection(decision_limit_s=1e-9))
+    run, _ = run_of(world, tmp_path, limited)
+    assert (given.rules.ta.hook.name, given.ask(given.rules.ta)[0]) == ("assign_tasks", ())
+    with pytest.raises(RuleError, match=r"assign_tasks, at 0.000 s: took .* allows run.decision_limit_s = 1e-09"):
+        run.ask(run.rules.ta)
+
+
+def test_the_profile_divides_wall_clock_time(tmp_path: Path) -> None:
+    layout = parse_map("#....\n.....\n.qO..\n.....", "a layout that no other test has tables of")
+    world = small_world({"1": ["a"]}, {"p": ["a"]}, robots=1, layout=layout)
+    goal = world.stations[0].cell
+    world.travel.load_searches()
+    run, rule = run_of(world, tmp_path)
+    rule.answers = {"plan_path": [lambda told: told["warehouse"].travel.times_to(layout.width, True)]}
+    assert run.profile == {"tables": 0.0, "queries": 0.0, "rules": 0.0, "observers": 0.0}
+    run.ask(run.rules.ta)
+    _, seconds = run.ask(run.rules.pp, robot=None, goal=goal, traffic=None)
+    profile = run.profile
+    assert profile["rules"] == run.asker.seconds["assign_tasks"] > 0
+    assert 0 < profile["tables"] < seconds
+    assert profile["queries"] == pytest.approx(seconds - profile["tables"])

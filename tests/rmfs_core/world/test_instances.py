@@ -1,4 +1,4 @@
-"""Instances are held against the scenario that they shall run in."""
+"""The data that a run starts from, held against the scenario that they shall run in."""
 
 from __future__ import annotations
 
@@ -10,7 +10,28 @@ import pytest
 from rmfs_core import run
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
-from rmfs_core.world import make_instance
+from rmfs_core.world import Instance, OrderData, PodData, make_instance
+
+
+def test_an_orders_items_are_the_sum_of_its_lines() -> None:
+    assert OrderData("1", 0, ((0, 2), (3, 5))).items == 7
+
+
+@pytest.mark.parametrize(
+    ("contents", "unlimited"),
+    [
+        ([((0, None), (1, None)), ((2, None),)], True),
+        ([((0, None), (1, 3)), ((2, None),)], False),  # a single number is enough
+        ([((0, 0),)], False),  # none left is a number, too
+        ([()], True),
+    ],
+)
+def test_stock_is_unlimited_where_no_pod_has_a_number(
+    contents: list[tuple[tuple[int, int | None], ...]], unlimited: bool
+) -> None:
+    pods = tuple(PodData(str(i), held) for i, held in enumerate(contents))
+    assert Instance(("a", "b", "c"), (), pods).unlimited_stock is unlimited
+
 
 SCENARIO = """\
 [instance]
@@ -24,15 +45,9 @@ oversize = "refuse"
 poa = "pod-match"
 pps = "demand"
 """
-
 WRONG = [
     # a SKU that nobody has
-    (
-        "1,0,a,1\n2,0,a,1\n2,0,b,1\n",
-        "p,a,\n",
-        "{}",
-        "{orders}, line 4: order 2 wants SKU b, which is on no pod",
-    ),
+    ("1,0,a,1\n2,0,a,1\n2,0,b,1\n", "p,a,\n", "{}", "{orders}, line 4: order 2 wants SKU b, which is on no pod"),
     # more than there is
     (
         "1,0,a,2\n2,0,a,2\n",
@@ -76,7 +91,6 @@ def write(folder: Path, orders: str, pods: str, at: str = "{}") -> Path:
 
 @pytest.mark.parametrize(("orders", "pods", "at", "message"), WRONG)
 def test_what_cannot_be_run_is_refused(orders: str, pods: str, at: str, message: str, tmp_path: Path) -> None:
-    """An order nobody can pick, or an unknown pod at a station, is named before anything runs."""
     file = write(tmp_path, orders, pods, at)
     with pytest.raises(InputError) as caught:
         make_instance(load_scenario(file))
@@ -85,26 +99,17 @@ def test_what_cannot_be_run_is_refused(orders: str, pods: str, at: str, message:
 
 
 def test_unlimited_stock_on_one_pod_is_enough(tmp_path: Path) -> None:
-    """A SKU that is unlimited on one pod never runs out."""
     instance = make_instance(load_scenario(write(tmp_path, "1,0,a,3\n2,0,a,3\n", "p,a,1\nq,a,\n", '{ 2 = ["q"] }')))
     assert len(instance.orders) == 2
 
 
-def test_the_size_of_orders_does_not_matter_where_orders_are_counted(tmp_path: Path) -> None:
-    """With an order capacity, an order may have any number of items."""
-    file = write(tmp_path, "1,0,a,9\n", "p,a,\n")
-    assert make_instance(load_scenario(file, ["stations.order_capacity=2"])).orders[0].items == 9
-
-
-def test_orders_larger_than_any_station_may_go_to_one_alone(tmp_path: Path) -> None:
-    """That is the default; only who asks for it has them refused."""
-    file = write(tmp_path, "1,0,a,9\n", "p,a,\n")
-    assert make_instance(load_scenario(file, ["stations.oversize=alone"])).orders[0].items == 9
+@pytest.mark.parametrize("setting", ["stations.order_capacity=2", "stations.oversize=alone"])
+def test_orders_of_any_size_where_orders_are_counted_or_large_ones_go_alone(tmp_path: Path, setting: str) -> None:
+    assert make_instance(load_scenario(write(tmp_path, "1,0,a,9\n", "p,a,\n"), [setting])).orders[0].items == 9
     assert load_scenario("paper-250").stations.oversize == "alone"
 
 
 def test_generated_orders_that_are_too_large_say_what_to_change() -> None:
-    """A small station and long generated orders: the message names both keys."""
     with pytest.raises(InputError) as caught:
         make_instance(load_scenario("paper-250", ["stations.item_capacity=2", "stations.oversize=refuse"]))
     assert str(caught.value).endswith(
@@ -114,7 +119,6 @@ def test_generated_orders_that_are_too_large_say_what_to_change() -> None:
 
 
 def test_example_2_is_the_papers() -> None:
-    """The shipped example has the orders, pods and stations of the paper's example 2."""
     scenario = load_scenario("examples/example-2-sequential")
     instance = make_instance(scenario)
     orders = {order.name: {instance.skus[sku] for sku, _ in order.lines} for order in instance.orders}
@@ -152,7 +156,6 @@ def replenished(folder: Path, replenishment: str, skus: str = "", more: str = ""
     ],
 )
 def test_reorder_levels(tmp_path: Path, levels: str, skus: str, expected: tuple[tuple[int, int], ...]) -> None:
-    """In items, or days of demand; of a SKU in the file of SKUs, its own."""
     file = replenished(tmp_path, f'process = "reorder-point"\n{levels}\n', skus)
     instance = make_instance(load_scenario(file))
     assert instance.levels == expected
@@ -170,14 +173,12 @@ def test_reorder_levels(tmp_path: Path, levels: str, skus: str, expected: tuple[
     ],
 )
 def test_levels_that_make_no_sense_are_refused(tmp_path: Path, levels: str, skus: str, problem: str) -> None:
-    """Those of a SKU by itself or with the scenario's, and so many bundles that no run ends."""
     supply = f'process = "reorder-point"\nreorder_point = 9\norder_up_to = 20\n{levels}\n'
     with pytest.raises(InputError, match=problem):
         make_instance(load_scenario(replenished(tmp_path, supply, skus, "pod_capacity = 40\n")))
 
 
 def test_orders_that_no_process_can_complete_are_refused(tmp_path: Path) -> None:
-    """What is on pods and in the file of bundles counts; reorder points and chance bring whatever is wanted."""
     (tmp_path / "bundles.csv").write_text("bundle,arrival_s,sku,items\nB,9,a,4\n", encoding="utf-8")
     file = replenished(tmp_path, 'process = "file"\nfile = "bundles.csv"\n')
     with pytest.raises(InputError, match=r"SKU b \(on no pod\) and SKU a \(8 wanted, 5 there\)"):
@@ -198,7 +199,6 @@ def test_orders_that_no_process_can_complete_are_refused(tmp_path: Path) -> None
     ],
 )
 def test_what_no_pod_has_room_for_is_refused(tmp_path: Path, capacity: int, skus: str, problem: str) -> None:
-    """Pods as they are at first, and bundles to come."""
     (tmp_path / "bundles.csv").write_text("bundle,arrival_s,sku,items\nB,9,a,7\nC,5,b,1\n", encoding="utf-8")
     supply = 'process = "file"\nfile = "bundles.csv"\n'
     file = replenished(tmp_path, supply, skus, f"pod_capacity = {capacity}\n")
@@ -253,7 +253,6 @@ ARRIVALS = "as orders are in order of arrival"
 
 
 def test_a_scenario_names_the_generator_of_its_instance(install: Callable[..., None]) -> None:
-    """A distribution's own makes orders and pods, with the scenario's seed, and stands among the versions."""
     install("acme", GENERATORS, group="rmfs.instances", acme_days=SINGLES)
     scenario = load_scenario("examples/small", ["instance.generator=singles"])
     first, second = make_instance(scenario), make_instance(scenario.with_seed(2))
@@ -286,7 +285,6 @@ def test_a_scenario_names_the_generator_of_its_instance(install: Callable[..., N
     ],
 )
 def test_a_generator_that_cannot_be_had_is_one_sentence(install: Callable[..., None], name: str, problem: str) -> None:
-    """With what gave its name."""
     install("acme", GENERATORS, group="rmfs.instances", acme_days=SINGLES)
     scenario = load_scenario("examples/small", [f"instance.generator={name}"])
     with pytest.raises(InputError) as caught:
@@ -297,6 +295,5 @@ def test_a_generator_that_cannot_be_had_is_one_sentence(install: Callable[..., N
 
 
 def test_a_generator_has_no_meaning_beside_files() -> None:
-    """As the other keys that say how instances are made."""
     with pytest.raises(InputError, match=r"has no meaning beside `instance.orders_file`"):
         load_scenario("examples/from-csv", ["instance.generator=paper"])
