@@ -120,15 +120,12 @@ def keys(root: str, values: Mapping[str, object]) -> str:
 
 
 def xsett(mode: str = "Fill", run: Mapping[str, object] | None = None, **inventory: object) -> str:
-    """Return a setting."""
     given: dict[str, object] = {"ItemType": "SimpleItem", "OrderMode": mode, **inventory}
     values = {"SimulationDuration": 3600, "Seed": 3, **(run or {}), "InventoryConfiguration": given}
     return keys("SettingConfiguration", values)
 
 
 def xgenc(shares: Mapping[int, float], *, weights: Mapping[int, float] | None = None, bundle: int = 4) -> str:
-    """Return SKUs by their numbers, with how often each is ordered."""
-
     def pairs(values: Mapping[int, float]) -> str:
         return "".join(
             f"<SkvpOfInt32Double><Key>{k}</Key><Value>{v}</Value></SkvpOfInt32Double>" for k, v in values.items()

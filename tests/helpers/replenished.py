@@ -77,7 +77,6 @@ def scenario_of(supply: Mapping[str, object], *, robots: int = 2, **sections: Ma
 
 
 def prepared(scenario: Scenario, instance: Instance, out: Path | None = None, *observers: object) -> ToldRun:
-    """Return a run of an instance that is ready to start."""
     rules = RuleSet.load(scenario.rules, ".")
     for observer in observers:
         rules.register_observer(observer)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from attrs import define, field
 
 from rmfs_core import hookimpl
 from rmfs_core.events import Event
-from rmfs_core.simulation import Simulation
+from rmfs_core.simulation.engine import Simulation
 
 
 @define
@@ -27,10 +28,11 @@ class ToldRun:
         return self.simulation.warehouse
 
     def of(self, kind: type) -> list[Any]:
-        """Return the events of one class."""
         return [event for event in self.events if isinstance(event, kind)]
 
     def done(self) -> ToldRun:
-        """Run to the end."""
         self.simulation.run()
         return self
+
+
+Prepare = Callable[..., ToldRun]

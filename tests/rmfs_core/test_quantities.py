@@ -75,7 +75,6 @@ HOUR = 60 * MINUTE
 
 
 def timetable(*spans: Span, most: int | None = None, zero: int = 0) -> Timetable:
-    """Return the timetable of spans."""
     return Timetable(read_spans(spans, most), zero)
 
 
@@ -130,6 +129,13 @@ def test_between_changes_nothing_changes(seed: int) -> None:
     assert found == changes
 
 
+@pytest.mark.parametrize(
+    "span",
+    [
+        *(("06:00",), ("6:00", "22:00"), ("06:00", "24:01"), ("06:60", "22:00"), ("06:00", "06:00"), ("06:00", 22)),
+        *(("06:00", "22:00", "x"), ("06:00", "22:00", -1), ("06:00", "22:00", 1, 1), ()),
+    ],
+)
 def test_what_is_no_span_is_told(span: Span) -> None:
     expected = r'expected spans of two times .*"06:00", "22:00".* whole number >= 0; found \['
     with pytest.raises(ValueError, match=expected):

@@ -43,6 +43,8 @@ from rmfs_core.results.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMN
 from rmfs_core.results.timing import timing
 from rmfs_core.roles import Role
 
+Install = Callable[..., None]
+
 not_root = pytest.mark.skipif(
     not hasattr(os, "geteuid") or os.geteuid() == 0, reason="permissions do not hold the superuser"
 )
@@ -91,7 +93,6 @@ def test_a_folder_that_is_missing(tmp_path: Path) -> None:
 
 @pytest.fixture
 def small_files() -> Iterator[int]:
-    """Let no file grow larger than this."""
     most, hard = 10_000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     resource.setrlimit(resource.RLIMIT_FSIZE, (most, hard))
     yield most
@@ -265,11 +266,10 @@ class Recorder:
 
 
 def writing(file: object) -> str:
-    """Source of a recorder of a file."""
     return RECORDER.replace('"acme.txt"', repr(file))
 
 
-def test_a_third_partys_recorder_is_switched_on_by_its_name(install: Callable[..., None], tmp_path: Path) -> None:
+def test_a_third_partys_recorder_is_switched_on_by_its_name(install: Install, tmp_path: Path) -> None:
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=RECORDER)
     rmfs_core.run("examples/small", out=tmp_path, record=["acme-log"])
     assert (tmp_path / "acme.txt").read_text(encoding="utf-8") == "recorded"
@@ -277,7 +277,7 @@ def test_a_third_partys_recorder_is_switched_on_by_its_name(install: Callable[..
     assert not (tmp_path / "acme.txt").exists()
 
 
-def test_only_recorders_that_are_switched_on_are_imported(install: Callable[..., None], tmp_path: Path) -> None:
+def test_only_recorders_that_are_switched_on_are_imported(install: Install, tmp_path: Path) -> None:
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=RECORDER)
     for _ in range(2):
         rmfs_core.run("examples/small", out=tmp_path, record=["trace"])
@@ -305,7 +305,7 @@ def test_only_recorders_that_are_switched_on_are_imported(install: Callable[...,
     ],
 )
 def test_a_broken_recorder_costs_one_sentence(
-    source: str, problem: str, install: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    source: str, problem: str, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=source)
     with pytest.raises(SystemExit) as stop:
@@ -318,7 +318,7 @@ def test_a_broken_recorder_costs_one_sentence(
     assert (tmp_path / "out" / "trace.jsonl.gz").exists()
 
 
-def test_a_recorder_that_raises_is_named(install: Callable[..., None], tmp_path: Path) -> None:
+def test_a_recorder_that_raises_is_named(install: Install, tmp_path: Path) -> None:
     source = RECORDER.replace('(run.out / self.file).write_text("recorded")', "return 1 / 0")
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=source)
     with pytest.raises(rmfs_core.RuleError, match=r'^recorder "acme-log" \(acme 1.0\), run_started, .* ZeroDivision'):
@@ -330,13 +330,13 @@ def test_a_recorder_that_raises_is_named(install: Callable[..., None], tmp_path:
     "file",
     ["", ".", "..", "../up.txt", "/tmp.txt", "a/b.txt", "a/", ".hidden", "nul\0.txt", "a" * 300, "Orders.csv", 3],
 )
-def test_a_recorder_names_one_plain_file(file: object, install: Callable[..., None]) -> None:
+def test_a_recorder_names_one_plain_file(file: object, install: Install) -> None:
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing(file))
     with pytest.raises(InputError, match=r'recorder "acme-log" \(acme 1.0\) is no recorder: expected a class with'):
         load_recorder("acme-log")
 
 
-def test_two_recorders_of_one_file_are_not_switched_on_together(install: Callable[..., None], tmp_path: Path) -> None:
+def test_two_recorders_of_one_file_are_not_switched_on_together(install: Install, tmp_path: Path) -> None:
     """One would replace what the other wrote."""
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing("trace.jsonl.gz"))
     expected = (
@@ -347,7 +347,7 @@ def test_two_recorders_of_one_file_are_not_switched_on_together(install: Callabl
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_that_no_run_has_written_is_left_alone(install: Callable[..., None], tmp_path: Path) -> None:
+def test_a_file_that_no_run_has_written_is_left_alone(install: Install, tmp_path: Path) -> None:
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing("notes.txt"))
     mine = tmp_path / "out" / "notes.txt"
     mine.parent.mkdir()
@@ -383,7 +383,7 @@ class Watcher:
     ],
 )
 def test_a_broken_observer_of_every_run_costs_a_sentence(
-    source: str, problem: str, install: Callable[..., None], capsys: pytest.CaptureFixture[str]
+    source: str, problem: str, install: Install, capsys: pytest.CaptureFixture[str]
 ) -> None:
     install("acme", {"acme-watch": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
     result = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
@@ -394,7 +394,7 @@ def test_a_broken_observer_of_every_run_costs_a_sentence(
     assert problem in line
 
 
-def test_the_version_of_an_observer_of_every_run_is_kept(install: Callable[..., None]) -> None:
+def test_the_version_of_an_observer_of_every_run_is_kept(install: Install) -> None:
     source = WATCHER.replace("FILES", "()")
     install("acme", {"acme-watch": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
     result = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
@@ -418,7 +418,7 @@ class Watcher:
 
 
 @pytest.mark.parametrize("hook", ["run_started", "measured"])
-def test_what_anothers_observer_does_wrong_takes_no_metric_away(hook: str, install: Callable[..., None]) -> None:
+def test_what_anothers_observer_does_wrong_takes_no_metric_away(hook: str, install: Install) -> None:
     source = CLASHING.replace("HOOK", repr(hook))
     install("acme", {"zebra": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
     with pytest.raises(RunError, match=r'observer "zebra" \(acme 1.0\)') as caught:
@@ -482,7 +482,6 @@ ORDERS = [{"completed_s": 40.0}, {"completed_s": 70.0}]
 
 
 def decided(period: int, seconds: float, time_s: float = 0.0) -> dict[str, Any]:
-    """Return the row of a decision."""
     return {"period": period, "time_s": time_s, "seconds": seconds}
 
 

@@ -102,7 +102,6 @@ class Observing:
 
 
 def interrupt() -> None:
-    """As Ctrl-C would."""
     raise KeyboardInterrupt
 
 
@@ -196,26 +195,20 @@ def test_an_observer_that_leaves_at_the_end_of_a_run_loses_nothing(hook: str, tm
 
 
 class Unreadable(dict[str, int]):
-    """A mapping that cannot be read."""
-
     def items(self) -> NoReturn:  # type: ignore[override]
         raise LookupError("not yet")
 
 
 class Speechless(Exception):  # noqa: N818
-    """An exception that cannot say what it is."""
-
     def __str__(self) -> str:
         raise ValueError
 
 
 def speechless() -> None:
-    """Raise it."""
     raise Speechless
 
 
 def two_lines() -> None:
-    """Raise what takes two lines to say."""
     raise LookupError("one\ntwo")
 
 
@@ -410,8 +403,6 @@ def scenario_file(tmp_path: Path) -> Path:
 
 
 def same(one: Result, other: Result) -> bool:
-    """Whether two results are equal but for wall-clock times."""
-
     def untimed(result: Result) -> dict[str, Any]:
         content = result.to_dict()
         del content["timing"]
@@ -529,7 +520,6 @@ def test_a_trace_needs_a_folder(scenario_file: Path) -> None:
 
 
 def shown_in_a_notebook(result: Result) -> list[str]:
-    """Return the texts of what a notebook shows, in their order."""
     return [text.strip() for text in ElementTree.fromstring(result._repr_html_()).itertext()]
 
 

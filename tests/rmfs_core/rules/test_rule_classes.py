@@ -241,13 +241,6 @@ def test_a_rule_without_parameters_says_so(refusal: Refusal) -> None:
     )
 
 
-def test_missing_parameter(refusal: Refusal, install: Install) -> None:
-    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=MINE.replace("weight: int = 1", "weight: int"))
-    assert refusal(poa=RuleChoice("mine")) == (
-        'rules.poa.weight: rule "mine" (acme 1.0) needs the parameter `weight`, which is missing'
-    )
-
-
 def test_a_class_that_raises_at_construction(refusal: Refusal, install: Install) -> None:
     source = MINE.replace('raise ValueError("expected a weight that is lucky, found 13")', "{}['x']")
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
@@ -258,8 +251,6 @@ def test_a_class_that_raises_at_construction(refusal: Refusal, install: Install)
 
 @define
 class Shelf:
-    """A rule's class with what scenarios can and cannot set."""
-
     width: int
     _depth: float = 2.5
     labels: list[str] = field(factory=list)
@@ -346,8 +337,6 @@ class Mine:
 
 @define
 class Many:
-    """A rule's class with files in every kind of type."""
-
     one: Path | None = None
     several: tuple[Path, ...] = ()
     either: str | Path = "no file"
@@ -358,7 +347,6 @@ class Many:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Return a folder with files, and one in a folder in it."""
     (tmp_path / "deep").mkdir()
     for name in ("default.bin", "a.bin", "b.bin", "deep/a.bin"):
         (tmp_path / name).write_text(name, encoding="utf-8")

@@ -93,7 +93,6 @@ def test_what_goes_together_is_accepted() -> None:
 
 
 def keys() -> Iterator[tuple[str, attrs.Attribute[Any]]]:
-    """Yield every key of a section."""
     for section in (*SECTIONS, Scenario):
         for attribute in attrs.fields(section):
             if not attribute.metadata.get("internal"):

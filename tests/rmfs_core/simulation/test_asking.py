@@ -27,6 +27,7 @@ from rmfs_core.scenario.model import RunSection
 from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers, instance_of, sequence_of
 from rmfs_core.simulation.limits import OverdueError, within
 from scripted import run_of
+from told import Prepare, ToldRun
 
 WHATEVER = [
     *((role, "raise RuntimeError('no idea')", "raised RuntimeError: no idea (") for role in HOOKS),
@@ -39,13 +40,11 @@ WHATEVER = [
 
 
 @pytest.mark.parametrize(("role", "body", "message"), WHATEVER)
-def test_what_is_no_answer_ends_the_run(
-    tiny_run: Callable[..., Any], tmp_path: Path, role: str, body: str, message: str
-) -> None:
+def test_what_is_no_answer_ends_the_run(tiny_run: Prepare, tmp_path: Path, role: str, body: str, message: str) -> None:
     assert message in what_ends(prepare_bad(tiny_run, tmp_path, role, body), role)
 
 
-def test_what_was_picked_before_the_error_was_told(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+def test_what_was_picked_before_the_error_was_told(tiny_run: Prepare, tmp_path: Path) -> None:
     run = prepare_bad(tiny_run, tmp_path, "pr", "return 1 / 0")
     with pytest.raises(RuleError, match=r"raised ZeroDivisionError: division by zero \(.*bad\.py, line 11\)"):
         run.simulation.run()
@@ -53,9 +52,7 @@ def test_what_was_picked_before_the_error_was_told(tiny_run: Callable[..., Any],
 
 
 @pytest.mark.parametrize("role", HOOKS)
-def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(
-    tiny_run: Callable[..., Any], tmp_path: Path, role: str
-) -> None:
+def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(tiny_run: Prepare, tmp_path: Path, role: str) -> None:
     slow = RunSection(decision_limit_s=0.3)
     run = prepare_bad(tiny_run, tmp_path, role, "time.sleep(0.35); return []", run=slow)
     with pytest.raises(
@@ -65,7 +62,7 @@ def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(
 
 
 @pytest.mark.parametrize("body", ["while True: pass", "time.sleep(600)"])
-def test_a_rule_that_never_returns_is_ended(tiny_run: Callable[..., Any], tmp_path: Path, body: str) -> None:
+def test_a_rule_that_never_returns_is_ended(tiny_run: Prepare, tmp_path: Path, body: str) -> None:
     run = prepare_bad(tiny_run, tmp_path, "pps", body, run=RunSection(decision_limit_s=0.1))
     with pytest.raises(RuleError, match=r"select_pods, at 0\.000 s: took .* allows run\.decision_limit_s = 0\.1"):
         run.simulation.run()
@@ -78,7 +75,7 @@ def test_a_rule_that_never_returns_is_ended(tiny_run: Callable[..., Any], tmp_pa
         ("__iter__ = lambda self: iter([1])", "returned a sequence with int 1 in it; expected PodTrip only"),
     ],
 )
-def test_an_answer_that_is_a_monster(tiny_run: Callable[..., Any], tmp_path: Path, body: str, message: str) -> None:
+def test_an_answer_that_is_a_monster(tiny_run: Prepare, tmp_path: Path, body: str, message: str) -> None:
     made = f"type('Monster', (list,), {{'__iter__': {body.partition(' = ')[2]}, '__repr__': lambda self: exit()}})()"
     run = prepare_bad(tiny_run, tmp_path, "pps", f"return {made}")
     assert message in what_ends(run, "pps")
@@ -102,16 +99,28 @@ def test_a_copy_that_a_rule_makes_does_not_simulate(copy: str, tmp_path: Path) -
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 1
 
 
+def observed(tiny_run: Prepare, folder: Path, method: str, head: str = "") -> ToldRun:
+    """Return a run of one order with an observer that has this method."""
+    source = f"from attrs import define\nfrom rmfs_core import hookimpl\n{head}@define\nclass Bad:\n    @hookimpl\n"
+    (folder / "bad.py").write_text(f"{source}    {method}\n", encoding="utf-8")
+    return tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
+
+
 @pytest.mark.parametrize("hook", ["on_event(self, event)", "run_started(self, run)"])
-def test_an_observer_that_raises_is_named(tiny_run: Callable[..., Any], tmp_path: Path, hook: str) -> None:
-    (tmp_path / "bad.py").write_text(
-        "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n"
-        f"    @hookimpl\n    def {hook}: raise RuntimeError('full')\n",
-        encoding="utf-8",
-    )
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
+def test_an_observer_that_raises_is_named(tiny_run: Prepare, tmp_path: Path, hook: str) -> None:
     with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*RuntimeError: full'):
-        run.simulation.run()
+        observed(tiny_run, tmp_path, f"def {hook}: raise RuntimeError('full')").done()
+
+
+def test_an_observer_that_cannot_say_what_is_wrong_is_named(tiny_run: Prepare, tmp_path: Path) -> None:
+    head = "class Speechless(Exception):\n    def __str__(self): return 1 / 0\n"
+    with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*: raised Speechless \(.*line 8\)'):
+        observed(tiny_run, tmp_path, "def on_event(self): raise Speechless", head).done()
+
+
+def test_an_observer_changes_no_answer(tiny_run: Prepare, tmp_path: Path) -> None:
+    method = "def rule_answered(self, answer): answer.clear() if isinstance(answer, list) else None"
+    assert observed(tiny_run, tmp_path, method).done().simulation.status == "complete"
 
 
 def test_an_answer_comes_with_the_time_it_took(tmp_path: Path) -> None:
@@ -126,8 +135,6 @@ def test_an_answer_comes_with_the_time_it_took(tmp_path: Path) -> None:
 
 
 class Listener:
-    """Observer of questions and answers."""
-
     def __init__(self) -> None:
         self.heard: list[Any] = []
 
@@ -281,28 +288,6 @@ def test_an_observer_that_fails_at_the_end_keeps_nothing_from_the_others(
         assert str(error).startswith(f"observer {number}, {hook}, at 5.000 s: raised OSError: disk full (")
 
 
-def test_an_observer_changes_no_answer(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
-    (tmp_path / "bad.py").write_text(
-        "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n    @hookimpl\n"
-        "    def rule_answered(self, answer):\n        if isinstance(answer, list):\n            answer.clear()\n",
-        encoding="utf-8",
-    )
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"]).done()
-    assert run.simulation.status == "complete"
-
-
-def test_an_observer_that_cannot_say_what_is_wrong_is_named(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
-    (tmp_path / "bad.py").write_text(
-        "from attrs import define\nfrom rmfs_core import hookimpl\n"
-        "class Speechless(Exception):\n    def __str__(self): return 1 / 0\n"
-        "@define\nclass Bad:\n    @hookimpl\n    def on_event(self): raise Speechless\n",
-        encoding="utf-8",
-    )
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
-    with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*: raised Speechless \(.*line 8\)'):
-        run.simulation.run()
-
-
 def test_of_several_errors_at_the_end_the_first_is_handed_back(tmp_path: Path) -> None:
     _, error, _ = end_with(tmp_path, "no end", "no end", "no measure")
     assert str(error).startswith("observer 2, run_ended, ")
@@ -346,13 +331,11 @@ needs_alarms = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no a
 
 
 def compute() -> None:
-    """Never return."""
     while True:
         pass
 
 
 def catch() -> None:
-    """Never return, whatever goes wrong."""
     while True:
         try:
             time.sleep(60)
@@ -361,7 +344,6 @@ def catch() -> None:
 
 
 def catch_all_once() -> None:
-    """Never return, though the first end is caught."""
     try:
         time.sleep(60)
     except BaseException:
@@ -369,14 +351,12 @@ def catch_all_once() -> None:
 
 
 def wait_for_a_lock() -> None:
-    """Wait for what never comes."""
     lock = threading.Lock()
     with lock:
         lock.acquire()
 
 
 def read() -> None:
-    """Wait for input that never comes."""
     reading, writing = os.pipe()
     try:
         os.read(reading, 1)

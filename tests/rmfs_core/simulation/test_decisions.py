@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from rmfs_core.errors import RuleError, StandstillError
 from rmfs_core.events import DecisionMade, Event, OrderAssigned, TaskAssigned, TripDecided
 from rmfs_core.info import Question
 from rmfs_core.roles import Role
-from rmfs_core.scenario.model import RuleChoice, RunSection, Scenario
+from rmfs_core.scenario.model import RuleChoice, RunSection
 from rmfs_core.simulation import engine
 from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
 from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers
@@ -28,11 +28,10 @@ from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.warehouse import Pod, Robot, Warehouse, WarehouseView
 from scripted import run_of, scripted, until_nothing_happens
+from told import Prepare
 
 
-def test_observers_are_told_nothing_of_a_decision_that_is_half_impossible(
-    tiny_run: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_observers_are_told_nothing_of_a_decision_that_is_half_impossible(tiny_run: Prepare, tmp_path: Path) -> None:
     run = prepare_bad(tiny_run, tmp_path, "poa", "return [OrderAssignment(0, 0), OrderAssignment(99, 0)]")
     with pytest.raises(RuleError, match="named order 99"):
         run.simulation.run()
@@ -55,7 +54,6 @@ def decisions(run: RunContext) -> tuple[Decisions, list[Any], list[tuple[Robot, 
 
 
 def hooks(rule: Any) -> list[str]:
-    """Return which hooks a scripted rule was asked, in order."""
     return [hook for hook, _ in rule.asked]
 
 
@@ -224,8 +222,6 @@ def test_observers_are_not_told_when_rules_wake_up(tmp_path: Path) -> None:
 
 @define
 class Listening:
-    """Observer that keeps what is asked."""
-
     hooks: list[str]
 
     @hookimpl
@@ -250,8 +246,7 @@ class Waking:
 """
 
 
-def waking_run(tiny_run: Callable[..., Any], folder: Path, released: str, wakes: str, **options: object) -> Any:
-    """Prepare a run of four orders with a filter that wakes up."""
+def waking_run(tiny_run: Prepare, folder: Path, released: str, wakes: str, **options: object) -> Any:
     (folder / "waking.py").write_text(WAKING.format(released=released, wakes=wakes), encoding="utf-8")
     arrivals = {"soon": 5, "later": 700, "last": 2500}
     orders = {"now": ["a"], "soon": ["a"], "later": ["b"], "last": ["a"]}
@@ -259,7 +254,7 @@ def waking_run(tiny_run: Callable[..., Any], folder: Path, released: str, wakes:
     return tiny_run(instance, filters=["./waking.py:Waking"], **options)
 
 
-def test_orders_are_released_in_waves(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+def test_orders_are_released_in_waves(tiny_run: Prepare, tmp_path: Path) -> None:
     """A whole run: each is assigned at the first multiple of 1,000 s after it came, whatever else happens or not."""
     run = waking_run(
         tiny_run,
@@ -272,7 +267,7 @@ def test_orders_are_released_in_waves(tiny_run: Callable[..., Any], tmp_path: Pa
 
 
 def test_a_run_of_nothing_but_waking_up_stands_still(
-    tiny_run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tiny_run: Prepare, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(engine, "MOST_ALARMS", 50)
     run = waking_run(tiny_run, tmp_path, "return []", "return warehouse.now_s + 60")
@@ -298,9 +293,7 @@ FINITE = "; expected seconds after now, below 1e12, or None"
         ("time.sleep(0.35)", "took "),
     ],
 )
-def test_no_time_to_wake_up_at_ends_the_run(
-    tiny_run: Callable[..., Any], tmp_path: Path, wakes: str, problem: str
-) -> None:
+def test_no_time_to_wake_up_at_ends_the_run(tiny_run: Prepare, tmp_path: Path, wakes: str, problem: str) -> None:
     run = waking_run(tiny_run, tmp_path, "return orders", wakes, run=RunSection(decision_limit_s=0.3))
     with pytest.raises(RuleError) as caught:
         run.simulation.run()
@@ -310,7 +303,6 @@ def test_no_time_to_wake_up_at_ends_the_run(
 def assigned(
     world: Warehouse, answer: object, *, joint: bool = False, period: int = 1, packing_capacity: int | None = None
 ) -> list[Event]:
-    """Carry out a decision on orders; return its events."""
     events: list[Event] = []
     apply_assignments(
         world, answer, joint=joint, shown=None, period=period, packing_capacity=packing_capacity, keep=events.append
@@ -319,7 +311,6 @@ def assigned(
 
 
 def selected(world: Warehouse, trips: Sequence[PodTrip], max_fetches: int) -> list[Event]:
-    """Carry out a decision on pods; return its events."""
     events: list[Event] = []
     apply_selection(world, trips, max_fetches=max_fetches, keep=events.append)
     return events
@@ -338,22 +329,6 @@ def test_an_order_is_assigned_whole_or_line_by_line() -> None:
     ]
     assert not world.backlog
     assert world.stations[0].load == 4
-
-
-def test_what_came_before_the_impossible_has_been_done() -> None:
-    world = small_world({"1": ["a"]}, {"p": ["a"]}, capacities=[5])
-    events: list[Event] = []
-    with pytest.raises(ImpossibleError, match="named order 9"):
-        apply_assignments(
-            world,
-            [OrderAssignment(0, 0), OrderAssignment(9, 0)],
-            joint=False,
-            shown=None,
-            period=1,
-            packing_capacity=None,
-            keep=events.append,
-        )
-    assert [type(event) for event in events] == [OrderAssigned]
 
 
 def test_only_orders_that_were_shown_may_be_assigned() -> None:
@@ -419,14 +394,6 @@ def test_only_stored_pods_need_robots() -> None:
     assert all(request.covered for request in world.stations[1].open_requests)
 
 
-def test_no_more_stored_pods_are_sent_than_robots_can_start() -> None:
-    world = small_world({"1": ["a", "b"]}, {"p": ["a"], "q": ["b"]}, capacities=[5])
-    assigned(world, [OrderAssignment(0, 0)])
-    with pytest.raises(ImpossibleError) as caught:
-        selected(world, [PodTrip(0, 0), PodTrip(1, 0)], max_fetches=1)
-    assert str(caught.value) == "sent 2 stored pods on their way; at most 1 robots can start"
-
-
 def test_tasks_are_given_told_and_begun_one_by_one() -> None:
     world = small_world({"1": ["a", "b"]}, {"p": ["a"], "q": ["b"]}, capacities=[5])
     for pod in world.pods:
@@ -451,7 +418,6 @@ def context(folder: Path, seed: int = 1, **rules: object) -> RunContext:
 
 
 def drawn(run: RunContext) -> list[float]:
-    """Ask the assigning rule and each filter for a number."""
     poa = run.rules.poa
     assert poa is not None
     return [run.ask(poa)[0], *(run.ask(rule, orders=())[0] for rule in run.rules.filters)]
@@ -482,25 +448,6 @@ def test_rules_see_the_whole_warehouse_unless_they_are_shown_less(tmp_path: Path
     run.ask(poa)
     run.ask(poa, less)
     assert [told["warehouse"] for _, told in rule.asked] == [run.view, less]
-
-
-def test_the_clock_counts_ticks(tmp_path: Path) -> None:
-    run = context(tmp_path)
-    ticks: list[int] = []
-    for wait in (70, 30):
-        run.after(wait).callbacks.append(lambda _: ticks.append(run.warehouse.now))
-    until_nothing_happens(run)
-    assert ticks == [30, 70]
-
-
-def test_the_limit_of_the_scenario_holds(tmp_path: Path) -> None:
-    world = small_world({"1": ["a"]}, {"p": ["a"]})
-    given, _ = run_of(world, tmp_path)
-    limited = Scenario(rules=given.scenario.rules, run=RunSection(decision_limit_s=1e-9))
-    run, _ = run_of(world, tmp_path, limited)
-    assert (given.rules.ta.hook.name, given.ask(given.rules.ta)[0]) == ("assign_tasks", ())
-    with pytest.raises(RuleError, match=r"assign_tasks, at 0.000 s: took .* allows run.decision_limit_s = 1e-09"):
-        run.ask(run.rules.ta)
 
 
 def test_the_profile_divides_wall_clock_time(tmp_path: Path) -> None:

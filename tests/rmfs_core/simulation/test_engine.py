@@ -41,9 +41,7 @@ from rmfs_core.simulation.setup import motion_of, open_warehouse
 from rmfs_core.timetable import Span
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.world import Instance
-from told import ToldRun
-
-Prepare = Callable[..., ToldRun]
+from told import Prepare
 
 
 def test_one_item_takes_fetching_lifting_carrying_and_handling(tiny_run: Prepare) -> None:
@@ -154,17 +152,6 @@ def test_orders_that_arrive_later_are_picked_later(tiny_run: Prepare) -> None:
     assert [event.order for event in run.of(OrderCompleted)] == [0, 1]
 
 
-def test_a_run_without_orders_is_over_at_once(tiny_run: Prepare) -> None:
-    run = tiny_run(small_instance({}, {"p": ["a"]})).done()
-    assert (run.simulation.status, run.simulation.now) == ("complete", 0)
-
-
-def test_until_ends_the_run_at_its_time(tiny_run: Prepare) -> None:
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), run=RunSection(until_s=5)).done()
-    assert run.simulation.now == 5000
-    assert not run.of(OrderCompleted)
-
-
 def test_pods_wait_for_room_in_the_queue(tiny_run: Prepare) -> None:
     skus = list("abcdef")
     run = tiny_run(
@@ -232,7 +219,7 @@ def test_what_is_found_when_a_warehouse_is_opened_names_file_and_line(tmp_path: 
     assert str(caught.value).startswith(f"{file}{at}, {problem}")
 
 
-def test_a_need_that_is_not_met_is_refused(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_need_that_is_not_met_is_refused(tiny_run: Prepare, tmp_path: Path) -> None:
     name = write_rule(tmp_path, "poa", "return []")
     (tmp_path / "bad.py").write_text(
         (tmp_path / "bad.py").read_text().replace("class Bad:", "class Bad:\n    needs = ('unlimited stock',)")
@@ -256,14 +243,12 @@ def scenario(seed: int = 1, **sections: Any) -> Scenario:
 
 
 def refusal(given: Scenario, instance: Instance = PODS) -> str:
-    """Return why a warehouse cannot be opened."""
     with pytest.raises(InputError) as caught:
         open_warehouse(given, instance, small_layout(2))
     return str(caught.value)
 
 
 def at(**stations: str) -> InstanceSection:
-    """Return the section with pods, a letter each, at stations."""
     return InstanceSection(pods_at_stations={station: tuple(pods) for station, pods in stations.items()})
 
 

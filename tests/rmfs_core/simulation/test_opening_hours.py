@@ -29,9 +29,8 @@ from rmfs_core.scenario.model import RuleChoice, RunSection, Scenario
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.timetable import DAY, Span
-from told import ToldRun
+from told import Prepare
 
-Prepare = Callable[..., ToldRun]
 POA = ("pod-match", "first-come", "station-queue", "least-slack")
 MINUTE = 60_000
 
@@ -39,7 +38,6 @@ MINUTE = 60_000
 def hours(
     stations: Any = None, robots: tuple[Span, ...] | None = None, start: str | None = None
 ) -> Callable[[Scenario], Scenario]:
-    """Return what gives a scenario its opening hours."""
     return lambda scenario: evolve(
         scenario,
         stations=evolve(scenario.stations, open=stations),
@@ -170,7 +168,6 @@ class Mine:
 
 
 def activated(tiny_run: Prepare, folder: Path, answer: str, **more: Any) -> Any:
-    """Return a run with two stations in which a rule answers so."""
     (folder / "mine.py").write_text(ACTIVATING.format(answer=answer), encoding="utf-8")
     instance = small_instance({str(i): ["a"] for i in range(4)}, {"p": ["a"], "q": ["a"]})
     return tiny_run(instance, capacity=(2, 2), robots=2, activate=RuleChoice("./mine.py:Mine"), **more)

@@ -82,8 +82,6 @@ def instances(draw: st.DrawFn) -> Instance:
 
 @st.composite
 def scenarios(draw: st.DrawFn) -> Scenario:
-    """Small block layouts with any shipped rules."""
-
     def choose(*names: str) -> RuleChoice:
         return RuleChoice(draw(st.sampled_from(names)))
 
@@ -209,7 +207,6 @@ class Watch:
 
 
 def simulate(scenario: Scenario, instance: Instance) -> Watch:
-    """Run a scenario under watch."""
     rules = RuleSet.load(scenario.rules, str(Path()))
     watch = Watch(scenario, instance)
     rules.register_observer(watch)
@@ -424,7 +421,6 @@ def test_fleets_as_large_as_the_storage(attack: tuple[Scenario, Instance, Layout
 
 
 def completes_under_both(scenario: Scenario, instance: Instance, layout: Layout) -> None:
-    """Run to the end under `sipp` and under `whca-n`."""
     for pp in ("sipp", "whca-n"):
         completes(evolve(scenario, rules=evolve(scenario.rules, pp=RuleChoice(pp))), instance, layout)
 

@@ -23,7 +23,6 @@ OPEN = Roads(Travel(parse_map("#....\n.....\n.qO..\n.....", "open"), Motion()))
 
 
 def occupy(*intervals: tuple[int, int, int]) -> Occupancy:
-    """Cells with since and until, as a path would occupy them."""
     return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
 
 

@@ -30,7 +30,6 @@ def tell(lines: Lines) -> list[tuple[int, float, float, list[tuple[int, int]]]]:
 
 
 def hold_lines(lines: Lines, orders: Sequence[Order]) -> None:
-    """Hold columns to the orders that they are to show."""
     due_s = [math.inf if order.due_s is None else order.due_s for order in orders]
     told = [(order.id, order.arrival_s, due, [*order.open_lines]) for order, due in zip(orders, due_s, strict=True)]
     assert tell(lines) == told
@@ -55,7 +54,6 @@ def hold_lines(lines: Lines, orders: Sequence[Order]) -> None:
 
 
 def hold_stock(stock: Stock, world: Warehouse) -> None:
-    """Hold columns to the pods."""
     free = [(pod.id, sku, pod.free_items(sku)) for pod in world.pods for sku in sorted(pod.contents)]
     assert [*zip(stock.pod.tolist(), stock.sku.tolist(), stock.items.tolist(), strict=True)] == free
     assert [int(end - begin) for begin, end in zip(stock.of_pod, stock.of_pod[1:], strict=False)] == [
@@ -82,8 +80,6 @@ def hold_stock(stock: Stock, world: Warehouse) -> None:
 
 
 class Run(RuleBasedStateMachine):
-    """A warehouse in which anything may happen next."""
-
     @initialize(
         orders=st.lists(
             st.dictionaries(st.sampled_from(SKUS), st.integers(1, 3), min_size=1, max_size=3), min_size=9, max_size=40

@@ -239,7 +239,6 @@ def test_promises_never_exceed_stock(
 
 
 def check_promises(world: Warehouse) -> None:
-    """Compare promises with stock and requests."""
     requests = [request for station in world.stations for request in station.open_requests]
     for pod in world.pods:
         for sku, number in pod.contents.items():

@@ -35,7 +35,6 @@ def bring(world: Warehouse, sku: int, items: int) -> list[str]:
 
 
 def names(view: WarehouseView) -> tuple[list[str], list[str]]:
-    """Return the orders of the backlog, and those that wait."""
     return [order.name for order in view.backlog], [order.name for order in view.orders_waiting_for_stock]
 
 

@@ -345,13 +345,10 @@ FULL_J = 36_000.0
 
 
 class Clock:
-    """Ticks that a test sets."""
-
     tick = 0
 
 
 def battery(low_j: float = 0.0, charge: float = 1.0) -> tuple[Battery, Clock]:
-    """Return a battery and its clock."""
     clock = Clock()
     return Battery(BATTERY, low_j, lambda: clock.tick, charge), clock
 

@@ -81,7 +81,6 @@ WRONG = [
 
 
 def write(folder: Path, orders: str, pods: str, at: str = "{}") -> Path:
-    """Write a scenario with its CSV files."""
     (folder / "orders.csv").write_text("order,arrival_s,sku,quantity\n" + orders, encoding="utf-8")
     (folder / "pods.csv").write_text("pod,sku,quantity\n" + pods, encoding="utf-8")
     file = folder / "scenario.toml"

@@ -19,6 +19,8 @@ from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, StationCells, chec
 from rmfs_core.world.grid import DRAWN, STEPS, where
 from rmfs_core.world.layout_making import queue_length
 
+Install = Callable[..., None]
+
 TWO_STATIONS = parse_map("#..#\nqqO.\n....\n.Oqq\n#...", "two stations")
 """Four columns, five rows; a queue of two cells west of the first station and one east of the second."""
 
@@ -149,7 +151,6 @@ SCENARIO = '[layout]\nmap_file = "map.txt"\n[stations]\nqueue_length = 2\n[rules
 
 
 def scenario_with_map(folder: Path, text: str) -> Path:
-    """Write a scenario with a text map."""
     (folder / "map.txt").write_text(text, encoding="utf-8")
     (folder / "s.toml").write_text(SCENARIO, encoding="utf-8")
     return folder / "s.toml"
@@ -255,7 +256,7 @@ GENERATORS = {
 }
 
 
-def test_a_distribution_makes_layouts(install: Callable[..., None]) -> None:
+def test_a_distribution_makes_layouts(install: Install) -> None:
     install("acme", GENERATORS, group="rmfs.layouts", acme_halls=LAYOUTS)
     scenario = load_scenario("examples/small", ["layout.generator=lane", "robots.count=2", "instance.pods=6"])
     layout = make_layout(scenario)
@@ -282,14 +283,14 @@ CELLS = "; expected cells from 0 to 26, and a place in its queue"
         ("text-map", "layout.map_file: expected the text map that the layout generator `text-map` reads"),
     ],
 )
-def test_a_layout_that_cannot_be_had_is_one_sentence(install: Callable[..., None], name: str, problem: str) -> None:
+def test_a_layout_that_cannot_be_had_is_one_sentence(install: Install, name: str, problem: str) -> None:
     install("acme", GENERATORS, group="rmfs.layouts", acme_halls=LAYOUTS)
     with pytest.raises(InputError) as caught:
         make_layout(Scenario(rules=RULES, layout=LayoutSection(generator=name)))
     assert str(caught.value) == problem
 
 
-def test_a_name_of_ours_that_others_offer_too_is_ours_where_none_is_given(install: Callable[..., None]) -> None:
+def test_a_name_of_ours_that_others_offer_too_is_ours_where_none_is_given(install: Install) -> None:
     install("acme", {"blocks": "acme_halls:shut"}, group="rmfs.layouts", acme_halls=LAYOUTS)
     assert len(make_layout(Scenario(rules=RULES)).stations) == 4
     with pytest.raises(InputError, match="expected one of them: `acme:blocks` or `rmfs:blocks`"):

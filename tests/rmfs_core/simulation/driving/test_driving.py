@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -39,6 +39,7 @@ from rmfs_core.warehouse import Robot, Warehouse
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, check_layout
 from rmfs_rules.sipp import Pbs, Sipp
 from scripted import run_of, until_nothing_happens
+from told import Prepare
 
 LAYOUT = parse_map("#....\n.....\n.qO..\n.....", "open")
 
@@ -195,7 +196,6 @@ def free(world: Warehouse, folder: Path, **rules: Any) -> tuple[RunContext, Free
 
 
 def carrying(world: Warehouse, robot: int, pod: int) -> None:
-    """Let a robot stand with a pod where the pod is stored."""
     carrier, carried, station = world.robots[robot], world.pods[pod], world.stations[0]
     world.bind(carried, station)
     world.take_task(carrier, carried)
@@ -203,7 +203,7 @@ def carrying(world: Warehouse, robot: int, pod: int) -> None:
     world.lift(carrier, carried)
 
 
-def test_robots_pass_through_each_other(tiny_run: Callable[..., Any]) -> None:
+def test_robots_pass_through_each_other(tiny_run: Prepare) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp="free-flow").done()
     assert len(tiny.of(OrderCompleted)) == 16
     assert all(move.wait_ticks == 0 for move in tiny.of(RobotMoved))
@@ -301,14 +301,14 @@ def test_the_line_is_in_order_of_arrival(tmp_path: Path) -> None:
     assert starts[slow.id] == starts[third.id] + 100_000
 
 
-def test_a_queue_that_is_full_is_waited_in_at_its_end(tiny_run: Callable[..., Any]) -> None:
+def test_a_queue_that_is_full_is_waited_in_at_its_end(tiny_run: Prepare) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=6, queue_length=1, pp="free-flow").done()
     joined = [event.pod for event in tiny.of(QueueJoined)]
     assert [event.pod for event in tiny.of(VisitStarted)] == joined
 
 
 @pytest.mark.parametrize("pp", ["sipp", "pbs"])
-def test_robots_pass_a_corridor_for_one(tiny_run: Callable[..., Any], pp: str) -> None:
+def test_robots_pass_a_corridor_for_one(tiny_run: Prepare, pp: str) -> None:
     """Where only one robot at a time can pass, the others wait where they block nobody."""
     check_layout(CORRIDOR, "corridor")
     tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp=pp).done()
@@ -366,7 +366,7 @@ STRAIGHT = """
 
 
 @pytest.mark.parametrize(("sign", "least_ticks"), [("→", 1415 + 2000), ("⇒", 2829)])
-def test_the_next_pod_rolls_in_over_a_clear_cell(tiny_run: Callable[..., Any], sign: str, least_ticks: int) -> None:
+def test_the_next_pod_rolls_in_over_a_clear_cell(tiny_run: Prepare, sign: str, least_ticks: int) -> None:
     layout = parse_map(STRAIGHT.format(sign), "straight")
     check_layout(layout, "straight")
     tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=layout, queue_length=3, pp="sipp").done()
@@ -375,7 +375,7 @@ def test_the_next_pod_rolls_in_over_a_clear_cell(tiny_run: Callable[..., Any], s
     assert min(begin - end for begin, end in zip(begins, ends, strict=False)) == least_ticks
 
 
-def test_a_full_path_ends_at_the_goal(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_full_path_ends_at_the_goal(tiny_run: Prepare, tmp_path: Path) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=1, pp=inline(tmp_path, "full paths", "legs[:-1]"))
     with pytest.raises(RuleError, match=r"gave robot 1 a path that ends at row .*, not at its goal row|an empty path"):
         tiny.simulation.run()
@@ -400,7 +400,6 @@ class Mine:
 
 
 def mine(folder: Path, answer: str = "found", hook: str = "plan_paths") -> RuleChoice:
-    """Write a rule that heeds nobody and answers so."""
     (folder / "mine.py").write_text(FLEET.format(answer=answer, hook=hook), encoding="utf-8")
     return RuleChoice("./mine.py:Mine")
 
@@ -419,20 +418,20 @@ def mine(folder: Path, answer: str = "found", hook: str = "plan_paths") -> RuleC
     ],
 )
 def test_answers_that_cannot_be_driven_are_refused(
-    answer: str, problem: str, tiny_run: Callable[..., Any], tmp_path: Path
+    answer: str, problem: str, tiny_run: Prepare, tmp_path: Path
 ) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=1, pp=mine(tmp_path, answer))
     with pytest.raises(RuleError, match=rf"mine.py.*, plan_paths, at 0\.000 s: .*{problem}"):
         tiny.simulation.run()
 
 
-def test_paths_are_held_against_each_other(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+def test_paths_are_held_against_each_other(tiny_run: Prepare, tmp_path: Path) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=4, layout=CORRIDOR, queue_length=1, pp=mine(tmp_path))
     with pytest.raises(RuleError, match=r"plan_paths, .* a path that hits a reservation: robot \d has row \d+"):
         tiny.simulation.run()
 
 
-def test_a_rule_for_fleets_has_the_hook_for_them(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_rule_for_fleets_has_the_hook_for_them(tiny_run: Prepare, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(FLEET.format(answer="found", hook="plan_path").replace("queries, ", ""))
     expected = r"rules.pp: rule .* has reserves = 'fleet' and no hook `plan_paths`, which that goes with"
     with pytest.raises(InputError, match=expected):
@@ -488,29 +487,22 @@ def test_nobody_is_put_off_for_ever() -> None:
 
 @pytest.fixture(params=["sipp", "whca-n"])
 def pp(request: pytest.FixtureRequest) -> str:
-    """Return each rule that reserves."""
     return str(request.param)
 
 
-def test_every_order_is_completed(tiny_run: Callable[..., Any], pp: str) -> None:
-    tiny = tiny_run(INSTANCE, capacity=3, robots=6, queue_length=1, pp=pp).done()
-    assert len(tiny.of(OrderCompleted)) == 16
-
-
-def test_robots_line_up_and_are_served_in_order(tiny_run: Callable[..., Any], pp: str) -> None:
+def test_robots_line_up_and_are_served_in_order(tiny_run: Prepare, pp: str) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp).done()
     joined = [event.pod for event in tiny.of(QueueJoined)]
     assert [event.pod for event in tiny.of(VisitStarted)] == joined
 
 
-def test_pods_at_the_station_from_the_start_are_served_first(tiny_run: Callable[..., Any], pp: str) -> None:
+def test_pods_at_the_station_from_the_start_are_served_first(tiny_run: Prepare, pp: str) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp, at_stations={"1": ("2", "3")}).done()
     assert [event.pod for event in tiny.of(VisitStarted)][:2] == [1, 2]
     assert len(tiny.of(OrderCompleted)) == 16
 
 
 def moved_without_a_task(events: list[Event]) -> bool:
-    """Whether some robot drove though it had no task."""
     busy: set[int] = set()
     for event in events:
         if isinstance(event, TaskAssigned):
@@ -523,7 +515,7 @@ def moved_without_a_task(events: list[Event]) -> bool:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_idle_robots_step_aside(tiny_run: Callable[..., Any], pp: str, seed: int) -> None:
+def test_idle_robots_step_aside(tiny_run: Prepare, pp: str, seed: int) -> None:
     layout = small_layout(1, block_columns=1, queue_length=1)
     tiny = tiny_run(
         INSTANCE, capacity=3, robots=len(layout.storage_locations) - 1, queue_length=1, layout=layout, pp=pp, seed=seed
@@ -533,13 +525,13 @@ def test_idle_robots_step_aside(tiny_run: Callable[..., Any], pp: str, seed: int
 
 
 @pytest.mark.parametrize("reserves", ["full paths", "windows"])
-def test_a_path_that_hits_a_reservation_is_refused(tiny_run: Callable[..., Any], tmp_path: Path, reserves: str) -> None:
+def test_a_path_that_hits_a_reservation_is_refused(tiny_run: Prepare, tmp_path: Path, reserves: str) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=4, layout=CORRIDOR, queue_length=1, pp=inline(tmp_path, reserves))
     with pytest.raises(RuleError, match=r"mine.py.*a path that hits a reservation: robot \d has row \d+, column \d+"):
         tiny.simulation.run()
 
 
-def test_one_location_is_left_for_who_steps_aside(tiny_run: Callable[..., Any], pp: str) -> None:
+def test_one_location_is_left_for_who_steps_aside(tiny_run: Prepare, pp: str) -> None:
     layout = small_layout(1, block_columns=1, queue_length=1)
     count = len(layout.storage_locations)
     with pytest.raises(InputError, match=rf"robots.count: found {count} robots and {count} storage locations"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +24,10 @@ from rmfs_core.simulation.engine import Simulation
 from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, Traffic, occupancy, timed_path
 from rmfs_core.warehouse import Robot
 from rmfs_core.world import NORTH
+from told import Prepare
 
 
-def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[..., Any]) -> None:
+def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Prepare) -> None:
     simulation = tiny_run(INSTANCE, capacity=3, robots=4, pp="whca-n", at_stations={"1": ("2", "3")}).simulation
     simulation.start()
     registered = simulation.driving.registered
@@ -60,7 +60,7 @@ def test_a_standstill_says_who_waits_for_whom(tmp_path: Path, motion: str, secon
     assert kept.metrics["distance_m"] > 0
 
 
-def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: Callable[..., Any]) -> None:
+def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: Prepare) -> None:
     simulation = tiny_run(INSTANCE, layout=CORRIDOR, queue_length=1, pp="whca-n").simulation
     driving = simulation.driving
     course = driving.courses[0]
@@ -76,8 +76,6 @@ def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: 
 
 
 class Moves:
-    """Observer of the runs of all robots."""
-
     def __init__(self) -> None:
         self.moves: list[RobotMoved] = []
 
@@ -149,7 +147,7 @@ def blocked(simulation: Simulation) -> tuple[Course, int]:
     return first, ahead
 
 
-def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Callable[..., Any]) -> None:
+def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Prepare) -> None:
     simulation = tiny_run(INSTANCE, robots=3, queue_length=1, layout=CORRIDOR, pp="whca-n").simulation
     driving, table = simulation.driving, simulation.driving.table
     first, ahead = blocked(simulation)
@@ -165,7 +163,6 @@ def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Calla
 
 
 def table_row(*intervals: tuple[int, int, int]) -> Occupancy:
-    """Cells with since and until, as a path would occupy them."""
     return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
 
 
@@ -184,7 +181,7 @@ class Ghost:
             driving.registered.hold(1 - robot.id, self.cell, 0)
 
 
-def test_who_is_refused_for_long_steps_aside(tiny_run: Callable[..., Any]) -> None:
+def test_who_is_refused_for_long_steps_aside(tiny_run: Prepare) -> None:
     tiny = tiny_run(small_instance({"1": ["a"]}, {"1": ["a"]}), robots=2, pp="whca-n", run=RunSection(until_s=600.0))
     ghost = Ghost()
     ghost.simulation = tiny.simulation
@@ -197,7 +194,7 @@ def test_who_is_refused_for_long_steps_aside(tiny_run: Callable[..., Any]) -> No
     assert ghost.cell not in {move.to for move in moves}
 
 
-def test_who_is_shut_in_is_not_planned_for(tiny_run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_is_shut_in_is_not_planned_for(tiny_run: Prepare, monkeypatch: pytest.MonkeyPatch) -> None:
     simulation = tiny_run(INSTANCE, robots=2, pp="whca-n").simulation
     driving, layout, asked = simulation.driving, simulation.driving.roads.layout, []
     course, other = driving.courses[0], driving.courses[1].robot.id
@@ -232,7 +229,7 @@ def on_its_way(tiny: Any, legs: int) -> tuple[WindowedDriving, Course]:
     return driving, course
 
 
-def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Callable[..., Any]) -> None:
+def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Prepare) -> None:
     tiny = tiny_run(INSTANCE, robots=2, pp="whca-n")
     driving, course = on_its_way(tiny, legs=1)
     end, other = course.under_way[1], driving.courses[1]
@@ -247,17 +244,11 @@ def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Callable[...
     assert (course.robot.cell, tiny.simulation.env.now) == (end.cell, end.start_tick)
 
 
-def test_a_robot_that_has_just_left_a_cell_has_not_arrived_there(tiny_run: Callable[..., Any]) -> None:
+def test_a_robot_that_has_just_left_a_cell_has_not_arrived_there(tiny_run: Prepare) -> None:
     driving, course = on_its_way(tiny_run(INSTANCE, robots=2, pp="whca-n"), legs=1)
     driving.stop(course)
     drive = driving.to_location(course.robot, course.robot.cell)
     assert next(drive) is course.arrived
-
-
-def test_a_long_wait_in_line_is_no_standstill() -> None:
-    settings = ["rules.pp=whca-n", "instance.orders=30", "robots.count=5", "layout.stations_east=1"]
-    settings += ["stations.pick_s=600.0", "stations.handle_s=600.0", "run.standstill_s=900.0"]
-    assert rmfs_core.run("paper-250", overrides=settings).status == "complete"
 
 
 @pytest.mark.parametrize(
@@ -281,7 +272,7 @@ def test_what_takes_long_is_no_standstill(settings: list[str], pp: str) -> None:
 SHORTCUT = parse_map("..........\n.v........\n.→→→→→↓...\n.↓←←←←╗...\n.→→→→→→O..\n.##.##....\n..........", "shortcut")
 
 
-def test_nobody_gets_ahead_of_those_ahead_in_line(tiny_run: Callable[..., Any]) -> None:
+def test_nobody_gets_ahead_of_those_ahead_in_line(tiny_run: Prepare) -> None:
     simulation = tiny_run(INSTANCE, robots=2, queue_length=3, layout=SHORTCUT, pp="whca-n").simulation
     driving, station = simulation.driving, simulation.warehouse.stations[0]
     first, second = driving.courses

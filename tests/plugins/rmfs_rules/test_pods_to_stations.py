@@ -1,22 +1,24 @@
-"""PPS rule demand."""
+"""Rules that select pods for open requests."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Any
 
 from rmfs_commands.testing import small_world
 from rmfs_core.decisions import PodTrip
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.demand import Demand
+from rmfs_rules.nearest_pod import NearestPod
+from standing import put_at_station
+
+
+def decide(world: Warehouse, rule: Any, max_fetches: int = 9) -> list[tuple[str, int]]:
+    """Return (pod's name, station) of each trip."""
+    return [(world.pods[one.pod].name, one.station) for one in rule.select_pods(WarehouseView(world), max_fetches)]
+
 
 NINE_PODS = {"p0": ["a"], **{f"p{i}": ["z"] for i in range(1, 8)}, "p8": ["a"]}
 """Pods p0 and p8 hold `a`; p8, in the second row, is nearer to the station (14.9 s against 19.0 s)."""
-
-
-def decide(world: Warehouse, max_fetches: int = 9) -> list[tuple[str, int]]:
-    """Return (pod's name, station) of each trip."""
-    given = Demand().select_pods(WarehouseView(world), max_fetches)
-    return [(world.pods[one.pod].name, one.station) for one in given]
 
 
 def assign(world: Warehouse, *pairs: tuple[int, int]) -> None:
@@ -27,29 +29,25 @@ def assign(world: Warehouse, *pairs: tuple[int, int]) -> None:
 
 
 def test_the_demand_of_the_whole_system_counts() -> None:
-    """Both pods serve the request for `a`; `b` is wanted in the backlog, `c` by nobody."""
     world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a", "c"], "q": ["a", "b"]})
     assign(world, (0, 0))
-    assert decide(world) == [("q", 0)]
+    assert decide(world, Demand()) == [("q", 0)]
 
 
 def test_a_pod_must_serve_an_uncovered_request() -> None:
-    """Much wanted is not enough, and what is covered needs no pod."""
     world = small_world({"1": ["a"], "2": ["b"], "3": ["b"]}, {"p": ["a"], "q": ["b"], "r": ["a", "b"]})
     assign(world, (0, 0))
     world.bind(world.pods[2], world.stations[0])
-    assert decide(world) == []
+    assert decide(world, Demand()) == []
 
 
 def test_no_more_than_the_items_on_the_pod_count() -> None:
-    """Five items of `a` are wanted: a pod with three has 3, one with a single `a` and a `b` has 2."""
     world = small_world({"1": {"a": 5}, "2": ["b"]}, {"p": {"a": 1, "b": 9}, "q": {"a": 3}})
     assign(world, (0, 0))
-    assert decide(world, 1) == [("q", 0)]
+    assert decide(world, Demand(), 1) == [("q", 0)]
 
 
-def test_what_was_picked_no_longer_counts(put_at_station: Callable[[Warehouse, int, int], None]) -> None:
-    """From one decision to the next: a pod with three items of `a` has one when two were picked from it."""
+def test_what_was_picked_no_longer_counts() -> None:
     orders = {"1": ["a"], "2": {"a": 2}, "3": ["b"], "4": {"a": 9}}
     world = small_world(orders, {"p": {"a": 3}, "q": {"a": 1, "b": 1}}, capacities=[9, 9])
     rule, view = Demand(), WarehouseView(world)
@@ -63,52 +61,73 @@ def test_what_was_picked_no_longer_counts(put_at_station: Callable[[Warehouse, i
 
 
 def test_ties_go_to_the_nearer_pod() -> None:
-    """Both hold the same."""
     world = small_world({"1": ["a"]}, NINE_PODS)
     assign(world, (0, 0))
-    assert decide(world) == [("p8", 0)]
+    assert decide(world, Demand()) == [("p8", 0)]
 
 
 def test_pods_follow_until_every_request_is_served() -> None:
-    """Finite stock: two items are on the first pod, the third comes with another."""
     world = small_world({"1": {"a": 3}}, {"p": {"a": 1}, "q": {"a": 2}, "r": {"a": 1}})
     assign(world, (0, 0))
-    assert decide(world) == [("q", 0), ("p", 0)]
+    assert decide(world, Demand()) == [("q", 0), ("p", 0)]
 
 
 def test_at_most_max_fetches_pods_leave_their_places() -> None:
-    """Each station gets one before any gets two."""
     world = small_world(
         {"1": ["a", "b"], "2": ["c", "d"]}, {"p": ["a"], "q": ["b"], "r": ["c"], "s": ["d"]}, capacities=[9, 9]
     )
     assign(world, (0, 0), (1, 1))
-    assert decide(world, 2) == [("p", 0), ("r", 1)]
-    assert decide(world, 3) == [("p", 0), ("r", 1), ("q", 0)]
-    assert decide(world, 0) == []
+    assert decide(world, Demand(), 2) == [("p", 0), ("r", 1)]
+    assert decide(world, Demand(), 3) == [("p", 0), ("r", 1), ("q", 0)]
+    assert decide(world, Demand(), 0) == []
 
 
 def test_the_station_with_fewest_inbound_pods_then_most_uncovered_requests_chooses_first() -> None:
-    """Only one pod has `a`."""
     orders = {"1": ["a"], "2": ["a", "b"], "3": ["x"]}
     world = small_world(orders, {"p": ["a"], "q": ["x"]}, capacities=[9, 9])
     assign(world, (0, 0), (1, 1))
-    assert decide(world) == [("p", 1)]
+    assert decide(world, Demand()) == [("p", 1)]
     world.bind(world.pods[1], world.stations[1])
-    assert decide(world) == [("p", 0)]
+    assert decide(world, Demand()) == [("p", 0)]
 
 
-def test_a_leaving_pod_goes_on_without_a_fetch(put_at_station: Callable[[Warehouse, int, int], None]) -> None:
-    """It is nothing the robots are counted for, and its own station is no goal for it."""
+def test_a_leaving_pod_goes_on_without_a_fetch() -> None:
     world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[9, 9])
     put_at_station(world, 0, 0)
     assign(world, (0, 1), (1, 0))
-    assert decide(world, 0) == [("p", 1)]
-    assert decide(world, 1) == [("p", 1), ("q", 0)]
+    assert decide(world, Demand(), 0) == [("p", 1)]
+    assert decide(world, Demand(), 1) == [("p", 1), ("q", 0)]
 
 
-def test_a_leaving_pod_is_sent_once_in_a_decision(put_at_station: Callable[[Warehouse, int, int], None]) -> None:
-    """Stations 2 and 3 both want what only it holds; the second has to wait."""
+def test_a_leaving_pod_is_sent_once_in_a_decision() -> None:
     world = small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, capacities=[9, 9, 9])
     put_at_station(world, 0, 0)
     assign(world, (0, 1), (1, 2))
-    assert decide(world) == [("p", 1)]
+    assert decide(world, Demand()) == [("p", 1)]
+
+
+NEAR_LAST = {"p0": ["a", "b"], **{f"p{i}": ["z"] for i in range(1, 8)}, "p8": ["a"]}
+"""Pod p8, in the second row, is nearer to the station (14.9 s) than any other (19.0 s and more)."""
+
+
+def test_the_nearest_pod_that_serves_a_request_is_sent() -> None:
+    world = small_world({"1": ["a", "b"]}, NEAR_LAST)
+    world.assign(world.orders[0], world.stations[0], [0, 1])
+    assert decide(world, NearestPod(), 1) == [("p8", 0)]
+    assert decide(world, NearestPod()) == [("p8", 0), ("p0", 0)]
+
+
+def test_a_nearer_pod_in_use_is_no_candidate() -> None:
+    world = small_world({"1": ["a"]}, NEAR_LAST, capacities=[9, 9])
+    world.assign(world.orders[0], world.stations[0], [0])
+    world.bind(world.pods[8], world.stations[1])
+    assert decide(world, NearestPod()) == [("p0", 0)]
+
+
+def test_a_leaving_pod_is_a_candidate() -> None:
+    world = small_world({"1": ["a"]}, {"p": ["a"], "q": ["a"]}, capacities=[9, 9])
+    put_at_station(world, 1, 1)
+    world.assign(world.orders[0], world.stations[0], [0])
+    times = world.travel.times_to(world.stations[0].cell, True)
+    assert times[world.pods[1].cell].min() < times[world.pods[0].cell].min()
+    assert decide(world, NearestPod()) == [("q", 0)]
