@@ -143,9 +143,7 @@ def test_what_is_no_span_is_told(span: Span) -> None:
 
 
 def test_stations_have_no_number() -> None:
-    with pytest.raises(
-        ValueError, match=r"two times of the day that differ, such as .*; found \['06:00', '07:00', 1\]"
-    ):
+    with pytest.raises(ValueError, match=r"two times of the day that differ, .*; found \['06:00', '07:00', 1\]"):
         read_spans([("06:00", "07:00", 1)])
 
 
@@ -162,7 +160,5 @@ def test_stations_have_no_number() -> None:
         ([timetable(("06:00", "10:00"), zero=8 * HOUR)], [timetable(("05:00", "07:00"), zero=8 * HOUR)], 22 * HOUR),
     ],
 )
-def test_when_one_of_each_group_is_there_first(
-    stations: list[Timetable], robots: list[Timetable], first: int | None
-) -> None:
+def test_when_one_of_each_is_there_first(stations: list[Timetable], robots: list[Timetable], first: int | None) -> None:
     assert first_common(stations, robots) == first

@@ -237,10 +237,7 @@ def test_choices_that_objects_replace_are_not_looked_at() -> None:
     ("objects", "message"),
     [
         ([Both()], '^argument rules: expected rules by what they decide, such as {"poa": MyRule\\(\\)}, found '),
-        (
-            Both(),
-            '^argument rules: expected rules by what they decide, such as {"poa": MyRule\\(\\)}, found Both\\(\\)',
-        ),
+        (Both(), '^argument rules: .* such as {"poa": MyRule\\(\\)}, found Both\\(\\)'),
         ({"paa": Both()}, "^argument rules: unknown key 'paa' \\(did you mean `poa`"),
         ({"observers": [Both()]}, "^argument rules: unknown key 'observers'"),  # `run` has an argument for these
         ({"poa": Both}, "^argument rules.poa: expected an object of a rule's class, such as MyRule.., found <class"),
@@ -359,16 +356,6 @@ def test_unknown_rule(refusal: Refusal) -> None:
         'rules.pr: there is no rule "xyzzy"; expected one of `all`, `alternating`, `assignment`, '
     )
     assert refusal(filters=(RuleChoice("xyzzy"),)).startswith("rules.filters[0]: ")  # type: ignore[arg-type]
-
-
-def test_two_distributions_with_one_name_clash_only_when_it_is_selected(refusal: Refusal, install: Install) -> None:
-    install("acme", {"mine": "acme_rules:MyRule"}, acme_rules="")
-    install("bolt", {"mine": "bolt_rules:MyRule"}, bolt_rules="")
-    assert refusal(poa=RuleChoice("mine")) == (
-        'rules.poa: rule "mine" is offered by acme 1.0 and bolt 1.0; expected one of them: `acme:mine` or `bolt:mine`'
-    )
-    RuleSet.load(RulesSection(poa=RuleChoice("pod-match"), pps=RuleChoice("demand")), ".")
-    assert 'rule "mine" (bolt 1.0) cannot be imported' in refusal(poa=RuleChoice("bolt:mine"))
 
 
 def test_a_module_that_makes_names_up(refusal: Refusal, tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ from typing import Any
 
 import jsonschema
 import pytest
-from attrs import define
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -28,24 +27,9 @@ from rmfs_core.scenario.checks import (
     at_least,
     within,
 )
-from rmfs_core.scenario.model import (
-    Arrivals,
-    InstanceSection,
-    RobotsSection,
-    RulesSection,
-    Scenario,
-    StationsSection,
-    key,
-)
+from rmfs_core.scenario.model import InstanceSection, RulesSection, Scenario, StationsSection
 from rmfs_core.scenario.source import line_of
-from rmfs_core.scenario.structuring import (
-    KeyProblem,
-    fields_of,
-    section_class,
-    strict_converter,
-    structure,
-    structure_as,
-)
+from rmfs_core.scenario.structuring import KeyProblem, strict_converter, structure
 from rmfs_core.scenario.tomltext import read_toml, shown, toml_key, toml_text, toml_value
 
 RULES_TEXT = '[rules]\npoa = "pod-match"\npps = "demand"\n'
@@ -288,28 +272,6 @@ def test_what_is_wrong_has_its_path(data: dict[str, Any], path: tuple[str | int,
     assert caught.value.problem.startswith(problem)
 
 
-def test_any_class_with_documented_keys_is_structured_alike() -> None:
-    @define
-    class Shelf:
-        width: int = key("Width")
-        arrivals: Arrivals = key("Arrivals", factory=Arrivals)  # noqa: RUF009 - as in the sections
-
-    assert structure_as(Shelf, {"width": 3}) == Shelf(3, Arrivals())
-    with pytest.raises(KeyProblem) as caught:
-        structure_as(Shelf, {"width": 3, "arrivals": {"process": "strat"}})
-    assert caught.value.path == ("arrivals", "process")
-
-
-def test_what_a_section_holds_is_known() -> None:
-    assert section_class(Scenario, "robots") is RobotsSection
-    assert section_class(InstanceSection, "arrivals") is Arrivals
-    assert section_class(RulesSection, "poa") is RuleChoice
-    assert section_class(Scenario, "seed") is None
-    assert section_class(InstanceSection, "pods_at_stations") is None
-    assert {"folder", "source"}.isdisjoint(fields_of(Scenario))
-    assert list(fields_of(Arrivals)) == ["process", "orders_per_hour", "profile", "backlog"]
-
-
 STRICT = strict_converter()
 
 
@@ -406,10 +368,6 @@ def test_a_key_is_found(path: tuple[str | int, ...], line: int | None) -> None:
 def test_tables_of_a_list_are_told_apart(path: tuple[str | int, ...], line: int) -> None:
     text = '[[sets]]\nname = "a"\n\n[[sets]]\nname = "b"\n[sets.rules]\npoa = "x"\n\n[[sets]]\n[[ others ]]\nname = 1\n'
     assert line_of(text, path) == line
-
-
-def test_no_line_is_given_where_it_could_be_wrong() -> None:
-    assert line_of('text = """\nseed = 1\n"""\nseed = 2\n', ("seed",)) is None
 
 
 NUMBERS = [at_least(1), at_least(0), within(0.5, 2), POSITIVE, DURATION, MAYBE_NO_TIME, MOVING, SHARE]

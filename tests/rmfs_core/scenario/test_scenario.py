@@ -274,9 +274,7 @@ def test_an_empty_value_takes_a_key_out() -> None:
 RULE_FILE = "from attrs import define\n\n\n@define\nclass X:\n    pass\n"
 
 
-def test_rules_from_files_are_looked_up_where_the_command_is_called(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_of_rules_are_looked_up_where_the_command_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "rules").mkdir()
     (tmp_path / "rules" / "my.py").write_text(RULE_FILE, encoding="utf-8")
     (tmp_path / "other").mkdir()
@@ -309,9 +307,7 @@ def test_rules_in_a_scenario_file_stay_relative_to_its_folder(tmp_path: Path, mo
     assert str(caught.value) == f"--set rules.pps=./my.py:X: there is no file `{tmp_path}/other/my.py`"
 
 
-def test_files_of_data_are_looked_up_where_the_command_is_called(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_of_data_are_looked_up_where_the_command_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     files = {"orders_file": "o.csv", "pods_file": "../p.csv"}
     scenario = load_scenario(
@@ -369,9 +365,7 @@ def test_every_key_that_names_a_file_is_known_as_one() -> None:
     assert set(keys_of_files(Scenario)) == set(DATA_FILES)
 
 
-def test_texts_of_parameters_are_given_where_the_command_is_called(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_texts_of_parameters_are_given_where_the_command_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "own.toml").write_text(
         '[rules]\npoa = { rule = "pod-match", a = "w" }\npps = "demand"\n', encoding="utf-8"
     )
@@ -443,9 +437,7 @@ def test_half_an_inline_name_is_refused(name: str) -> None:
         ("{tmp}/homely/a.py:A", "home", "{tmp}/homely/a.py:A"),  # beside the folder, not in it
     ],
 )
-def test_a_file_keeps_its_place_when_it_is_named_from_elsewhere(
-    tmp_path: Path, name: str, there: str, named: str
-) -> None:
+def test_a_file_keeps_its_place_when_named_from_elsewhere(tmp_path: Path, name: str, there: str, named: str) -> None:
     tmp = str(tmp_path.resolve())
     assert rule_name_from(name.format(tmp=tmp), tmp_path / there, tmp_path / "home") == named.format(tmp=tmp)
 

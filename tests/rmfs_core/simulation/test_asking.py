@@ -278,9 +278,7 @@ def test_a_wrong_measurement_is_refused_and_the_others_stay(tmp_path: Path, answ
 
 
 @pytest.mark.parametrize(("failing", "hook"), [("no end", "run_ended"), ("no measure", "measured")])
-def test_an_observer_that_fails_at_the_end_keeps_nothing_from_the_others(
-    tmp_path: Path, failing: str, hook: str
-) -> None:
+def test_an_observer_that_fails_at_the_end_keeps_nothing_from_others(tmp_path: Path, failing: str, hook: str) -> None:
     for answers in ((failing, {"runs": 1}), ({"runs": 1}, failing)):
         found, error, _ = end_with(tmp_path, *answers)
         assert found == {"runs": 1}

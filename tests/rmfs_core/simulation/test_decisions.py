@@ -266,9 +266,7 @@ def test_orders_are_released_in_waves(tiny_run: Prepare, tmp_path: Path) -> None
     assert assigned == {0: 0, 1: 1_000_000, 2: 1_000_000, 3: 3_000_000}
 
 
-def test_a_run_of_nothing_but_waking_up_stands_still(
-    tiny_run: Prepare, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_waking_up_for_nothing_stands_still(tiny_run: Prepare, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine, "MOST_ALARMS", 50)
     run = waking_run(tiny_run, tmp_path, "return []", "return warehouse.now_s + 60")
     with pytest.raises(StandstillError, match=r"stands still at 5560\.000 s: 4 orders are not complete"):
@@ -348,10 +346,7 @@ def test_a_joint_decisions_trips_come_before_its_orders() -> None:
         TripDecided(0, pod=1, station=0),
         OrderAssigned(0, order=1, station=0, skus=(0,), items=1, period=1, complete=True),
     ]
-    assert [(request.order.name, request.covered) for request in station.open_requests] == [
-        ("old", False),
-        ("new", True),
-    ]
+    assert [(one.order.name, one.covered) for one in station.open_requests] == [("old", False), ("new", True)]
 
 
 def test_a_pod_for_several_stations_visits_the_nearer_one_first() -> None:
@@ -364,11 +359,7 @@ def test_a_pod_for_several_stations_visits_the_nearer_one_first() -> None:
     assignments = (OrderAssignment(0, 0), OrderAssignment(1, 1), OrderAssignment(2, far))
     trips = (PodTrip(0, far), PodTrip(1, far), PodTrip(0, near))
     events = assigned(world, JointDecision(assignments, trips), joint=True)
-    assert [(event.pod, event.station) for event in events if isinstance(event, TripDecided)] == [
-        (0, near),
-        (1, far),
-        (0, far),
-    ]
+    assert [(one.pod, one.station) for one in events if isinstance(one, TripDecided)] == [(0, near), (1, far), (0, far)]
     assert pod.bound_for == (near, far)
 
 

@@ -187,9 +187,7 @@ def test_a_rule_that_cannot_be_prepared_is_named(tiny_run: Prepare, tmp_path: Pa
         f"    def plan_path(self): pass\n    def prepare(self, roads):\n        {body}\n",
         encoding="utf-8",
     )
-    with pytest.raises(
-        InputError, match=r"rules\.pp: rule .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"
-    ):
+    with pytest.raises(InputError, match=r"rules\.pp: .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"):
         tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), pp="./bad.py:Bad")
 
 
@@ -350,10 +348,7 @@ def test_stations_count_items_or_orders(stations: StationsSection, expected: lis
     ("sections", "message"),
     [
         ({"robots": RobotsSection(count=99)}, "robots.count: found 99 robots; the layout has 80 storage locations to "),
-        (
-            {"stations": StationsSection(item_capacity=(1, 2, 3))},
-            "stations.item_capacity: found 3 capacities, but the ",
-        ),
+        ({"stations": StationsSection(item_capacity=(1, 2, 3))}, "stations.item_capacity: found 3 capacities, "),
         ({"stations": StationsSection(order_capacity=(1,))}, "stations.order_capacity: found 1 capacities, but the la"),
         ({"instance": at(**{"3": "p"})}, "instance.pods_at_stations.3: no station 3; expected 1 to 2"),
         ({"instance": at(west="p")}, "instance.pods_at_stations.west: no station west; expected 1 to 2"),
@@ -399,9 +394,7 @@ class CountsItems:
         (2, "2 orders are not complete (2 in the backlog;", "2 in the backlog have more than 1 item and fit"),
     ],
 )
-def test_a_run_that_stands_still_says_what_is_left(
-    tiny_run: Prepare, tmp_path: Path, orders: int, left: str, large: str
-) -> None:
+def test_a_standstill_says_what_is_left(tiny_run: Prepare, tmp_path: Path, orders: int, left: str, large: str) -> None:
     (tmp_path / "own.py").write_text(COUNTS_ITEMS, encoding="utf-8")
     instance = small_instance({str(i): ["a", "b"] for i in range(orders)}, {"p": ["a", "b"]})
     run = tiny_run(instance, capacity=1, poa="./own.py:CountsItems")

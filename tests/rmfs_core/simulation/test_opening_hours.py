@@ -137,22 +137,6 @@ def test_a_later_line_of_an_order_joins_its_place_at_a_closed_station() -> None:
         checks.assignment(world, OrderAssignment(1, 0), None)
 
 
-def test_who_is_not_open_gets_nothing(tiny_run: Prepare, tmp_path: Path) -> None:
-    rule = (
-        "from attrs import define\nfrom rmfs_core import OrderAssignment, hookimpl\n\n@define\nclass Mine:\n"
-        "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [OrderAssignment(0, 0)]\n"
-    )
-    (tmp_path / "mine.py").write_text(rule, encoding="utf-8")
-    run = tiny_run(
-        small_instance({"1": ["a"]}, {"p": ["a"]}),
-        capacity=(2, 2),
-        change=hours({"1": (("06:00", "22:00"),)}),
-        poa=RuleChoice("./mine.py:Mine"),
-    )
-    with pytest.raises(RuleError, match=r"assigned order 1 \(id 0\) to station 1 \(id 0\), which is closed"):
-        run.simulation.run()
-
-
 ACTIVATING = """
 from attrs import define, field
 from rmfs_core import hookimpl

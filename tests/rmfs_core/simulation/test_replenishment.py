@@ -158,11 +158,7 @@ def waiting_and_assigned() -> Warehouse:
 @pytest.mark.parametrize(
     ("role", "answer", "problem"),
     [
-        (
-            Role.ROA,
-            [BundleAssignment(2, 1)],
-            "bundle 3 (id 2) to station 2 (id 1), but all 2 places for bundles are taken",
-        ),
+        (Role.ROA, [BundleAssignment(2, 1)], "(id 2) to station 2 (id 1), but all 2 places for bundles are taken"),
         (Role.ROA, [BundleAssignment(2, 0)], "bundle 3 (id 2) to station 1 (id 0), but it stores none"),
         (Role.ROA, [BundleAssignment(0, 1)], "assigned bundle 0 to station 2 (id 1), but no such bundle waits"),
         (Role.ROA, [BundleAssignment(2, 5)], "named station 5, which does not exist"),
@@ -303,10 +299,7 @@ def refusal(**instance: Any) -> str:
     ("instance", "problem"),
     [
         ({"replenishment": {"process": "poisson"}}, "expected `bundles_per_hour` and `bundle_items`"),
-        (
-            {"replenishment": {"process": "reorder-point"}},
-            "reorder_point: expected a number, or one for SKU 1 in the file",
-        ),
+        ({"replenishment": {"process": "reorder-point"}}, "expected a number, or one for SKU 1 in the file"),
         ({"replenishment": {"process": "file"}}, 'expected `file` with process "file"'),
         ({"replenishment": REORDER | {"order_up_to": 1}}, "expected order_up_to > reorder_point, found 1 <= 1"),
         ({"replenishment": REORDER | {"unit": "crates"}}, 'found "crates"'),
@@ -319,9 +312,7 @@ def test_what_cannot_be_replenished_is_refused(instance: dict[str, Any], problem
 
 def test_a_process_needs_rules() -> None:
     tables = {"rules": {"poa": "pod-match", "pps": "demand"}, "instance": {"replenishment": REORDER}}
-    with pytest.raises(
-        InputError, match=r'expected `rules.roa` and `rules.rps`, or `rules.roa_rps`, .* "reorder-point"'
-    ):
+    with pytest.raises(InputError, match=r'`rules.roa` and `rules.rps`, or `rules.roa_rps`, .* "reorder-point"'):
         scenario_from_dict(tables)
     tables["rules"]["roa"] = "first-bundle"
     with pytest.raises(InputError, match="expected `roa` and `rps`, or `roa_rps`, found `roa`"):

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections import Counter, defaultdict
+from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,19 +18,7 @@ from rmfs_commands.testing import validate_trace
 from rmfs_commands.trace import TraceWriter
 from rmfs_core import hookimpl
 from rmfs_core.errors import InputError, StandstillError
-from rmfs_core.events import (
-    Event,
-    ItemPicked,
-    OrderArrived,
-    OrderAssigned,
-    OrderCompleted,
-    PodLifted,
-    PodStored,
-    QueueJoined,
-    RobotMoved,
-    VisitEnded,
-    VisitStarted,
-)
+from rmfs_core.events import Event, QueueJoined
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import (
     BatterySection,
@@ -116,112 +103,11 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     )
 
 
-class Watch:
-    """Observer that follows the run and holds every event against the invariants."""
-
-    def __init__(self, scenario: Scenario, instance: Instance) -> None:
-        self.scenario = scenario
-        self.instance = instance
-        self.stock = [dict(pod.contents) for pod in instance.pods]
-        self.left = [Counter(dict(order.lines)) for order in instance.orders]
-        self.in_backlog = [dict(order.lines) for order in instance.orders]
-        self.arrived: set[int] = set()
-        self.parts: dict[tuple[int, int], list[Counter[int]]] = defaultdict(list)
-        self.carried: dict[int, int] = {}
-        self.at_station: dict[int, int] = {}
-        self.robot_cell: dict[int, int] = {}
-        self.completed: list[int] = []
-        self.tick = 0
-
-    @hookimpl
-    def on_event(self, event: Event) -> None:
-        assert event.tick >= self.tick, "time goes forwards"
-        self.tick = event.tick
-        handler: Any = getattr(self, type(event).__name__, None)
-        if handler is not None:
-            handler(event)
-
-    def OrderArrived(self, event: OrderArrived) -> None:
-        assert event.tick == self.instance.orders[event.order].arrival_tick
-        self.arrived.add(event.order)
-
-    def OrderAssigned(self, event: OrderAssigned) -> None:
-        assert event.order in self.arrived
-        part = Counter({sku: self.in_backlog[event.order].pop(sku) for sku in event.skus})
-        assert event.items == part.total()
-        assert event.complete == (not self.in_backlog[event.order])
-        self.parts[event.order, event.station].append(part)
-        self.check_capacity(event.station)
-
-    def check_capacity(self, station: int) -> None:
-        sizes = [
-            sum(dict(self.instance.orders[order].lines)[sku] for sku in part)
-            for (order, at), parts in self.parts.items()
-            if at == station
-            for part in parts
-            if part.total() > 0
-        ]
-        section = self.scenario.stations
-        if section.order_capacity is not None:
-            assert len(sizes) <= section.order_capacity
-        else:
-            assert sum(sizes) <= section.item_capacity
-
-    def PodLifted(self, event: PodLifted) -> None:
-        assert event.pod not in self.carried.values()
-        assert event.robot not in self.carried
-        self.carried[event.robot] = event.pod
-
-    def PodStored(self, event: PodStored) -> None:
-        assert self.carried.pop(event.robot) == event.pod
-        assert self.robot_cell[event.robot] == event.cell
-
-    def RobotMoved(self, event: RobotMoved) -> None:
-        assert self.robot_cell.get(event.robot, event.origin) == event.origin, "no jumps"
-        assert event.pod == self.carried.get(event.robot)
-        self.robot_cell[event.robot] = event.to
-
-    def VisitStarted(self, event: VisitStarted) -> None:
-        assert event.station not in self.at_station, "one pod at a station at a time"
-        assert self.carried[event.robot] == event.pod
-        self.at_station[event.station] = event.pod
-
-    def VisitEnded(self, event: VisitEnded) -> None:
-        assert self.at_station.pop(event.station) == event.pod
-
-    def ItemPicked(self, event: ItemPicked) -> None:
-        assert self.at_station[event.station] == event.pod
-        held = self.stock[event.pod]
-        assert event.sku in held
-        if held[event.sku] is not None:
-            held[event.sku] -= 1  # type: ignore[operator]
-            assert held[event.sku] >= 0  # type: ignore[operator]
-        self.left[event.order][event.sku] -= 1
-        assert self.left[event.order][event.sku] >= 0, "each item is picked once"
-        part = next(part for part in self.parts[event.order, event.station] if part[event.sku] > 0)
-        part[event.sku] -= 1
-
-    def OrderCompleted(self, event: OrderCompleted) -> None:
-        assert self.left[event.order].total() == 0
-        self.completed.append(event.order)
-
-
-def simulate(scenario: Scenario, instance: Instance) -> Watch:
-    rules = RuleSet.load(scenario.rules, str(Path()))
-    watch = Watch(scenario, instance)
-    rules.register_observer(watch)
-    layout = parse_map(block_map(scenario.layout, scenario.stations.queue_length), "layout")
-    Simulation(scenario, instance, layout, rules).run()
-    return watch
-
-
 @given(scenario=scenarios(), instance=instances())
 @settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.too_slow])
 def test_invariants_hold_in_every_run(scenario: Scenario, instance: Instance) -> None:
     """Items are conserved, capacity is kept, a pod is in one place, and every order is complete at the end."""
-    watch = simulate(scenario, instance)
-    assert sorted(watch.completed) == list(range(len(instance.orders)))
-    assert all(left.total() == 0 for left in watch.left)
+    completes(scenario, instance, parse_map(block_map(scenario.layout, scenario.stations.queue_length), "layout"))
 
 
 ONE_WAY = "".join(FLOOR_MOVES).replace(".", "")

@@ -63,13 +63,6 @@ def test_a_path_occupies_its_cells() -> None:
     assert taken.until.tolist() == [2415, 3829, 6953, FOREVER]
 
 
-def test_who_waits_only_holds_its_cell() -> None:
-    path = timed_path(OPEN, Query(0, 5, EAST, 1000, 2), (Leg(5, wait_ticks=2000),))
-    assert (path.end, path.end_tick) == (5, 3000)
-    taken = occupancy(OPEN, path)
-    assert (taken.cells.tolist(), taken.since.tolist(), taken.until.tolist()) == ([5], [1000], [FOREVER])
-
-
 def test_the_decision_is_what_is_driven() -> None:
     legs = (Leg(7), Leg(2))
     assert timed_path(OPEN, Query(0, 5, EAST, 0, 2), legs).path == Path(legs)

@@ -72,9 +72,7 @@ def test_a_commit_replaces_what_was_there() -> None:
         max_size=12,
     )
 )
-def test_a_path_is_settled_as_it_is_driven_and_committed(
-    paths: list[tuple[int, int, int, list[tuple[int, int]]]],
-) -> None:
+def test_a_path_is_settled_as_it_is_committed(paths: list[tuple[int, int, int, list[tuple[int, int]]]]) -> None:
     one, two = Reservations(OPEN.cells), Reservations(OPEN.cells)
     for owner, cell, tick, ends in paths:
         start = Stop(cell, EAST, tick)
@@ -119,14 +117,6 @@ def test_who_seizes_cells_takes_them_from_others() -> None:
     ]  # fmt: skip
     table.release(1)
     assert (table.reserved(0), table.reserved(2)) == ([], [])
-
-
-def test_own_intervals_are_joined_behind_anothers() -> None:
-    table = Reservations(1)
-    hold_until(table, 1, 0, 0, 10)
-    hold_until(table, 0, 0, 12, 20)
-    hold_until(table, 0, 0, 10, 15)
-    assert table.reserved(0) == [(1, 0, 10), (0, 10, 20)]
 
 
 def test_the_past_is_forgotten() -> None:

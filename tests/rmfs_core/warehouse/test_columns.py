@@ -39,9 +39,7 @@ def hold_lines(lines: Lines, orders: Sequence[Order]) -> None:
     assert lines.items[places].tolist() == [order.open_items for order in orders]
     assert lines.open_lines[places].tolist() == [len(order.open_lines) for order in orders]
     assert lines.items.sum() == lines.quantity.sum()
-    assert lines.begun.tolist() == [
-        places[i] for i, order in enumerate(orders) if len(order.open_lines) < len(order.lines)
-    ]
+    assert lines.begun.tolist() == [places[i] for i, one in enumerate(orders) if len(one.open_lines) < len(one.lines)]
     for sku in range(len(lines.first)):
         there = slice(lines.first[sku], lines.first[sku] + lines.number[sku])
         listed = [*zip(lines.listed_order[there].tolist(), lines.listed_items[there].tolist(), strict=True)]

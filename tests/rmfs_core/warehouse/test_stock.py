@@ -80,17 +80,6 @@ def test_a_bundle_costs_no_look_at_orders_that_want_more_than_there_is(monkeypat
     assert looked == ["both", "less", "0"]
 
 
-def test_assigning_and_picking_leave_what_is_unclaimed_as_it_is() -> None:
-    world = replenished_world({"1": {"a": 1}, "2": {"a": 2}}, {"p": {"a": 3}}, wait_for_stock=True)
-    assert world.stock is not None
-    assert dict(world.stock.unclaimed) == {0: 0}
-    world.assign(world.orders[0], world.stations[0], [0])
-    world.bind(world.pods[0], world.stations[0])
-    world.fulfil(world.stations[0].open_requests[0], world.pods[0])
-    assert dict(world.stock.unclaimed) == {0: 0}
-    assert dict(Stock(world.pods).unclaimed) == {0: 2}
-
-
 def test_nothing_waits_for_what_never_runs_out_or_where_nothing_is_to_wait() -> None:
     orders = {str(i): {"a": 9, "b": 1} for i in range(5)}
     world = replenished_world(orders, {"p": ["a", "b"], "q": {"a": 1}}, wait_for_stock=True)

@@ -35,9 +35,7 @@ def test_people_know_names_and_rules_return_ids() -> None:
     assert Robot(1, 0, NORTH).label == "2 (id 1)"
 
 
-def test_an_order_is_open_until_its_lines_are_assigned_and_unpicked_until_its_items_are_picked(
-    world: Warehouse,
-) -> None:
+def test_an_order_is_open_until_it_is_assigned_and_unpicked_until_it_is_picked(world: Warehouse) -> None:
     order, (here, there), pod = world.orders[0], world.stations, world.pods[0]
     assert (order.items, order.open_items, order.unpicked_items, order.split) == (3, 3, 3, False)
     assert order.lines == order.open_lines == (OrderLine(0, 2), OrderLine(1, 1))
@@ -89,14 +87,6 @@ def test_a_pod_is_where_its_robot_is(world: Warehouse) -> None:
     world.move(robot, 5, 2)
     assert (pod.location, pod.cell, pod.bound_for) == (None, 5, (0,))
     assert (robot.pod, robot.cell, robot.heading) == (pod.id, 5, 2)
-
-
-@pytest.mark.parametrize(("counts_orders", "load"), [(False, 3), (True, 1)])
-def test_a_stations_load_is_items_or_orders(counts_orders: bool, load: int) -> None:
-    world = small_world({"o": {"a": 2, "b": 1}}, {"p": ["a", "b"]}, capacities=[5], counts_orders=counts_orders)
-    station = world.stations[0]
-    world.assign(world.orders[0], station, [0, 1])
-    assert (station.load, station.free_capacity) == (load, 5 - load)
 
 
 def test_a_stations_requests_and_pods_are_in_order(world: Warehouse) -> None:
@@ -189,14 +179,6 @@ def test_a_closed_station_has_room_for_nothing(world: Warehouse) -> None:
     world.staff(station, False, 90_000)
     assert (station.open, station.free_capacity, station.load) == (False, 0, 2)
     assert (station.opens_s, station.closes_s) == (90, None)
-
-
-def test_a_robot_off_duty_is_not_idle(world: Warehouse) -> None:
-    world.put_on_duty(1)
-    assert [(robot.on_duty, robot.idle, robot.task) for robot in world.robots] == [
-        (True, True, None),
-        (False, False, None),
-    ]
 
 
 def test_the_view_is_for_looking_only() -> None:

@@ -16,7 +16,7 @@ from rmfs_core import run
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import LayoutSection, RuleChoice, RulesSection, Scenario, load_scenario
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, StationCells, check_layout, make_layout
-from rmfs_core.world.grid import DRAWN, STEPS, where
+from rmfs_core.world.grid import DRAWN, where
 from rmfs_core.world.layout_making import queue_length
 
 Install = Callable[..., None]
@@ -38,13 +38,6 @@ def test_cells_are_counted_row_by_row_from_the_north_west() -> None:
 def test_neighbours_end_at_the_edge(cell: int, neighbours: list[int | None]) -> None:
     assert [TWO_STATIONS.neighbour(cell, heading) for heading in (EAST, NORTH, WEST, SOUTH)] == neighbours
     assert TWO_STATIONS.beside(cell) == [(heading, one) for heading, one in enumerate(neighbours) if one is not None]
-
-
-def test_headings_go_round_against_the_clock() -> None:
-    """So that the difference of two is the turn between them; two steps in opposite headings cancel."""
-    assert (EAST, NORTH, WEST, SOUTH) == (0, 1, 2, 3)
-    for heading, (columns, rows) in enumerate(STEPS):
-        assert STEPS[(heading + 2) % 4] == (-columns, -rows)
 
 
 def test_moves_are_bits_of_headings() -> None:
