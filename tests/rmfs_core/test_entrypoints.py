@@ -11,6 +11,7 @@ import pytest
 
 from rmfs_core.entrypoints import COMMANDS, RULES, load, offers, origin
 from rmfs_core.errors import InputError
+from saying import said
 
 Install = Callable[..., None]
 GROUP = "rmfs.trial"
@@ -42,9 +43,7 @@ def test_what_is_offered_is_imported(install: Install) -> None:
 )
 def test_what_cannot_be_imported_is_one_sentence(install: Install, source: str, cause: str) -> None:
     install("acme", {"thing": "acme_broken:Thing"}, group=GROUP, acme_broken=source)
-    with pytest.raises(InputError) as caught:
-        load(offers(GROUP)["thing"], "rules.poa", "rule")
-    assert str(caught.value) == (
+    assert said(InputError, load, offers(GROUP)["thing"], "rules.poa", "rule") == (
         f'rules.poa: rule "thing" (acme 1.0) cannot be imported from acme_broken:Thing: {cause}'
     )
 
@@ -52,9 +51,7 @@ def test_what_cannot_be_imported_is_one_sentence(install: Install, source: str, 
 def test_a_name_of_several_distributions_is_refused(install: Install) -> None:
     for name in ("bolt", "acme", "acme_two"):
         install(name, {"thing": f"{name}_missing:Thing"}, group=GROUP)
-    with pytest.raises(InputError) as caught:
-        load(offers(GROUP)["thing"], "rmfs thing", "command")
-    assert str(caught.value) == (
+    assert said(InputError, load, offers(GROUP)["thing"], "rmfs thing", "command") == (
         'rmfs thing: command "thing" is offered by acme 1.0, acme_two 1.0 and bolt 1.0; expected one of them: '
         "`acme:thing`, `acme_two:thing` or `bolt:thing`"
     )

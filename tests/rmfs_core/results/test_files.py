@@ -42,6 +42,7 @@ from rmfs_core.results.recorders import load_recorder
 from rmfs_core.results.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS
 from rmfs_core.results.timing import timing
 from rmfs_core.roles import Role
+from saying import said
 
 Install = Callable[..., None]
 
@@ -103,9 +104,7 @@ def small_files() -> Iterator[int]:
 def test_what_does_not_fit_leaves_the_old_file(tmp_path: Path, small_files: int, size: int) -> None:
     path = tmp_path / "a.txt"
     write_text(path, "old")
-    with pytest.raises(InputError) as caught:
-        write_text(path, "x" * size)
-    assert str(caught.value) == f"{path}: cannot be written: File too large"
+    assert said(InputError, write_text, path, "x" * size) == f"{path}: cannot be written: File too large"
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -579,9 +578,7 @@ def test_a_wrong_description_is_refused(measures: object) -> None:
         def __init__(self) -> None:
             self.measures = measures
 
-    with pytest.raises(InputError) as caught:
-        described_by([Walks()])
-    assert str(caught.value) == (
+    assert said(InputError, described_by, [Walks()]) == (
         f"class Walks: expected `measures` to be a tuple of rmfs_core.results.catalogue.Metric, found {measures!r:.80}"
     )
 

@@ -26,6 +26,7 @@ from rmfs_core.rules.parts import FileProblem, add_paths, find_file, made_in, pa
 from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.scenario.model import BatterySection, RobotsSection, RuleChoice, RulesSection, StationsSection
 from rmfs_core.scenario.rulenames import GivenText
+from saying import said
 
 Install = Callable[..., None]
 Refusal = Callable[..., str]
@@ -105,9 +106,10 @@ def test_a_hook_without_arguments_says_so() -> None:
         def measured(self, run: object) -> dict[str, float]:
             return {}
 
-    with pytest.raises(InputError) as caught:
-        check_hooks("observer Watch", Watch(), "Watch")
-    assert str(caught.value) == "observer Watch: class Watch: hook `measured` has no argument `run`; it has none"
+    assert (
+        said(InputError, check_hooks, "observer Watch", Watch(), "Watch")
+        == "observer Watch: class Watch: hook `measured` has no argument `run`; it has none"
+    )
 
 
 class Several:
@@ -502,9 +504,10 @@ def test_roles_may_be_given_as_texts() -> None:
     ],
 )
 def test_a_wrong_declaration_is_refused(trait: str, value: object, expected: str) -> None:
-    with pytest.raises(InputError) as caught:
-        RuleTraits.of(SimpleNamespace(**{trait: value}), "rules.pp", 'rule "mine" (acme 1.0)')
-    assert str(caught.value) == f'rules.pp: rule "mine" (acme 1.0) has {trait} = {value!r}; expected {expected}'
+    assert (
+        said(InputError, RuleTraits.of, SimpleNamespace(**{trait: value}), "rules.pp", 'rule "mine" (acme 1.0)')
+        == f'rules.pp: rule "mine" (acme 1.0) has {trait} = {value!r}; expected {expected}'
+    )
 
 
 def test_a_scenarios_rule_is_held_to_them(refusal: Refusal, tmp_path: Any) -> None:

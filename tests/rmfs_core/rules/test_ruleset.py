@@ -24,6 +24,7 @@ from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.rules.sources import RuleSources, source_of
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.warehouse import WarehouseView
+from saying import said
 
 POA = "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [{answer}]\n"
 Install = Callable[..., None]
@@ -322,9 +323,7 @@ def test_a_file_is_loaded_once_per_rule_set_and_anew_for_the_next(folder: Path) 
     ],
 )
 def test_refused_names(folder: Path, name: str, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        load_from(folder, name)
-    assert str(caught.value) == f"rules.poa: {message.format(folder=folder)}"
+    assert said(InputError, load_from, folder, name) == f"rules.poa: {message.format(folder=folder)}"
 
 
 def test_an_absolute_path_leads_out_of_the_folder(folder: Path) -> None:
@@ -334,18 +333,14 @@ def test_an_absolute_path_leads_out_of_the_folder(folder: Path) -> None:
 
 def test_a_file_that_cannot_be_loaded(folder: Path) -> None:
     (folder / "my_rule.py").write_text("raise ValueError('no luck')\n")
-    with pytest.raises(InputError) as caught:
-        load_from(folder, "./my_rule.py:MyRule")
-    assert str(caught.value) == (
+    assert said(InputError, load_from, folder, "./my_rule.py:MyRule") == (
         f'rules.poa: rule "./my_rule.py:MyRule": {folder}/my_rule.py cannot be loaded: ValueError: no luck'
     )
 
 
 def test_no_inline_rules(folder: Path) -> None:
     (folder / "my_rule.py").write_text("raise SystemExit('was run')")
-    with pytest.raises(InputError) as caught:
-        load_from(folder, "./my_rule.py:MyRule", allow_inline=False)
-    assert str(caught.value) == (
+    assert said(InputError, load_from, folder, "./my_rule.py:MyRule", allow_inline=False) == (
         'rules.poa: rule "./my_rule.py:MyRule" would load code from a file, which --no-inline-rules refuses'
     )
 

@@ -31,6 +31,7 @@ from rmfs_core.scenario.model import InstanceSection, RulesSection, Scenario, St
 from rmfs_core.scenario.source import line_of
 from rmfs_core.scenario.structuring import KeyProblem, strict_converter, structure
 from rmfs_core.scenario.tomltext import read_toml, shown, toml_key, toml_text, toml_value
+from saying import said
 
 RULES_TEXT = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 WHOLE, NUMBER = "expected a whole number", "expected a number"
@@ -79,9 +80,7 @@ def test_a_wrong_value_is_refused_with_its_line_and_key(key: str, value: str, pr
     file = tmp_path / "wrong.toml"
     rest = 'rules.pps = "demand"\n' if key.startswith("rules.") else RULES_TEXT
     file.write_text(f"# values\n{key} = {value}\n{rest}", encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        load_scenario(file)
-    assert str(caught.value) == f"{file}, line 2, {key}: {problem}"
+    assert said(InputError, load_scenario, file) == f"{file}, line 2, {key}: {problem}"
 
 
 ARRIVALS_KEYS = "`backlog`, `orders_per_hour`, `process`, `profile`"
@@ -141,9 +140,7 @@ BAD_FILES = [
 def test_a_mistake_is_one_sentence(text: str, message: str, tmp_path: Path) -> None:
     file = tmp_path / "wrong.toml"
     file.write_text(text if "[rules]" in text else f"{text}\n{RULES_TEXT}", encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        load_scenario(file)
-    assert str(caught.value) == f"{file}{message}"
+    assert said(InputError, load_scenario, file) == f"{file}{message}"
 
 
 def test_every_value_is_read(tmp_path: Path) -> None:
@@ -184,9 +181,7 @@ def test_shipped_scenarios_are_found_by_name(name: str | Path, tmp_path: Path, m
 
 
 def test_a_misspelt_file_names_the_nearest_scenario() -> None:
-    with pytest.raises(InputError) as caught:
-        load_scenario("paper-25")
-    assert str(caught.value) == (
+    assert said(InputError, load_scenario, "paper-25") == (
         "paper-25: there is no such file, and no shipped scenario of that name "
         "(did you mean `paper-250` or `paper-2000`?)"
     )
@@ -204,9 +199,10 @@ def test_the_seed_can_be_replaced() -> None:
 def test_tables_are_read_without_a_file() -> None:
     rules = {"poa": "pod-match", "pps": "demand"}
     assert scenario_from_dict({"rules": rules, "seed": 4}).seed == 4
-    with pytest.raises(InputError) as caught:
-        scenario_from_dict({"rules": rules, "seed": -4}, name="result.json")
-    assert str(caught.value) == "result.json, seed: expected a whole number >= 0, found -4"
+    assert (
+        said(InputError, scenario_from_dict, {"rules": rules, "seed": -4}, name="result.json")
+        == "result.json, seed: expected a whole number >= 0, found -4"
+    )
 
 
 def test_later_errors_get_the_line_of_their_key(tmp_path: Path) -> None:

@@ -26,6 +26,7 @@ from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RunSection
 from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers, instance_of, sequence_of
 from rmfs_core.simulation.limits import OverdueError, within
+from saying import said
 from scripted import run_of
 from told import Prepare, ToldRun
 
@@ -179,9 +180,7 @@ def test_what_a_check_finds_is_the_rules_fault(tmp_path: Path) -> None:
     def impossible() -> None:
         raise ImpossibleError("sent the wrong pod")
 
-    with pytest.raises(RuleError) as caught:
-        run.asker.apply(run.rules.ta, impossible)
-    assert str(caught.value) == (
+    assert said(RuleError, run.asker.apply, run.rules.ta, impossible) == (
         'rule "./scripted_rules.py:Scripted" (scripted_rules.py inline), assign_tasks, at 12.345 s: sent the wrong pod.'
     )
     assert run.asker.apply(run.rules.ta, lambda: 7) == 7
@@ -209,9 +208,7 @@ def test_only_sequences_of_the_right_kind_pass(answer: object, problem: str) -> 
 
 
 def test_a_long_answer_is_cut_short() -> None:
-    with pytest.raises(ImpossibleError) as caught:
-        instance_of("x" * 500, PodTrip)
-    assert str(caught.value) == f"returned str '{'x' * 79}; expected PodTrip"
+    assert said(ImpossibleError, instance_of, "x" * 500, PodTrip) == f"returned str '{'x' * 79}; expected PodTrip"
     with pytest.raises(ImpossibleError, match=r"^returned bool True; expected int$"):
         instance_of(True, int)
     assert instance_of(3, int) == 3

@@ -21,6 +21,7 @@ from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.traffic import ReservedError
 from rmfs_core.traffic.paths import ends_of
 from rmfs_core.warehouse import Warehouse
+from saying import said
 from told import Prepare
 
 ORDER, POD, NAMED = "order one (id 0) to station 1 (id 0)", "to station 1 (id 0)", "expected a whole number"
@@ -102,9 +103,7 @@ def test_numpy_integers_are_ids_too(tiny_run: Prepare, tmp_path: Path) -> None:
 
 
 def impossible(check: Callable[..., object], *arguments: object) -> str:
-    with pytest.raises(ImpossibleError) as caught:
-        check(*arguments)
-    return str(caught.value)
+    return said(ImpossibleError, check, *arguments)
 
 
 @pytest.fixture

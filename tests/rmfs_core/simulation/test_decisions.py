@@ -27,6 +27,7 @@ from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.warehouse import Pod, Robot, Warehouse, WarehouseView
+from saying import said
 from scripted import run_of, scripted, until_nothing_happens
 from told import Prepare
 
@@ -293,9 +294,9 @@ FINITE = "; expected seconds after now, below 1e12, or None"
 )
 def test_no_time_to_wake_up_at_ends_the_run(tiny_run: Prepare, tmp_path: Path, wakes: str, problem: str) -> None:
     run = waking_run(tiny_run, tmp_path, "return orders", wakes, run=RunSection(decision_limit_s=0.3))
-    with pytest.raises(RuleError) as caught:
-        run.simulation.run()
-    assert str(caught.value).startswith(f'rule "./waking.py:Waking" (waking.py inline), wake_at, at 0.000 s: {problem}')
+    assert said(RuleError, run.simulation.run).startswith(
+        f'rule "./waking.py:Waking" (waking.py inline), wake_at, at 0.000 s: {problem}'
+    )
 
 
 def assigned(

@@ -41,12 +41,15 @@ from rmfs_core.simulation.setup import motion_of, open_warehouse
 from rmfs_core.timetable import Span
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.world import Instance
+from saying import said
 from told import Prepare
+
+ONE_ORDER = small_instance({"1": ["a"]}, {"p": ["a"]})
 
 
 def test_one_item_takes_fetching_lifting_carrying_and_handling(tiny_run: Prepare) -> None:
     """One robot, pod, item: the run is the empty drive, 2.2 s of lifting, the loaded drive and 13 s of handling."""
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}))
+    run = tiny_run(ONE_ORDER)
     warehouse = run.warehouse
     travel, robot, pod = warehouse.travel, warehouse.robots[0], warehouse.pods[0]
     station = warehouse.stations[0].cell
@@ -188,7 +191,7 @@ def test_a_rule_that_cannot_be_prepared_is_named(tiny_run: Prepare, tmp_path: Pa
         encoding="utf-8",
     )
     with pytest.raises(InputError, match=r"rules\.pp: .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"):
-        tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), pp="./bad.py:Bad")
+        tiny_run(ONE_ORDER, pp="./bad.py:Bad")
 
 
 def test_a_station_takes_an_order_larger_than_it_is(tiny_run: Prepare) -> None:
@@ -241,9 +244,7 @@ def scenario(seed: int = 1, **sections: Any) -> Scenario:
 
 
 def refusal(given: Scenario, instance: Instance = PODS) -> str:
-    with pytest.raises(InputError) as caught:
-        open_warehouse(given, instance, small_layout(2))
-    return str(caught.value)
+    return said(InputError, open_warehouse, given, instance, small_layout(2))
 
 
 def at(**stations: str) -> InstanceSection:
@@ -398,9 +399,7 @@ def test_a_standstill_says_what_is_left(tiny_run: Prepare, tmp_path: Path, order
     (tmp_path / "own.py").write_text(COUNTS_ITEMS, encoding="utf-8")
     instance = small_instance({str(i): ["a", "b"] for i in range(orders)}, {"p": ["a", "b"]})
     run = tiny_run(instance, capacity=1, poa="./own.py:CountsItems")
-    with pytest.raises(StandstillError) as caught:
-        run.simulation.run()
-    assert str(caught.value) == (
+    assert said(StandstillError, run.simulation.run) == (
         f"The run stands still at 0.000 s: {left} 0 open requests that no inbound pod can serve; 0 pods waiting for a "
         'robot), and no rule decides anything (asked last: rule "./own.py:CountsItems" (own.py inline), rule "demand" '
         f'({RMFS}), rule "nearest-robot" ({RMFS})); {large} an empty station alone, as `fits` says.'
@@ -432,12 +431,12 @@ def test_why_no_order_is_complete_is_said(
             run=RunSection(until_s=until_s),
         )
 
-    simulation = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=change).simulation
+    simulation = tiny_run(ONE_ORDER, change=change).simulation
     simulation.run()
     assert [*simulation.notes()] == [f"No order is complete at {until_s:.3f} s: {sentence}"]
 
 
 def test_where_an_order_is_complete_nothing_is_said(tiny_run: Prepare) -> None:
-    simulation = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]})).simulation
+    simulation = tiny_run(ONE_ORDER).simulation
     simulation.run()
     assert [*simulation.notes()] == []

@@ -31,6 +31,8 @@ from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.timetable import DAY, Span
 from told import Prepare
 
+ONE_ORDER = small_instance({"1": ["a"]}, {"p": ["a"]})
+
 POA = ("pod-match", "first-come", "station-queue", "least-slack")
 MINUTE = 60_000
 
@@ -47,7 +49,7 @@ def hours(
 
 
 def test_nothing_is_assigned_before_a_station_opens(tiny_run: Prepare) -> None:
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours((("06:00", "22:00"),))).done()
+    run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),))).done()
     assert [event.tick for event in run.of(StationClosed)] == [0]
     assert [event.tick for event in run.of(StationOpened)] == [360 * MINUTE]
     assert [event.tick for event in run.of(OrderAssigned)] == [360 * MINUTE]
@@ -55,9 +57,7 @@ def test_nothing_is_assigned_before_a_station_opens(tiny_run: Prepare) -> None:
 
 
 def test_a_run_that_begins_at_another_time_of_the_day(tiny_run: Prepare) -> None:
-    run = tiny_run(
-        small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours((("06:00", "22:00"),), start="2024-03-01T05:30")
-    ).done()
+    run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),), start="2024-03-01T05:30")).done()
     assert [event.tick for event in run.of(OrderAssigned)] == [30 * MINUTE]
 
 
@@ -79,9 +79,7 @@ def test_each_station_has_its_own_hours(tiny_run: Prepare) -> None:
 
 
 def test_the_view_tells_when_a_station_opens_and_closes(tiny_run: Prepare) -> None:
-    run = tiny_run(
-        small_instance({"1": ["a"]}, {"p": ["a"]}), capacity=(2, 2), change=hours({"1": (("06:00", "22:00"),)})
-    )
+    run = tiny_run(ONE_ORDER, capacity=(2, 2), change=hours({"1": (("06:00", "22:00"),)}))
     first, second = run.warehouse.stations
     run.simulation.start()
     assert (first.open, first.staffed, first.opens_s, first.closes_s) == (False, False, 21_600, None)
@@ -108,17 +106,17 @@ def test_robots_off_duty_finish_their_task_and_take_no_other(tiny_run: Prepare) 
 
 def test_a_run_stands_still_when_a_whole_day_brings_nothing(tiny_run: Prepare) -> None:
     change = hours((("06:00", "22:00"),), robots=(("08:00", "09:00", 0),))
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=change)
+    run = tiny_run(ONE_ORDER, change=change)
     with pytest.raises(StandstillError, match=r"stands still at .*: 1 order is not complete.*; \d+ robots? off duty"):
         run.simulation.run()
     assert run.simulation.now <= 4 * DAY
 
 
 def test_a_station_without_a_span_is_never_open(tiny_run: Prepare) -> None:
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours({})).done()
+    run = tiny_run(ONE_ORDER, change=hours({})).done()
     assert run.simulation.status == "complete"
     with pytest.raises(InputError, match="found no span for any station; expected one that opens"):
-        tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours({"1": ()}))
+        tiny_run(ONE_ORDER, change=hours({"1": ()}))
 
 
 def test_orders_days_apart_are_no_standstill(tiny_run: Prepare) -> None:
@@ -193,9 +191,7 @@ def test_a_rule_that_closes_everything_stands_still(tiny_run: Prepare, tmp_path:
 
 
 def test_the_end_of_a_run_may_come_first(tiny_run: Prepare) -> None:
-    run = tiny_run(
-        small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours((("06:00", "22:00"),)), run=RunSection(until_s=60)
-    ).done()
+    run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),)), run=RunSection(until_s=60)).done()
     assert (run.simulation.status, run.simulation.now) == ("partial", MINUTE)
 
 

@@ -11,6 +11,7 @@ from rmfs_core import run
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
 from rmfs_core.world import Instance, OrderData, PodData, make_instance
+from saying import said
 
 
 def test_an_orders_items_are_the_sum_of_its_lines() -> None:
@@ -46,9 +47,7 @@ poa = "pod-match"
 pps = "demand"
 """
 WRONG = [
-    # a SKU that nobody has
     ("1,0,a,1\n2,0,a,1\n2,0,b,1\n", "p,a,\n", "{}", "{orders}, line 4: order 2 wants SKU b, which is on no pod"),
-    # more than there is
     (
         "1,0,a,2\n2,0,a,2\n",
         "p,a,1\nq,a,2\n",
@@ -56,7 +55,6 @@ WRONG = [
         "{orders}, line 3: from order 2 on, the orders want more than all pods hold: SKU a (4 wanted, 3 there); "
         "expected more items on pods, or `instance.replenishment`",
     ),
-    # too large for the largest station
     (
         "1,0,a,3\n2,0,a,4\n",
         "p,a,\n",
@@ -64,7 +62,6 @@ WRONG = [
         "{orders}, line 3: order 2 has 4 items, more than any station takes at a time (3); "
         'expected a larger `stations.item_capacity` or `stations.oversize` = "alone"',
     ),
-    # pods at stations
     (
         "1,0,a,1\n",
         "pod1,a,\n",
@@ -109,9 +106,9 @@ def test_orders_of_any_size_where_orders_are_counted_or_large_ones_go_alone(tmp_
 
 
 def test_generated_orders_that_are_too_large_say_what_to_change() -> None:
-    with pytest.raises(InputError) as caught:
-        make_instance(load_scenario("paper-250", ["stations.item_capacity=2", "stations.oversize=refuse"]))
-    assert str(caught.value).endswith(
+    assert said(
+        InputError, make_instance, load_scenario("paper-250", ["stations.item_capacity=2", "stations.oversize=refuse"])
+    ).endswith(
         "more, more than any station takes at a time (2); expected a smaller `instance.max_lines`, "
         'a larger `stations.item_capacity` or `stations.oversize` = "alone"'
     )

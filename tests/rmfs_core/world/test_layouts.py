@@ -18,6 +18,7 @@ from rmfs_core.scenario import LayoutSection, RuleChoice, RulesSection, Scenario
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, StationCells, check_layout, make_layout
 from rmfs_core.world.grid import DRAWN, where
 from rmfs_core.world.layout_making import queue_length
+from saying import said
 
 Install = Callable[..., None]
 
@@ -130,9 +131,7 @@ def test_a_notebook_shows_no_layout_that_it_could_not_draw() -> None:
     ],
 )
 def test_a_map_that_cannot_be_driven_on_is_refused_with_its_cells(text: str, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        check_layout(parse_map(text, "map"), "map")
-    assert str(caught.value) == message
+    assert said(InputError, check_layout, parse_map(text, "map"), "map") == message
 
 
 def test_a_lane_may_lead_away_from_a_station_only() -> None:
@@ -186,9 +185,7 @@ def test_a_map_says_how_long_its_queues_are(tmp_path: Path) -> None:
 
 def test_a_queue_that_is_too_short_for_the_scenario_is_refused(tmp_path: Path) -> None:
     file = scenario_with_map(tmp_path, MAP)
-    with pytest.raises(InputError) as caught:
-        make_layout(load_scenario(file, ["stations.queue_length=3"]))
-    assert str(caught.value) == (
+    assert said(InputError, make_layout, load_scenario(file, ["stations.queue_length=3"])) == (
         f"stations.queue_length: found 3, but the queue of station 1 in {tmp_path}/map.txt has 2 cells; "
         "expected at most that many"
     )
@@ -278,9 +275,7 @@ CELLS = "; expected cells from 0 to 26, and a place in its queue"
 )
 def test_a_layout_that_cannot_be_had_is_one_sentence(install: Install, name: str, problem: str) -> None:
     install("acme", GENERATORS, group="rmfs.layouts", acme_halls=LAYOUTS)
-    with pytest.raises(InputError) as caught:
-        make_layout(Scenario(rules=RULES, layout=LayoutSection(generator=name)))
-    assert str(caught.value) == problem
+    assert said(InputError, make_layout, Scenario(rules=RULES, layout=LayoutSection(generator=name))) == problem
 
 
 def test_a_name_of_ours_that_others_offer_too_is_ours_where_none_is_given(install: Install) -> None:
