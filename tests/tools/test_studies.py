@@ -122,6 +122,18 @@ def test_each_change_is_of_one_expression(tmp_path: Path, monkeypatch: pytest.Mo
     }
 
 
+@pytest.mark.parametrize(
+    ("file", "tests"),
+    [
+        ("rmfs_core/world/travel.py", "tests/rmfs_core/world"),
+        ("rmfs_core/wording.py", "tests/rmfs_core"),
+        ("plugins/rmfs_rules/due/__init__.py", "tests/plugins/rmfs_rules/test_orders_to_stations.py"),
+    ],
+)
+def test_tests_are_found_by_folder_or_by_the_name_of_a_rule(file: str, tests: str) -> None:
+    assert tests in mutants.tests_of(file)
+
+
 @pytest.mark.slow
 def test_a_failing_test_kills(tmp_path: Path) -> None:
     (tmp_path / "test_good.py").write_text("def test(): pass\n", encoding="utf-8")
