@@ -28,17 +28,7 @@ def gaps(table: Reservations, cell: int, owner: int) -> list[tuple[int, int]]:
 
 
 class PlainSearch:
-    """One query.
-
-    Parameters
-    ----------
-    roads
-        The layout.
-    table
-        The reservations.
-    query
-        Who wants to go where.
-    """
+    """One query, of who wants to go where among reservations."""
 
     def __init__(self, roads: Roads, table: Reservations, query: Query) -> None:
         self.roads = roads

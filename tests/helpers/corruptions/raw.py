@@ -22,13 +22,7 @@ class NotThereError(Exception):
 
 @define(eq=False)
 class Raw:
-    """What a trace file holds.
-
-    Parameters
-    ----------
-    header, events, end
-        The first line, those of events, the last one.
-    """
+    """What a trace file holds: the first line, those of events, the last one."""
 
     header: Line
     events: list[Line]
