@@ -297,11 +297,8 @@ REORDER = {"process": "reorder-point", "reorder_point": 1, "order_up_to": 4}
 
 def refusal(**instance: Any) -> str:
     """Return why a scenario with these keys of its instance cannot be run."""
-    return said(
-        InputError,
-        make_instance,
-        scenario_of({}, instance={"orders": 5, "skus": 4, "pods": 4, "skus_per_pod": 1} | instance),
-    )
+    keys = {"orders": 5, "skus": 4, "pods": 4, "skus_per_pod": 1} | instance
+    return said(InputError, lambda: make_instance(scenario_of({}, instance=keys)))
 
 
 @pytest.mark.parametrize(
