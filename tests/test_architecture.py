@@ -29,41 +29,6 @@ NAMES_A_PLUGIN = {
 }
 """Modules of the kernel that name a plugin, with the reason."""
 
-NO_TEST_OF_ITS_OWN = {
-    "rmfs_core/hookspecs.py": "declares the hooks; tests/test_documentation.py runs an example of each",
-    "rmfs_core/world/__init__.py": "says what is there; `read_instance` is that of the format `csv`",
-    "rmfs_core/info.py": "declares what observers are handed, and does nothing",
-    "plugins/rmfs_commands/experiments/watching.py": "declares what watchers are told, and does nothing",
-    "plugins/rmfs_commands/experiments/workers.py": "declares what workers are; each kind has its own test",
-}
-"""Code files without a test file, with the reason."""
-
-TESTS_OF_SEVERAL = {
-    "tests/plugins/rmfs/test_facade.py": "names that are imported from other packages",
-    "tests/plugins/rmfs_commands/kit/test_fresh_environment.py": "what a stranger does, from wheel to rule",
-    "tests/plugins/rmfs_commands/replay/test_browser.py": "the page, in a real browser",
-    "tests/plugins/rmfs_commands/states/test_bundles.py": "states with bundles: asked, refused, explained",
-    "tests/plugins/rmfs_commands/states/test_replay.py": "recorded states, rebuilt and decided again",
-    "tests/plugins/rmfs_rules/replenishment/test_rule.py": "the rules for bundles in a warehouse under way",
-    "tests/plugins/rmfs_commands/testing/test_needs.py": "a rule that needs something, through all tools",
-    "tests/plugins/rmfs_commands/testing/test_shipped_rules.py": "every shipped rule against what all promise",
-    "tests/plugins/rmfs_commands/validation/test_mutations.py": "traces corrupted in every way, in all checks",
-    "tests/plugins/rmfs_commands/validation/test_release.py": "places kept and backlogs refilled, in picks and orders",
-    "tests/plugins/rmfs_rules/test_late_orders.py": "orders that had to wait for stock, in rules that keep accounts",
-    "tests/plugins/rmfs_rules/test_oracles.py": "rules against literal versions of their definitions",
-    "tests/rmfs_core/warehouse/test_counted_requests.py": "items of a line as one request, in several files",
-    "tests/rmfs_core/simulation/test_invariants.py": "what holds in every run, whatever rules and worlds",
-    "tests/rmfs_core/simulation/test_no_standstill.py": "random worlds run to their end, batteries included",
-    "tests/rmfs_core/simulation/test_opening_hours.py": "when stations and robots are there, from scenario to event",
-    "tests/rmfs_core/simulation/test_replenishment.py": "bundles from arrival to pod, in all of the kernel",
-}
-"""Test files named after what they show, because it is of several code files."""
-
-TESTED_BY_SUBJECT = {
-    "plugins/rmfs_rules/mip/": "the files of one proof, held against one brute force; a test file for each subject",
-}
-"""Folders whose test files are named after subjects, not code files, with the reason."""
-
 PRIVATE = re.compile(r"_[A-Za-z](\w*[^\W_])?")
 DOCUMENTED = ("os._exit", "dispatcher._cache")
 """Underscored names that are public all the same; and where numba's compiled functions keep their cache, which
@@ -381,36 +346,18 @@ def test_private_names_are_found() -> None:
     ]
 
 
-def place_of_test(code: str) -> str:
-    """Return where the test of a code file is: in the same folder below tests/, by the same name.
-
-    The test of code in an ``__init__.py``, a rule in one file, is ``test_rule.py``.
-    """
-    folder, _, name = code.rpartition("/")
-    return f"tests/{folder}/test_{'rule.py' if name == '__init__.py' else name}"
-
-
-def code_files() -> list[str]:
-    """Return the code files that a test file may be named after: no ``__init__.py`` that only says what is there."""
-    return [
-        module.file.relative_to(ROOT).as_posix()
-        for module in everything()
-        if not module.file.is_relative_to(PLUGINS / "rmfs")  # names of other packages; one test has them all
-        if not module.file.relative_to(ROOT).as_posix().startswith(tuple(TESTED_BY_SUBJECT))
-        if module.file.name != "__init__.py"
-        or any(isinstance(node, ast.FunctionDef | ast.ClassDef) for node in module.tree.body)
-    ]
+def test_every_package_has_tests() -> None:
+    """In the folder of its name below tests/, or in files beside that folder that name it, as those of most rules."""
+    for part in (KERNEL, RULES, COMMANDS):
+        beside = ROOT / "tests" / part.relative_to(ROOT)
+        texts = [file.read_text(encoding="utf-8") for file in beside.glob("test_*.py")]
+        for folder in sorted(file.parent for file in part.glob("*/__init__.py")):
+            named = re.compile(rf"\b{part.name}\.{folder.name}\b")
+            assert [*(beside / folder.name).rglob("test_*.py")] or any(map(named.search, texts)), folder
 
 
-def test_every_code_file_has_a_test_of_its_name() -> None:
-    """Who looks for the test of a file finds it by its name."""
-    without = {code for code in code_files() if not (ROOT / place_of_test(code)).exists()}
-    assert sorted(without) == sorted(NO_TEST_OF_ITS_OWN)
-
-
-def test_every_test_file_is_named_after_a_code_file() -> None:
-    """Who reads a test finds the code by its name."""
-    below = (ROOT / "tests" / "rmfs_core", ROOT / "tests" / "plugins")
-    found = {file.relative_to(ROOT).as_posix() for folder in below for file in folder.rglob("test_*.py")}
-    found -= {file for file in found if file.startswith(tuple(f"tests/{folder}" for folder in TESTED_BY_SUBJECT))}
-    assert sorted(found - {*map(place_of_test, code_files())}) == sorted(TESTS_OF_SEVERAL)
+def test_tests_are_in_the_folder_of_their_package() -> None:
+    """Who reads a test finds the code by the folder's name."""
+    for below in (ROOT / "tests" / "rmfs_core", ROOT / "tests" / "plugins"):
+        folders = {file.parent.relative_to(ROOT / "tests") for file in below.rglob("test_*.py")}
+        assert [folder for folder in sorted(folders) if not (ROOT / folder).is_dir()] == []

@@ -1,8 +1,4 @@
-"""Nothing that a user meets is undocumented: hooks, rules, commands, scenario keys, needs.
-
-Each kind has a function that lists what is missing. It finds nothing in what is there, and it finds each gap in things
-made with gaps: so the tests can fail.
-"""
+"""Nothing that a user meets is undocumented: hooks, rules, commands, scenario keys, needs."""
 
 from __future__ import annotations
 
@@ -46,8 +42,6 @@ EVERYTHING = "".join(path.read_text(encoding="utf-8") for path in sorted(DOCS.rg
 
 
 # Hooks
-
-
 def hooks_of(*groups: type) -> dict[str, str]:
     """Return the docstring of each hook."""
     return {
@@ -59,8 +53,6 @@ def hooks_of(*groups: type) -> dict[str, str]:
 
 
 HOOKS = hooks_of(DecisionHooks, FilterHooks, TimeHooks, ObserverHooks)
-
-
 PREAMBLE, *_EXAMPLES = re.split(r"^@define\n", page("reference/hook_examples.py"), flags=re.MULTILINE)
 EXAMPLES = {hook: f"@define\n{code}" for hook, code in zip(HOOKS, _EXAMPLES, strict=True)}
 """The example of each hook, in the order of the hooks."""
@@ -88,7 +80,6 @@ def run_example(hook: str, code: str) -> ConformanceReport:
 
 
 def test_every_hook_has_its_row_and_its_arguments() -> None:
-    """Each hook is in the table of the reference, which shows its docstring; and that tells what the arguments are."""
     for group in (DecisionHooks, FilterHooks, TimeHooks, ObserverHooks):
         for name, hook in vars(group).items():
             if name.startswith("_"):
@@ -104,7 +95,6 @@ def test_every_hook_has_its_row_and_its_arguments() -> None:
 
 
 def test_every_hook_has_a_description_and_an_example() -> None:
-    """Nothing is missing."""
     assert len(HOOKS) == 21
     assert gaps_in_hooks(HOOKS) == []
 
@@ -112,7 +102,6 @@ def test_every_hook_has_a_description_and_an_example() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("hook", HOOKS)
 def test_the_example_of_a_hook_runs(hook: str) -> None:
-    """It is a rule with no findings, and its hook is called."""
     assert run_example(hook, EXAMPLES[hook]).times[hook].calls > 0
 
 
@@ -126,7 +115,6 @@ class Undocumented:
 
 
 def test_a_gap_in_a_hook_is_found() -> None:
-    """No docstring, no example, no description."""
     assert gaps_in_hooks(hooks_of(Undocumented)) == [
         "bare has no description",
         "bare has no example",
@@ -135,7 +123,6 @@ def test_a_gap_in_a_hook_is_found() -> None:
 
 
 def test_an_example_that_does_not_work_is_found() -> None:
-    """A rule that does not conform, one for another hook, and code that does not even run."""
     lazy = EXAMPLES["assign_orders"].replace("for station in warehouse.stations", "for station in ()")
     with pytest.raises(AssertionError, match="starved order"):
         run_example("assign_orders", lazy)
@@ -146,8 +133,6 @@ def test_an_example_that_does_not_work_is_found() -> None:
 
 
 # Rules
-
-
 def squeezed(text: str) -> str:
     """Return a text with every run of blanks as one, wherever its lines end."""
     return " ".join(text.split())
@@ -190,7 +175,6 @@ def listed() -> str:
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_every_shipped_rule_is_documented(name: str, reference: str, listed: str) -> None:
-    """Summary, reference, and each parameter: in the docstring, in `rmfs rules` and in the reference."""
     shown = CliRunner().invoke(rmfs, ["rules", name], catch_exceptions=False).stdout
     assert gaps_in_rule(SHIPPED[name], reference, shown) == []
     for number in SHIPPED[name].short_references().splitlines():
@@ -198,7 +182,6 @@ def test_every_shipped_rule_is_documented(name: str, reference: str, listed: str
 
 
 def test_a_gap_in_a_rule_is_found() -> None:
-    """Whatever is left out is named."""
     n = Parameter("n", "a whole number", False, 1, "", "How many.")
     good = RuleDescription("x", "acme", "1", ("POA",), (n,), "Decides.", "https://doi.org/10.1016/j.x")
     section = "### `x`\n.. autoclass:: acme.X\n| `n` | `1` |\n\n### `y`\n"
@@ -216,8 +199,6 @@ def test_a_gap_in_a_rule_is_found() -> None:
 
 
 # Commands
-
-
 def gaps_in_command(command: click.Command, called: str, pages: str) -> Iterator[str]:
     """List commands, and their options and arguments, that are not described in the help or named on a page."""
     context = click.Context(command, info_name=called)
@@ -241,13 +222,10 @@ def gaps_in_command(command: click.Command, called: str, pages: str) -> Iterator
 
 
 def test_every_command_and_option_is_documented() -> None:
-    """Each command has a help text and occurs on a page, each option and argument is explained."""
     assert list(gaps_in_command(rmfs, "rmfs", EVERYTHING)) == []
 
 
 def test_a_gap_in_a_command_is_found() -> None:
-    """Whatever is left out is named, in groups of commands, too."""
-
     @click.group(help="Tools.")
     def tool() -> None: ...
 
@@ -270,8 +248,6 @@ def test_a_gap_in_a_command_is_found() -> None:
 
 
 # Scenario keys
-
-
 def gaps_in_keys(section: type, reference: str, prefix: str = "") -> Iterator[str]:
     """List keys without a meaning, times without their unit, and keys that are not in the reference with both."""
     attrs.resolve_types(section)
@@ -294,13 +270,10 @@ def gaps_in_keys(section: type, reference: str, prefix: str = "") -> Iterator[st
 
 
 def test_every_scenario_key_is_documented() -> None:
-    """Each key has its meaning, its unit and its row."""
     assert list(gaps_in_keys(Scenario, GENERATED["scenario_keys"]())) == []
 
 
 def test_a_gap_in_the_keys_is_found() -> None:
-    """Whatever is left out is named, in sections of the file, too."""
-
     def key(doc: str, unit: str = "") -> Any:
         return field(default=1, metadata={"doc": doc, "unit": unit})
 
@@ -327,8 +300,6 @@ def test_a_gap_in_the_keys_is_found() -> None:
 
 
 # Needs and the conformance suite
-
-
 def gaps_in_needs(needs: Any, text: str) -> list[str]:
     """List needs that have no row in a text."""
     return [need for need in needs if f'| `"{need}"` |' not in text]
@@ -342,7 +313,6 @@ def test_every_need_is_documented() -> None:
 
 
 def test_every_finding_is_documented() -> None:
-    """The page on tests of rules explains each kind that the suite can report."""
     from rmfs_commands.testing import conformance, trial
 
     for kind in (trial.IMPOSSIBLE, trial.RAISED, trial.STARVED, trial.MUTATED, conformance.RANDOM, conformance.KEPT):
@@ -351,10 +321,7 @@ def test_every_finding_is_documented() -> None:
 
 
 # Files
-
-
 def test_every_column_is_documented() -> None:
-    """Each column of each table that is read or written has its row in the page on files."""
     from rmfs_commands.details.tables import TABLE_FILES
     from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS
     from rmfs_commands.instances.csv_files import ORDER_COLUMNS, POD_COLUMNS
@@ -366,7 +333,6 @@ def test_every_column_is_documented() -> None:
 
 
 def test_every_column_that_a_run_writes_is_documented(tmp_path: Path) -> None:
-    """Each column of each table that a run leaves, in the section of its file and its part on due times."""
     overrides = ["instance.orders=2", "instance.due.allowance_s=60", "rules.pp=free-flow"]
     run("examples/small", overrides=overrides, out=tmp_path)
     tables = sorted(tmp_path.glob("*.csv"))
@@ -379,8 +345,6 @@ def test_every_column_that_a_run_writes_is_documented(tmp_path: Path) -> None:
 
 
 # Words
-
-
 def terms(glossary: str) -> set[str]:
     """Return the terms that a glossary defines, in small letters."""
     found = set()
@@ -425,14 +389,11 @@ def test_the_glossary_defines_what_a_run_prints() -> None:
 
 
 def test_every_metric_is_in_the_reference() -> None:
-    """By the name that results and experiments use."""
     for metric in (*(m for group in METRICS.values() for m in group), *TIMING, *DETAILS, *OPENING, *LATENESS):
         assert f"| `{metric.name}` | {metric.label.strip()} |" in GENERATED["metrics"]()
 
 
 # Where things are
-
-
 def names_in(file: Path) -> set[str]:
     """Return the names in a file's code; a comment or a docstring that has a word in it does not count."""
     found: set[str] = set()
@@ -459,7 +420,6 @@ def wrong_places(table: str, root: Path) -> list[str]:
 
 
 def test_where_do_i_find_leads_to_what_is_there() -> None:
-    """Every file that is named exists, and every name is in the files of its line."""
     text = page("explanation/where-do-i-find.md")
     assert wrong_places(text, DOCS.parent) == []
     assert len(re.findall(r"^\| .*\.py`", text, re.MULTILINE)) > 25
@@ -482,7 +442,6 @@ INTERNAL = {
 
 
 def test_what_pages_and_templates_show_imports_the_facade() -> None:
-    """Whoever copies from them needs nothing that may move."""
     root = DOCS.parent
     files = [root / "README.md", *DOCS.rglob("*.md"), *DOCS.rglob("*.ipynb"), DOCS / "reference" / "hook_examples.py"]
     files += (root / "plugins" / "rmfs_commands" / "kit" / "templates").rglob("*.*")

@@ -26,7 +26,6 @@ metrics = ["pile_on"]
 [[rule_sets]]
 name = "pod-match"
 """
-
 COMMANDS = {
     "run": ("run", "tiny.toml", "--out", "out", "--quiet"),
     "recorded": ("run", "tiny.toml", "--out", "out", "--quiet", "--trace"),
@@ -83,7 +82,6 @@ def is_told(capsys: pytest.CaptureFixture[str], *texts: str) -> None:
 def test_what_does_not_fit_is_told_and_loses_nothing(
     name: str, folder: Path, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
 ) -> None:
-    """What was there before stays, whole; nothing half written is left."""
     assert exit_code(*COMMANDS[name]) == 0
     before = contents(folder)
     capsys.readouterr()
@@ -108,7 +106,6 @@ def test_what_does_not_fit_is_told_and_loses_nothing(
 def test_where_nothing_can_be_written_is_told_at_once(
     name: str, out: str, text: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A name that is too long, and a file where a folder should be."""
     before = contents(folder)
     arguments = [out if argument == "out" else argument for argument in COMMANDS[name]]
     assert exit_code(*arguments) == 2
@@ -118,13 +115,11 @@ def test_where_nothing_can_be_written_is_told_at_once(
 
 @pytest.mark.parametrize(("out", "text"), [("x" * 300, "File name too long"), ("tiny.toml", "expected a folder")])
 def test_a_reproduction_that_cannot_be_kept_is_not_begun(out: str, text: str) -> None:
-    """Its runs take a while."""
     with pytest.raises(InputError, match=text):
         reproduce(choose_parts(("examples",)), Path(out), jobs=1)
 
 
 def test_a_folder_in_place_of_a_file_is_told_before_the_run(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Nothing of an earlier run is touched."""
     assert exit_code(*COMMANDS["run"]) == 0
     (folder / "out" / "delays.csv").unlink()
     (folder / "out" / "delays.csv").mkdir()
@@ -135,7 +130,6 @@ def test_a_folder_in_place_of_a_file_is_told_before_the_run(folder: Path, capsys
 
 
 def test_links_in_the_folder_of_results_are_followed(folder: Path) -> None:
-    """Who keeps orders.csv elsewhere finds it there."""
     assert exit_code(*COMMANDS["run"]) == 0
     (folder / "out" / "orders.csv").rename(folder / "elsewhere.csv")
     (folder / "out" / "orders.csv").symlink_to("../elsewhere.csv")
@@ -146,7 +140,6 @@ def test_links_in_the_folder_of_results_are_followed(folder: Path) -> None:
 
 
 def test_a_killed_run_leaves_what_was_there_and_the_next_cleans_up(folder: Path) -> None:
-    """Its files are hidden until all of them are there."""
     assert exit_code(*COMMANDS["run"]) == 0
     before = contents(folder / "out")
     long = ["run", "tiny.toml", "--out", "out", "--quiet", "--trace", "--set", "instance.orders=2000"]
@@ -166,7 +159,6 @@ def test_a_killed_run_leaves_what_was_there_and_the_next_cleans_up(folder: Path)
 
 
 def test_a_pipe_as_the_file_of_a_state_stays_a_pipe(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """What writes to a path that is named follows it."""
     assert exit_code("run", "tiny.toml", "--out", "out", "--quiet", "--record-decisions") == 0
     os.mkfifo(folder / "pipe")
     with subprocess.Popen(["cat", "pipe"], stdout=subprocess.PIPE) as reader:
@@ -178,20 +170,17 @@ def test_a_pipe_as_the_file_of_a_state_stays_a_pipe(folder: Path, capfd: pytest.
 
 @pytest.mark.parametrize("command", ["replay", "validate", "cite", "compare", "run"])
 def test_a_name_that_no_file_can_have_is_no_file(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """It is not there, as others are not."""
     assert exit_code(command, "x" * 300) == 2
     is_told(capsys, "xxx")
 
 
 def test_a_base_that_no_file_can_have_is_no_scenario(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """As one that is not there."""
     (folder / "trial.toml").write_text(TRIAL.replace("tiny.toml", "9" * 400), encoding="utf-8")
     assert exit_code("compare", "trial.toml") == 2
     is_told(capsys, "there is no scenario 999")
 
 
 def test_links_that_lead_round_are_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A data file that is a link to itself cannot be read."""
     (folder / "orders.csv").symlink_to(folder / "orders.csv")
     (folder / "pods.csv").write_text("pod,sku,quantity\np,s,\n", encoding="utf-8")
     files = ("--set", "instance.orders_file=orders.csv", "--set", "instance.pods_file=pods.csv")

@@ -19,14 +19,11 @@ from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parent.parent
 Built = Callable[..., tuple[Path, Path]]
-
-
 PACKAGES = ("rmfs", "rmfs_commands", "rmfs_core", "rmfs_rules")
 
 
 @pytest.mark.slow
 def test_the_wheel_holds_kernel_plugins_and_scenarios(built: Built) -> None:
-    """The wheel that the sdist makes has every package, scenario and entry point, and nothing of the tests."""
     names = set(zipfile.ZipFile(built()[1]).namelist())
     tops = {name.split("/")[0] for name in names}
     assert {top for top in tops if not top.endswith(".dist-info")} == {*PACKAGES, "rmfs_scenarios"}
@@ -51,7 +48,6 @@ def test_the_wheel_holds_kernel_plugins_and_scenarios(built: Built) -> None:
 
 @pytest.mark.slow
 def test_the_sdist_holds_what_it_takes_to_build_and_test(built: Built) -> None:
-    """Every file of code, tests, tools and scenarios, and what builds, describes and tests them."""
     with tarfile.open(built()[0]) as sdist:
         names = {name.partition("/")[2] for name in sdist.getnames()}
     found = {
@@ -71,7 +67,6 @@ def test_the_sdist_holds_what_it_takes_to_build_and_test(built: Built) -> None:
 
 
 def test_the_version_is_in_pyproject_alone() -> None:
-    """Tests and pages that are executed name none: what they compare with is the installed one, or `...`."""
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     named = re.compile(rf"(rmfs |\{{){re.escape(version)}\b")
     files = [file for folder in ("tests", "docs/how-to", "docs/tutorial") for file in (ROOT / folder).rglob("*.*")]
@@ -80,7 +75,6 @@ def test_the_version_is_in_pyproject_alone() -> None:
 
 
 def test_the_citation_is_that_of_the_last_release() -> None:
-    """CITATION.cff has its version and date as CHANGELOG.md has them; pyproject.toml has it, too, or a later one."""
     changes, citation, project = (
         (ROOT / name).read_text(encoding="utf-8") for name in ("CHANGELOG.md", "CITATION.cff", "pyproject.toml")
     )
@@ -95,7 +89,6 @@ PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 
 
 def test_the_pythons_it_installs_on_are_the_same_everywhere() -> None:
-    """Above the last one HiGHS has no wheels that python-mip works with: classifiers, README and pages say the same."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     allowed = SpecifierSet(project["requires-python"])
     assert tuple(f"3.{minor}" for minor in range(30) if allowed.contains(f"3.{minor}.1")) == PYTHONS
@@ -119,7 +112,6 @@ def test_pip_is_told_the_pythons_it_installs_on(built: Built) -> None:
 
 @pytest.mark.slow
 def test_an_index_would_take_it(built: Built) -> None:
-    """`twine check` finds nothing wrong with the metadata of wheel and sdist, README included."""
     command = [sys.executable, "-m", "twine", "check", "--strict", *map(str, built())]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

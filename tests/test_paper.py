@@ -1,5 +1,7 @@
 """What the paper says of the sequential rules, held against runs (Xie, Thieme, Krenzler, Li, arXiv:1902.03092)."""
 
+from __future__ import annotations
+
 from itertools import product
 from statistics import mean
 
@@ -12,7 +14,6 @@ IMPLIED_MAKESPAN_S = 3571
 
 
 def test_example_2_sequential() -> None:
-    """Section 2.4: orders 2 and 3 go to station 1, 1 and 4 to station 2; six visits, pile-on 2."""
     result = rmfs_core.run("examples/example-2-sequential")
     assert result.status == "complete"
     assert {row["order"]: row["stations"] for row in result.orders} == {"1": "2", "2": "1", "3": "1", "4": "2"}
@@ -26,7 +27,6 @@ def test_example_2_sequential() -> None:
 
 @pytest.mark.slow
 def test_makespan_of_the_250_order_instances(capsys: pytest.CaptureFixture[str]) -> None:
-    """Over the eight 250-order instances the mean makespan lies within 25 % of the one the paper's tables imply."""
     makespans = {}
     for skus, pods, alpha in product((20, 100), (50, 100), (2, 3)):
         overrides = [f"instance.skus={skus}", f"instance.pods={pods}", f"instance.skus_per_pod={alpha}"]

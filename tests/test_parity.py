@@ -1,8 +1,6 @@
-"""The warehouse that RAWSim-O has run, too: items per hour compared with its own.
+"""The warehouse that RAWSim-O has run, too: items per hour compared with its own."""
 
-RAWSim-O's figures are of its public code on the same map, orders, pods and places, means of three seeds with 8 robots.
-By itself it frees slots when items are handled; it was changed for the comparison to do so when they are picked.
-"""
+from __future__ import annotations
 
 import random
 from pathlib import Path
@@ -38,7 +36,6 @@ def started_elsewhere(seed: int, file: Path) -> str:
 def test_items_per_hour_are_those_of_rawsim_o(
     settings: tuple[str, ...], items: float, within: float, tmp_path: Path
 ) -> None:
-    """Over four hours under the same rules, in the mean of three starts: one run is off by up to 3 %."""
     starts = [started_elsewhere(seed, tmp_path / f"{seed}.csv") for seed in range(3)]
     results = [rmfs_core.run("parity/rawsim-o", overrides=[*settings, start]) for start in starts]
     assert mean(result.metrics["picks_per_hour"] or 0 for result in results) == pytest.approx(items, rel=within)
@@ -53,7 +50,6 @@ def test_every_order_has_a_name_of_its_own(capsys: pytest.CaptureFixture[str]) -
 
 
 def test_sipp_runs_it_too(tmp_path: Path) -> None:
-    """Robots start on the floor, in queues and under pods; they get to work without a fault in the first minutes."""
     settings = ("rules.pp=sipp", "robots.count=16", "stations.release=handled", "run.until_s=300")
     result = rmfs_core.run("parity/rawsim-o", overrides=settings, out=tmp_path, record=["trace"])
     assert (result.metrics["picks"] or 0) > 50

@@ -20,18 +20,14 @@ PAGES = [
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")),
     *(ROOT / "docs").rglob("*.md"),
 ]
-
-
 COMMANDS = commands()
 
 
 def test_it_is_short() -> None:
-    """A person reads it to the end."""
     assert len(README.splitlines()) <= 180
 
 
 def test_the_readmes_rule_runs(tmp_path: Path) -> None:
-    """The rule and the scenario of the README, saved as it says, complete all orders."""
     save_files(tmp_path)
     result = rmfs_core.run(tmp_path / "my-scenario.toml")
     assert result.status == "complete"
@@ -40,14 +36,12 @@ def test_the_readmes_rule_runs(tmp_path: Path) -> None:
 
 
 def test_the_readmes_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    """The library example prints status and figures."""
     exec(blocks("python")[1], {})
     assert capsys.readouterr().out.startswith("complete ")
 
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_the_readmes_commands_exist(words: list[str]) -> None:
-    """Each has only options that there are. (That they run, the slow test below shows.)"""
     command: click.Command = rmfs
     while isinstance(command, click.Group):
         words = words[1:]
@@ -59,7 +53,6 @@ def test_the_readmes_commands_exist(words: list[str]) -> None:
 
 @pytest.mark.slow
 def test_the_readmes_tour_runs(tmp_path: Path) -> None:
-    """Every command, in the order of the README, in one folder."""
     save_files(tmp_path)
     for words in COMMANDS:
         call = [sys.executable, "-c", "from rmfs_commands.cli.main import main; main()", *words[1:]]
@@ -74,7 +67,6 @@ FIGURES = r"^\| `(.+)` \| ([0-9.]+) \| ([0-9]+) \| ([0-9]+) s \| ([0-9.]+) s \|$
 @pytest.mark.slow
 @pytest.mark.parametrize("row", re.findall(FIGURES, README, re.MULTILINE), ids=lambda row: row[0])
 def test_the_readmes_figures(row: tuple[str, ...]) -> None:
-    """Each rule set of the real day has the figures in its row, and no order is late."""
     rules, *shown = row
     overrides = ["run.until_s=43200", *(f"rules.{rule}" for rule in rules.split())]
     metrics = rmfs_core.run("grocery-day", overrides=overrides).metrics
@@ -85,7 +77,6 @@ def test_the_readmes_figures(row: tuple[str, ...]) -> None:
 
 
 def test_the_readmes_table_is_that_of_the_documentation() -> None:
-    """Both have its rows, one for each run that the README shows."""
     rows = [line for line in README.splitlines() if re.fullmatch(FIGURES, line)]
     assert len(rows) == len([words for words in COMMANDS if "run.until_s=43200" in words]) == 3
     assert set(rows) <= set((ROOT / "docs" / "index.md").read_text(encoding="utf-8").splitlines())
@@ -100,11 +91,9 @@ def links(page: Path) -> list[str]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(page: Path) -> None:
-    """Each relative link is a file. (Sphinx looks at those of docs/ too, and at their anchors.)"""
     missing = [address for address in links(page) if not (page.parent / address.partition("#")[0]).is_file()]
     assert missing == []
 
 
 def test_links_are_found() -> None:
-    """The README leads into the documentation, so the test above has something to look at."""
     assert len(links(ROOT / "README.md")) > 15

@@ -29,12 +29,10 @@ def history(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_is_slower_than_in_the_last_release_is_named(
     measured: list[float], least: float, said: str | None
 ) -> None:
-    """By more than 10 %, in every one of three measurements."""
     left = iter(measured)
     assert releases.held_against_release("load", lambda: next(left)) == (least, said)
     assert list(left) == []
 
 
 def test_what_no_release_has_is_only_measured() -> None:
-    """A new benchmark is held against nothing."""
     assert releases.held_against_release("other", lambda: 99.0) == (99.0, None)

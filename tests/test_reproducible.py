@@ -1,5 +1,7 @@
 """Same scenario, same seed, same versions: the same bytes."""
 
+from __future__ import annotations
+
 import json
 import os
 import subprocess
@@ -31,7 +33,6 @@ def without_wall_clock(file: Path) -> bytes:
 
 
 def test_two_fresh_processes_write_the_same_bytes(tmp_path: Path) -> None:
-    """Two processes with different hash seeds write the same files, the trace included."""
     folders = [tmp_path / "one", tmp_path / "two"]
     for hash_seed, folder in zip(("1", "4242"), folders, strict=True):
         environment = os.environ | {"PYTHONHASHSEED": hash_seed}
@@ -45,14 +46,12 @@ def test_two_fresh_processes_write_the_same_bytes(tmp_path: Path) -> None:
 
 
 def test_another_seed_is_another_run() -> None:
-    """The seed matters: another one gives other figures."""
     one, two = (rmfs_core.run("examples/small", seed=seed).metrics for seed in (1, 2))
     assert one != two
 
 
 @pytest.mark.parametrize("poa", ["first-come", "common-lines"])
 def test_rule_sets_see_the_same_orders_and_pods(poa: str) -> None:
-    """Common random numbers: whatever the rules, one seed means the same orders."""
     base = rmfs_core.run("examples/small")
     other = rmfs_core.run("examples/small", overrides=[f"rules.poa={poa}"])
     assert [(row["order"], row["items"]) for row in base.orders] == [

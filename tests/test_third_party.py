@@ -36,7 +36,6 @@ name = "unwatched"
 rules.observers = []
 """
 RMFS = ("python", "-c", "from rmfs_commands.cli.main import main; main()")
-
 pytestmark = pytest.mark.slow
 
 
@@ -52,7 +51,6 @@ def place(environment: Callable[..., Any], built: Callable[[Path], tuple[Path, P
 
 
 def test_its_command_is_one_of_ours(place: Any) -> None:
-    """It is listed and runs; what it refuses is one sentence; another that is broken costs nothing."""
     listed = place.call(*RMFS, "--help")
     assert "  acme-first   Print when each station had its first pick" in listed
     assert "  acme-broken  (not usable: " in listed
@@ -70,7 +68,6 @@ def test_its_command_is_one_of_ours(place: Any) -> None:
 
 
 def test_its_observer_and_recorder_write_beside_the_results(place: Any) -> None:
-    """Their files lie beside ours, and the recorder's is named with them."""
     files = {path.name for path in (place.folder / "day").iterdir()}
     assert files == {
         *("result.json", "orders.csv", "visits.csv", "periods.csv", "trace.jsonl.gz"),
@@ -83,7 +80,6 @@ def test_its_observer_and_recorder_write_beside_the_results(place: Any) -> None:
 
 
 def test_its_layouts_are_layouts(place: Any) -> None:
-    """One is made of the keys, one is read from a file in a format of its own; both are checked, run and validated."""
     (place.folder / "hall.runs").write_text("6# 5.\n7. 2q 1O 1.\n6# 5.\n", encoding="utf-8")
     small = (
         "--set",
@@ -113,7 +109,6 @@ def test_its_layouts_are_layouts(place: Any) -> None:
 
 
 def test_its_metrics_are_metrics(place: Any) -> None:
-    """They are in result.json and in the run's summary, with label and unit where it says some; the trace is valid."""
     content = json.loads((place.folder / "day" / "result.json").read_text("utf-8"))
     assert content["versions"]["acme"] == "2.0"
     assert content["metrics"]["acme_busy_stations"] == 4
@@ -124,7 +119,6 @@ def test_its_metrics_are_metrics(place: Any) -> None:
 
 
 def test_its_metrics_are_compared(place: Any) -> None:
-    """Table, summary.csv, runs.parquet and report.html have them; runs without the observer have a dash."""
     (place.folder / "trial.toml").write_text(EXPERIMENT, encoding="utf-8")
     printed = place.call(*RMFS, "compare", "trial.toml", "--out", "compared", "--jobs", "1")
     assert "All stations busy (s)" in printed

@@ -62,7 +62,6 @@ def written(name: str, out: Path) -> dict[str, bytes]:
 @pytest.mark.slow
 @pytest.mark.usefixtures("hasty")
 def test_runs_in_threads_write_what_they_write_alone(tmp_path: Path) -> None:
-    """Each scenario runs twice, at the same time as itself and as others."""
     alone = {name: written(name, tmp_path / "alone" / name) for name in RUNS}
     twice = [(name, tmp_path / f"{copy}" / name) for name in RUNS for copy in range(2)]
     with ThreadPoolExecutor(4) as threads:
@@ -74,7 +73,6 @@ def test_runs_in_threads_write_what_they_write_alone(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("hasty")
 def test_runs_in_two_threads_write_what_they_write_alone(tmp_path: Path) -> None:
-    """They share a layout with its tables of driving times, and nothing that either of them writes on."""
     names = ("sipp", "sipp, another seed", "whca-n", "sipp")
     alone = {name: written(name, tmp_path / name) for name in names}
     with ThreadPoolExecutor(2) as threads:

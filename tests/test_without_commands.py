@@ -1,6 +1,4 @@
-"""The kernel needs no tools: where every command but `rmfs run` and its neighbours is gone, a run is the same.
-
-What makes its instance is needed: here the paper's generator."""
+"""The kernel needs no tools: where every command but `rmfs run` and its neighbours is gone, a run is the same."""
 
 from __future__ import annotations
 
@@ -16,7 +14,6 @@ import rmfs_core
 ROOT = Path(__file__).resolve().parent.parent
 KEPT = ("cli", "instances", "layouts", "run")
 RMFS = ("python", "-c", "from rmfs_commands.cli.main import main; main()")
-
 pytestmark = pytest.mark.slow
 
 
@@ -41,7 +38,6 @@ def place(
 
 
 def test_the_other_commands_are_gone(place: Any) -> None:
-    """What is tried is not the checkout: the help says of every other command that it is not there."""
     places = place.call(
         "python", "-c", "import rmfs_core, rmfs_commands.cli; print(rmfs_core.__file__, rmfs_commands.cli.__file__)"
     )
@@ -52,7 +48,6 @@ def test_the_other_commands_are_gone(place: Any) -> None:
 
 
 def test_a_run_is_the_same(place: Any, tmp_path: Path) -> None:
-    """`rmfs run` works, and every order is completed at the same time as here."""
     place.call(*RMFS, "run", "examples/small", "--out", "day")
     rmfs_core.run("examples/small", out=tmp_path)
     for file in ("orders.csv", "visits.csv"):
@@ -60,7 +55,6 @@ def test_a_run_is_the_same(place: Any, tmp_path: Path) -> None:
 
 
 def test_a_recorder_that_is_not_there_is_named(place: Any) -> None:
-    """One sentence, before anything is run."""
     done = place.run(*RMFS, "run", "examples/small", "--out", "traced", "--trace")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines()[-1].startswith('Error: record trace: recorder "trace" (rmfs ')

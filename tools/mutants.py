@@ -14,6 +14,7 @@ import argparse
 import ast
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -115,11 +116,16 @@ def mutants_of(file: Path) -> Iterator[Mutant]:
 
 
 def tests_of(file: str) -> list[str]:
-    """Return the tests that look at a file most closely: those of its folder, or of that above."""
-    folder = Path("tests") / Path(file).parent
-    while not (ROOT / folder).is_dir():
-        folder = folder.parent
-    return [folder.as_posix(), *WHOLE_RUNS]
+    """Return the tests that look at a file most closely: those of its folder, those that name it, or those above."""
+    package = Path(file).parent
+    while not (ROOT / "tests" / package).is_dir():
+        named = re.compile(rf"\b{package.parent.name}\.{package.name}\b")
+        beside = sorted((ROOT / "tests" / package.parent).glob("test_*.py"))
+        found = [one for one in beside if named.search(one.read_text(encoding="utf-8"))]
+        if found:
+            return [*(one.relative_to(ROOT).as_posix() for one in found), *WHOLE_RUNS]
+        package = package.parent
+    return [(Path("tests") / package).as_posix(), *WHOLE_RUNS]
 
 
 def is_killed(copy: Path, tests: list[str], jobs: int) -> bool:

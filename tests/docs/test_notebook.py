@@ -42,7 +42,6 @@ def done(text: str, names: dict[str, Any]) -> object:
 def test_it_runs_and_shows_what_it_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawing: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A layout, a result, a plot of two rules, a mistake as a sentence, a replay."""
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {"__name__": "__main__"}
     shown = [done("".join(cell["source"]), names) for cell in CELLS if cell["cell_type"] == "code"]

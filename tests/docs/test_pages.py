@@ -32,5 +32,4 @@ def _is_slow(path: Path, text: str) -> bool:
 
 @pytest.mark.parametrize("page", pages())
 def test_a_page_does_what_it_says(page: str, tmp_path: Path) -> None:
-    """Nothing fails, and what is printed is what the page shows."""
     done(page, tmp_path)

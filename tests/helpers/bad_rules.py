@@ -40,13 +40,11 @@ HOOKS = {role: signature.split("(")[0] for role, signature in SIGNATURES.items()
 
 
 def write_rule(folder: Path, role: str, body: str) -> str:
-    """Write an inline rule and return what the scenario calls it."""
     (folder / "bad.py").write_text(HEAD.format(signature=SIGNATURES[role], body=body), encoding="utf-8")
     return "./bad.py:Bad"
 
 
 def prepare_bad(tiny_run: Callable[..., Any], folder: Path, role: str, body: str, **options: object) -> Any:
-    """Prepare a run of three orders in which one rule is bad."""
     instance = small_instance(
         {"one": ["a", "b"], "two": ["a", "b", "c"], "late": ["a"]},
         {"p": ["a"], "q": ["b"], "r": ["c"]},

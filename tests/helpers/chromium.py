@@ -116,13 +116,11 @@ class Chromium:
         return message
 
     def size(self, width: int, height: int, *, dark: bool = False) -> None:
-        """Give the page a size, and the preference for dark or light."""
         self._call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self._call("Emulation.setEmulatedMedia", features=[scheme])
 
     def open(self, file: Path | str, asked: str = "") -> float:
-        """Open a page and return after how many seconds `window.replay` was there."""
         self._call("Page.navigate", url="about:blank")
         begin = time.perf_counter()
         self._call("Page.navigate", url=f"{file if isinstance(file, str) else file.resolve().as_uri()}{asked}")
@@ -133,23 +131,19 @@ class Chromium:
         return time.perf_counter() - begin
 
     def evaluate(self, expression: str) -> Any:
-        """Return what a JavaScript expression amounts to; a promise is waited for."""
         answer = self._call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
     def press(self, key: str) -> None:
-        """Press a key and release it."""
         told = {"key": key, "windowsVirtualKeyCode": KEYS.get(key, ord(key[0].upper()))}
         text = {"text": TEXTS.get(key, key)} if len(key) == 1 or key in TEXTS else {}
         self._call("Input.dispatchKeyEvent", type="keyDown", **told, **text)
         self._call("Input.dispatchKeyEvent", type="keyUp", **told)
 
     def click(self, x: float, y: float) -> None:
-        """Click a point of the page."""
         for kind in ("mousePressed", "mouseReleased"):
             self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
 
     def picture(self, file: Path) -> None:
-        """Save what the page shows as a PNG."""
         file.write_bytes(base64.b64decode(self._call("Page.captureScreenshot", format="png")["data"]))

@@ -34,6 +34,5 @@ class Mine:
 
 
 def inline(folder: Path, reserves: str, legs: str = "legs") -> RuleChoice:
-    """Write a PP rule that heeds nobody and returns ``legs``."""
     (folder / "mine.py").write_text(RULE.format(reserves=reserves, legs=legs))
     return RuleChoice("./mine.py:Mine")

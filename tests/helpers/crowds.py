@@ -65,7 +65,6 @@ def crowd(roads: Roads, planner: Planner, robots: int, seed: int, warm_up: int =
 
 
 def with_goal(query: Query, goal: int, loaded: bool) -> Query:
-    """Return a query with another goal."""
     return Query(query.robot, query.cell, query.heading, query.start_tick, goal, loaded)
 
 

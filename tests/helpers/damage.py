@@ -22,13 +22,10 @@ def find(trace: Trace, kind: type[Kind], number: int = 3, where: Callable[[Kind]
 
 
 def put(trace: Trace, at: int, *events: Event, instead_of: int = 1) -> Trace:
-    """Return the trace with events put in place of as many as said."""
     return evolve(trace, events=(*trace.events[:at], *events, *trace.events[at + instead_of :]))
 
 
 def change(kind: type[Kind], by: Callable[[Trace, Any], dict[str, Any]], **where: Any) -> Damage:
-    """Return the damage that changes fields of one event."""
-
     def damage(trace: Trace) -> Trace:
         at = find(trace, kind, **where)
         return put(trace, at, evolve(trace.events[at], **by(trace, trace.events[at])))
@@ -37,13 +34,10 @@ def change(kind: type[Kind], by: Callable[[Trace, Any], dict[str, Any]], **where
 
 
 def drop(kind: type[Kind], **where: Any) -> Damage:
-    """Return the damage that leaves out one event."""
     return lambda trace: put(trace, find(trace, kind, **where))
 
 
 def repeat(kind: type[Kind], **where: Any) -> Damage:
-    """Return the damage that tells one event twice."""
-
     def damage(trace: Trace) -> Trace:
         at = find(trace, kind, **where)
         return put(trace, at, trace.events[at], trace.events[at])
@@ -52,8 +46,6 @@ def repeat(kind: type[Kind], **where: Any) -> Damage:
 
 
 def earlier(kind: type[Kind], by: int = 1, **where: Any) -> Damage:
-    """Return the damage that tells one event before so many others."""
-
     def damage(trace: Trace) -> Trace:
         at = find(trace, kind, **where)
         moved = evolve(trace.events[at], tick=trace.events[at - by].tick)
@@ -64,7 +56,6 @@ def earlier(kind: type[Kind], by: int = 1, **where: Any) -> Damage:
 
 
 def other(count: int, value: int) -> int:
-    """Return another id."""
     return (value + 1) % count
 
 
@@ -74,12 +65,10 @@ def at(place: int, **fields: Any) -> Damage:
 
 
 def without(place: int) -> Damage:
-    """Return the damage that leaves out the event at a place."""
     return lambda trace: put(trace, place)
 
 
 def twice(place: int) -> Damage:
-    """Return the damage that tells the event at a place twice."""
     return lambda trace: put(trace, place, trace.events[place], trace.events[place])
 
 
@@ -102,5 +91,4 @@ def assert_found(damaged: Trace, kind: str) -> None:
 
 
 def told(trace: Trace) -> list[str]:
-    """Return the faults of a trace as texts: kind and sentence."""
     return [f"{fault.kind}: {fault.sentence}" for fault in faults_of(trace)]

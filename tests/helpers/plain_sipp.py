@@ -28,17 +28,7 @@ def gaps(table: Reservations, cell: int, owner: int) -> list[tuple[int, int]]:
 
 
 class PlainSearch:
-    """One query.
-
-    Parameters
-    ----------
-    roads
-        The layout.
-    table
-        The reservations.
-    query
-        Who wants to go where.
-    """
+    """One query, of who wants to go where among reservations."""
 
     def __init__(self, roads: Roads, table: Reservations, query: Query) -> None:
         self.roads = roads
@@ -59,7 +49,6 @@ class PlainSearch:
         self.expanded = 0
 
     def run(self) -> TimedPath | None:
-        """Return the path that arrives first and may stay at the goal, or None."""
         query = self.query
         here = [gap for gap in self.gaps[query.cell] if gap[0] <= query.start_tick < gap[1]]
         last = self.gaps[query.goal][-1:]
@@ -91,7 +80,6 @@ class PlainSearch:
         return None
 
     def _successors(self, state: State, time: int) -> list[tuple[State, int, int]]:
-        """(state, arrival, departure) of every run from a state, as early as can be into each gap of its last cell."""
         found: list[tuple[State, int, int]] = []
         cell, heading, gap_end = state
         for towards in range(4):
@@ -118,7 +106,6 @@ class PlainSearch:
         return found
 
     def _narrow(self, windows: list[Window], cell: int, length: int, i: int) -> list[Window]:
-        """Return the departures at which a cell, the i-th of a run, is free as well."""
         enter, leave = self.enter[length][i], self.leave[length][i]
         free = []
         for since, until in self.gaps[cell]:

@@ -25,25 +25,11 @@ def xinst(
     tiers: int = 1,
     pitch: float = 1.0,
 ) -> str:
-    """Return the instance file of a layout.
+    """Return the instance file of a layout, whose cells that are no walls become waypoints, numbered as they are.
 
-    Parameters
-    ----------
-    layout
-        Floor, storage locations, stations and queues become waypoints, numbered as the cells are.
-    pods, robots
-        Where they stand; pods by their numbers.
-    name
-        Name of the instance.
-    inputs
-        Input stations, in cells that are walls of the layout: the station, its queue from there on, which floor beside
-        its far end leads to, and the lane that leads away, to the floor.
-    robot, station
-        Attributes of every bot, and of every output station.
-    tiers
-        Number of tiers.
-    pitch
-        Metres between waypoints.
+    Pods are numbered. ``inputs`` are input stations in cells that are walls of the layout: the station, its queue from
+    there on, which floor next to its far end leads to, and the lane that leads away to the floor. ``robot`` and
+    ``station`` are attributes of every bot and output station; ``pitch`` is in metres between waypoints.
     """
 
     def at(cell: int) -> str:
@@ -120,15 +106,12 @@ def keys(root: str, values: Mapping[str, object]) -> str:
 
 
 def xsett(mode: str = "Fill", run: Mapping[str, object] | None = None, **inventory: object) -> str:
-    """Return a setting."""
     given: dict[str, object] = {"ItemType": "SimpleItem", "OrderMode": mode, **inventory}
     values = {"SimulationDuration": 3600, "Seed": 3, **(run or {}), "InventoryConfiguration": given}
     return keys("SettingConfiguration", values)
 
 
 def xgenc(shares: Mapping[int, float], *, weights: Mapping[int, float] | None = None, bundle: int = 4) -> str:
-    """Return SKUs by their numbers, with how often each is ordered."""
-
     def pairs(values: Mapping[int, float]) -> str:
         return "".join(
             f"<SkvpOfInt32Double><Key>{k}</Key><Value>{v}</Value></SkvpOfInt32Double>" for k, v in values.items()

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
 
-from attrs import define, evolve, field
+from attrs import evolve
 
 from rmfs_commands.layouts import block_map, parse_map
 from rmfs_commands.testing import small_instance
-from rmfs_core import hookimpl
-from rmfs_core.events import Event
 from rmfs_core.motion import Motion
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, scenario_from_dict
@@ -22,6 +19,7 @@ from rmfs_core.warehouse import Robot, Station, Warehouse
 from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_core.world import NORTH, Instance, Layout, check_layout
 from rmfs_core.world.travel import travel_on
+from told import ToldRun
 
 RULES = {"poa": "pod-match", "pps": "demand", "roa": "first-bundle", "rps": "emptiest-pod", "pp": "free-flow"}
 Wanted = Mapping[str, Sequence[str] | Mapping[str, int]]
@@ -63,23 +61,6 @@ def replenished_world(
     return warehouse
 
 
-@define
-class Replenished:
-    """A run, and the events that it has told."""
-
-    simulation: Simulation
-    events: list[Event] = field(factory=list)
-
-    @hookimpl
-    def on_event(self, event: Event) -> None:
-        """Keep an event."""
-        self.events.append(event)
-
-    def of(self, kind: type) -> list[Any]:
-        """Events of one class."""
-        return [event for event in self.events if isinstance(event, kind)]
-
-
 def scenario_of(supply: Mapping[str, object], *, robots: int = 2, **sections: Mapping[str, object]) -> Scenario:
     """Return a scenario with a replenishment process; further sections are merged with what is here."""
     tables: dict[str, dict[str, object]] = {
@@ -95,11 +76,10 @@ def scenario_of(supply: Mapping[str, object], *, robots: int = 2, **sections: Ma
     return scenario_from_dict(tables)
 
 
-def prepared(scenario: Scenario, instance: Instance, out: Path | None = None, *observers: object) -> Replenished:
-    """Return a run of an instance that is ready to start."""
+def prepared(scenario: Scenario, instance: Instance, out: Path | None = None, *observers: object) -> ToldRun:
     rules = RuleSet.load(scenario.rules, ".")
     for observer in observers:
         rules.register_observer(observer)
-    run = Replenished(Simulation(scenario, evolve(instance, restocked=True), two_sided_layout(), rules, out))
+    run = ToldRun(Simulation(scenario, evolve(instance, restocked=True), two_sided_layout(), rules, out))
     rules.register_observer(run)
     return run

@@ -13,5 +13,4 @@ def stay(cell: int, since: int, until: int) -> Occupancy:
 
 
 def hold_until(table: Reservations, owner: int, cell: int, since: int, until: int) -> None:
-    """Reserve one cell more for an owner, until a tick."""
     table.add(owner, stay(cell, since, until))

@@ -19,7 +19,6 @@ class Restless:
 
     @hookimpl
     def idle_robots(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[RobotMove]:
-        """Send each robot to a cell drawn at random, or leave it."""
         free, moves = list(warehouse.free_rest_cells), []
         chargers = {*warehouse.travel.layout.chargers}
         robots = warehouse.resting_robots
@@ -35,7 +34,6 @@ class Restless:
 
     @hookimpl
     def move_pods(self, warehouse: WarehouseView, max_moves: int, rng: np.random.Generator) -> Sequence[PodMove]:
-        """Carry a pod drawn at random to a location drawn at random."""
         pods = [pod for pod in warehouse.free_pods if pod.robot is None]
         free = warehouse.free_storage_locations
         if not pods or not free or not max_moves or rng.random() > self.often:
@@ -49,12 +47,10 @@ class FirstFree:
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView) -> int:
-        """Choose the first one."""
         return warehouse.free_storage_locations[0]
 
     @hookimpl
     def idle_robots(self, warehouse: WarehouseView) -> Sequence[RobotMove]:
-        """Send each robot that does not rest there yet."""
         places = {*warehouse.free_storage_locations[:3]}
         free = [cell for cell in warehouse.free_rest_cells if cell in places]
         robots = [robot for robot in warehouse.resting_robots if robot.cell not in places]

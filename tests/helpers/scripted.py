@@ -73,7 +73,6 @@ class Joint(Scripted):
 
 
 def scripted(name: str = "Scripted") -> RuleChoice:
-    """Return what a scenario calls one of the classes."""
     return RuleChoice(f"./scripted_rules.py:{name}")
 
 

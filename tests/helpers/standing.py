@@ -6,6 +6,5 @@ from rmfs_core.warehouse import Warehouse
 
 
 def put_at_station(world: Warehouse, pod_id: int, station_id: int = 0) -> None:
-    """Bind a pod for a station and let a robot stand there with it."""
     pod, station = world.pods[pod_id], world.stations[station_id]
     world.place_at_station(next(robot for robot in world.robots if robot.idle), pod, station)

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from rmfs_core.entrypoints import COMMANDS, RULES, describe, load, offers, origin
+from rmfs_core.entrypoints import COMMANDS, RULES, load, offers, origin
 from rmfs_core.errors import InputError
+from saying import said
 
 Install = Callable[..., None]
 GROUP = "rmfs.trial"
 
 
 def test_a_group_is_listed_by_name_without_importing(install: Install) -> None:
-    """What cannot be imported is listed like anything else; other groups are other lists."""
     install("acme", {"zebra": "acme_missing:Zebra", "ant": "acme_missing:Ant"}, group=GROUP)
     found = offers(GROUP)
     assert list(found) == ["ant", "zebra"]
@@ -28,7 +28,6 @@ def test_a_group_is_listed_by_name_without_importing(install: Install) -> None:
 
 
 def test_what_is_offered_is_imported(install: Install) -> None:
-    """The object that the entry point leads to."""
     install("acme", {"seven": "acme_seven:VALUES.seven"}, group=GROUP, acme_seven="class VALUES:\n    seven = [7]\n")
     assert load(offers(GROUP)["seven"], "here", "number") == [7]
 
@@ -43,22 +42,16 @@ def test_what_is_offered_is_imported(install: Install) -> None:
     ],
 )
 def test_what_cannot_be_imported_is_one_sentence(install: Install, source: str, cause: str) -> None:
-    """Place, what it is, whose it is, where it should be, and the cause, whatever the module does."""
     install("acme", {"thing": "acme_broken:Thing"}, group=GROUP, acme_broken=source)
-    with pytest.raises(InputError) as caught:
-        load(offers(GROUP)["thing"], "rules.poa", "rule")
-    assert str(caught.value) == (
+    assert said(InputError, load, offers(GROUP)["thing"], "rules.poa", "rule") == (
         f'rules.poa: rule "thing" (acme 1.0) cannot be imported from acme_broken:Thing: {cause}'
     )
 
 
 def test_a_name_of_several_distributions_is_refused(install: Install) -> None:
-    """All of them are named, in the same order on every machine, and none is imported."""
     for name in ("bolt", "acme", "acme_two"):
         install(name, {"thing": f"{name}_missing:Thing"}, group=GROUP)
-    with pytest.raises(InputError) as caught:
-        load(offers(GROUP)["thing"], "rmfs thing", "command")
-    assert str(caught.value) == (
+    assert said(InputError, load, offers(GROUP)["thing"], "rmfs thing", "command") == (
         'rmfs thing: command "thing" is offered by acme 1.0, acme_two 1.0 and bolt 1.0; expected one of them: '
         "`acme:thing`, `acme_two:thing` or `bolt:thing`"
     )
@@ -66,7 +59,6 @@ def test_a_name_of_several_distributions_is_refused(install: Install) -> None:
 
 
 def test_what_is_installed_meanwhile_is_found(install: Install, tmp_path: Path) -> None:
-    """Distributions are not read again as long as nothing changes; beside another one, a new one is seen at once."""
     install("acme", {"thing": "acme_missing:Thing"}, group=GROUP)
     assert offers(GROUP)["thing"][0] is offers(GROUP)["thing"][0]
     offers(GROUP).clear()
@@ -78,11 +70,6 @@ def test_what_is_installed_meanwhile_is_found(install: Install, tmp_path: Path) 
     os.utime(tmp_path / "acme", ns=(later, later))
     assert list(offers(GROUP)) == ["other", "thing"]
     assert origin(offers(GROUP)["other"][0]) == ("acme_two", "2.0")
-
-
-def test_messages_call_what_is_offered_by_name_and_origin() -> None:
-    """The same form for rules, commands and recorders."""
-    assert describe("recorder", "trace", "rmfs", "0.1.0") == 'recorder "trace" (rmfs 0.1.0)'
 
 
 def test_rules_of_the_old_group_are_found_with_a_warning(install: Install) -> None:

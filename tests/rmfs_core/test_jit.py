@@ -37,7 +37,6 @@ def run_cached(tmp_path: Path) -> Callable[[str], str]:
 
 
 def test_an_old_cache_is_compiled_anew(tmp_path: Path, run_cached: Callable[[str], str]) -> None:
-    """A cache of code that named a module which is gone: numba compiles, and no run fails."""
     assert run_cached(OLD) == "6\n"
     for file in (tmp_path / "cache").rglob("*.nbc"):
         file.write_bytes(file.read_bytes().replace(b"before", b"beside"))
@@ -87,7 +86,6 @@ def near_to(place):
 def test_what_another_file_brings_is_part_of_the_code(
     edit: tuple[str, str], told: str, tmp_path: Path, run_cached: Callable[[str], str]
 ) -> None:
-    """An edit or upgrade of a helper elsewhere compiles its callers anew, and only these."""
     (tmp_path / "helping.py").write_text(HELPING, encoding="utf-8")
     assert (run_cached(CALLING), run_cached(CALLING)) == ("20 0\n", "20 1\n")
     (tmp_path / "helping.py").write_text(HELPING.replace(*edit), encoding="utf-8")
@@ -112,7 +110,6 @@ print(own(1), sum(own.stats.cache_hits.values()), Lazy.asked)
 
 
 def test_compiled_code_of_others_is_left_alone(tmp_path: Path) -> None:
-    """A foreign function that was cached without rmfs is a cache hit with it, and nothing of its module is touched."""
     variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
     (tmp_path / "foreign.py").write_text(FOREIGN, encoding="utf-8")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from corruptions.raw import Line, NotThereError, Raw, changed, doubled, dropped, kind
+from corruptions.raw import Line, NotThereError, Raw, changed, doubled, dropped, kind, made
 
 ARRIVED, ASSIGNED, BOUND, STORED = "bundle_arrived", "bundle_assigned", "bundle_bound", "bundle_stored"
 for _name, _event in (("arrival", ARRIVED), ("assignment", ASSIGNED), ("choice of a pod", BOUND), ("storing", STORED)):
@@ -25,14 +25,12 @@ changed("another sku stored", STORED, lambda line: {"sku": line["sku"] ^ 1})
 
 @kind
 def a_bundle_before_it_is_a_bundle(raw: Raw) -> None:
-    """It is assigned, and arrives then."""
     i = raw.place(ASSIGNED)
     bundle = raw.events[i]["bundle"]
     raw.move(i, next(at for at, line in enumerate(raw.events) if line["e"] == ARRIVED and line["bundle"] == bundle))
 
 
 def _with(table: Line, key: str) -> Line:
-    """Return a table of the header, if it has a key."""
     if key not in table:
         raise NotThereError(key)
     return table
@@ -40,19 +38,19 @@ def _with(table: Line, key: str) -> Line:
 
 @kind
 def levels_that_are_others(raw: Raw) -> None:
-    """The header says another reorder point than the scenario makes."""
     _with(raw.header, "levels")["levels"][0][0] += 1
 
 
-@kind
-def a_station_that_holds_a_bundle_more(raw: Raw) -> None:
-    """The header gives it another capacity than the scenario."""
-    _with(raw.header["stations"][-1], "bundle_capacity")["bundle_capacity"] += 1
+made(
+    "a station that holds a bundle more",
+    lambda raw: _with(raw.header["stations"][-1], "bundle_capacity").update(
+        bundle_capacity=_with(raw.header["stations"][-1], "bundle_capacity")["bundle_capacity"] + 1
+    ),
+)
 
 
 @kind
 def a_replenishment_station_for_picking(raw: Raw) -> None:
-    """The header says that orders are picked at all stations."""
     del _with(raw.header["layout"], "replenishing")["replenishing"]
 
 
@@ -66,14 +64,12 @@ changed("an order in stock a tick later", IN_STOCK, lambda line: {"tick": line["
 
 @kind
 def an_order_in_stock_before_its_bundle_is_stored(raw: Raw) -> None:
-    """The bundle is stored right after it."""
     i = raw.place(IN_STOCK)
     raw.move(i, raw.preceding(i, STORED))
 
 
 @kind
 def an_order_in_stock_after_it_was_assigned(raw: Raw) -> None:
-    """It is assigned while the pods hold too little for it."""
     i = raw.place(IN_STOCK)
     order = raw.events[i]["order"]
     raw.move(i, raw.following(i, "order_assigned", lambda line: line["order"] == order) + 1)
@@ -81,7 +77,6 @@ def an_order_in_stock_after_it_was_assigned(raw: Raw) -> None:
 
 @kind
 def an_order_assigned_that_waits(raw: Raw) -> None:
-    """As soon as it has arrived."""
     i = raw.place(IN_STOCK)
     order = raw.events[i]["order"]
     to = raw.following(raw.place("order_arrived", lambda line: line["order"] == order), "decision_made")
@@ -90,6 +85,5 @@ def an_order_assigned_that_waits(raw: Raw) -> None:
 
 @kind
 def orders_that_do_not_wait(raw: Raw) -> None:
-    """The scenario in the header says that none does."""
     raw.place(IN_STOCK)
     raw.scenario["rules"]["wait_for_stock"] = False

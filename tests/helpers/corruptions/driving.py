@@ -2,70 +2,44 @@
 
 from __future__ import annotations
 
-from corruptions.raw import STEPS, Line, NotThereError, Raw, changed, doubled, dropped, kind
+from corruptions.raw import STEPS, Line, NotThereError, Raw, changed, doubled, dropped, kind, made
 
 # How it ends
 
 
-@kind
-def another_status(raw: Raw) -> None:
-    """A partial run was complete, or the other way round."""
-    raw.end["status"] = "partial" if raw.end["status"] == "complete" else "complete"
+made("another status", lambda raw: raw.end.update(status="partial" if raw.end["status"] == "complete" else "complete"))
+made("a failed run", lambda raw: raw.end.update(status="failed"))
 
 
-@kind
-def a_failed_run(raw: Raw) -> None:
-    """The run has failed."""
-    raw.end["status"] = "failed"
+made("an end that is too late", lambda raw: raw.end.update(tick=raw.end["tick"] + 10000))
+made("an end that is a tick late", lambda raw: raw.end.update(tick=raw.end["tick"] + 1))
 
 
-@kind
-def an_end_that_is_too_late(raw: Raw) -> None:
-    """The run went on for ten seconds."""
-    raw.end["tick"] += 10_000
-
-
-@kind
-def an_end_that_is_a_tick_late(raw: Raw) -> None:
-    """The run went on for a tick."""
-    raw.end["tick"] += 1
-
-
-@kind
-def an_end_that_is_a_tick_early(raw: Raw) -> None:
-    """The run ended a tick earlier."""
-    raw.end["tick"] -= 1
+made("an end that is a tick early", lambda raw: raw.end.update(tick=raw.end["tick"] - 1))
 
 
 @kind
 def a_trace_cut_off(raw: Raw) -> None:
-    """What happened in the last tenth is missing."""
     del raw.events[-len(raw.events) // 10 :]
 
 
 @kind
 def a_trace_cut_off_with_its_end(raw: Raw) -> None:
-    """The run ends, not complete, when nine tenths have happened."""
     del raw.events[-len(raw.events) // 10 :]
     raw.end.update(tick=raw.events[-1]["tick"], status="partial")
 
 
-@kind
-def the_last_event_missing(raw: Raw) -> None:
-    """The event above the end is missing."""
-    raw.events.pop()
+made("the last event missing", lambda raw: raw.events.pop())
 
 
 @kind
 def a_cut_in_the_middle(raw: Raw) -> None:
-    """Twenty events are missing."""
     middle = len(raw.events) // 2
     del raw.events[middle : middle + 20]
 
 
 @kind
 def everything_later_by_a_tick(raw: Raw) -> None:
-    """From the middle on, all times are a tick later."""
     after = raw.events[len(raw.events) // 2]["tick"]
     for line in (*raw.events, raw.end):
         for name in ("tick", "start_tick", "picker_free_tick"):
@@ -77,12 +51,10 @@ def everything_later_by_a_tick(raw: Raw) -> None:
 
 
 def far(line: Line) -> bool:
-    """Whether a run is long."""
     return bool(line["distance_m"] > 3)
 
 
 def apart(line: Line) -> bool:
-    """Whether a robot waits before its run."""
     return bool(line["wait_ticks"])
 
 
@@ -111,22 +83,17 @@ changed("a run with a pod", MOVED, lambda line: {"pod": 0}, lambda line: line["p
 
 
 def cut_off(raw: Raw) -> Line:
-    """Return the last run, which the end of the run cut off."""
     line = raw.one(MOVED, at=1.0)
     if line["tick"] != raw.end["tick"]:
         raise NotThereError
     return line
 
 
-@kind
-def a_run_that_was_cut_off_dropped(raw: Raw) -> None:
-    """Nobody tells what a robot was doing when the run was over."""
-    raw.events.remove(cut_off(raw))
+made("a run that was cut off dropped", lambda raw: raw.events.remove(cut_off(raw)))
 
 
 @kind
 def a_run_that_was_cut_off_farther_on(raw: Raw) -> None:
-    """The robot has come a cell farther."""
     line = cut_off(raw)
     right, down = STEPS[line["heading"]]
     line.update(to=line["to"] + right + down * raw.width, distance_m=line["distance_m"] + 1)
@@ -134,14 +101,12 @@ def a_run_that_was_cut_off_farther_on(raw: Raw) -> None:
 
 @kind
 def a_run_that_was_cut_off_too_early(raw: Raw) -> None:
-    """The robot has not begun its run that long ago."""
     line = cut_off(raw)
     line["wait_ticks"] += line["tick"] - line["start_tick"] - line["wait_ticks"] - line["turn_ticks"] - 900
 
 
 @kind
 def a_run_in_two(raw: Raw) -> None:
-    """A long run is two, without a stop between them."""
     i = raw.place(MOVED, far)
     line = raw.events[i]
     right, down = STEPS[line["heading"]]
@@ -154,7 +119,6 @@ def a_run_in_two(raw: Raw) -> None:
 
 @kind
 def two_runs_in_one(raw: Raw) -> None:
-    """A run with a turn in it is told as one, from its start to its end."""
     for i in raw.places(MOVED):
         line = raw.events[i]
         j = raw.following(i, MOVED, lambda other, robot=line["robot"]: other["robot"] == robot)  # type: ignore[misc]
@@ -167,7 +131,6 @@ def two_runs_in_one(raw: Raw) -> None:
 
 @kind
 def a_detour(raw: Raw) -> None:
-    """A robot that waits drives to the next cell and back in that time."""
     for i in raw.places(MOVED, lambda line: line["wait_ticks"] > 12_000):
         line = raw.events[i]
         for heading, (right, down) in enumerate(STEPS):
@@ -185,7 +148,6 @@ def a_detour(raw: Raw) -> None:
 
 @kind
 def a_robot_that_drives_on(raw: Raw) -> None:
-    """A robot that has ended its last run drives a metre on, at the end of the run."""
     line = raw.one(MOVED, at=1.0)
     for heading, (right, down) in enumerate(STEPS):
         if raw.moves(line["to"]) >> heading & 1 and heading == line["heading"]:
@@ -198,7 +160,6 @@ def a_robot_that_drives_on(raw: Raw) -> None:
 
 @kind
 def robots_that_change_names(raw: Raw) -> None:
-    """The first two robots are each other all along, but for where they start."""
     for line in raw.events:
         if line.get("robot", 2) < 2:
             line["robot"] ^= 1
@@ -206,7 +167,6 @@ def robots_that_change_names(raw: Raw) -> None:
 
 @kind
 def robots_that_change_names_and_places(raw: Raw) -> None:
-    """The first two robots are each other all along."""
     robots_that_change_names(raw)
     robots = raw.header["robots"]
     robots[0], robots[1] = robots[1], robots[0]

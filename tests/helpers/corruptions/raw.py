@@ -22,13 +22,7 @@ class NotThereError(Exception):
 
 @define(eq=False)
 class Raw:
-    """What a trace file holds.
-
-    Parameters
-    ----------
-    header, events, end
-        The first line, those of events, the last one.
-    """
+    """What a trace file holds: the first line, those of events, the last one."""
 
     header: Line
     events: list[Line]
@@ -36,65 +30,53 @@ class Raw:
 
     @classmethod
     def read(cls, file: Path) -> Raw:
-        """Read a trace file."""
         with gzip.open(file, "rt", encoding="utf-8") as stream:
             header, *events, end = map(json.loads, stream)
         return cls(header, events, end)
 
     def write(self, file: Path) -> None:
-        """Write a trace file."""
         with gzip.open(file, "wt", encoding="utf-8", compresslevel=1) as stream:
             stream.writelines(json.dumps(line) + "\n" for line in (self.header, *self.events, self.end))
 
     def copy(self) -> Raw:
-        """Return one that can be corrupted."""
         return copy.deepcopy(self)
 
     # What is where
 
     def places(self, kind: str, where: Where = lambda _: True) -> list[int]:
-        """Return the places of the events of a kind."""
         found = [i for i, line in enumerate(self.events) if line["e"] == kind and where(line)]
         if not found:
             raise NotThereError(kind)
         return found
 
     def place(self, kind: str, where: Where = lambda _: True, at: float = 0.5) -> int:
-        """Return the place of one of them: of the first with 0.0, of the last with 1.0, else of one in between."""
         found = self.places(kind, where)
         return found[min(int(at * len(found)), len(found) - 1)]
 
     def one(self, kind: str, where: Where = lambda _: True, at: float = 0.5) -> Line:
-        """Return one of the events of a kind."""
         return self.events[self.place(kind, where, at)]
 
     def drop(self, kind: str, where: Where = lambda _: True, at: float = 0.5) -> None:
-        """Leave out an event."""
         del self.events[self.place(kind, where, at)]
 
     def twice(self, kind: str, where: Where = lambda _: True) -> None:
-        """Tell an event twice."""
         i = self.place(kind, where)
         self.events.insert(i, dict(self.events[i]))
 
     def move(self, i: int, to: int) -> None:
-        """Tell an event at the place, and the time, of another one."""
         line = self.events.pop(i)
         to -= to > i
         line["tick"] = self.events[min(to, len(self.events) - 1)]["tick"]
         self.events.insert(to, line)
 
     def following(self, i: int, kind: str, where: Where = lambda _: True) -> int:
-        """Return the place of the next event of a kind behind a place."""
         return next_of(j for j in self.places(kind, where) if j > i)
 
     def preceding(self, i: int, kind: str, where: Where = lambda _: True) -> int:
-        """Return the place of the last event of a kind ahead of a place."""
         return next_of(j for j in reversed(self.places(kind, where)) if j < i)
 
     @property
     def scenario(self) -> Line:
-        """The scenario in the header."""
         found: Line = self.header["scenario"]
         return found
 
@@ -102,16 +84,13 @@ class Raw:
 
     @property
     def width(self) -> int:
-        """Columns of the grid."""
         return int(self.header["layout"]["width"])
 
     def cells(self, sign: str) -> list[int]:
-        """Return the cells of a kind."""
         text = "".join(self.header["layout"]["kind"])
         return [cell for cell, found in enumerate(text) if found == sign]
 
     def visited(self) -> set[int]:
-        """Return the cells that robots stand in or pass."""
         found = {robot["cell"] for robot in self.header["robots"]}
         for line in self.events:
             if line["e"] == "robot_moved":
@@ -121,43 +100,40 @@ class Raw:
         return found
 
     def free_locations(self) -> list[int]:
-        """Return the storage locations where nothing ever stands, and nothing is ever set down."""
         taken = {*self.header["blocked"], *(pod["cell"] for pod in self.header["pods"])}
         stored = {line["cell"] for line in self.events if line["e"] == "pod_stored"}
         return [cell for cell in self.cells("2") if cell not in taken | stored | self.visited()]
 
     def set_sign(self, grid: str, cell: int, sign: str) -> None:
-        """Change a cell of the layout."""
         rows = self.header["layout"][grid]
         row, column = divmod(cell, self.width)
         rows[row] = rows[row][:column] + sign + rows[row][column + 1 :]
 
     def moves(self, cell: int) -> int:
-        """Return the headings in which a cell may be left, as bits."""
         row, column = divmod(cell, self.width)
         return int(self.header["layout"]["moves"][row][column], 16)
 
 
-Corruption = Callable[[Raw], None]
+Corruption = Callable[[Raw], object]
 KINDS: dict[str, Corruption] = {}
 
 
 def kind(corruption: Corruption) -> Corruption:
-    """Register a corruption under its name."""
     KINDS[corruption.__name__.replace("_", " ")] = corruption
     return corruption
 
 
+def made(name: str, corruption: Callable[[Raw], object]) -> None:
+    KINDS[name] = corruption
+
+
 def next_of(found: Iterator[Any] | list[Any]) -> Any:
-    """Return the first of them; there may be none."""
     for one in found:
         return one
     raise NotThereError
 
 
 def changed(name: str, event: str, by: Callable[[Line], Line], where: Where = lambda _: True, at: float = 0.5) -> None:
-    """Register the corruption that changes fields of one event."""
-
     def corruption(raw: Raw) -> None:
         line = raw.one(event, where, at)
         line.update(by(line))
@@ -166,12 +142,10 @@ def changed(name: str, event: str, by: Callable[[Line], Line], where: Where = la
 
 
 def dropped(name: str, event: str, where: Where = lambda _: True, at: float = 0.5) -> None:
-    """Register the corruption that leaves out one event."""
     KINDS[name] = lambda raw: raw.drop(event, where, at)
 
 
 def doubled(name: str, event: str, where: Where = lambda _: True) -> None:
-    """Register the corruption that tells one event twice."""
     KINDS[name] = lambda raw: raw.twice(event, where)
 
 

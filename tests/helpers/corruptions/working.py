@@ -34,28 +34,24 @@ changed("a trip of another pod", TRIP, lambda line: {"pod": line["pod"] ^ 1})
 
 @kind
 def a_task_before_its_trip(raw: Raw) -> None:
-    """A robot is told to fetch a pod before anybody has decided where it shall go."""
     i = raw.place(TASK)
     raw.move(i, raw.preceding(i, TRIP, lambda line: line["pod"] == raw.events[i]["pod"]))
 
 
 @kind
 def a_task_after_the_lift(raw: Raw) -> None:
-    """A robot is told to fetch a pod when it has it."""
     i = raw.place(TASK)
     raw.move(i, raw.following(i, LIFTED, lambda line: line["pod"] == raw.events[i]["pod"]) + 1)
 
 
 @kind
 def a_trip_after_the_lift(raw: Raw) -> None:
-    """A pod's trip is decided when the pod is on its way."""
     i = raw.place(TRIP)
     raw.move(i, raw.following(i, LIFTED, lambda line: line["pod"] == raw.events[i]["pod"]) + 1)
 
 
 @kind
 def a_task_never_carried_out(raw: Raw) -> None:
-    """A robot with nothing to do gets a task that nothing comes of."""
     last = raw.place(STORED, at=1.0)
     robot = raw.events[last]["robot"]
     lifted = {line["pod"] for line in raw.events if line["e"] == LIFTED}
@@ -65,7 +61,6 @@ def a_task_never_carried_out(raw: Raw) -> None:
 
 @kind
 def a_trip_and_a_task_never_carried_out(raw: Raw) -> None:
-    """A pod gets a trip and a robot that never comes."""
     a_task_never_carried_out(raw)
     lifted = {line["pod"] for line in raw.events if line["e"] == LIFTED}
     i = raw.place(TASK, lambda line: line["pod"] not in lifted)
@@ -75,7 +70,6 @@ def a_trip_and_a_task_never_carried_out(raw: Raw) -> None:
 
 @kind
 def a_fetch_that_never_happened(raw: Raw) -> None:
-    """Of what came of the last task, nothing is told."""
     i = raw.place(TASK, at=1.0)
     robot = raw.events[i]["robot"]
     raw.events[i + 1 :] = [
@@ -109,7 +103,6 @@ changed("a visit that leads nowhere", ENDED, lambda line: {"next_station": None}
 
 @kind
 def a_queue_joined_only_when_the_visit_begins(raw: Raw) -> None:
-    """A robot that has waited in line joins it when it is served."""
     for i in raw.places(JOINED):
         j = raw.following(i, STARTED, lambda line, i=i: line["pod"] == raw.events[i]["pod"])  # type: ignore[misc]
         if raw.events[j]["tick"] > raw.events[i]["tick"]:
@@ -120,7 +113,6 @@ def a_queue_joined_only_when_the_visit_begins(raw: Raw) -> None:
 
 @kind
 def a_place_in_line_taken_too_early(raw: Raw) -> None:
-    """Of two that join a line after each other, the second one has joined first."""
     for i in raw.places(JOINED):
         j = raw.following(i, JOINED, lambda line, i=i: line["station"] == raw.events[i]["station"])  # type: ignore[misc]
         raw.move(j, i)
@@ -129,7 +121,6 @@ def a_place_in_line_taken_too_early(raw: Raw) -> None:
 
 @kind
 def a_visit_that_ends_later(raw: Raw) -> None:
-    """A visit ends a tick after its last pick."""
     line = raw.one(ENDED, lambda line: line["picks"])
     line["tick"] += 1
     raw.events.sort(key=lambda each: each["tick"])
@@ -152,7 +143,6 @@ changed("a picker free a tick early", PICKED, lambda line: {"picker_free_tick": 
 
 @kind
 def picks_in_another_order(raw: Raw) -> None:
-    """Two items that are picked after each other in a visit are picked the other way round."""
     for i in raw.places(PICKED):
         j = next((j for j in raw.places(PICKED) if j > i), i)
         one, other = raw.events[i], raw.events[j]
@@ -165,7 +155,6 @@ def picks_in_another_order(raw: Raw) -> None:
 
 @kind
 def a_pick_for_the_order_that_came_later(raw: Raw) -> None:
-    """One SKU of two orders at a station is picked for them the other way round."""
     for i in raw.places(PICKED):
         for j in raw.places(PICKED):
             one, other = raw.events[i], raw.events[j]
@@ -200,14 +189,12 @@ changed("a completion a tick late", COMPLETED, lambda line: {"tick": line["tick"
 
 @kind
 def an_assignment_before_the_arrival(raw: Raw) -> None:
-    """An order is assigned before it is there."""
     i = raw.place(ASSIGNED)
     raw.move(i, raw.preceding(i, ARRIVED, lambda line: line["order"] == raw.events[i]["order"]))
 
 
 @kind
 def assignments_that_change_places(raw: Raw) -> None:
-    """Of two orders assigned at once each goes to the other's station."""
     for i in raw.places(ASSIGNED):
         for j in raw.places(ASSIGNED):
             one, other = raw.events[i], raw.events[j]
@@ -223,12 +210,10 @@ DECIDED = "decision_made"
 
 
 def empty(line: Line) -> bool:
-    """Whether a decision has nothing in it."""
     return not (line["assignments"] or line["trips"])
 
 
 def on(what: str) -> Where:
-    """Return what says whether a decision is on this."""
     return lambda line: line["decides"] == what
 
 
@@ -258,7 +243,6 @@ changed("a decision a tick late", DECIDED, lambda line: {"tick": line["tick"] + 
 
 @kind
 def a_decision_before_what_it_decides(raw: Raw) -> None:
-    """A decision is told before its assignments and trips."""
     i = raw.place(DECIDED, lambda line: not empty(line))
     raw.move(i, raw.preceding(i, ASSIGNED if raw.events[i]["assignments"] else TRIP))
 

@@ -1,4 +1,6 @@
-"""Running a scenario into a folder."""
+"""Running a scenario through the library and into a folder, and the result's files."""
+
+from __future__ import annotations
 
 import gzip
 import hashlib
@@ -9,21 +11,24 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
+from xml.etree import ElementTree
 
 import pytest
-from attrs import define, field
+from attrs import define, evolve, field
 
 import rmfs_core
 from rmfs_commands.cli.main import main
 from rmfs_commands.details.loading import load_result
-from rmfs_core import OrderAssignment
+from rmfs_core import InputError, OrderAssignment, Result, RuleError, hookimpl, load_scenario
 from rmfs_core.events import Event
+from rmfs_core.results.catalogue import Metric
+from rmfs_core.scenario.model import RunSection
 from rmfs_core.warehouse import WarehouseView
+from saying import said
 
 
 def test_results_never_replace_the_input(tmp_path: Path) -> None:
-    """A scenario with an orders.csv of its own is not run into that folder."""
     main(["generate", "examples/small", "--out", str(tmp_path / "data")])
     before = (tmp_path / "data" / "orders.csv").read_bytes()
     with pytest.raises(rmfs_core.InputError, match=r"results would replace `instance\.orders_file`, orders\.csv"):
@@ -32,7 +37,6 @@ def test_results_never_replace_the_input(tmp_path: Path) -> None:
 
 
 def test_a_run_that_is_refused_leaves_no_folder(tmp_path: Path) -> None:
-    """Unless it was there before."""
     (tmp_path / "old").mkdir()
     for folder in ("new", "old"):
         with pytest.raises(rmfs_core.InputError, match="robots"):
@@ -41,7 +45,6 @@ def test_a_run_that_is_refused_leaves_no_folder(tmp_path: Path) -> None:
 
 
 def test_results_never_replace_what_is_no_result(tmp_path: Path) -> None:
-    """A folder that holds somebody's orders.csv, but no result, is refused; one with a result is used again."""
     (tmp_path / "orders.csv").write_text("mine", encoding="utf-8")
     with pytest.raises(rmfs_core.InputError, match=r"found a file orders\.csv that no run of rmfs has written"):
         rmfs_core.run("examples/small", out=tmp_path)
@@ -51,7 +54,6 @@ def test_results_never_replace_what_is_no_result(tmp_path: Path) -> None:
 
 
 def test_a_pod_more_than_needed_is_no_error(tmp_path: Path) -> None:
-    """A PPS rule may send two pods for one uncovered request: wasteful, not impossible."""
     (tmp_path / "rule.py").write_text(
         "from attrs import define\nfrom rmfs_core import PodTrip, hookimpl\n\n@define\nclass Two:\n"
         "    @hookimpl\n    def select_pods(self, warehouse, max_fetches):\n"
@@ -71,8 +73,6 @@ def test_a_pod_more_than_needed_is_no_error(tmp_path: Path) -> None:
 
 
 def test_how_metrics_are_shown_is_checked_before_the_run() -> None:
-    """What an observer says of its metrics has to be `Metric`s."""
-
     class Watching:
         measures = ("legs",)
 
@@ -93,19 +93,16 @@ class Observing:
 
     @rmfs_core.hookimpl
     def run_ended(self) -> None:
-        """Note it."""
         self.ended = True
         if self.hook == "run_ended":
             self.act()
 
     @rmfs_core.hookimpl
     def measured(self) -> object:
-        """Measure one thing, or act."""
         return self.act() if self.hook == "measured" else {f"by_{self.hook}": 1}
 
 
 def interrupt() -> None:
-    """As Ctrl-C would."""
     raise KeyboardInterrupt
 
 
@@ -117,7 +114,6 @@ class Pressing:
 
     @rmfs_core.hookimpl
     def on_event(self, event: Event) -> None:
-        """Press when there have been so many."""
         self.heard[0] += 1
         if self.heard[0] == self.at:
             for _ in range(self.times):
@@ -142,7 +138,6 @@ def test_a_run_is_interrupted_between_events(times: int, heard: int) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no POSIX signals")
 def test_a_run_whose_last_event_is_interrupted_is_complete() -> None:
-    """All orders are, and observers were told so."""
     counting = Pressing(0)
     rmfs_core.run("examples/small", observers=[counting])
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -166,7 +161,6 @@ class InCompiledCode:
 
     @rmfs_core.hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> list[OrderAssignment]:
-        """Assign the oldest order, twice."""
         self.calls += 1
         if self.calls == 3:
             interrupt_compiled()
@@ -174,7 +168,6 @@ class InCompiledCode:
 
 
 def test_an_interrupt_within_compiled_code_is_one(tmp_path: Path) -> None:
-    """Whoever was called then: the run is partial, and nobody is blamed for it."""
     result = rmfs_core.run("examples/small", out=tmp_path, rules={"poa": InCompiledCode()})
     assert (result.interrupted, result.status, result.error) == (True, "partial", None)
     assert load_result(tmp_path).metrics["orders_total"] > 2
@@ -186,7 +179,6 @@ def test_an_interrupt_within_compiled_code_is_one(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("hook", ["run_ended", "measured"])
 def test_an_interrupt_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Path) -> None:
-    """The other observers are told all the same, and what was measured is saved; the run counts as interrupted."""
     other, interrupted = Observing("nothing", interrupt), Observing(hook, interrupt)
     result = rmfs_core.run(
         "examples/small", overrides=["instance.orders=3"], out=tmp_path, observers=[other, interrupted]
@@ -198,34 +190,26 @@ def test_an_interrupt_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Pat
 
 @pytest.mark.parametrize("hook", ["run_ended", "measured"])
 def test_an_observer_that_leaves_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Path) -> None:
-    """Not even with what is no error of a program's."""
     with pytest.raises(SystemExit):
         rmfs_core.run("examples/small", out=tmp_path, observers=[Observing(hook, lambda: sys.exit(3))])
     assert load_result(tmp_path).error == "SystemExit: 3"
 
 
 class Unreadable(dict[str, int]):
-    """A mapping that cannot be read."""
-
     def items(self) -> NoReturn:  # type: ignore[override]
-        """Raise."""
         raise LookupError("not yet")
 
 
 class Speechless(Exception):  # noqa: N818
-    """An exception that cannot say what it is."""
-
     def __str__(self) -> str:
         raise ValueError
 
 
 def speechless() -> None:
-    """Raise it."""
     raise Speechless
 
 
 def two_lines() -> None:
-    """Raise what takes two lines to say."""
     raise LookupError("one\ntwo")
 
 
@@ -243,7 +227,6 @@ def two_lines() -> None:
     ],
 )
 def test_what_cannot_be_measured_is_one_sentence(act: Callable[[], object], problem: str, tmp_path: Path) -> None:
-    """Everything else is saved, with the sentence."""
     with pytest.raises((rmfs_core.RuleError, LookupError, Speechless)):
         rmfs_core.run("examples/small", out=tmp_path, observers=[Observing("measured", act)])
     saved = load_result(tmp_path)
@@ -261,7 +244,6 @@ class Oldest:
 
     @rmfs_core.hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> list[OrderAssignment]:
-        """Assign one order, or none."""
         self.decided += 1
         for order in warehouse.backlog[self.skip :] or warehouse.backlog:
             for station in warehouse.stations:
@@ -271,7 +253,6 @@ class Oldest:
 
 
 def test_a_rule_may_be_an_object(tmp_path: Path) -> None:
-    """It decides itself; result and trace name its class and parameters, and say that it was an object."""
     rule = Oldest(skip=2)
     result = rmfs_core.run("examples/small", rules={"poa": rule}, out=tmp_path, record=["trace"])
     assert rule.decided == result.hook_calls["assign_orders"] > 0
@@ -286,7 +267,6 @@ def test_a_rule_may_be_an_object(tmp_path: Path) -> None:
 
 
 def test_an_installed_rules_object_gives_the_files_of_its_name(tmp_path: Path) -> None:
-    """Byte for byte, random draws included, so the result alone leads to the same run again."""
     rule = import_module("rmfs_rules.random").Random()
     rmfs_core.run("examples/small", rules={"poa": rule}, out=tmp_path / "object", record=["trace"])
     rmfs_core.run("examples/small", overrides=["rules.poa=random"], out=tmp_path / "name", record=["trace"])
@@ -297,7 +277,6 @@ def test_an_installed_rules_object_gives_the_files_of_its_name(tmp_path: Path) -
 
 
 def test_a_mistake_in_an_object_is_no_line_of_the_scenario() -> None:
-    """Nor is a decision that is impossible a traceback."""
     with pytest.raises(rmfs_core.InputError, match=r'^argument rules\.pps: rule "Oldest" .* does not decide PPS'):
         rmfs_core.run("examples/small", rules={"pps": Oldest()})
     with pytest.raises(rmfs_core.InputError, match=r"^argument rules: expected `poa` and `pps`.* found `poa` alone$"):
@@ -307,7 +286,6 @@ def test_a_mistake_in_an_object_is_no_line_of_the_scenario() -> None:
 
 
 def test_a_run_without_a_complete_order_says_why(tmp_path: Path) -> None:
-    """The first order of the shipped day arrives in the morning: in `notes`, in the file and when read back."""
     result = rmfs_core.run("grocery-day", overrides=["run.until_s=3600"], out=tmp_path)
     (note,) = result.notes
     assert note == "No order is complete at 3600.000 s: the first one arrives at 22434.600 s."
@@ -336,7 +314,6 @@ class Reading:
 
 
 def test_files_of_parameters_stand_in_the_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With their digests, named as seen from the scenario: beside it, or where `--set` or an object named them."""
     folder = tmp_path / "folder"
     folder.mkdir()
     rules = '[rules]\npoa = "pod-match"\npps = "demand"\npp = "free-flow"\n'
@@ -360,7 +337,211 @@ def test_files_of_parameters_stand_in_the_result(tmp_path: Path, monkeypatch: py
     assert told.versions[outside] == digests[1]
     assert told.metrics == given.metrics
     (folder / "w.txt").unlink()
-    with pytest.raises(rmfs_core.InputError) as caught:
-        rmfs_core.run("folder/s.toml", out="new")
-    assert str(caught.value) == "folder/s.toml, line 7, rules.pr.file: there is no file folder/w.txt"
+    assert (
+        said(rmfs_core.InputError, rmfs_core.run, "folder/s.toml", out="new")
+        == "folder/s.toml, line 7, rules.pr.file: there is no file folder/w.txt"
+    )
     assert not (tmp_path / "new").exists()
+
+
+SCENARIO = """
+seed = 5
+instance = { orders = 10, skus = 10, pods = 8, skus_per_pod = 3 }
+layout = { block_rows = 3, block_columns = 2, stations_east = 1 }
+robots = { count = 3 }
+rules = { poa = "pod-match", pps = "demand" }
+"""
+FAILING_RULE = """
+import attrs
+from rmfs_core import Path, hookimpl
+
+@attrs.define
+class Failing:
+    @hookimpl
+    def plan_path(self, warehouse, robot, goal):
+        if any(order.unpicked_items < order.items for order in warehouse.orders):
+            raise ValueError("out of ideas")
+        return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, robot.pod is not None))
+"""
+FILES = {f"{name}.csv" for name in ("orders", "visits", "periods", "hours", "stations", "robots", "delays")}
+FILES |= {"result.json"}
+
+
+class Interrupting:
+    """Observer that acts as if a person pressed Ctrl-C after some events."""
+
+    def __init__(self, after: int) -> None:
+        self.left = after
+        self.ended: list[tuple[int, str]] = []
+
+    @hookimpl
+    def on_event(self) -> None:
+        self.left -= 1
+        if self.left == 0:
+            raise KeyboardInterrupt
+
+    @hookimpl
+    def run_ended(self, tick: int, status: str) -> None:
+        self.ended.append((tick, status))
+
+
+@pytest.fixture
+def scenario_file(tmp_path: Path) -> Path:
+    """Return a small scenario's file, with a rule beside it that fails after the first pick."""
+    (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
+    path = tmp_path / "small.toml"
+    path.write_text(SCENARIO, encoding="utf-8")
+    return path
+
+
+def same(one: Result, other: Result) -> bool:
+    def untimed(result: Result) -> dict[str, Any]:
+        content = result.to_dict()
+        del content["timing"]
+        periods = [{key: value for key, value in row.items() if key != "seconds"} for row in result.periods]
+        return content | {"orders": result.orders, "visits": result.visits, "periods": periods}
+
+    return untimed(one) == untimed(other)
+
+
+def test_a_complete_run(scenario_file: Path) -> None:
+    result = rmfs_core.run(scenario_file)
+    assert (result.status, result.seed, result.error) == ("complete", 5, None)
+    assert result.metrics["orders_completed"] == len(result.orders) == 10
+    assert result.metrics["picks"] == sum(row["picks"] for row in result.visits)
+    assert result.metrics["pod_station_visits"] == len(result.visits)
+    assert result.metrics["makespan_s"] == max(row["completed_s"] for row in result.orders)
+    assert result.metrics["simulated_s"] == result.metrics["makespan_s"]
+    assert result.timing["wall_s"] > 0
+    assert result.timing["hook_s"].keys() >= {"assign_orders", "select_pods"}
+    assert {"rmfs", "python", "numpy"} <= result.versions.keys()
+
+
+def test_saved_and_loaded(scenario_file: Path, tmp_path: Path) -> None:
+    result = rmfs_core.run(scenario_file, out=tmp_path / "out")
+    loaded = load_result(tmp_path / "out")
+    assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
+    assert loaded.to_dict() == result.to_dict()
+    assert (loaded.orders, loaded.visits, loaded.periods) == (result.orders, result.visits, result.periods)
+    assert loaded.scenario == result.scenario
+    assert json.loads((tmp_path / "out" / "result.json").read_text())["scenario"]["stations"]["item_capacity"] == 15
+
+
+def test_same_seed_same_result_and_another_seed_another(scenario_file: Path) -> None:
+    first = rmfs_core.run(scenario_file, seed=3)
+    assert same(first, rmfs_core.run(load_scenario(scenario_file), seed=3))
+    assert not same(first, rmfs_core.run(scenario_file, seed=4))
+
+
+def test_overrides_need_a_file(scenario_file: Path) -> None:
+    assert rmfs_core.run(scenario_file, overrides=["instance.orders=4"]).metrics["orders_total"] == 4
+    with pytest.raises(InputError, match="expected a scenario file"):
+        rmfs_core.run(load_scenario(scenario_file), overrides=["seed=2"])
+
+
+def test_a_run_that_ends_before_its_orders_do(scenario_file: Path) -> None:
+    scenario = evolve(load_scenario(scenario_file), run=RunSection(until_s=60.0))
+    result = rmfs_core.run(scenario)
+    assert (result.status, result.interrupted) == ("partial", False)
+    assert (result.metrics["makespan_s"], result.metrics["simulated_s"]) == (None, 60.0)
+    assert result.metrics["orders_completed"] < 10
+
+
+def test_no_orders_at_all(scenario_file: Path, tmp_path: Path) -> None:
+    result = rmfs_core.run(scenario_file, overrides=["instance.orders=0"], out=tmp_path / "out")
+    assert result.status == "complete"
+    assert result.metrics["turnover_s"] is None
+    assert load_result(tmp_path / "out").orders == []
+
+
+def test_an_interrupted_run_keeps_what_was_measured(scenario_file: Path, tmp_path: Path) -> None:
+    observer = Interrupting(after=60)
+    result = rmfs_core.run(scenario_file, observers=[observer], out=tmp_path / "out", record=["trace"])
+    assert (result.status, result.interrupted) == ("partial", True)
+    assert observer.ended == [(round(result.metrics["simulated_s"] * 1000), "partial")]
+    assert load_result(tmp_path / "out").status == "partial"
+    assert (tmp_path / "out" / "trace.jsonl.gz").exists()
+
+
+def test_a_failed_run_keeps_what_was_measured(
+    scenario_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(scenario_file.parent)
+    with pytest.raises(RuleError, match="out of ideas") as caught:
+        rmfs_core.run(scenario_file, overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
+    result = caught.value.result
+    assert result is not None
+    assert result.status == "failed"
+    assert result.metrics["picks"] > 0
+    saved = load_result(tmp_path / "out")
+    assert saved.to_dict() == result.to_dict()
+    assert saved.error == str(caught.value)
+
+
+def test_a_rule_from_the_current_folder_can_be_found_again(
+    scenario_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(scenario_file.parent)
+    failing = f"{scenario_file.parent}/failing.py"
+    with pytest.raises(RuleError, match="out of ideas"):
+        rmfs_core.run("examples/small", overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
+    saved = load_result(tmp_path / "out")
+    assert saved.scenario.rules.pp.rule == f"{failing}:Failing"
+    assert saved.versions[failing].startswith("sha256:")
+    monkeypatch.chdir(tmp_path / "out")
+    with pytest.raises(RuleError, match="out of ideas") as caught:
+        rmfs_core.run(saved.scenario)
+    assert caught.value.result is not None
+    assert caught.value.result.versions == saved.versions
+    with pytest.raises(InputError, match="--no-inline-rules refuses"):
+        rmfs_core.run(saved.scenario, allow_inline_rules=False)
+
+
+def test_files_of_an_earlier_run_are_replaced(scenario_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    rmfs_core.run(scenario_file, out=out, record=["trace"])
+    (out / "notes.txt").write_text("mine")
+    rmfs_core.run(scenario_file, out=out, seed=9)
+    assert {path.name for path in out.iterdir()} == FILES | {"notes.txt"}
+    assert load_result(out).seed == 9
+
+
+def test_a_trace_needs_a_folder(scenario_file: Path) -> None:
+    with pytest.raises(InputError, match="folder"):
+        rmfs_core.run(scenario_file, record=["trace"])
+
+
+def shown_in_a_notebook(result: Result) -> list[str]:
+    return [text.strip() for text in ElementTree.fromstring(result._repr_html_()).itertext()]
+
+
+def test_a_notebook_shows_status_and_metrics() -> None:
+    class Counting:
+        measures = (Metric("legs", "Legs", "m", 1, group="Drives"), Metric("hidden", group=None))
+
+        @hookimpl
+        def measured(self) -> dict[str, float]:
+            return {"legs": 2.25, "hidden": 7.0}
+
+    result = rmfs_core.run("examples/small", observers=[Counting()])
+    shown = shown_in_a_notebook(result)
+    assert shown[:2] == ["complete", ", seed 1"]
+    assert shown[2:5] == ["Orders", "Orders completed", "50"]
+    at = shown.index("Picker utilisation")
+    assert shown[at + 1 : at + 3] == ["78.8", "%"]
+    assert shown[shown.index("Drives") :] == ["Drives", "Legs", "2.2", "m"]
+    assert "hidden" not in shown
+
+
+def test_a_notebook_takes_no_text_of_a_file_for_html(tmp_path: Path) -> None:
+    rmfs_core.run("examples/small", out=tmp_path)
+    file = tmp_path / "result.json"
+    told = json.loads(file.read_text(encoding="utf-8"))
+    evil = "<script>alert(1)</script>"
+    told |= {"status": evil, "error": evil, "seed": evil}
+    told["metrics"] |= {evil: 1, "picks": evil, "makespan_s": None}
+    file.write_text(json.dumps(told), encoding="utf-8")
+    shown = load_result(tmp_path)._repr_html_()
+    assert "<script" not in shown
+    assert shown.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 5
+    ElementTree.fromstring(shown)

@@ -1,36 +1,32 @@
-"""Discovery, selection and registration of rules."""
+"""Discovery, selection and registration of rules, of a distribution or from a file beside the scenario."""
 
 from __future__ import annotations
 
+import gc
+import inspect
+import pickle
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from importlib.metadata import version
-from typing import Any
+from pathlib import Path
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
 from attrs import define
 
+import rmfs_core
 from rmfs_commands.testing import small_world
-from rmfs_core import InputError, hookimpl
+from rmfs_core import InputError, RunError, hookimpl
 from rmfs_core.entrypoints import RULES, offers
 from rmfs_core.rules import RuleSet, with_objects
+from rmfs_core.rules.sources import RuleSources, source_of
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.warehouse import WarehouseView
+from saying import said
 
 POA = "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [{answer}]\n"
-POA_RULES = (
-    *("pod-match", "common-lines", "first-come", "random"),
-    *("workload", "near-best-pod", "earliest-due", "least-slack", "station-queue"),
-)
-RULE_NAMES = {
-    *POA_RULES,
-    *("demand", "nearest-pod", "completes", "work-amount", "lexicographic"),
-    *("nearest", "fixed", "random", "station-based", "turnover-classes", "cache", "utility"),
-    *("nearest-robot", "balanced", "assignment"),
-    *("free-flow", "switch"),
-}
-
 Install = Callable[..., None]
 
 
@@ -40,20 +36,17 @@ def rules(**choices: Any) -> RulesSection:
 
 
 def load(**choices: Any) -> RuleSet:
-    """Load a rule set with the sequential rules, some replaced."""
     return RuleSet.load(rules(**choices), ".")
 
 
 def test_installed_rules_are_listed_without_importing_them(install: Install) -> None:
-    """A rule whose module does not exist is listed like any other."""
     install("acme", {"broken": "acme_missing:Broken"})
-    assert offers(RULES).keys() >= {"broken", *RULE_NAMES}
+    assert offers(RULES).keys() >= {"broken", "pod-match", "demand", "nearest", "balanced", "sipp", "pod-index"}
     assert offers(RULES)["pod-match"][0].value == "rmfs_rules.pod_match:PodMatch"
     assert "acme_missing" not in sys.modules
 
 
 def test_a_rule_set_binds_each_role_to_its_rule() -> None:
-    """Every role has its rule, with name, distribution and version, and optional roles are empty."""
     loaded = load(filters=())
     assert loaded.poa is not None
     assert loaded.pps is not None
@@ -66,7 +59,6 @@ def test_a_rule_set_binds_each_role_to_its_rule() -> None:
 
 
 def test_distributions_name_everything_that_took_part(install: Install) -> None:
-    """Versions of the libraries, python and the third party's distribution are there; nothing else is."""
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules="@define\nclass Mine:\n" + POA.format(answer=1))
     found = load(poa=RuleChoice("mine")).distributions
     assert set(found) == {"acme", "attrs", "numba", "numpy", "pluggy", "python", "rmfs", "simpy"}
@@ -75,28 +67,12 @@ def test_distributions_name_everything_that_took_part(install: Install) -> None:
 
 
 def test_a_rule_s_own_libraries_took_part_too() -> None:
-    """The version of the solver is kept with the results of the rules that use it."""
     loaded = load(poa=None, pps=None, poa_pps=RuleChoice("integrated"))
     assert {"highspy", "mip"} <= set(loaded.distributions)
     assert "mip" not in load().distributions
 
 
-def test_every_shipped_rule_can_be_selected() -> None:
-    """Each rule answers its hook through the rule set."""
-    for poa in POA_RULES:
-        assert load(poa=RuleChoice(poa)).poa is not None
-    for pps in ("demand", "nearest-pod", "completes", "work-amount", "lexicographic", "random"):
-        assert load(pps=RuleChoice(pps)).pps is not None
-    for pr, ta in (
-        *(("nearest", "balanced"), ("fixed", "nearest-robot"), ("random", "random"), ("station-based", "balanced")),
-        *(("turnover-classes", "balanced"), ("cache", "balanced"), ("utility", "assignment")),
-    ):
-        loaded = load(pr=RuleChoice(pr), ta=RuleChoice(ta))
-        assert (loaded.pr.name, loaded.ta.name) == (pr, ta)
-
-
 def test_instances_are_new_for_each_rule_set() -> None:
-    """No state is carried from run to run."""
     assert load().ta.instance is not load().ta.instance
 
 
@@ -116,12 +92,10 @@ class Both:
 
 
 def ask(rule: Any, **arguments: Any) -> Any:
-    """Call a bound rule's hook as the kernel does."""
     return rule.hook(warehouse=None, rng=None, **arguments)
 
 
 def test_the_same_choice_for_two_roles_is_one_instance(install: Install) -> None:
-    """Rule and parameters decide: other parameters give an instance of their own."""
     install("acme", {"both": "acme_rules:Both"}, acme_rules=BOTH)
     same = load(poa=RuleChoice("both", {"weight": 2}), pps=RuleChoice("both", {"weight": 2}))
     assert same.poa is not None
@@ -136,7 +110,6 @@ def test_the_same_choice_for_two_roles_is_one_instance(install: Install) -> None
 
 
 def test_a_rule_decides_only_what_it_was_selected_for(install: Install) -> None:
-    """A rule that could also select pods leaves that to the rule of the scenario."""
     install(
         "acme",
         {"both": "acme_rules:Both", "other": "acme_rules:Other"},
@@ -159,14 +132,12 @@ class Keep:
 
 
 def test_filters_are_called_one_at_a_time_in_the_scenarios_order(install: Install) -> None:
-    """Each bound filter calls itself only."""
     install("acme", {"keep": "acme_rules:Keep"}, acme_rules=FILTER)
     loaded = load(filters=(RuleChoice("keep", {"n": 3}), RuleChoice("keep", {"n": 1})))
     assert [ask(rule, orders=[1, 2, 3, 4]) for rule in loaded.filters] == [[1, 2, 3], [1]]
 
 
 def test_a_rule_may_observe_the_run_as_well(install: Install) -> None:
-    """Observer hooks of a selected rule are called with those of all other observers."""
     source = "@define\nclass Mine:\n    seen: list = field(init=False, factory=list)\n" + POA.format(answer=1)
     source += "    @hookimpl\n    def on_event(self, event):\n        self.seen.append(event)\n"
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
@@ -178,8 +149,6 @@ def test_a_rule_may_observe_the_run_as_well(install: Install) -> None:
 
 
 def test_an_observer_object_can_be_registered() -> None:
-    """Its observer hooks are called, its decision hooks are not, and equal objects do not get in each other's way."""
-
     @define
     class Watch:
         seen: list[object]
@@ -204,33 +173,26 @@ def test_an_observer_object_can_be_registered() -> None:
 
 
 def test_an_observer_object_is_checked_like_a_rule() -> None:
-    """Misspelt hooks and objects that observe nothing are refused by name."""
-
     class Misspelt:
         @hookimpl
-        def on_evnt(self, event: object) -> None:
-            """Never called."""
-
-    with pytest.raises(InputError) as caught:
-        load().register_observer(Misspelt())
-    assert str(caught.value).startswith(
-        "observer Misspelt: class Misspelt implements a hook `on_evnt`, which does not exist "
-        "(did you mean `on_event`?); the hooks are assign_orders, "
-    )
-    with pytest.raises(InputError, match="observer object: it implements no observer hook"):
-        load().register_observer(object())
+        def on_evnt(self, event: object) -> None: ...
 
     class Listens:
         hears = ("OrderCompleted",)
 
         @hookimpl
-        def on_event(self, event: object) -> None:
-            """Never called."""
+        def on_event(self, event: object) -> None: ...
 
-    with pytest.raises(
-        InputError, match=r"^observer Listens: it has hears = \('OrderCompleted',\); expected a tuple of"
+    for observer, problem in (
+        (
+            Misspelt(),
+            r"observer Misspelt: class Misspelt implements a hook `on_evnt`, .* \(did you mean `on_event`\?\);",
+        ),
+        (object(), "observer object: it implements no observer hook"),
+        (Listens(), r"observer Listens: it has hears = \('OrderCompleted',\); expected a tuple of"),
     ):
-        load().register_observer(Listens())
+        with pytest.raises(InputError, match=f"^{problem}"):
+            load().register_observer(observer)
 
 
 @define
@@ -239,22 +201,18 @@ class Both:
 
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> list[Any]:
-        """Assign none."""
         return []
 
     @hookimpl
     def select_pods(self, warehouse: WarehouseView) -> list[Any]:
-        """Select none."""
         return []
 
     @hookimpl
     def filter_backlog(self, warehouse: WarehouseView) -> list[int]:
-        """Keep none."""
         return []
 
 
 def test_objects_are_the_rules_themselves() -> None:
-    """One object in two roles is one rule; equal ones in two places are two."""
     both, one, other = Both(), Both(), Both()
     objects = {"poa": both, "pps": both, "filters": [one, other]}
     loaded = RuleSet.load(with_objects(rules(), objects), ".", objects=objects)
@@ -268,7 +226,6 @@ def test_objects_are_the_rules_themselves() -> None:
 
 
 def test_choices_that_objects_replace_are_not_looked_at() -> None:
-    """A joint rule takes the place of two, and one of two that of a joint rule; the rest stays."""
     paired = rules(pr=RuleChoice("fixed"))
     joint = with_objects(paired, {"poa_pps": Both()})
     assert (joint.poa, joint.pps, joint.poa_pps, joint.pr) == (None, None, RuleChoice("Both"), RuleChoice("fixed"))
@@ -281,10 +238,7 @@ def test_choices_that_objects_replace_are_not_looked_at() -> None:
     ("objects", "message"),
     [
         ([Both()], '^argument rules: expected rules by what they decide, such as {"poa": MyRule\\(\\)}, found '),
-        (
-            Both(),
-            '^argument rules: expected rules by what they decide, such as {"poa": MyRule\\(\\)}, found Both\\(\\)',
-        ),
+        (Both(), '^argument rules: .* such as {"poa": MyRule\\(\\)}, found Both\\(\\)'),
         ({"paa": Both()}, "^argument rules: unknown key 'paa' \\(did you mean `poa`"),
         ({"observers": [Both()]}, "^argument rules: unknown key 'observers'"),  # `run` has an argument for these
         ({"poa": Both}, "^argument rules.poa: expected an object of a rule's class, such as MyRule.., found <class"),
@@ -297,6 +251,214 @@ def test_choices_that_objects_replace_are_not_looked_at() -> None:
     ],
 )
 def test_what_is_no_rule_is_refused_as_in_a_scenario(objects: Any, message: str) -> None:
-    """The place is the argument, not the scenario's key of that name, which has a line in a file."""
     with pytest.raises(InputError, match=message):
         RuleSet.load(with_objects(rules(), objects), ".", objects=objects)
+
+
+Refusal = Callable[..., str]
+SOURCE = """
+from __future__ import annotations
+from attrs import define
+from rmfs_core import hookimpl
+
+@define
+class MyRule:
+    answer: str = "mine"
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return [self.answer]
+
+    @hookimpl
+    def select_pods(self, warehouse):
+        return [self.answer]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    scenario = tmp_path / "scenario"
+    (scenario / "rules").mkdir(parents=True)
+    for file in ("my_rule.py", "rules/other.py", "../outside.py"):
+        (scenario / file).write_text(SOURCE)
+    return scenario
+
+
+def load_from(folder: Path, poa: str, *, pps: str = "demand", allow_inline: bool = True) -> RuleSet:
+    return RuleSet.load(RulesSection(poa=RuleChoice(poa), pps=RuleChoice(pps)), str(folder), allow_inline=allow_inline)
+
+
+def test_a_rule_from_a_file_decides(folder: Path) -> None:
+    loaded = load_from(folder, "./my_rule.py:MyRule")
+    assert loaded.poa is not None
+    assert loaded.poa.hook(warehouse=None, rng=None) == ["mine"]
+    assert loaded.poa.describe() == 'rule "./my_rule.py:MyRule" (my_rule.py inline)'
+    assert loaded.inline_files == (str(folder / "my_rule.py"),)
+    assert "my_rule.py" not in loaded.distributions
+    assert sorted(file.name for file in folder.iterdir()) == ["my_rule.py", "rules"]
+
+
+def test_a_file_is_loaded_once_per_rule_set_and_anew_for_the_next(folder: Path) -> None:
+    first = load_from(folder, "rules/other.py:MyRule", pps="./my_rule.py:MyRule")
+    assert first.inline_files == (str(folder / "rules" / "other.py"), str(folder / "my_rule.py"))
+    (folder / "my_rule.py").write_text(SOURCE.replace("mine", "edited"))
+    second = load_from(folder, "./my_rule.py:MyRule", pps="./my_rule.py:MyRule")
+    assert second.poa is not None
+    assert second.pps is not None
+    assert second.poa.instance is second.pps.instance
+    assert second.poa.hook(warehouse=None, rng=None) == ["edited"]
+    assert second.inline_files == (str(folder / "my_rule.py"),)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("./my_rule.py", 'expected "./file.py:Class" for a rule beside the scenario, found "./my_rule.py"'),
+        ("./my_rule:MyRule", 'expected "./file.py:Class" for a rule beside the scenario, found "./my_rule:MyRule"'),
+        ("./my_rule.py:MyRle", "{folder}/my_rule.py has no class `MyRle` (did you mean `MyRule`?)"),
+        ("./none.py:MyRule", 'rule "./none.py:MyRule": cannot read {folder}/none.py: No such file or directory'),
+        ("./a\0b.py:A", 'rule "./a\0b.py:A": cannot read {folder}/a\0b.py: embedded null byte'),
+        ("../outside.py:MyRule", 'rule "../outside.py:MyRule" is outside {folder}; move its file there'),
+        ("/none.py:MyRule", 'rule "/none.py:MyRule": cannot read /none.py: No such file or directory'),
+    ],
+)
+def test_refused_names(folder: Path, name: str, message: str) -> None:
+    assert said(InputError, load_from, folder, name) == f"rules.poa: {message.format(folder=folder)}"
+
+
+def test_an_absolute_path_leads_out_of_the_folder(folder: Path) -> None:
+    loaded = load_from(folder, f"{folder.parent}/outside.py:MyRule")
+    assert loaded.inline_files == (str(folder.parent / "outside.py"),)
+
+
+def test_a_file_that_cannot_be_loaded(folder: Path) -> None:
+    (folder / "my_rule.py").write_text("raise ValueError('no luck')\n")
+    assert said(InputError, load_from, folder, "./my_rule.py:MyRule") == (
+        f'rules.poa: rule "./my_rule.py:MyRule": {folder}/my_rule.py cannot be loaded: ValueError: no luck'
+    )
+
+
+def test_no_inline_rules(folder: Path) -> None:
+    (folder / "my_rule.py").write_text("raise SystemExit('was run')")
+    assert said(InputError, load_from, folder, "./my_rule.py:MyRule", allow_inline=False) == (
+        'rules.poa: rule "./my_rule.py:MyRule" would load code from a file, which --no-inline-rules refuses'
+    )
+
+
+def test_unknown_rule(refusal: Refusal) -> None:
+    assert refusal(poa=RuleChoice("pod-mach")) == ('rules.poa: there is no rule "pod-mach" (did you mean `pod-match`?)')
+    assert refusal(pr=RuleChoice("xyzzy")).startswith(
+        'rules.pr: there is no rule "xyzzy"; expected one of `all`, `alternating`, `assignment`, '
+    )
+    assert refusal(filters=(RuleChoice("xyzzy"),)).startswith("rules.filters[0]: ")  # type: ignore[arg-type]
+
+
+def test_a_module_that_makes_names_up(refusal: Refusal, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("def __getattr__(name):\n    raise RuntimeError(name)\n", encoding="utf-8")
+    assert refusal(tmp_path, poa=RuleChoice("./mine.py:Mine")).endswith("mine.py has no class `Mine`")
+
+
+def test_an_object_of_an_installed_rule_is_named_as_in_a_scenario(install: Install) -> None:
+    source = "@define\nclass Mine:\n    @hookimpl\n    def assign_orders(self, warehouse):\n        return []\n"
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules="from acme_deep import Mine\n", acme_deep=source)
+    import_module("acme_rules")
+    deep = import_module("acme_deep").Mine()
+    assert source_of(deep).describe() == 'rule "Mine" (acme_deep object)'
+    install("other", {"theirs": "other_rules:Mine"}, other_rules=source)
+    assert source_of(import_module("other_rules").Mine()).describe() == 'rule "theirs" (other 1.0)'
+    assert source_of(import_module("rmfs_rules.sipp").Sipp()).describe().startswith('rule "sipp" (rmfs ')
+
+
+KNOWING = """
+from __future__ import annotations
+import inspect
+import pickle
+import typing
+from dataclasses import dataclass
+
+from attrs import define
+from rmfs_core import OrderAssignment, hookimpl
+
+@define
+class Level:
+    least: Number
+
+@define
+class Mine:
+    level: Level
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        @dataclass
+        class Late:
+            level: Level
+        assert isinstance(self.level, Level)
+        assert typing.get_type_hints(Mine) == {"level": Level}
+        assert "Number" in inspect.getsource(Level)
+        assert pickle.loads(pickle.dumps(self)) == self
+        order = warehouse.backlog[0]
+        station = next(one for one in warehouse.stations if warehouse.fits(order, one))
+        return [OrderAssignment(order.id, station.id)][: self.level.least]
+"""
+
+
+def modules_of_files() -> set[str]:
+    """Return the names of the modules that files of rules were loaded as."""
+    return {name for name in sys.modules if name.startswith("rmfs_inline_")}
+
+
+def scenario_in(folder: Path, number: str, least: str) -> Path:
+    """Write a scenario with a rule of a file, whose parameter has a type of that file; return the scenario's file."""
+    folder.mkdir()
+    (folder / "mine.py").write_text(f"{KNOWING}\nNumber = {number}\n")
+    (folder / "it.toml").write_text(
+        '[instance]\norders = 5\n[rules]\npps = "demand"\n'
+        f'poa = {{ rule = "./mine.py:Mine", level = {{ least = {least} }} }}\n'
+    )
+    return folder / "it.toml"
+
+
+def test_a_run_leaves_no_module_behind(tmp_path: Path) -> None:
+    before = modules_of_files()
+    assert rmfs_core.run(scenario_in(tmp_path / "right", "int", "1")).status == "complete"
+    assert modules_of_files() == before
+    with pytest.raises(RunError, match="slice indices must be integers"):
+        rmfs_core.run(scenario_in(tmp_path / "failing", "str", '"x"'))
+    assert modules_of_files() == before
+    with pytest.raises(InputError, match="expected Level"):
+        rmfs_core.run(scenario_in(tmp_path / "refused", "int", '"x"'))
+    assert modules_of_files() == before
+    with pytest.raises(InputError, match=r"instance\.orders_file"):
+        rmfs_core.run(scenario_in(tmp_path / "lacking", "int", "1"), overrides=["instance.orders_file=none.csv"])
+    assert modules_of_files() == before
+
+
+@pytest.mark.parametrize("source", ["raise ValueError", "raise KeyboardInterrupt"])
+def test_a_file_that_cannot_be_loaded_leaves_no_module_behind(folder: Path, source: str) -> None:
+    before = modules_of_files()
+    (folder / "my_rule.py").write_text(source)
+    with pytest.raises((InputError, KeyboardInterrupt)):
+        load_from(folder, "./my_rule.py:MyRule")
+    assert modules_of_files() == before
+
+
+def test_two_scenarios_do_not_see_each_others_file(tmp_path: Path) -> None:
+    whole, text = (scenario_in(tmp_path / name, name, "1").parent for name in ("int", "str"))
+    sources = [RuleSources(str(folder)) for folder in (whole, text, whole)]
+    first = sources[0].find("./mine.py:Mine", "place").target
+    other = sources[1].find("./mine.py:Mine", "place").target
+    (whole / "mine.py").write_text((text / "mine.py").read_text())
+    edited = sources[2].find("./mine.py:Mine", "place").target
+    levels = [inspect.getmodule(rule).Level for rule in (first, other, edited)]  # type: ignore[arg-type, union-attr]
+    assert [get_type_hints(level)["least"] for level in levels] == [int, str, str]
+    assert [pickle.loads(pickle.dumps(level)) for level in levels] == levels
+
+
+def test_a_module_stays_as_long_as_its_rule(folder: Path) -> None:
+    """Who has a rule without a run need not close anything."""
+    before = modules_of_files()
+    source = RuleSources(str(folder)).find("./my_rule.py:MyRule", "place")
+    assert len(modules_of_files() - before) == 1
+    del source
+    gc.collect()
+    assert modules_of_files() == before

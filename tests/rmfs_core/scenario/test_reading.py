@@ -2,264 +2,212 @@
 
 from __future__ import annotations
 
+import datetime
+import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+import jsonschema
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario import RuleChoice, load_scenario, located, scenario_from_dict, shipped_scenarios
+from rmfs_core.scenario import RuleChoice, load_scenario, located, scenario_from_dict
+from rmfs_core.scenario.checks import (
+    CAPACITY,
+    DURATION,
+    MAYBE_NO_TIME,
+    MOVING,
+    POSITIVE,
+    SHARE,
+    Check,
+    OneOf,
+    at_least,
+    within,
+)
+from rmfs_core.scenario.model import InstanceSection, RulesSection, Scenario, StationsSection
+from rmfs_core.scenario.source import line_of
+from rmfs_core.scenario.structuring import KeyProblem, strict_converter, structure
+from rmfs_core.scenario.tomltext import read_toml, shown, toml_key, toml_text, toml_value
+from saying import said
 
-RULES = '[rules]\npoa = "pod-match"\npps = "demand"\n'
+RULES_TEXT = '[rules]\npoa = "pod-match"\npps = "demand"\n'
+WHOLE, NUMBER = "expected a whole number", "expected a number"
+BESIDE = 'expected "./file.py:Class" for a rule beside the scenario, found'
+WRONG_VALUES = [
+    # a text is no number, nor is a truth value, nor is a fraction whole, nor is a number endless
+    ("stations.item_capacity", '"8"', f'{WHOLE}, found "8"'),
+    ("seed", "true", f"{WHOLE}, found true"),
+    ("robots.count", "2.0", f"{WHOLE}, found 2.0"),
+    ("run.until_s", "inf", "expected a finite number, found inf"),
+    # out of range, and more than 64 bits can count, or a float can hold
+    ("instance.skus", "0", f"{WHOLE} from 1 to 2,000,000, found 0"),
+    ("layout.pod_fill", "1.5", f"{NUMBER} in (0, 1], found 1.5"),
+    ("robots.full_turn_s", "1e30", f"{NUMBER} from 0.001 to 3600, found 1e+30"),
+    ("robots.top_speed_m_per_s", "1e-30", f"{NUMBER} from 0.001 to 1000, found 1e-30"),
+    ("robots.lift_s", "-1", f"{NUMBER} from 0 to 3600, found -1.0"),
+    ("instance.items_per_sku", "1" + "0" * 19, f"{WHOLE} from 1 to 1,000,000,000, found 1{'0' * 19}"),
+    ("run.until_s", "1" + "0" * 400, f"{NUMBER}, found 1{'0' * 56}..."),
+    ("stations.item_capacity", "[]", f"{WHOLE} from 1 to 1,000,000,000, or a list of them, one per station, found []"),
+    # a few words
+    ("stations.release", '"handle"', 'found "handle" (did you mean `handled`?)'),
+    (
+        "instance.arrivals",
+        '{ process = "poisson" }',
+        'expected `orders_per_hour` with process "poisson", and only there',
+    ),
+    ("instance.arrivals", '{ process = "refill" }', 'expected `backlog` with process "refill", and only there'),
+    ("instance.arrivals", "{ backlog = 9 }", 'expected `backlog` with process "refill", and only there'),
+    # a table where none belongs, and the other way round
+    ("robots", "3", "expected a table, found 3"),
+    ("rules.filters", '"x"', 'expected a list, found "x"'),
+    ("instance.lines", "3", "expected a list, found 3"),
+    ("instance.orders_file", "3", "expected a text in quotes, found 3"),
+    ("instance.pods_at_stations", "3", "expected a table, found 3"),
+    # rules
+    ("rules.poa", '"pod-mach"', 'there is no rule "pod-mach" (did you mean `pod-match`?)'),
+    ("rules.poa", '{ rle = "x" }', "expected a key `rule` with the name of a rule beside the parameters, found none"),
+    ("rules.poa", "3", 'expected the name of a rule or a table { rule = "...", parameter = ... }, found 3'),
+    ("rules.poa", '"./mine:Rule"', f'{BESIDE} "./mine:Rule"'),
+    ("rules.poa", '"./mine.py"', f'{BESIDE} "./mine.py"'),
+]
 
+
+@pytest.mark.parametrize(("key", "value", "problem"), WRONG_VALUES)
+def test_a_wrong_value_is_refused_with_its_line_and_key(key: str, value: str, problem: str, tmp_path: Path) -> None:
+    file = tmp_path / "wrong.toml"
+    rest = 'rules.pps = "demand"\n' if key.startswith("rules.") else RULES_TEXT
+    file.write_text(f"# values\n{key} = {value}\n{rest}", encoding="utf-8")
+    assert said(InputError, load_scenario, file) == f"{file}, line 2, {key}: {problem}"
+
+
+ARRIVALS_KEYS = "`backlog`, `orders_per_hour`, `process`, `profile`"
+ALONE = "expected `poa` and `pps`, or `poa_pps`, found `poa` alone"
 BAD_FILES = [
-    # a misspelt key, with the nearest one
-    ("[robots]\ncuont = 3\n" + RULES, ", line 2, robots.cuont: unknown key (did you mean `count`?)"),
-    # a misspelt section
-    ("[robot]\ncount = 3\n" + RULES, ", line 1, robot: unknown key (did you mean `robots`?)"),
-    # a key that resembles none: all are listed
+    # a misspelt key, with the nearest one; a misspelt section; a key that resembles none: all are listed
+    ("[robots]\ncuont = 3", ", line 2, robots.cuont: unknown key (did you mean `count`?)"),
+    ("[robot]\ncount = 3", ", line 1, robot: unknown key (did you mean `robots`?)"),
+    ("[instance.arrivals]\nx = 1", f", line 2, instance.arrivals.x: unknown key; expected one of {ARRIVALS_KEYS}"),
+    # within a list, and within a table
+    ('[stations]\nitem_capacity = [3, "x"]', ', line 2, stations.item_capacity[1]: expected a whole number, found "x"'),
+    ("[[robots]]\ncount = 3", ", line 1, robots: expected a table, found [{ count = 3 }]"),
     (
-        "[instance.arrivals]\nx = 1\n" + RULES,
-        ", line 2, instance.arrivals.x: unknown key; "
-        "expected one of `backlog`, `orders_per_hour`, `process`, `profile`",
-    ),
-    # a text is no number
-    (
-        '[stations]\nitem_capacity = "8"\n' + RULES,
-        ', line 2, stations.item_capacity: expected a whole number, found "8"',
-    ),
-    # nor is a truth value
-    ("seed = true\n" + RULES, ", line 1, seed: expected a whole number, found true"),
-    # nor is a fraction whole
-    ("[robots]\ncount = 2.0\n" + RULES, ", line 2, robots.count: expected a whole number, found 2.0"),
-    # times are finite
-    ("[run]\nuntil_s = inf\n" + RULES, ", line 2, run.until_s: expected a finite number, found inf"),
-    # out of range
-    ("[instance]\nskus = 0\n" + RULES, ", line 2, instance.skus: expected a whole number from 1 to 2,000,000, found 0"),
-    ("[layout]\npod_fill = 1.5\n" + RULES, ", line 2, layout.pod_fill: expected a number in (0, 1], found 1.5"),
-    (
-        "[robots]\nfull_turn_s = 1e30\n" + RULES,
-        ", line 2, robots.full_turn_s: expected a number from 0.001 to 3600, found 1e+30",
-    ),
-    (
-        "[robots]\ntop_speed_m_per_s = 1e-30\n" + RULES,
-        ", line 2, robots.top_speed_m_per_s: expected a number from 0.001 to 1000, found 1e-30",
-    ),
-    ("[robots]\nlift_s = -1\n" + RULES, ", line 2, robots.lift_s: expected a number from 0 to 3600, found -1.0"),
-    # within a list
-    (
-        '[stations]\nitem_capacity = [3, "x"]\n' + RULES,
-        ', line 2, stations.item_capacity[1]: expected a whole number, found "x"',
-    ),
-    (
-        "[stations]\nitem_capacity = []\n" + RULES,
-        ", line 2, stations.item_capacity: expected a whole number from 1 to 1,000,000,000, or a list of them, "
-        "one per station, found []",
-    ),
-    # one of a few words
-    (
-        '[instance]\narrivals = { process = "poison" }\n' + RULES,
+        '[instance]\narrivals = { process = "poison" }',
         ', line 2, instance.arrivals.process: found "poison" (did you mean `poisson`?)',
+    ),
+    (
+        "[instance]\ndue = { allowance_s = 1, spread_s = 1e308 }",
+        ", line 2, instance.due.spread_s: expected a number from 0 to 1e+07, found 1e+308",
     ),
     # values that do not go together
     (
-        '[instance]\narrivals = { process = "poisson" }\n' + RULES,
-        ', line 2, instance.arrivals: expected `orders_per_hour` with process "poisson", and only there',
-    ),
-    (
-        '[instance]\narrivals = { process = "refill" }\n' + RULES,
-        ', line 2, instance.arrivals: expected `backlog` with process "refill", and only there',
-    ),
-    (
-        "[instance]\narrivals = { backlog = 9 }\n" + RULES,
-        ', line 2, instance.arrivals: expected `backlog` with process "refill", and only there',
-    ),
-    (
-        '[instance]\ndue = { allowance_s = 9 }\narrivals = { process = "refill", backlog = 9 }\n' + RULES,
+        '[instance]\ndue = { allowance_s = 9 }\narrivals = { process = "refill", backlog = 9 }',
         ', line 1, instance: expected no `due` with arrivals of process "refill", whose times nobody knows beforehand',
     ),
     (
-        '[instance]\norders_file = "o"\npods_file = "p"\narrivals = { process = "day" }\n' + RULES,
+        '[instance]\norders_file = "o"\npods_file = "p"\narrivals = { process = "day" }',
         ", line 4, instance.arrivals: has no meaning beside `instance.orders_file`; leave one of them out",
     ),
     (
-        '[stations]\nrelease = "handle"\n' + RULES,
-        ', line 2, stations.release: found "handle" (did you mean `handled`?)',
-    ),
-    (
-        '[instance]\norders_file = "o.csv"\n' + RULES,
+        '[instance]\norders_file = "o.csv"',
         ", line 1, instance: expected `orders_file` and `pods_file` together, or neither",
     ),
-    (
-        "[instance]\nskus = 2\nskus_per_pod = 3\n" + RULES,
-        ", line 1, instance: expected skus_per_pod <= skus, found 3 > 2",
-    ),
-    ("[stations]\nhandle_s = 2\n" + RULES, ", line 1, stations: expected handle_s >= pick_s, found 2.0 < 7.0"),
-    ('[rules]\npoa = "pod-match"\n', ", line 1, rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone"),
-    (RULES + 'poa_pps = "demand"\n', ", line 1, rules: expected either `poa_pps` or `poa` and `pps`, found both"),
-    # a table where none belongs, and the other way round
-    ("robots = 3\n" + RULES, ", line 1, robots: expected a table, found 3"),
-    ('[rules]\nfilters = "x"\n', ', line 2, rules.filters: expected a list, found "x"'),
-    ("[[robots]]\ncount = 3\n" + RULES, ", line 1, robots: expected a table, found [{ count = 3 }]"),
-    ("[instance]\norders_file = 3\n" + RULES, ", line 2, instance.orders_file: expected a text in quotes, found 3"),
-    (
-        "[instance]\npods_at_stations = 3\n" + RULES,
-        ", line 2, instance.pods_at_stations: expected a table, found 3",
-    ),
-    # rules
-    (
-        '[rules]\npoa = "pod-mach"\npps = "demand"\n',
-        ', line 2, rules.poa: there is no rule "pod-mach" (did you mean `pod-match`?)',
-    ),
-    (
-        '[rules]\npoa = { rle = "pod-match" }\npps = "demand"\n',
-        ", line 2, rules.poa: expected a key `rule` with the name of a rule beside the parameters, found none",
-    ),
-    (
-        "[rules]\npoa = 3\n",
-        ', line 2, rules.poa: expected the name of a rule or a table { rule = "...", parameter = ... }, found 3',
-    ),
-    (
-        '[rules]\npoa = "./mine:Rule"\npps = "demand"\n',
-        ', line 2, rules.poa: expected "./file.py:Class" for a rule beside the scenario, found "./mine:Rule"',
-    ),
-    (
-        '[rules]\npoa = "./mine.py"\npps = "demand"\n',
-        ', line 2, rules.poa: expected "./file.py:Class" for a rule beside the scenario, found "./mine.py"',
-    ),
+    ("[instance]\nskus = 2\nskus_per_pod = 3", ", line 1, instance: expected skus_per_pod <= skus, found 3 > 2"),
+    ("[stations]\nhandle_s = 2", ", line 1, stations: expected handle_s >= pick_s, found 2.0 < 7.0"),
+    ('[rules]\npoa = "pod-match"\n', f", line 1, rules: {ALONE}"),
+    (RULES_TEXT + 'poa_pps = "demand"\n', ", line 1, rules: expected either `poa_pps` or `poa` and `pps`, found both"),
     # a whole section missing
-    ("seed = 1\n", ", rules: this part is missing"),
-    # one value where a list belongs
-    ("[instance]\nlines = 3\n" + RULES, ", line 2, instance.lines: expected a list, found 3"),
-    # more than 64 bits can count, or a float can hold
-    (
-        "[instance]\nitems_per_sku = 10000000000000000000\n" + RULES,
-        ", line 2, instance.items_per_sku: expected a whole number from 1 to 1,000,000,000, found 10000000000000000000",
-    ),
-    (
-        "[instance]\ndue = { allowance_s = 1, spread_s = 1e308 }\n" + RULES,
-        ", line 2, instance.due.spread_s: expected a number from 0 to 1e+07, found 1e+308",
-    ),
-    (
-        "[run]\nuntil_s = 1" + "0" * 400 + "\n" + RULES,
-        f", line 2, run.until_s: expected a number, found 1{'0' * 56}...",
-    ),
+    ("seed = 1  # no [rules]\n", ", rules: this part is missing"),
     # no TOML at all
     ("seed = " + "9" * 5000, ": this is no valid TOML: found a number of more than 4,300 digits"),
     ("seed = " + "[" * 2000, ": this is no valid TOML: found more than 50 lists or tables in one another"),
-    ("seed = 1\nrobots = \n", ", line 2, column 10: this is no valid TOML: Invalid value; texts need quotes"),
-    ("seed = 1\nseed = 2\n", ", line 2, column 9: this is no valid TOML: Cannot overwrite a value"),
+    ("seed = 1\nrobots = ", ", line 2, column 10: this is no valid TOML: Invalid value; texts need quotes"),
+    ("seed = 1\nseed = 2", ", line 2, column 9: this is no valid TOML: Cannot overwrite a value"),
     # two mistakes: the first in the file, whatever the order of the keys in the documentation
     (
-        "[stations]\npick_s = 0\n[robots]\ncuont = 3\n",
+        "[stations]\npick_s = 0\n[robots]\ncuont = 3",
         ", line 2, stations.pick_s: expected a number from 0.001 to 3600, found 0.0",
     ),
-    ("[robots]\ncuont = 3\n[stations]\npick_s = 0\n", ", line 2, robots.cuont: unknown key (did you mean `count`?)"),
+    ("[robots]\ncuont = 3\n[stations]\npick_s = 0", ", line 2, robots.cuont: unknown key (did you mean `count`?)"),
     # a text that looks like keys: no line rather than a wrong one
-    ('seed = """\n[robots]\n"""\n' + RULES, ', seed: expected a whole number, found "[robots]\\n"'),
+    ('seed = """\n[robots]\n"""', ', seed: expected a whole number, found "[robots]\\n"'),
 ]
 
 
 @pytest.mark.parametrize(("text", "message"), BAD_FILES)
 def test_a_mistake_is_one_sentence(text: str, message: str, tmp_path: Path) -> None:
-    """A wrong file is refused with file, line, key, what was found and what would be right."""
     file = tmp_path / "wrong.toml"
-    file.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        load_scenario(file)
-    assert str(caught.value) == f"{file}{message.replace('{folder}', str(tmp_path))}"
+    file.write_text(text if "[rules]" in text else f"{text}\n{RULES_TEXT}", encoding="utf-8")
+    assert said(InputError, load_scenario, file) == f"{file}{message}"
 
 
 def test_every_value_is_read(tmp_path: Path) -> None:
-    """Values arrive in their sections with the types that the classes say."""
     file = tmp_path / "good.toml"
     file.write_text(
-        "seed = 7\n"
-        '[instance]\nitems_per_sku = 4\npods_at_stations = { 1 = ["2", "1"] }\n'
+        'seed = 7\n[instance]\nitems_per_sku = 4\npods_at_stations = { 1 = ["2", "1"] }\n'
         "[stations]\nitem_capacity = [3, 4]\npick_s = 5\n"
-        '[rules]\npoa = { rule = "pod-match", weight = 2 }\npps = "demand"\n',
+        '[rules]\npoa = { rule = "pod-match", weight = 2, deep = { a = [1] } }\npps = "demand"\nfilters = ["waves"]\n',
         encoding="utf-8",
     )
     scenario = load_scenario(file)
-    assert scenario.seed == 7
-    assert scenario.instance.items_per_sku == 4
-    assert scenario.instance.pods_at_stations == {"1": ("2", "1")}
-    assert scenario.stations.item_capacity == (3, 4)
-    assert isinstance(scenario.stations.pick_s, float)
-    assert scenario.rules.poa == RuleChoice("pod-match", {"weight": 2})
-    assert scenario.rules.pr == RuleChoice("nearest")
+    stations = StationsSection(item_capacity=(3, 4), pick_s=5.0)
+    instance = InstanceSection(items_per_sku=4, pods_at_stations={"1": ("2", "1")})
+    poa = RuleChoice("pod-match", {"weight": 2, "deep": {"a": [1]}})
+    rules = RulesSection(poa=poa, pps=RuleChoice("demand"), filters=(RuleChoice("waves"),))
+    assert scenario == Scenario(seed=7, instance=instance, stations=stations, rules=rules)
+    assert (type(scenario.stations.pick_s), scenario.rules.pr) == (float, RuleChoice("nearest"))
     assert scenario.folder == str(tmp_path)
 
 
 def test_windows_files_are_read(tmp_path: Path) -> None:
-    """A byte order mark and line ends of Windows make no difference."""
     file = tmp_path / "windows.toml"
-    file.write_bytes(b"\xef\xbb\xbf" + ("seed = 3\n" + RULES).replace("\n", "\r\n").encode())
+    file.write_bytes(b"\xef\xbb\xbf" + ("seed = 3\n" + RULES_TEXT).replace("\n", "\r\n").encode())
     assert load_scenario(file).seed == 3
 
 
 def test_a_file_in_another_encoding_is_refused(tmp_path: Path) -> None:
-    """A file that is no UTF-8 is refused with the byte that says so."""
     file = tmp_path / "latin.toml"
     file.write_bytes(b"# gr\xfc\xdfe\n")
     with pytest.raises(InputError, match=r"latin\.toml: expected UTF-8 text, found the byte 0xfc$"):
         load_scenario(file)
 
 
-def test_an_inline_rule_beside_the_scenario_is_accepted(tmp_path: Path) -> None:
-    """A rule from a file is looked up in the scenario's own folder, and not imported by reading."""
-    (tmp_path / "mine.py").write_text("raise SystemExit", encoding="utf-8")
-    file = tmp_path / "mine.toml"
-    file.write_text('[rules]\npoa = "./mine.py:Mine"\npps = "demand"\n', encoding="utf-8")
-    assert load_scenario(file).rules.poa == RuleChoice("./mine.py:Mine")
-
-
 @pytest.mark.parametrize("name", ["paper-250", "paper-250.toml", "examples/small", Path("examples/small.toml")])
 def test_shipped_scenarios_are_found_by_name(name: str | Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A shipped scenario's name works from any folder."""
     monkeypatch.chdir(tmp_path)
     assert load_scenario(name).rules.poa == RuleChoice("pod-match")
 
 
 def test_a_misspelt_file_names_the_nearest_scenario() -> None:
-    """A file that is not there is compared with the shipped names."""
-    with pytest.raises(InputError) as caught:
-        load_scenario("paper-25")
-    assert str(caught.value) == (
+    assert said(InputError, load_scenario, "paper-25") == (
         "paper-25: there is no such file, and no shipped scenario of that name "
         "(did you mean `paper-250` or `paper-2000`?)"
     )
 
 
 def test_a_folder_is_no_scenario(tmp_path: Path) -> None:
-    """A folder is refused as such."""
     with pytest.raises(InputError, match=r": expected a scenario file, found a folder$"):
         load_scenario(tmp_path)
 
 
-@pytest.mark.parametrize("name", shipped_scenarios())
-def test_shipped_scenarios_load(name: str) -> None:
-    """Every shipped scenario is right."""
-    load_scenario(name)
-
-
 def test_the_seed_can_be_replaced() -> None:
-    """The seed argument wins over the file and over overrides."""
     assert load_scenario("paper-250", ["seed=3"], seed=5).seed == 5
 
 
 def test_tables_are_read_without_a_file() -> None:
-    """Nested tables make a scenario, and their mistakes are named alike."""
     rules = {"poa": "pod-match", "pps": "demand"}
     assert scenario_from_dict({"rules": rules, "seed": 4}).seed == 4
-    with pytest.raises(InputError) as caught:
-        scenario_from_dict({"rules": rules, "seed": -4}, name="result.json")
-    assert str(caught.value) == "result.json, seed: expected a whole number >= 0, found -4"
+    assert (
+        said(InputError, scenario_from_dict, {"rules": rules, "seed": -4}, name="result.json")
+        == "result.json, seed: expected a whole number >= 0, found -4"
+    )
 
 
 def test_later_errors_get_the_line_of_their_key(tmp_path: Path) -> None:
-    """An error about a key that is found after reading names file and line too; one about another place stays."""
     file = tmp_path / "late.toml"
-    file.write_text(RULES + "[instance]\npods_at_stations = { 1 = ['9'] }\n", encoding="utf-8")
+    file.write_text(RULES_TEXT + "[instance]\npods_at_stations = { 1 = ['9'] }\n", encoding="utf-8")
     scenario = load_scenario(file, ["robots.count=3"])
     for place, expected in [
         ("instance.pods_at_stations.1", f"{file}, line 5, instance.pods_at_stations.1"),
@@ -272,9 +220,8 @@ def test_later_errors_get_the_line_of_their_key(tmp_path: Path) -> None:
 
 
 def test_what_is_located_stays_so(tmp_path: Path) -> None:
-    """Also where one part of the code calls another that locates its errors, and the file is called like a section."""
     file = tmp_path / "run.toml"
-    file.write_text("[instance]\norders = 7\n" + RULES, encoding="utf-8")
+    file.write_text("[instance]\norders = 7\n" + RULES_TEXT, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path)
         scenario = load_scenario("run.toml")
@@ -283,25 +230,265 @@ def test_what_is_located_stays_so(tmp_path: Path) -> None:
     assert str(caught.value) == "run.toml, line 2, instance.orders: wrong"
 
 
-@pytest.mark.parametrize(
-    ("text", "key"),
-    [
-        ('[instance]\norders = 7\norders_file = "o.csv"\npods_file = "p.csv"\n', "instance.orders"),
-        ('[layout]\nstations_east = 2\nmap_file = "map.txt"\n', "layout.stations_east"),
-    ],
-)
-def test_keys_that_a_file_replaces_are_refused(tmp_path: Path, text: str, key: str) -> None:
-    """A key without a meaning beside a file that is named is an error, not ignored in silence."""
-    file = tmp_path / "s.toml"
-    file.write_text(text + RULES, encoding="utf-8")
-    with pytest.raises(InputError, match=rf"line 2, {key}: has no meaning beside `\w+\.\w+_file`; leave one of them"):
-        load_scenario(file)
-
-
 def test_a_name_too_long_for_a_file_is_a_file_that_is_not_there() -> None:
-    """Of a scenario and of a rule."""
     name = "a" * 300
     with pytest.raises(InputError, match="there is no such file"):
         load_scenario(f"{name}.toml")
     with pytest.raises(InputError, match=r"there is no file `.*aaa"):
         load_scenario("examples/small", [f"rules.poa=./{name}.py:Mine"])
+
+
+RULES = {"poa": "pod-match", "pps": "demand"}
+
+
+@pytest.mark.parametrize(
+    ("data", "path", "problem"),
+    [
+        ({"rules": RULES, "folder": "x"}, ("folder",), "unknown key; expected one of "),  # no key of the file
+        ({"rules": RULES, "seed": None}, ("seed",), "expected a whole number, found null"),
+        ({"rules": RULES, "robots": {"lift_s": float("nan")}}, ("robots", "lift_s"), "expected a finite number, found"),
+        ({"rules": RULES, "robots": {"lift_s": True}}, ("robots", "lift_s"), "expected a number, found true"),
+        (
+            {"rules": RULES, "instance": {"pods_at_stations": {"1": ["a", 2]}}},
+            ("instance", "pods_at_stations", "1", 1),
+            "expected a text in quotes, found 2",
+        ),
+        ({"rules": {**RULES, "filters": ["a", {}]}}, ("rules", "filters", 1), "expected a key `rule` with the name"),
+        ({"rules": {**RULES, "pr": ""}}, ("rules", "pr"), "expected the name of a rule or a table"),
+        ({"rules": {**RULES, "pr": {"rule": 3}}}, ("rules", "pr", "rule"), "expected a text in quotes, found 3"),
+        # the first in the order of the file, whatever the order of the class
+        ({"robots": {"lift_s": -1}, "seed": -1, "rules": {}}, ("robots", "lift_s"), "expected a number from 0"),
+        ({"seed": -1, "robots": {"lift_s": -1}, "rules": {}}, ("seed",), "expected a whole number >= 0, found -1"),
+    ],
+)
+def test_what_is_wrong_has_its_path(data: dict[str, Any], path: tuple[str | int, ...], problem: str) -> None:
+    with pytest.raises(KeyProblem) as caught:
+        structure(data)
+    assert caught.value.path == path
+    assert caught.value.problem.startswith(problem)
+
+
+STRICT = strict_converter()
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "expected"),
+    [
+        (int, 3, 3),
+        (float, 3, 3.0),
+        (float | None, None, None),
+        (int | tuple[int, ...], [1, 2], (1, 2)),
+        (int | str, "3", "3"),
+        (str | int, 3, 3),
+        (float | int, 3, 3),  # as it is written, not what comes first
+        (tuple[int, str], [1, "a"], (1, "a")),
+        (list[tuple[int, ...]], [[1], []], [(1,), ()]),
+        (Mapping[str, int | None], {"a": None}, {"a": None}),
+    ],
+)
+def test_values_are_taken_as_they_are_written(kind: Any, value: object, expected: object) -> None:
+    found = STRICT.structure(value, kind)
+    assert found == expected
+    assert type(found) is type(expected)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "problem"),
+    [
+        (int, "3", 'expected a whole number, found "3"'),
+        (int, 3.0, "expected a whole number, found 3.0"),
+        (bool, 1, "expected true or false, found 1"),
+        (str, 1, "expected a text in quotes, found 1"),
+        (float | None, "x", 'expected a number, found "x"'),
+        (int | tuple[int, ...], ["x"], 'expected a whole number, found "x"'),
+        (tuple[int, ...], {"a": 1}, "expected a list, found { a = 1 }"),
+        (Mapping[str, int], [], "expected a table, found []"),
+    ],
+)
+def test_nothing_is_converted_in_silence(kind: Any, value: object, problem: str) -> None:
+    """A text is no number, and 1 is not true."""
+    with pytest.raises(KeyProblem) as caught:
+        STRICT.structure(value, kind)
+    assert caught.value.problem == problem
+
+
+DOTTED = """\
+# robots.count = 1
+seed = 1
+robots.count = 2
+
+[instance]  # data
+orders = 3
+arrivals = { process = "start" }
+pods_at_stations."1" = [
+  "1",
+]
+
+[ rules . poa ]
+rule = "x"
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        (("seed",), 2),
+        (("robots", "count"), 3),  # a dotted key
+        (("robots",), 3),  # a table that only a dotted key makes
+        (("instance",), 5),
+        (("instance", "orders"), 6),
+        (("instance", "arrivals", "process"), 7),  # within an inline table: the table's line
+        (("instance", "pods_at_stations", "1", 0), 8),  # a quoted key, a list over several lines
+        (("rules", "poa", "rule"), 13),  # a header with spaces
+        (("rules",), 12),  # a table that only a deeper header makes
+        (("instance", "skus"), 5),  # not there: the table it would be in
+        (("stations", "pick_s"), None),  # nothing of it there
+    ],
+)
+def test_a_key_is_found(path: tuple[str | int, ...], line: int | None) -> None:
+    assert line_of(DOTTED, path) == line
+
+
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        (("sets",), 1),
+        (("sets", 0, "name"), 2),
+        (("sets", 1), 4),
+        (("sets", 1, "name"), 5),
+        (("sets", 1, "rules", "poa"), 7),  # a table within the last one before it
+        (("sets", 2, "name"), 9),  # not there: its table
+        (("others", 0, "name"), 11),
+    ],
+)
+def test_tables_of_a_list_are_told_apart(path: tuple[str | int, ...], line: int) -> None:
+    text = '[[sets]]\nname = "a"\n\n[[sets]]\nname = "b"\n[sets.rules]\npoa = "x"\n\n[[sets]]\n[[ others ]]\nname = 1\n'
+    assert line_of(text, path) == line
+
+
+NUMBERS = [at_least(1), at_least(0), within(0.5, 2), POSITIVE, DURATION, MAYBE_NO_TIME, MOVING, SHARE]
+
+
+def refusal(check: Any, value: object) -> str | None:
+    try:
+        check(None, None, value)
+    except ValueError as error:
+        return str(error)
+    return None
+
+
+NO_CAPACITY = "expected a whole number from 1 to 1,000,000,000, or a list of them, one per station, found"
+
+
+@pytest.mark.parametrize(
+    ("check", "right", "wrong", "message"),
+    [
+        (at_least(1), 1, 0, "expected a whole number >= 1, found 0"),
+        (within(0.5, 2), 2, 2.5, "expected a number from 0.5 to 2, found 2.5"),
+        (within(0.5, 2), 0.5, 0.4, "expected a number from 0.5 to 2, found 0.4"),
+        (POSITIVE, 1e-9, 0, "expected a number > 0 up to 1e10, found 0"),
+        (POSITIVE, 1e10, 1.7e308, "expected a number > 0 up to 1e10, found 1.7e+308"),
+        (DURATION, 0.001, 0, "expected a number from 0.001 to 3600, found 0"),  # a tick at least
+        (MAYBE_NO_TIME, 0, -0.1, "expected a number from 0 to 3600, found -0.1"),
+        (MOVING, 1000, 1001, "expected a number from 0.001 to 1000, found 1001"),
+        (SHARE, 1, 0, "expected a number in (0, 1], found 0"),
+        (SHARE, 0.01, 1.01, "expected a number in (0, 1], found 1.01"),
+        (CAPACITY, 1, 0, f"{NO_CAPACITY} 0"),
+        (CAPACITY, (1, 2), (1, 0), f"{NO_CAPACITY} [1, 0]"),
+        (CAPACITY, (1,), (), f"{NO_CAPACITY} []"),
+        (OneOf("start", "poisson"), "start", "strat", 'found "strat" (did you mean `start`?)'),
+        (OneOf("start", "poisson"), "poisson", "x", 'found "x"; expected one of `poisson`, `start`'),
+    ],
+)
+def test_a_wrong_value_is_one_sentence(check: Any, right: object, wrong: object, message: str) -> None:
+    assert refusal(check, right) is None
+    assert refusal(check, wrong) == message
+
+
+def test_a_key_that_was_left_out_is_not_checked() -> None:
+    assert refusal(Check("anything", lambda value: False), None) is None
+    assert refusal(CAPACITY, None) is None
+
+
+@given(
+    value=st.floats(allow_nan=False, allow_infinity=False) | st.integers(-10, 10_000), check=st.sampled_from(NUMBERS)
+)
+def test_the_schema_says_the_same(value: float, check: Check) -> None:
+    by_schema = jsonschema.Draft202012Validator(dict(check.schema)).is_valid(value)
+    assert by_schema == (refusal(check, value) is None)
+
+
+TEXTS = st.text(st.characters(codec="utf-8"))
+VALUES = st.recursive(
+    st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False) | TEXTS | st.dates(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXTS, inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@given(VALUES)
+@settings(max_examples=40)
+def test_values_read_back(value: Any) -> None:
+    assert tomllib.loads(f"x = {toml_value(value)}")["x"] == value
+
+
+@given(TEXTS)
+@settings(max_examples=40)
+def test_keys_read_back(key: str) -> None:
+    assert tomllib.loads(f"{toml_key(key)} = 1") == {key: 1}
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (True, "true"),
+        (3, "3"),
+        (0.1, "0.1"),
+        ('a\n"b" ü', '"a\\n\\"b\\" ü"'),
+        ((1, "a"), '[1, "a"]'),
+        ({"rule": "x", "a b": [{}]}, '{ rule = "x", "a b" = [{}] }'),
+        (datetime.date(2026, 1, 31), "2026-01-31"),
+    ],
+)
+def test_values_are_on_one_line(value: object, text: str) -> None:
+    assert toml_value(value) == text
+
+
+def test_keys_are_quoted_only_where_they_must_be() -> None:
+    assert [toml_key(key) for key in ("pick_s", "a-1", "1", "a.b", "")] == ["pick_s", "a-1", "1", '"a.b"', '""']
+    assert toml_text("a\x7fb") == '"a\\u007fb"'  # which JSON would leave as it is, and TOML forbids
+
+
+def test_messages_show_a_value_cut_short() -> None:
+    assert shown(None) == "null"
+    assert shown("x" * 58) == f'"{"x" * 58}"'
+    cut = shown("x" * 59)
+    assert (len(cut), cut[-4:]) == (60, "x...")
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("x = ", "Invalid value"),
+        (f"x = {'9' * 5000}", "found a number of more than 4,300 digits"),
+        (f"x = {'[' * 60}{']' * 60}", "found more than 50 lists or tables in one another"),
+        (f"x = {'{a = ' * 60}1{'}' * 60}", "found more than 50 lists or tables in one another"),
+        (f"x = {'[' * 2000}{']' * 2000}", "found more than 50 lists or tables in one another"),
+    ],
+    ids=["no value", "digits", "lists", "tables", "too many for Python"],
+)
+def test_what_cannot_be_read_is_a_value_error(text: str, problem: str) -> None:
+    """So is what Python would not read: endless numbers, endless nesting."""
+    with pytest.raises(ValueError, match=problem):
+        read_toml(text)
+
+
+def test_what_can_be_read_is_read() -> None:
+    assert read_toml(f"x = {'[' * 40}{']' * 40}\n[a.b]\nc = 1")["a"] == {"b": {"c": 1}}
+
+
+def test_a_value_that_is_too_deep_is_shown_in_words() -> None:
+    nested: list[Any] = []
+    for _ in range(990):
+        nested = [nested]
+    assert shown(nested) == "lists or tables in one another"

@@ -7,11 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from attrs import define, field
 
 from rmfs_commands.testing import small_layout
-from rmfs_core import hookimpl
-from rmfs_core.events import Event
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import (
     InstanceSection,
@@ -25,47 +22,13 @@ from rmfs_core.scenario.model import (
 )
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.world import Instance, Layout
+from told import ToldRun
 
-SEQUENTIAL = {
-    "poa": "pod-match",
-    "pps": "demand",
-    "pr": "nearest",
-    "ta": "nearest-robot",
-    "pp": "free-flow",
-}
-
-
-@define
-class Recorder:
-    """Observer that keeps all events."""
-
-    events: list[Event] = field(factory=list)
-
-    @hookimpl
-    def on_event(self, event: Event) -> None:
-        """Keep an event."""
-        self.events.append(event)
-
-    def of(self, kind: type) -> list[Any]:
-        """Events of one class."""
-        return [event for event in self.events if isinstance(event, kind)]
-
-
-@define
-class TinyRun:
-    """A run with its recorder."""
-
-    simulation: Simulation
-    recorder: Recorder
-
-    @property
-    def warehouse(self) -> Any:
-        """The state."""
-        return self.simulation.warehouse
+SEQUENTIAL = {"poa": "pod-match", "pps": "demand", "pr": "nearest", "ta": "nearest-robot", "pp": "free-flow"}
 
 
 @pytest.fixture
-def tiny_run(tmp_path: Path) -> Callable[..., TinyRun]:
+def tiny_run(tmp_path: Path) -> Callable[..., ToldRun]:
     """Return a function that prepares a run of an instance with the sequential rules, or others."""
 
     def prepare(
@@ -81,7 +44,7 @@ def tiny_run(tmp_path: Path) -> Callable[..., TinyRun]:
         seed: int = 1,
         change: Callable[[Scenario], Scenario] = lambda scenario: scenario,
         **rules: Any,
-    ) -> TinyRun:
+    ) -> ToldRun:
         chosen = SEQUENTIAL | rules
         if "poa_pps" in chosen:
             del chosen["poa"], chosen["pps"]
@@ -101,10 +64,10 @@ def tiny_run(tmp_path: Path) -> Callable[..., TinyRun]:
         )
         scenario = change(scenario)
         loaded = RuleSet.load(scenario.rules, scenario.folder)
-        recorder = Recorder()
-        loaded.register_observer(recorder)
         stations = len(capacity) if isinstance(capacity, tuple) else 1
         layout = layout or small_layout(stations, queue_length=queue_length)
-        return TinyRun(Simulation(scenario, instance, layout, loaded), recorder)
+        run = ToldRun(Simulation(scenario, instance, layout, loaded))
+        loaded.register_observer(run)
+        return run
 
     return prepare

@@ -1,8 +1,10 @@
-"""Rules that are asked and observers that are told: what they raise ends the run with their name."""
+"""What rules and observers raise, or take too long for, ends the run with their name."""
 
 from __future__ import annotations
 
 import os
+import signal
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from numba.core.compiler_lock import global_compiler_lock
 
 import rmfs_core
 from bad_rules import HOOKS, prepare_bad, what_ends
@@ -22,7 +25,10 @@ from rmfs_core.info import Question
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RunSection
 from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers, instance_of, sequence_of
+from rmfs_core.simulation.limits import OverdueError, within
+from saying import said
 from scripted import run_of
+from told import Prepare, ToldRun
 
 WHATEVER = [
     *((role, "raise RuntimeError('no idea')", "raised RuntimeError: no idea (") for role in HOOKS),
@@ -35,26 +41,19 @@ WHATEVER = [
 
 
 @pytest.mark.parametrize(("role", "body", "message"), WHATEVER)
-def test_what_is_no_answer_ends_the_run(
-    tiny_run: Callable[..., Any], tmp_path: Path, role: str, body: str, message: str
-) -> None:
-    """A rule that raises, or returns nothing or the wrong type, is named with what it did, whatever it decides."""
+def test_what_is_no_answer_ends_the_run(tiny_run: Prepare, tmp_path: Path, role: str, body: str, message: str) -> None:
     assert message in what_ends(prepare_bad(tiny_run, tmp_path, role, body), role)
 
 
-def test_what_was_picked_before_the_error_was_told(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
-    """A PR rule that fails when the first pod leaves: the items picked before it are known to the observers."""
+def test_what_was_picked_before_the_error_was_told(tiny_run: Prepare, tmp_path: Path) -> None:
     run = prepare_bad(tiny_run, tmp_path, "pr", "return 1 / 0")
     with pytest.raises(RuleError, match=r"raised ZeroDivisionError: division by zero \(.*bad\.py, line 11\)"):
         run.simulation.run()
-    assert len(run.recorder.of(ItemPicked)) == 1
+    assert len(run.of(ItemPicked)) == 1
 
 
 @pytest.mark.parametrize("role", HOOKS)
-def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(
-    tiny_run: Callable[..., Any], tmp_path: Path, role: str
-) -> None:
-    """run.decision_limit_s is checked for each decision; without it nothing depends on the clock."""
+def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(tiny_run: Prepare, tmp_path: Path, role: str) -> None:
     slow = RunSection(decision_limit_s=0.3)
     run = prepare_bad(tiny_run, tmp_path, role, "time.sleep(0.35); return []", run=slow)
     with pytest.raises(
@@ -64,8 +63,7 @@ def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(
 
 
 @pytest.mark.parametrize("body", ["while True: pass", "time.sleep(600)"])
-def test_a_rule_that_never_returns_is_ended(tiny_run: Callable[..., Any], tmp_path: Path, body: str) -> None:
-    """When a limit is set: named like one that took too long."""
+def test_a_rule_that_never_returns_is_ended(tiny_run: Prepare, tmp_path: Path, body: str) -> None:
     run = prepare_bad(tiny_run, tmp_path, "pps", body, run=RunSection(decision_limit_s=0.1))
     with pytest.raises(RuleError, match=r"select_pods, at 0\.000 s: took .* allows run\.decision_limit_s = 0\.1"):
         run.simulation.run()
@@ -78,8 +76,7 @@ def test_a_rule_that_never_returns_is_ended(tiny_run: Callable[..., Any], tmp_pa
         ("__iter__ = lambda self: iter([1])", "returned a sequence with int 1 in it; expected PodTrip only"),
     ],
 )
-def test_an_answer_that_is_a_monster(tiny_run: Callable[..., Any], tmp_path: Path, body: str, message: str) -> None:
-    """The rule is named with what its answer does when it is looked at."""
+def test_an_answer_that_is_a_monster(tiny_run: Prepare, tmp_path: Path, body: str, message: str) -> None:
     made = f"type('Monster', (list,), {{'__iter__': {body.partition(' = ')[2]}, '__repr__': lambda self: exit()}})()"
     run = prepare_bad(tiny_run, tmp_path, "pps", f"return {made}")
     assert message in what_ends(run, "pps")
@@ -103,21 +100,31 @@ def test_a_copy_that_a_rule_makes_does_not_simulate(copy: str, tmp_path: Path) -
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 1
 
 
+def observed(tiny_run: Prepare, folder: Path, method: str, head: str = "") -> ToldRun:
+    """Return a run of one order with an observer that has this method."""
+    source = f"from attrs import define\nfrom rmfs_core import hookimpl\n{head}@define\nclass Bad:\n    @hookimpl\n"
+    (folder / "bad.py").write_text(f"{source}    {method}\n", encoding="utf-8")
+    return tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
+
+
 @pytest.mark.parametrize("hook", ["on_event(self, event)", "run_started(self, run)"])
-def test_an_observer_that_raises_is_named(tiny_run: Callable[..., Any], tmp_path: Path, hook: str) -> None:
-    """Observers cannot decide anything, but they can fail: the run ends with their name."""
-    (tmp_path / "bad.py").write_text(
-        "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n"
-        f"    @hookimpl\n    def {hook}: raise RuntimeError('full')\n",
-        encoding="utf-8",
-    )
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
+def test_an_observer_that_raises_is_named(tiny_run: Prepare, tmp_path: Path, hook: str) -> None:
     with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*RuntimeError: full'):
-        run.simulation.run()
+        observed(tiny_run, tmp_path, f"def {hook}: raise RuntimeError('full')").done()
+
+
+def test_an_observer_that_cannot_say_what_is_wrong_is_named(tiny_run: Prepare, tmp_path: Path) -> None:
+    head = "class Speechless(Exception):\n    def __str__(self): return 1 / 0\n"
+    with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*: raised Speechless \(.*line 8\)'):
+        observed(tiny_run, tmp_path, "def on_event(self): raise Speechless", head).done()
+
+
+def test_an_observer_changes_no_answer(tiny_run: Prepare, tmp_path: Path) -> None:
+    method = "def rule_answered(self, answer): answer.clear() if isinstance(answer, list) else None"
+    assert observed(tiny_run, tmp_path, method).done().simulation.status == "complete"
 
 
 def test_an_answer_comes_with_the_time_it_took(tmp_path: Path) -> None:
-    """Calls and seconds are added up by hook, also those of an answer that is refused later."""
     run, rule = run_of(small_world({"1": ["a"]}, {"p": ["a"]}), tmp_path)
     rule.answers["plan_path"] = ["one", lambda _: time.sleep(0.02)]
     asker, arguments = run.asker, {"warehouse": run.view, "rng": None, "robot": 1, "goal": 2, "traffic": None}
@@ -129,24 +136,19 @@ def test_an_answer_comes_with_the_time_it_took(tmp_path: Path) -> None:
 
 
 class Listener:
-    """Observer of questions and answers."""
-
     def __init__(self) -> None:
         self.heard: list[Any] = []
 
     @hookimpl
     def rule_asked(self, question: Question) -> None:
-        """Keep a question."""
         self.heard.append(question)
 
     @hookimpl
     def rule_answered(self, question: Question, answer: object) -> None:
-        """Keep an answer with its question."""
         self.heard.append((question, answer))
 
 
 def test_observers_hear_questions_and_answers(tmp_path: Path) -> None:
-    """Each question before its answer; a rule that raises has not answered."""
     world = small_world({"1": ["a"]}, {"p": ["a"]})
     first, _ = run_of(world, tmp_path)
     assert not first.observers.hear_questions
@@ -171,7 +173,6 @@ def test_observers_hear_questions_and_answers(tmp_path: Path) -> None:
 
 
 def test_what_a_check_finds_is_the_rules_fault(tmp_path: Path) -> None:
-    """Rule, hook and simulated time are named; what is no fault of the decision is not laid to its charge."""
     world = small_world({"1": ["a"]}, {"p": ["a"]})
     run, _ = run_of(world, tmp_path)
     world.advance(12_345)
@@ -179,9 +180,7 @@ def test_what_a_check_finds_is_the_rules_fault(tmp_path: Path) -> None:
     def impossible() -> None:
         raise ImpossibleError("sent the wrong pod")
 
-    with pytest.raises(RuleError) as caught:
-        run.asker.apply(run.rules.ta, impossible)
-    assert str(caught.value) == (
+    assert said(RuleError, run.asker.apply, run.rules.ta, impossible) == (
         'rule "./scripted_rules.py:Scripted" (scripted_rules.py inline), assign_tasks, at 12.345 s: sent the wrong pod.'
     )
     assert run.asker.apply(run.rules.ta, lambda: 7) == 7
@@ -202,7 +201,6 @@ def test_what_a_check_finds_is_the_rules_fault(tmp_path: Path) -> None:
     ],
 )
 def test_only_sequences_of_the_right_kind_pass(answer: object, problem: str) -> None:
-    """A set has no order; a text is a sequence of texts."""
     with pytest.raises(ImpossibleError, match=f"^{problem}$"):
         sequence_of(answer, PodTrip)
     assert sequence_of((PodTrip(0, 0),), PodTrip) == (PodTrip(0, 0),)
@@ -210,10 +208,7 @@ def test_only_sequences_of_the_right_kind_pass(answer: object, problem: str) -> 
 
 
 def test_a_long_answer_is_cut_short() -> None:
-    """Eighty characters of it are enough to know it by; true is no number."""
-    with pytest.raises(ImpossibleError) as caught:
-        instance_of("x" * 500, PodTrip)
-    assert str(caught.value) == f"returned str '{'x' * 79}; expected PodTrip"
+    assert said(ImpossibleError, instance_of, "x" * 500, PodTrip) == f"returned str '{'x' * 79}; expected PodTrip"
     with pytest.raises(ImpossibleError, match=r"^returned bool True; expected int$"):
         instance_of(True, int)
     assert instance_of(3, int) == 3
@@ -228,14 +223,12 @@ class Measuring:
 
     @hookimpl
     def run_ended(self, tick: int, status: str) -> None:
-        """Note the end, or fail."""
         self.ended = tick, status
         if self.answer == "no end":
             raise OSError("disk full")
 
     @hookimpl
     def measured(self) -> object:
-        """Measure, or fail."""
         if self.answer == "no measure":
             raise OSError("disk full")
         return {} if self.answer == "no end" else self.answer
@@ -255,7 +248,6 @@ def end_with(folder: Path, *answers: object) -> tuple[dict[str, float | None], E
 
 
 def test_what_observers_measure_is_put_together(tmp_path: Path) -> None:
-    """Numbers by name; a mean over nothing is None."""
     found, error, _ = end_with(tmp_path, {"walks": 3, "mean_m": None}, {"runs": 2.5})
     assert (found, error) == ({"walks": 3, "mean_m": None, "runs": 2.5}, None)
 
@@ -277,17 +269,13 @@ def test_what_observers_measure_is_put_together(tmp_path: Path) -> None:
     ],
 )
 def test_a_wrong_measurement_is_refused_and_the_others_stay(tmp_path: Path, answer: object, problem: str) -> None:
-    """The observer is named with what it measured; nothing of that answer enters the results."""
     found, error, _ = end_with(tmp_path, answer, {"runs": 2.5})
     assert found == {"runs": 2.5}
     assert str(error) == f"observer 1, measured, at 5.000 s: {problem}."
 
 
 @pytest.mark.parametrize(("failing", "hook"), [("no end", "run_ended"), ("no measure", "measured")])
-def test_an_observer_that_fails_at_the_end_keeps_nothing_from_the_others(
-    tmp_path: Path, failing: str, hook: str
-) -> None:
-    """All are told and asked, whoever comes first; the first error is handed back."""
+def test_an_observer_that_fails_at_the_end_keeps_nothing_from_others(tmp_path: Path, failing: str, hook: str) -> None:
     for answers in ((failing, {"runs": 1}), ({"runs": 1}, failing)):
         found, error, _ = end_with(tmp_path, *answers)
         assert found == {"runs": 1}
@@ -295,40 +283,12 @@ def test_an_observer_that_fails_at_the_end_keeps_nothing_from_the_others(
         assert str(error).startswith(f"observer {number}, {hook}, at 5.000 s: raised OSError: disk full (")
 
 
-def test_an_observer_changes_no_answer(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
-    """What it is told of is its own."""
-    (tmp_path / "bad.py").write_text(
-        "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n    @hookimpl\n"
-        "    def rule_answered(self, answer):\n        if isinstance(answer, list):\n            answer.clear()\n",
-        encoding="utf-8",
-    )
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
-    run.simulation.run()
-    assert run.simulation.status == "complete"
-
-
-def test_an_observer_that_cannot_say_what_is_wrong_is_named(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
-    """Its error is named, and the run ends in order."""
-    (tmp_path / "bad.py").write_text(
-        "from attrs import define\nfrom rmfs_core import hookimpl\n"
-        "class Speechless(Exception):\n    def __str__(self): return 1 / 0\n"
-        "@define\nclass Bad:\n    @hookimpl\n    def on_event(self): raise Speechless\n",
-        encoding="utf-8",
-    )
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
-    with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*: raised Speechless \(.*line 8\)'):
-        run.simulation.run()
-
-
 def test_of_several_errors_at_the_end_the_first_is_handed_back(tmp_path: Path) -> None:
-    """The observer that was registered last is told first; ends come before measurements."""
     _, error, _ = end_with(tmp_path, "no end", "no end", "no measure")
     assert str(error).startswith("observer 2, run_ended, ")
 
 
 def test_an_observer_hears_what_it_listens_to() -> None:
-    """Of the kinds of events in ``hears`` alone; one without it of all."""
-
     class Listener:
         def __init__(self) -> None:
             self.heard: list[Event] = []
@@ -347,7 +307,6 @@ def test_an_observer_hears_what_it_listens_to() -> None:
 
 
 def test_an_observer_can_name_a_function_for_each_kind_of_event() -> None:
-    """Called in the order in which ``hears`` has them, in place of the hook."""
     heard: list[tuple[str, Event]] = []
 
     class Several:
@@ -361,3 +320,85 @@ def test_an_observer_can_name_a_function_for_each_kind_of_event() -> None:
     assert {type(event) for _, event in heard} == {ItemPicked}
     assert [name for name, _ in heard] == ["first", "second"] * (len(heard) // 2)
     assert heard[0][1] is heard[1][1]
+
+
+needs_alarms = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no alarms")
+
+
+def compute() -> None:
+    while True:
+        pass
+
+
+def catch() -> None:
+    while True:
+        try:
+            time.sleep(60)
+        except Exception:
+            continue
+
+
+def catch_all_once() -> None:
+    try:
+        time.sleep(60)
+    except BaseException:
+        compute()
+
+
+def wait_for_a_lock() -> None:
+    lock = threading.Lock()
+    with lock:
+        lock.acquire()
+
+
+def read() -> None:
+    reading, writing = os.pipe()
+    try:
+        os.read(reading, 1)
+    finally:
+        os.close(reading)
+        os.close(writing)
+
+
+@needs_alarms
+@pytest.mark.parametrize("call", [compute, catch, catch_all_once, wait_for_a_lock, read])
+def test_a_call_that_never_returns_is_ended(call: Callable[[], None]) -> None:
+    """Whether it computes, waits, or catches what goes wrong; who else uses the signal has it back."""
+    before = signal.getsignal(signal.SIGALRM)
+    started = time.monotonic()
+    with pytest.raises(OverdueError):
+        within(0.05, call, {})
+    assert time.monotonic() - started < 20
+    assert signal.getsignal(signal.SIGALRM) is before
+    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
+
+
+def test_what_returns_in_time_is_returned() -> None:
+    assert within(60, dict, {"a": 1}) == {"a": 1}
+    with pytest.raises(ZeroDivisionError):
+        within(60, lambda: 1 / 0, {})
+
+
+@needs_alarms
+def test_compiling_goes_on() -> None:
+    """Else a machine that is slow would begin anew each time."""
+
+    def compiling() -> str:
+        with global_compiler_lock:
+            time.sleep(0.2)
+        return "compiled"
+
+    assert within(0.05, compiling, {}) == "compiled"
+
+
+def test_outside_the_main_thread_a_call_goes_on() -> None:
+    found: list[Any] = []
+
+    def slow() -> str:
+        time.sleep(0.1)
+        return "done"
+
+    thread = threading.Thread(target=lambda: found.append(within(0.01, slow, {})))
+    thread.start()
+    thread.join()
+    assert found == ["done"]

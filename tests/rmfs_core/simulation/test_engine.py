@@ -1,15 +1,20 @@
-"""The simulation's story, step by step, on instances small enough to work out by hand."""
+"""The simulation's story on instances small enough to work out by hand: time 0, step by step, and the end."""
+
+from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 from attrs import evolve
 
 import rmfs_core
-from rmfs_commands.testing import small_instance
-from rmfs_core.errors import InputError
+from bad_rules import write_rule
+from installed import RMFS
+from rmfs_commands.testing import small_instance, small_layout
+from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
@@ -21,20 +26,36 @@ from rmfs_core.events import (
     VisitEnded,
     VisitStarted,
 )
-from rmfs_core.scenario.model import Arrivals, RunSection, Scenario
+from rmfs_core.scenario.model import (
+    Arrivals,
+    InstanceSection,
+    LayoutSection,
+    RobotsSection,
+    RuleChoice,
+    RulesSection,
+    RunSection,
+    Scenario,
+    StationsSection,
+)
+from rmfs_core.simulation.setup import motion_of, open_warehouse
+from rmfs_core.timetable import Span
+from rmfs_core.warehouse import Warehouse
+from rmfs_core.world import Instance
+from saying import said
+from told import Prepare
 
-Prepare = Callable[..., "TinyRun"]  # type: ignore[name-defined]  # noqa: F821
+ONE_ORDER = small_instance({"1": ["a"]}, {"p": ["a"]})
 
 
 def test_one_item_takes_fetching_lifting_carrying_and_handling(tiny_run: Prepare) -> None:
     """One robot, pod, item: the run is the empty drive, 2.2 s of lifting, the loaded drive and 13 s of handling."""
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}))
+    run = tiny_run(ONE_ORDER)
     warehouse = run.warehouse
     travel, robot, pod = warehouse.travel, warehouse.robots[0], warehouse.pods[0]
     station = warehouse.stations[0].cell
     fetch = travel.ticks(robot.cell, robot.heading, pod.cell, loaded=False)
     run.simulation.run()
-    heading = next(e.heading for e in reversed(run.recorder.of(RobotMoved)) if e.pod is None) if fetch else 1
+    heading = next(e.heading for e in reversed(run.of(RobotMoved)) if e.pod is None) if fetch else 1
     carry = travel.ticks(pod.robot is not None and warehouse.homes[0], heading, station, loaded=True)
     assert run.simulation.now == fetch + 2200 + carry + 13000
     assert run.simulation.status == "complete"
@@ -49,51 +70,41 @@ def release_when(at: str) -> Callable[[Scenario], Scenario]:
 def test_the_picker_needs_thirteen_seconds_an_item(tiny_run: Prepare, release: str, later: int) -> None:
     """Three items from one pod: picks begin 13 s apart, each done after 7 s; the pod leaves with the last one."""
     instance = small_instance({"1": ["a", "b", "c"]}, {"p": ["a", "b", "c"]})
-    run = tiny_run(instance, change=release_when(release))
-    run.simulation.run()
-    picks = run.recorder.of(ItemPicked)
+    run = tiny_run(instance, change=release_when(release)).done()
+    picks = run.of(ItemPicked)
     starts = [pick.start_tick for pick in picks]
     assert [b - a for a, b in pairwise(starts)] == [13000, 13000]
     assert [pick.tick - pick.start_tick for pick in picks] == [7000] * 3
-    assert run.recorder.of(VisitEnded)[0].picks == 3
-    assert run.recorder.of(VisitEnded)[0].tick == picks[-1].tick
-    assert run.recorder.of(OrderCompleted)[0].tick == picks[-1].tick + later
+    assert run.of(VisitEnded)[0].picks == 3
+    assert run.of(VisitEnded)[0].tick == picks[-1].tick
+    assert run.of(OrderCompleted)[0].tick == picks[-1].tick + later
 
 
 def test_places_may_be_given_back_when_items_are_handled(tiny_run: Prepare) -> None:
     """An order is complete after 13 s in place of 7, and the next one is assigned only then; the pod leaves after 7."""
     instance = small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]})
-    run = tiny_run(instance, capacity=1, change=release_when("handled"))
-    run.simulation.run()
-    first, second = run.recorder.of(ItemPicked)
-    assert [event.tick for event in run.recorder.of(OrderCompleted)] == [
-        first.picker_free_tick,
-        second.picker_free_tick,
-    ]
-    assert run.recorder.of(VisitEnded)[0].tick == first.tick == first.picker_free_tick - 6000
-    assert run.recorder.of(OrderAssigned)[1].tick == first.picker_free_tick
+    run = tiny_run(instance, capacity=1, change=release_when("handled")).done()
+    first, second = run.of(ItemPicked)
+    assert [event.tick for event in run.of(OrderCompleted)] == [first.picker_free_tick, second.picker_free_tick]
+    assert run.of(VisitEnded)[0].tick == first.tick == first.picker_free_tick - 6000
+    assert run.of(OrderAssigned)[1].tick == first.picker_free_tick
     assert run.simulation.now == second.picker_free_tick
     assert run.simulation.status == "complete"
 
 
 def test_with_two_items_only_the_last_one_counts(tiny_run: Prepare) -> None:
-    """The part of an order keeps its places until the last of its items is handled."""
     instance = small_instance({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]})
-    run = tiny_run(instance, capacity=2, change=release_when("handled"))
-    run.simulation.run()
-    assert run.recorder.of(OrderAssigned)[1].tick == run.recorder.of(ItemPicked)[1].picker_free_tick
+    run = tiny_run(instance, capacity=2, change=release_when("handled")).done()
+    assert run.of(OrderAssigned)[1].tick == run.of(ItemPicked)[1].picker_free_tick
 
 
 def test_orders_arrive_as_there_is_room_in_the_backlog(tiny_run: Prepare) -> None:
-    """Two wait at all times: the third comes when the first is assigned, and so on; their turn-over begins then."""
-
     def refill(scenario: Scenario) -> Scenario:
         return evolve(scenario, instance=evolve(scenario.instance, arrivals=Arrivals("refill", backlog=2)))
 
     orders = {str(i): ["a"] for i in range(1, 6)}
-    run = tiny_run(small_instance(orders, {"p": ["a"]}), capacity=1, change=refill)
-    run.simulation.run()
-    arrived, assigned = run.recorder.of(OrderArrived), run.recorder.of(OrderAssigned)
+    run = tiny_run(small_instance(orders, {"p": ["a"]}), capacity=1, change=refill).done()
+    arrived, assigned = run.of(OrderArrived), run.of(OrderAssigned)
     assert [event.order for event in arrived] == [0, 1, 2, 3, 4]
     assert [event.tick for event in arrived] == [0, 0, *(event.tick for event in assigned[:3])]
     assert [order.arrival_tick for order in run.warehouse.orders] == [event.tick for event in arrived]
@@ -103,40 +114,33 @@ def test_orders_arrive_as_there_is_room_in_the_backlog(tiny_run: Prepare) -> Non
 def test_the_next_pod_moves_up_while_the_picker_still_handles_the_last_item(tiny_run: Prepare) -> None:
     """A pod that waits in the queue is at the station 2 s after the one before it left, before the picker is free."""
     run = tiny_run(
-        small_instance({"1": ["a", "b"]}, {"p": ["a"], "q": ["b"]}),
-        robots=2,
-        at_stations={"1": ("p", "q")},
-    )
-    run.simulation.run()
-    first, second = run.recorder.of(ItemPicked)
-    left = run.recorder.of(VisitEnded)[0].tick
+        small_instance({"1": ["a", "b"]}, {"p": ["a"], "q": ["b"]}), robots=2, at_stations={"1": ("p", "q")}
+    ).done()
+    first, second = run.of(ItemPicked)
+    left = run.of(VisitEnded)[0].tick
     assert left == first.tick == 7000
-    turn_and_step = run.recorder.of(VisitStarted)[1].tick - left
+    turn_and_step = run.of(VisitStarted)[1].tick - left
     assert 2000 <= turn_and_step <= 2000 + 1250
     assert second.start_tick == first.picker_free_tick == 13000
 
 
 def test_a_pod_goes_on_to_the_next_station_it_is_bound_for(tiny_run: Prepare) -> None:
-    """One robot carries a pod from station to station; each is a visit, and it is stored only once."""
     run = tiny_run(
         small_instance({"1": ["a", "b"], "2": ["a", "c"]}, {"p": ["a"], "q": ["b"], "r": ["c"]}),
         robots=3,
         capacity=(2, 2),
-    )
-    run.simulation.run()
-    visits = [(visit.pod, visit.station) for visit in run.recorder.of(VisitStarted)]
+    ).done()
+    visits = [(visit.pod, visit.station) for visit in run.of(VisitStarted)]
     assert sorted(visits) == [(0, 0), (0, 1), (1, 0), (2, 1)]
-    onward = [event for event in run.recorder.of(VisitEnded) if event.next_station is not None]
+    onward = [event for event in run.of(VisitEnded) if event.next_station is not None]
     assert [event.pod for event in onward] == [0]
-    lifted = [event.pod for event in run.recorder.of(PodLifted)]
+    lifted = [event.pod for event in run.of(PodLifted)]
     assert sorted(lifted) == [0, 1, 2]
 
 
 def test_a_pod_is_put_back_and_the_robot_fetches_the_next(tiny_run: Prepare) -> None:
-    """With one robot two pods take turns: the first is stored before the second is lifted."""
-    run = tiny_run(small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}), capacity=1)
-    run.simulation.run()
-    stored, lifted = run.recorder.of(PodStored), run.recorder.of(PodLifted)
+    run = tiny_run(small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}), capacity=1).done()
+    stored, lifted = run.of(PodStored), run.of(PodLifted)
     assert len(stored) == 1
     assert len(lifted) == 2
     assert stored[0].tick <= lifted[1].start_tick
@@ -145,100 +149,294 @@ def test_a_pod_is_put_back_and_the_robot_fetches_the_next(tiny_run: Prepare) -> 
 def test_orders_that_arrive_later_are_picked_later(tiny_run: Prepare) -> None:
     """An order that arrives at 500 s is unknown before, and completed after."""
     instance = small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, arrivals_s={"2": 500})
-    run = tiny_run(instance)
-    run.simulation.run()
-    assert [event.tick for event in run.recorder.of(OrderArrived)] == [0, 500_000]
-    assert [event.tick for event in run.recorder.of(OrderAssigned)] == [0, 500_000]
-    assert [event.order for event in run.recorder.of(OrderCompleted)] == [0, 1]
-
-
-def test_a_run_without_orders_is_over_at_once(tiny_run: Prepare) -> None:
-    """Nothing to pick: complete at time 0."""
-    run = tiny_run(small_instance({}, {"p": ["a"]}))
-    run.simulation.run()
-    assert (run.simulation.status, run.simulation.now) == ("complete", 0)
-
-
-def test_until_ends_the_run_at_its_time(tiny_run: Prepare) -> None:
-    """run.until_s ends the run exactly then, with orders left."""
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), run=RunSection(until_s=5))
-    run.simulation.run()
-    assert run.simulation.now == 5000
-    assert not run.recorder.of(OrderCompleted)
+    run = tiny_run(instance).done()
+    assert [event.tick for event in run.of(OrderArrived)] == [0, 500_000]
+    assert [event.tick for event in run.of(OrderAssigned)] == [0, 500_000]
+    assert [event.order for event in run.of(OrderCompleted)] == [0, 1]
 
 
 def test_pods_wait_for_room_in_the_queue(tiny_run: Prepare) -> None:
-    """With one queue cell at most two pods are on their way to or at the station at any time; all are served."""
     skus = list("abcdef")
     run = tiny_run(
         small_instance({str(i): [sku] for i, sku in enumerate(skus)}, {sku: [sku] for sku in skus}),
         robots=6,
         queue_length=1,
-    )
-    run.simulation.run()
+    ).done()
     under_way = 0
-    for event in run.recorder.events:
+    for event in run.events:
         under_way += isinstance(event, PodLifted) - isinstance(event, VisitEnded)
         assert under_way <= 2
-    assert len(run.recorder.of(OrderCompleted)) == 6
+    assert len(run.of(OrderCompleted)) == 6
 
 
 def test_full_queues_do_not_block_each_other(tiny_run: Prepare) -> None:
-    """Pods at two full stations, each bound for the other, are stored and fetched again: nothing stands still."""
     run = tiny_run(
         small_instance(
-            {"1": ["a", "b", "c", "d"], "2": ["a", "b", "c", "d"]},
-            {"p": ["a"], "q": ["b"], "r": ["c"], "s": ["d"]},
+            {"1": ["a", "b", "c", "d"], "2": ["a", "b", "c", "d"]}, {"p": ["a"], "q": ["b"], "r": ["c"], "s": ["d"]}
         ),
         robots=6,
         capacity=(4, 4),
         queue_length=1,
         at_stations={"1": ("p", "q"), "2": ("r", "s")},
-    )
-    run.simulation.run()
-    assert len(run.recorder.of(OrderCompleted)) == 2
-    assert len(run.recorder.of(ItemPicked)) == 8
+    ).done()
+    assert len(run.of(OrderCompleted)) == 2
+    assert len(run.of(ItemPicked)) == 8
 
 
 @pytest.mark.parametrize("body", ["1 / 0", "raise SystemExit(3)"])
 def test_a_rule_that_cannot_be_prepared_is_named(tiny_run: Prepare, tmp_path: Path, body: str) -> None:
-    """Before the run: one sentence, whatever it raises."""
     (tmp_path / "bad.py").write_text(
         "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n    @hookimpl\n"
         f"    def plan_path(self): pass\n    def prepare(self, roads):\n        {body}\n",
         encoding="utf-8",
     )
-    with pytest.raises(
-        InputError, match=r"rules\.pp: rule .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"
-    ):
-        tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), pp="./bad.py:Bad")
+    with pytest.raises(InputError, match=r"rules\.pp: .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"):
+        tiny_run(ONE_ORDER, pp="./bad.py:Bad")
 
 
 def test_a_station_takes_an_order_larger_than_it_is(tiny_run: Prepare) -> None:
-    """When it is empty; the order is picked like any other."""
-    run = tiny_run(small_instance({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}), capacity=1)
-    run.simulation.run()
-    assert [event.order for event in run.recorder.of(OrderCompleted)] == [0, 1]
+    run = tiny_run(small_instance({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}), capacity=1).done()
+    assert [event.order for event in run.of(OrderCompleted)] == [0, 1]
 
 
 @pytest.mark.parametrize(
     ("line", "problem"),
     [
         ('stations.open = { 9 = [["06:00", "14:00"]] }', "stations.open.9: no station 9; expected 1 to 4"),
-        ("stations.item_capacity = [3, 4]", "stations.item_capacity: found 2 capacities, but the layout has 4"),
         ("robots.count = 600", "robots.count: found 600 robots; the layout has 504 storage locations to park them"),
         ("instance.pods = 600", "instance.pods: found 600 pods, but the layout has 504 storage locations"),
-        ('instance.pods_at_stations = { 7 = ["1"] }', "instance.pods_at_stations.7: no station 7; expected 1 to 4"),
         ("robots.battery.capacity_wh = 1", "robots.battery: expected a charger"),
         ("layout.block_columns = 1", "instance.pods: found 100 pods, but the layout has 72 storage locations"),
         ('rules.idle = "stay"\nlayout.chargers = 1\nrobots.battery.capacity_wh = 900', 'rules.idle: rule "stay" '),
     ],
 )
 def test_what_is_found_when_a_warehouse_is_opened_names_file_and_line(tmp_path: Path, line: str, problem: str) -> None:
-    """As what is found when the scenario is read; a key that the file does not have stands without a line."""
+    """As what is found when the scenario is read; a key that the file does not have is without a line."""
     file = tmp_path / "day.toml"
     file.write_text(f'# of a day\n{line}\nrules.poa = "pod-match"\nrules.pps = "demand"\n', encoding="utf-8")
     with pytest.raises(InputError) as caught:
         rmfs_core.run(file)
     at = "" if problem.startswith("instance.pods:") and "layout" in line else ", line 2"
     assert str(caught.value).startswith(f"{file}{at}, {problem}")
+
+
+def test_a_need_that_is_not_met_is_refused(tiny_run: Prepare, tmp_path: Path) -> None:
+    name = write_rule(tmp_path, "poa", "return []")
+    (tmp_path / "bad.py").write_text(
+        (tmp_path / "bad.py").read_text().replace("class Bad:", "class Bad:\n    needs = ('unlimited stock',)")
+    )
+    with pytest.raises(InputError, match=r"rules\.poa: rule .* needs pods whose SKUs never run out, but"):
+        tiny_run(small_instance({"1": ["a"]}, {"p": {"a": 3}}), poa=name)
+
+
+RULES = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
+PODS = small_instance({"1": ["a"]}, {"p": ["a"], "q": ["a"], "r": ["a"]})
+
+
+def scenario(seed: int = 1, **sections: Any) -> Scenario:
+    """Return a scenario for two stations with queues of three, three robots, and half of the locations filled."""
+    given = {
+        "layout": LayoutSection(pod_fill=0.5),
+        "robots": RobotsSection(count=3),
+        "stations": StationsSection(queue_length=3),
+    }
+    return Scenario(rules=RULES, seed=seed, **(given | sections))
+
+
+def refusal(given: Scenario, instance: Instance = PODS) -> str:
+    return said(InputError, open_warehouse, given, instance, small_layout(2))
+
+
+def at(**stations: str) -> InstanceSection:
+    return InstanceSection(pods_at_stations={station: tuple(pods) for station, pods in stations.items()})
+
+
+def test_pods_and_robots_get_places_of_their_own() -> None:
+    layout = small_layout(2)
+    locations = layout.storage_locations
+    world = open_warehouse(scenario(), PODS, layout).warehouse
+    places = [*world.homes, *world.blocked]
+    assert len(places) == len(set(places)) == len(locations) // 2
+    assert set(places) | set(world.free_locations) == set(locations)
+    assert not set(places) & set(world.free_locations)
+    robots = [robot.cell for robot in world.robots]
+    assert len(set(robots)) == 3
+    assert set(robots) <= set(locations)
+    assert robots != list(world.homes)  # where they stand has nothing to do with where the first pods do
+    assert [pod.location for pod in world.pods] == list(world.homes)
+
+
+def placed(*places: tuple[int, int]) -> Instance:
+    """Return the instance with pods that a file gives places, rows and columns from 1."""
+    pods = zip(PODS.pods, places, strict=True)
+    return evolve(PODS, pods=tuple(evolve(pod, place=(*at, f"line {at}")) for pod, at in pods))
+
+
+def test_pods_and_robots_stand_where_files_say(tmp_path: Path) -> None:
+    layout = small_layout(2)
+    cells = layout.storage_locations[3:6]
+    at = [(cell // layout.width + 1, cell % layout.width + 1) for cell in cells]
+    (tmp_path / "robots.csv").write_text("robot,row,column\n" + "".join(f"{i},2,{i}\n" for i in range(1, 6)))
+    given = evolve(scenario(robots=RobotsSection(count=3, file="robots.csv")), folder=str(tmp_path))
+    world = open_warehouse(given, placed(*at), layout).warehouse
+    assert world.homes == cells
+    assert len({*world.homes, *world.blocked}) == len(layout.storage_locations) // 2
+    assert [robot.cell for robot in world.robots] == [layout.width, layout.width + 1, layout.width + 2]
+
+
+def test_places_that_nothing_can_stand_in_are_refused(tmp_path: Path) -> None:
+    layout = small_layout(2)
+    first = layout.storage_locations[0]
+    good, floor = (first // layout.width + 1, first % layout.width + 1), (1, 1)
+    expected = "; expected a storage location that no line before names"
+    assert refusal(scenario(), placed(good, floor, good)) == f"line (1, 1): found row 1, column 1{expected}"
+    assert refusal(scenario(), placed(good, good, floor)).endswith(expected)
+    assert refusal(scenario(), placed((1, layout.width + good[1]), good, floor)).endswith(expected)
+    file = tmp_path / "robots.csv"
+    file.write_text("robot,row,column\n1,2,1\n2,2,1\n")
+    given = evolve(scenario(robots=RobotsSection(count=2, file="robots.csv")), folder=str(tmp_path))
+    assert refusal(given) == (
+        f"{file}, line 3: found row 2, column 1; expected a cell of the layout, no wall, that no line before names"
+    )
+    file.write_text("robot,row,column\n1,2,1\n")
+    assert refusal(given) == "robots.count: found 2; robots.csv places 1"
+
+
+def test_more_pods_with_contents_than_the_share_all_stand_there() -> None:
+    world = open_warehouse(scenario(layout=LayoutSection(pod_fill=0.01)), PODS, small_layout(2)).warehouse
+    assert (len(world.homes), world.blocked) == (3, ())
+
+
+def test_places_depend_on_the_seed_alone() -> None:
+    layout = small_layout(2)
+
+    def opened(given: Scenario) -> Warehouse:
+        return open_warehouse(given, PODS, layout).warehouse
+
+    one, other = opened(scenario()), opened(scenario(robots=RobotsSection(count=5), layout=LayoutSection(pod_fill=0.9)))
+    assert one.homes == other.homes
+    assert [robot.cell for robot in one.robots] == [robot.cell for robot in other.robots][:3]
+    again = opened(scenario(seed=2))
+    assert again.homes != one.homes
+    assert [robot.cell for robot in again.robots] != [robot.cell for robot in one.robots]
+
+
+def test_robots_move_as_the_scenario_says() -> None:
+    section = RobotsSection(acceleration_m_per_s2=0.5, top_speed_m_per_s=2.0, full_turn_s=4.0, lift_s=3.0)
+    motion = motion_of(section)
+    assert (motion.acceleration_m_per_s2, motion.top_speed_m_per_s) == (0.5, 2.0)
+    assert (motion.turn_ticks(0, 2), motion.lift_ticks) == (2000, 3000)
+    opened = open_warehouse(scenario(robots=section), small_instance({}, {}), small_layout())
+    assert opened.warehouse.travel.motion == motion
+
+
+@pytest.mark.parametrize(
+    ("stations", "expected"),
+    [
+        (StationsSection(queue_length=3, item_capacity=7), [(7, False), (7, False)]),
+        (StationsSection(queue_length=3, item_capacity=(7, 2)), [(7, False), (2, False)]),
+        (StationsSection(queue_length=3, item_capacity=7, order_capacity=4), [(4, True), (4, True)]),
+        (StationsSection(queue_length=3, order_capacity=(4, 5)), [(4, True), (5, True)]),
+    ],
+)
+def test_stations_count_items_or_orders(stations: StationsSection, expected: list[tuple[int, bool]]) -> None:
+    world = open_warehouse(scenario(stations=stations), PODS, small_layout(2)).warehouse
+    assert [(station.capacity, station.counts_orders) for station in world.stations] == expected
+    assert [station.queue_length for station in world.stations] == [3, 3]
+
+
+@pytest.mark.parametrize(
+    ("sections", "message"),
+    [
+        ({"robots": RobotsSection(count=99)}, "robots.count: found 99 robots; the layout has 80 storage locations to "),
+        ({"stations": StationsSection(item_capacity=(1, 2, 3))}, "stations.item_capacity: found 3 capacities, "),
+        ({"stations": StationsSection(order_capacity=(1,))}, "stations.order_capacity: found 1 capacities, but the la"),
+        ({"instance": at(**{"3": "p"})}, "instance.pods_at_stations.3: no station 3; expected 1 to 2"),
+        ({"instance": at(west="p")}, "instance.pods_at_stations.west: no station west; expected 1 to 2"),
+        (
+            {"instance": at(**{"2": "pqr"}), "stations": StationsSection(queue_length=1)},
+            "instance.pods_at_stations.2: found 3 pods; the station and its queue hold 2",
+        ),
+        (
+            {"instance": at(**{"1": "p", "2": "q"}), "robots": RobotsSection(count=1)},
+            "instance.pods_at_stations: found 2 pods at stations, but robots.count = 1; each needs a robot",
+        ),
+    ],
+)
+def test_what_has_no_place_is_refused(sections: dict[str, Any], message: str) -> None:
+    assert refusal(scenario(**sections)).startswith(message)
+
+
+def test_pods_at_stations_are_told_first_in_line_first() -> None:
+    at = InstanceSection(pods_at_stations={"2": ("r", "p"), "1": ("q",)})
+    opening = open_warehouse(scenario(instance=at), PODS, small_layout(2))
+    assert opening.at_stations == ((1, 2), (1, 0), (0, 1))
+    assert all(pod.location is not None for pod in opening.warehouse.pods)
+
+
+COUNTS_ITEMS = """
+from attrs import define
+from rmfs_core import OrderAssignment, hookimpl
+
+
+@define
+class CountsItems:
+    @hookimpl
+    def assign_orders(self, warehouse):
+        fitting = [order for order in warehouse.backlog if order.items <= warehouse.stations[0].free_capacity]
+        return [OrderAssignment(order.id, 0) for order in fitting[:1]]
+"""
+
+
+@pytest.mark.parametrize(
+    ("orders", "left", "large"),
+    [
+        (1, "1 order is not complete (1 in the backlog;", "1 in the backlog has more than 1 item and fits"),
+        (2, "2 orders are not complete (2 in the backlog;", "2 in the backlog have more than 1 item and fit"),
+    ],
+)
+def test_a_standstill_says_what_is_left(tiny_run: Prepare, tmp_path: Path, orders: int, left: str, large: str) -> None:
+    (tmp_path / "own.py").write_text(COUNTS_ITEMS, encoding="utf-8")
+    instance = small_instance({str(i): ["a", "b"] for i in range(orders)}, {"p": ["a", "b"]})
+    run = tiny_run(instance, capacity=1, poa="./own.py:CountsItems")
+    assert said(StandstillError, run.simulation.run) == (
+        f"The run stands still at 0.000 s: {left} 0 open requests that no inbound pod can serve; 0 pods waiting for a "
+        'robot), and no rule decides anything (asked last: rule "./own.py:CountsItems" (own.py inline), rule "demand" '
+        f'({RMFS}), rule "nearest-robot" ({RMFS})); {large} an empty station alone, as `fits` says.'
+    )
+
+
+@pytest.mark.parametrize(
+    ("stations", "robots", "until_s", "sentence"),
+    [
+        ((("06:00", "10:00"),), None, 3600.0, "no station is open before 21600.000 s."),
+        (None, (("12:00", "16:00"),), 3600.0, "no robot is on duty before 43200.000 s."),
+        (
+            (("00:00", "00:01"),),
+            (("00:01", "24:00"),),
+            61.0,
+            "no robot is on duty while a station is open at any time.",
+        ),
+        (None, None, 1.0, "1 of 1 order arrived, with 0 items picked."),
+    ],
+)
+def test_why_no_order_is_complete_is_said(
+    tiny_run: Prepare, stations: Any, robots: tuple[Span, ...] | None, until_s: float, sentence: str
+) -> None:
+    def change(scenario: Scenario) -> Scenario:
+        return evolve(
+            scenario,
+            stations=evolve(scenario.stations, open=stations),
+            robots=evolve(scenario.robots, available=robots),
+            run=RunSection(until_s=until_s),
+        )
+
+    simulation = tiny_run(ONE_ORDER, change=change).simulation
+    simulation.run()
+    assert [*simulation.notes()] == [f"No order is complete at {until_s:.3f} s: {sentence}"]
+
+
+def test_where_an_order_is_complete_nothing_is_said(tiny_run: Prepare) -> None:
+    simulation = tiny_run(ONE_ORDER).simulation
+    simulation.run()
+    assert [*simulation.notes()] == []

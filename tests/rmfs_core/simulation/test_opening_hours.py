@@ -29,8 +29,10 @@ from rmfs_core.scenario.model import RuleChoice, RunSection, Scenario
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.timetable import DAY, Span
+from told import Prepare
 
-Prepare = Callable[..., Any]
+ONE_ORDER = small_instance({"1": ["a"]}, {"p": ["a"]})
+
 POA = ("pod-match", "first-come", "station-queue", "least-slack")
 MINUTE = 60_000
 
@@ -38,7 +40,6 @@ MINUTE = 60_000
 def hours(
     stations: Any = None, robots: tuple[Span, ...] | None = None, start: str | None = None
 ) -> Callable[[Scenario], Scenario]:
-    """Return what gives a scenario its opening hours."""
     return lambda scenario: evolve(
         scenario,
         stations=evolve(scenario.stations, open=stations),
@@ -48,50 +49,37 @@ def hours(
 
 
 def test_nothing_is_assigned_before_a_station_opens(tiny_run: Prepare) -> None:
-    """An order that is there at midnight waits until six; the run is over when it is complete."""
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours((("06:00", "22:00"),)))
-    run.simulation.run()
-    assert [event.tick for event in run.recorder.of(StationClosed)] == [0]
-    assert [event.tick for event in run.recorder.of(StationOpened)] == [360 * MINUTE]
-    assert [event.tick for event in run.recorder.of(OrderAssigned)] == [360 * MINUTE]
+    run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),))).done()
+    assert [event.tick for event in run.of(StationClosed)] == [0]
+    assert [event.tick for event in run.of(StationOpened)] == [360 * MINUTE]
+    assert [event.tick for event in run.of(OrderAssigned)] == [360 * MINUTE]
     assert run.simulation.status == "complete"
 
 
 def test_a_run_that_begins_at_another_time_of_the_day(tiny_run: Prepare) -> None:
-    """At half past five there is half an hour to go."""
-    run = tiny_run(
-        small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours((("06:00", "22:00"),), start="2024-03-01T05:30")
-    )
-    run.simulation.run()
-    assert [event.tick for event in run.recorder.of(OrderAssigned)] == [30 * MINUTE]
+    run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),), start="2024-03-01T05:30")).done()
+    assert [event.tick for event in run.of(OrderAssigned)] == [30 * MINUTE]
 
 
 def test_a_station_that_closes_finishes_what_it_has(tiny_run: Prepare) -> None:
-    """Of three orders it has the first when it closes after a minute; the others wait for the next day."""
     instance = small_instance({"1": {"a": 10}, "2": ["a"], "3": ["a"]}, {"p": ["a"]})
-    run = tiny_run(instance, capacity=10, change=hours((("00:00", "00:01"),)))
-    run.simulation.run()
-    assert [event.tick for event in run.recorder.of(StationClosed)] == [MINUTE]
-    assert [event.tick for event in run.recorder.of(OrderAssigned)] == [0, DAY, DAY]
-    first = [event.tick for event in run.recorder.of(ItemPicked) if event.order == 0]
+    run = tiny_run(instance, capacity=10, change=hours((("00:00", "00:01"),))).done()
+    assert [event.tick for event in run.of(StationClosed)] == [MINUTE]
+    assert [event.tick for event in run.of(OrderAssigned)] == [0, DAY, DAY]
+    first = [event.tick for event in run.of(ItemPicked) if event.order == 0]
     assert len(first) == 10
     assert first[-1] > MINUTE
     assert run.simulation.status == "complete"
 
 
 def test_each_station_has_its_own_hours(tiny_run: Prepare) -> None:
-    """The first is closed at night; the second, which the table does not name, takes everything."""
     instance = small_instance({str(i): ["a"] for i in range(4)}, {"p": ["a"], "q": ["a"]})
-    run = tiny_run(instance, capacity=(2, 2), robots=2, change=hours({"1": (("06:00", "22:00"),)}))
-    run.simulation.run()
-    assert {event.station for event in run.recorder.of(OrderAssigned)} == {1}
+    run = tiny_run(instance, capacity=(2, 2), robots=2, change=hours({"1": (("06:00", "22:00"),)})).done()
+    assert {event.station for event in run.of(OrderAssigned)} == {1}
 
 
 def test_the_view_tells_when_a_station_opens_and_closes(tiny_run: Prepare) -> None:
-    """Times of the run, of the next change only."""
-    run = tiny_run(
-        small_instance({"1": ["a"]}, {"p": ["a"]}), capacity=(2, 2), change=hours({"1": (("06:00", "22:00"),)})
-    )
+    run = tiny_run(ONE_ORDER, capacity=(2, 2), change=hours({"1": (("06:00", "22:00"),)}))
     first, second = run.warehouse.stations
     run.simulation.start()
     assert (first.open, first.staffed, first.opens_s, first.closes_s) == (False, False, 21_600, None)
@@ -104,48 +92,40 @@ def test_the_view_tells_when_a_station_opens_and_closes(tiny_run: Prepare) -> No
 
 
 def test_robots_off_duty_finish_their_task_and_take_no_other(tiny_run: Prepare) -> None:
-    """From one minute on only the first robot is on duty: the second stores its pod and does nothing more."""
     instance = small_instance({str(i): {sku: 2} for i, sku in enumerate("abcdef")}, {sku: sku for sku in "abcdef"})
     robots: tuple[Span, ...] = (("00:00", "00:01"), ("00:01", "24:00", 1))
-    run = tiny_run(instance, robots=2, capacity=4, change=hours(robots=robots))
-    run.simulation.run()
-    assert [(event.tick, event.number) for event in run.recorder.of(RobotsOnDuty)] == [(MINUTE, 1)]
-    tasks = run.recorder.of(TaskAssigned)
+    run = tiny_run(instance, robots=2, capacity=4, change=hours(robots=robots)).done()
+    assert [(event.tick, event.number) for event in run.of(RobotsOnDuty)] == [(MINUTE, 1)]
+    tasks = run.of(TaskAssigned)
     assert {event.robot for event in tasks if event.tick < MINUTE} == {0, 1}
     assert {event.robot for event in tasks if event.tick >= MINUTE} == {0}
-    assert any(event.robot == 1 and event.tick > MINUTE for event in run.recorder.of(PodStored))
+    assert any(event.robot == 1 and event.tick > MINUTE for event in run.of(PodStored))
     assert not run.warehouse.robots[1].idle
     assert run.simulation.status == "complete"
 
 
 def test_a_run_stands_still_when_a_whole_day_brings_nothing(tiny_run: Prepare) -> None:
-    """No robot is ever on duty: the message says so."""
     change = hours((("06:00", "22:00"),), robots=(("08:00", "09:00", 0),))
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=change)
+    run = tiny_run(ONE_ORDER, change=change)
     with pytest.raises(StandstillError, match=r"stands still at .*: 1 order is not complete.*; \d+ robots? off duty"):
         run.simulation.run()
     assert run.simulation.now <= 4 * DAY
 
 
 def test_a_station_without_a_span_is_never_open(tiny_run: Prepare) -> None:
-    """Those that are not named always are; where none opens, that is told."""
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours({}))
-    run.simulation.run()
+    run = tiny_run(ONE_ORDER, change=hours({})).done()
     assert run.simulation.status == "complete"
     with pytest.raises(InputError, match="found no span for any station; expected one that opens"):
-        tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours({"1": ()}))
+        tiny_run(ONE_ORDER, change=hours({"1": ()}))
 
 
 def test_orders_days_apart_are_no_standstill(tiny_run: Prepare) -> None:
-    """Ten days pass in which stations open and close for nothing."""
     instance = small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, arrivals_s={"2": 864_000})
-    run = tiny_run(instance, change=hours((("06:00", "22:00"),)))
-    run.simulation.run()
-    assert run.recorder.of(OrderCompleted)[-1].tick > 10 * DAY
+    run = tiny_run(instance, change=hours((("06:00", "22:00"),))).done()
+    assert run.of(OrderCompleted)[-1].tick > 10 * DAY
 
 
 def test_a_later_line_of_an_order_joins_its_place_at_a_closed_station() -> None:
-    """With order capacity it takes no room there, and is no new order; an order that is new is refused."""
     world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}, capacities=[2], counts_orders=True)
     station, order = world.stations[0], world.orders[0]
     world.assign(order, station, [0])
@@ -153,23 +133,6 @@ def test_a_later_line_of_an_order_joins_its_place_at_a_closed_station() -> None:
     assert checks.assignment(world, OrderAssignment(0, 0, (1,)), None) == (order, station, [1])
     with pytest.raises(ImpossibleError, match=r"order 2 \(id 1\) to station 1 \(id 0\), which is closed"):
         checks.assignment(world, OrderAssignment(1, 0), None)
-
-
-def test_who_is_not_open_gets_nothing(tiny_run: Prepare, tmp_path: Path) -> None:
-    """A rule that assigns to a closed station ends the run with a sentence."""
-    rule = (
-        "from attrs import define\nfrom rmfs_core import OrderAssignment, hookimpl\n\n@define\nclass Mine:\n"
-        "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [OrderAssignment(0, 0)]\n"
-    )
-    (tmp_path / "mine.py").write_text(rule, encoding="utf-8")
-    run = tiny_run(
-        small_instance({"1": ["a"]}, {"p": ["a"]}),
-        capacity=(2, 2),
-        change=hours({"1": (("06:00", "22:00"),)}),
-        poa=RuleChoice("./mine.py:Mine"),
-    )
-    with pytest.raises(RuleError, match=r"assigned order 1 \(id 0\) to station 1 \(id 0\), which is closed"):
-        run.simulation.run()
 
 
 ACTIVATING = """
@@ -187,30 +150,25 @@ class Mine:
 
 
 def activated(tiny_run: Prepare, folder: Path, answer: str, **more: Any) -> Any:
-    """Return a run with two stations in which a rule answers so."""
     (folder / "mine.py").write_text(ACTIVATING.format(answer=answer), encoding="utf-8")
     instance = small_instance({str(i): ["a"] for i in range(4)}, {"p": ["a"], "q": ["a"]})
     return tiny_run(instance, capacity=(2, 2), robots=2, activate=RuleChoice("./mine.py:Mine"), **more)
 
 
 def test_a_rule_says_which_stations_are_active(tiny_run: Prepare, tmp_path: Path) -> None:
-    """It is asked in each round; here the first station opens after half a minute, and the second one closes."""
-    run = activated(tiny_run, tmp_path, "[int(warehouse.now_s < 30)]")
-    run.simulation.run()
-    changes = [event for event in run.recorder.events if isinstance(event, StationOpened | StationClosed)]
+    run = activated(tiny_run, tmp_path, "[int(warehouse.now_s < 30)]").done()
+    changes = [event for event in run.events if isinstance(event, StationOpened | StationClosed)]
     assert (changes[0].tick, changes[0].station, type(changes[0])) == (0, 0, StationClosed)
     later = [(event.station, type(event)) for event in changes[1:]]
     assert later == [(0, StationOpened), (1, StationClosed)]
-    assigned = [(event.station, event.tick < 30_000) for event in run.recorder.of(OrderAssigned)]
+    assigned = [(event.station, event.tick < 30_000) for event in run.of(OrderAssigned)]
     assert all(station == early for station, early in assigned)
 
 
 def test_what_is_active_is_open_within_its_hours_alone(tiny_run: Prepare, tmp_path: Path) -> None:
-    """The first station is active and not staffed: only the second takes orders, when that is active, too."""
-    run = activated(tiny_run, tmp_path, "[0, 1]", change=hours({"1": (("06:00", "22:00"),)}))
-    run.simulation.run()
-    assert {event.station for event in run.recorder.of(OrderAssigned)} == {1}
-    assert not run.recorder.of(StationOpened)
+    run = activated(tiny_run, tmp_path, "[0, 1]", change=hours({"1": (("06:00", "22:00"),)})).done()
+    assert {event.station for event in run.of(OrderAssigned)} == {1}
+    assert not run.of(StationOpened)
 
 
 @pytest.mark.parametrize(
@@ -223,33 +181,17 @@ def test_what_is_active_is_open_within_its_hours_alone(tiny_run: Prepare, tmp_pa
     ],
 )
 def test_an_impossible_activation_ends_the_run(tiny_run: Prepare, tmp_path: Path, answer: str, problem: str) -> None:
-    """With the rule, the hook and the time."""
     with pytest.raises(RuleError, match=problem):
         activated(tiny_run, tmp_path, answer).simulation.run()
 
 
 def test_a_rule_that_closes_everything_stands_still(tiny_run: Prepare, tmp_path: Path) -> None:
-    """The message says so, and who was asked."""
     with pytest.raises(StandstillError, match=r"4 in the backlog; 2 stations closed; .*asked last: rule .*Mine"):
         activated(tiny_run, tmp_path, "[]").simulation.run()
 
 
-@pytest.mark.parametrize(
-    ("stations", "problem"),
-    [({"3": (("06:00", "22:00"),)}, "no station 3; expected 1 to 2"), ({"1": (), "2": ()}, "found no span")],
-)
-def test_hours_of_stations_that_are_not_there(tiny_run: Prepare, stations: Any, problem: str) -> None:
-    """And of stations none of which ever opens."""
-    with pytest.raises((InputError, ValueError), match=problem):
-        tiny_run(small_instance({}, {"p": ["a"]}), capacity=(2, 2), change=hours(stations))
-
-
 def test_the_end_of_a_run_may_come_first(tiny_run: Prepare) -> None:
-    """`run.until_s` holds at night, too."""
-    run = tiny_run(
-        small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours((("06:00", "22:00"),)), run=RunSection(until_s=60)
-    )
-    run.simulation.run()
+    run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),)), run=RunSection(until_s=60)).done()
     assert (run.simulation.status, run.simulation.now) == ("partial", MINUTE)
 
 

@@ -1,9 +1,10 @@
-"""Bundles, from their arrival to the pod, in small warehouses and in random ones."""
+"""Bundles, from their arrival to the pod, in small warehouses and in random ones, and where they come from."""
 
 from __future__ import annotations
 
 import tempfile
 from collections import Counter
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -36,8 +37,11 @@ from rmfs_core.scenario.model import RuleChoice, RunSection
 from rmfs_core.simulation.applying import apply_replenishment
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.simulation.supply import Supply
 from rmfs_core.warehouse import Bundle, Warehouse, WarehouseView
-from rmfs_core.world import BundleData, Instance, make_instance, make_layout
+from rmfs_core.warehouse.parts import OrderLine
+from rmfs_core.world import BundleData, Instance, OrderData, PodData, make_instance, make_layout
+from saying import said
 
 FILE = {"process": "file", "file": "bundles.csv"}
 
@@ -49,8 +53,6 @@ def brought(instance: Instance, *bundles: tuple[float, int, int]) -> Instance:
 
 
 # The state
-
-
 def at_station(warehouse: Warehouse, sku: int, items: int) -> Bundle:
     """Let a bundle arrive and be assigned to the replenishment station."""
     bundle = warehouse.bundle_arrives(sku, items)
@@ -59,7 +61,6 @@ def at_station(warehouse: Warehouse, sku: int, items: int) -> Bundle:
 
 
 def test_rules_see_picking_stations_and_replenishment_stations_apart() -> None:
-    """Ids are one sequence, picking first."""
     view = WarehouseView(replenished_world({}, {"p": {"a": 1}}))
     assert [station.id for station in view.stations] == [0]
     assert [station.id for station in view.replenishment_stations] == [1]
@@ -69,7 +70,6 @@ def test_rules_see_picking_stations_and_replenishment_stations_apart() -> None:
 
 
 def test_a_bundle_takes_space_as_soon_as_its_pod_is_chosen() -> None:
-    """Items of size 2 on a pod of 10: 3 are there, 2 are promised space; a pick gives some back."""
     warehouse = replenished_world({"1": {"a": 1}}, {"p": {"a": 3}}, pod_capacity=10, sizes=(2,))
     pod, (station, _) = warehouse.pods[0], warehouse.stations
     assert pod.free_space == 4
@@ -85,7 +85,6 @@ def test_a_bundle_takes_space_as_soon_as_its_pod_is_chosen() -> None:
 
 
 def test_stored_items_cover_requests_where_the_pod_is_bound_for() -> None:
-    """A pod on its way to a station brings what nobody there had."""
     warehouse = replenished_world({"1": {"b": 1}}, {"p": {"a": 1}})
     pod, station = warehouse.pods[0], warehouse.stations[0]
     warehouse.assign(warehouse.orders[0], station, [1])
@@ -99,7 +98,6 @@ def test_stored_items_cover_requests_where_the_pod_is_bound_for() -> None:
 
 
 def test_a_new_sku_on_a_pod_is_found() -> None:
-    """By `pods_with` and in `free_items`, in the order of ids."""
     warehouse = replenished_world({}, {"p": {"a": 1}, "q": {"b": 1}})
     view = WarehouseView(warehouse)
     before = view.free_items
@@ -116,7 +114,6 @@ def test_a_new_sku_on_a_pod_is_found() -> None:
 
 
 def test_a_memento_has_the_bundles() -> None:
-    """Waiting, at the station, and on a pod: what is restored is the same again."""
     warehouse = replenished_world({"1": {"a": 1}}, {"p": {"a": 3}}, pod_capacity=12, bundle_capacity=3, sizes=(2,))
     warehouse.advance(5000)
     first, second, _ = (warehouse.bundle_arrives(0, 2, name) for name in ("x", "y", "z"))
@@ -141,7 +138,6 @@ def test_a_memento_has_the_bundles() -> None:
     ],
 )
 def test_bundles_that_cannot_be_are_refused(wrong: BundleMemento) -> None:
-    """The error leads to the bundle."""
     warehouse = replenished_world({}, {"p": {"a": 3}})
     memento = evolve(Memento.of(WarehouseView(warehouse), ("a",)), bundles=(wrong,))
     with pytest.raises(ContradictionError) as caught:
@@ -150,8 +146,6 @@ def test_bundles_that_cannot_be_are_refused(wrong: BundleMemento) -> None:
 
 
 # Decisions
-
-
 def waiting_and_assigned() -> Warehouse:
     """Return a warehouse with bundles 0 and 1 at a station that holds two, and 2, which waits; pods of 6."""
     warehouse = replenished_world({}, {"p": {"a": 3}, "q": {"b": 6}, "r": {"a": 1}}, pod_capacity=6)
@@ -165,11 +159,7 @@ def waiting_and_assigned() -> Warehouse:
 @pytest.mark.parametrize(
     ("role", "answer", "problem"),
     [
-        (
-            Role.ROA,
-            [BundleAssignment(2, 1)],
-            "bundle 3 (id 2) to station 2 (id 1), but all 2 places for bundles are taken",
-        ),
+        (Role.ROA, [BundleAssignment(2, 1)], "(id 2) to station 2 (id 1), but all 2 places for bundles are taken"),
         (Role.ROA, [BundleAssignment(2, 0)], "bundle 3 (id 2) to station 1 (id 0), but it stores none"),
         (Role.ROA, [BundleAssignment(0, 1)], "assigned bundle 0 to station 2 (id 1), but no such bundle waits"),
         (Role.ROA, [BundleAssignment(2, 5)], "named station 5, which does not exist"),
@@ -183,14 +173,18 @@ def waiting_and_assigned() -> Warehouse:
     ],
 )
 def test_impossible_decisions_are_refused(role: Role, answer: Any, problem: str) -> None:
-    """Each with the bundle, the station or pod, and what is wrong."""
-    with pytest.raises(ImpossibleError) as caught:
-        apply_replenishment(waiting_and_assigned(), answer, role=role, max_fetches=9, keep=lambda _: None)
-    assert problem in str(caught.value)
+    assert problem in said(
+        ImpossibleError,
+        apply_replenishment,
+        waiting_and_assigned(),
+        answer,
+        role=role,
+        max_fetches=9,
+        keep=lambda _: None,
+    )
 
 
 def test_pods_that_are_bound_already_need_no_robot() -> None:
-    """A pod counts as a fetch where it is bound nowhere; the one that waits for a robot takes a bundle with it."""
     warehouse = waiting_and_assigned()
     events: list[Any] = []
     answer = BundleDecision(stores=[StoreBundle(0, 2)])
@@ -202,13 +196,10 @@ def test_pods_that_are_bound_already_need_no_robot() -> None:
 
 
 # Runs
-
-
 def test_storing_holds_pod_and_worker() -> None:
     """Two bundles for one pod: one visit, 10 s each; then the order that nobody could serve is picked."""
     instance = brought(small_instance({"1": {"a": 3}}, {"p": {"a": 1}}), (0, 0, 1), (0, 0, 2))
-    run = prepared(scenario_of(FILE), instance)
-    run.simulation.run()
+    run = prepared(scenario_of(FILE), instance).done()
     stored = run.of(BundleStored)
     assert [event.tick - event.start_tick for event in stored] == [10_000, 10_000]
     assert stored[1].start_tick == stored[0].tick
@@ -220,23 +211,19 @@ def test_storing_holds_pod_and_worker() -> None:
 
 
 def test_a_pod_picks_and_replenishes_on_one_way() -> None:
-    """It leaves the picking station for the replenishment station: one task, two visits."""
     orders, pods = {"1": {"a": 1}, "2": {"b": 1}}, {"p": {"a": 1}}
     instance = brought(small_instance(orders, pods, arrivals_s={"2": 200}), (5, 1, 1))
-    run = prepared(scenario_of(FILE, robots=1), instance)
-    run.simulation.run()
+    run = prepared(scenario_of(FILE, robots=1), instance).done()
     assert [event.station for event in run.of(VisitStarted)[:2]] == [0, 1]
     assert run.of(VisitEnded)[0].next_station == 1
     assert run.simulation.status == "complete"
 
 
 def test_pick_and_replenish_at_one_station() -> None:
-    """A station that does both stores what the same visit then picks."""
     supply = {"replenishment": {"process": "file", "file": "b"}}
     layout = {"replenishment_west": 1}
     scenario = scenario_of({}, instance=supply, stations={"also_replenish": True, "queue_length": 3}, layout=layout)
-    run = prepared(scenario, brought(small_instance({"1": {"a": 1}}, {"p": {"b": 1}}), (0, 1, 1)))
-    run.simulation.run()
+    run = prepared(scenario, brought(small_instance({"1": {"a": 1}}, {"p": {"b": 1}}), (0, 1, 1))).done()
     assert [station.id for station in run.simulation.view.replenishment_stations] == [0, 1]
     assert run.of(BundleStored)[0].station == 0
     assert run.of(BundleStored)[0].visit == run.of(ItemPicked)[0].visit
@@ -244,15 +231,12 @@ def test_pick_and_replenish_at_one_station() -> None:
 
 
 def test_the_run_waits_for_stock_that_is_to_come() -> None:
-    """Ten hours without anything to do are no standstill."""
-    run = prepared(scenario_of(FILE), brought(small_instance({"1": {"a": 1}}, {"p": {"b": 1}}), (36_000, 1, 1)))
-    run.simulation.run()
+    run = prepared(scenario_of(FILE), brought(small_instance({"1": {"a": 1}}, {"p": {"b": 1}}), (36_000, 1, 1))).done()
     assert run.of(BundleArrived)[0].tick == 36_000_000
     assert len(run.of(OrderCompleted)) == 1
 
 
 def test_a_standstill_names_the_bundles_without_room() -> None:
-    """Pods are full of what nobody wants, so what is wanted cannot be stored."""
     instance = brought(small_instance({"1": {"a": 1}}, {"p": {"b": 3}}), (0, 1, 1))
     run = prepared(scenario_of(FILE, instance={"pod_capacity": 3, "replenishment": FILE}), instance)
     with pytest.raises(StandstillError, match=r"no pod has room for bundles: B1\."):
@@ -271,7 +255,6 @@ def test_endless_bundles_do_not_hide_a_standstill() -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_endless_bundles_of_which_some_have_room(seed: int) -> None:
-    """The run ends when those without room have all places at stations; with more places it waits for one with room."""
     supply = {"process": "poisson", "bundles_per_hour": 60.0, "bundle_items": 1}
     instance = small_instance({"1": {"a": 1}, "2": {"c": 1}}, {"p": {"b": 6}, "q": {"b": 3, "c": 1}})
     instance = evolve(instance, sizes=tuple({"a": 1, "b": 1, "c": 4}[sku] for sku in instance.skus))
@@ -291,13 +274,10 @@ def test_endless_bundles_of_which_some_have_room(seed: int) -> None:
 
 
 def test_a_joint_rule_decides_both() -> None:
-    """It is asked while bundles wait for a station, and while those at stations wait for a pod."""
-
     @define
     class Both:
         @hookimpl
         def assign_bundles_and_pods(self, warehouse: WarehouseView, max_fetches: int) -> BundleDecision:
-            """Everything to the first station, and to the first stored pod if a robot can fetch it."""
             station = warehouse.replenishment_stations[0]
             new = [bundle.id for bundle in warehouse.bundles]
             left = [bundle.id for bundle in station.bundles if bundle.pod is None]
@@ -312,25 +292,20 @@ def test_a_joint_rule_decides_both() -> None:
 
 
 # What scenarios are refused for
-
 REORDER = {"process": "reorder-point", "reorder_point": 1, "order_up_to": 4}
 
 
 def refusal(**instance: Any) -> str:
     """Return why a scenario with these keys of its instance cannot be run."""
-    with pytest.raises(InputError) as caught:
-        make_instance(scenario_of({}, instance={"orders": 5, "skus": 4, "pods": 4, "skus_per_pod": 1} | instance))
-    return str(caught.value)
+    keys = {"orders": 5, "skus": 4, "pods": 4, "skus_per_pod": 1} | instance
+    return said(InputError, lambda: make_instance(scenario_of({}, instance=keys)))
 
 
 @pytest.mark.parametrize(
     ("instance", "problem"),
     [
         ({"replenishment": {"process": "poisson"}}, "expected `bundles_per_hour` and `bundle_items`"),
-        (
-            {"replenishment": {"process": "reorder-point"}},
-            "reorder_point: expected a number, or one for SKU 1 in the file",
-        ),
+        ({"replenishment": {"process": "reorder-point"}}, "expected a number, or one for SKU 1 in the file"),
         ({"replenishment": {"process": "file"}}, 'expected `file` with process "file"'),
         ({"replenishment": REORDER | {"order_up_to": 1}}, "expected order_up_to > reorder_point, found 1 <= 1"),
         ({"replenishment": REORDER | {"unit": "crates"}}, 'found "crates"'),
@@ -338,16 +313,12 @@ def refusal(**instance: Any) -> str:
     ],
 )
 def test_what_cannot_be_replenished_is_refused(instance: dict[str, Any], problem: str) -> None:
-    """Before the run, with the key and what would be right."""
     assert problem in refusal(**instance)
 
 
 def test_a_process_needs_rules() -> None:
-    """ROA and RPS, or a joint rule: what is missing is said when the scenario is read."""
     tables = {"rules": {"poa": "pod-match", "pps": "demand"}, "instance": {"replenishment": REORDER}}
-    with pytest.raises(
-        InputError, match=r'expected `rules.roa` and `rules.rps`, or `rules.roa_rps`, .* "reorder-point"'
-    ):
+    with pytest.raises(InputError, match=r'`rules.roa` and `rules.rps`, or `rules.roa_rps`, .* "reorder-point"'):
         scenario_from_dict(tables)
     tables["rules"]["roa"] = "first-bundle"
     with pytest.raises(InputError, match="expected `roa` and `rps`, or `roa_rps`, found `roa`"):
@@ -355,14 +326,12 @@ def test_a_process_needs_rules() -> None:
 
 
 def test_a_process_needs_a_station() -> None:
-    """Where bundles are stored."""
     scenario = scenario_of(REORDER, layout={"replenishment_west": 0}, instance={"pods": 9, "replenishment": REORDER})
     with pytest.raises(InputError, match=r"found no replenishment station; expected `I` in the map"):
         open_warehouse(scenario, make_instance(scenario), make_layout(scenario))
 
 
 # Random worlds
-
 SUPPLIES: tuple[dict[str, Any], ...] = (
     {"process": "reorder-point", "reorder_point": 2, "order_up_to": 6, "bundle_items": 4, "lead_s": 60.0},
     {"process": "reorder-point", "reorder_point": 0, "order_up_to": 3, "lead_s": 600.0},
@@ -424,14 +393,12 @@ class Stock:
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
-        """Take stock."""
         self.view, self.sizes = run.warehouse, run.instance.sizes
         self.held = [Counter(dict(pod.contents)) for pod in run.instance.pods]
         self.sent = self.stored = 0
 
     @hookimpl
     def on_event(self, event: Event) -> None:
-        """Nothing is lost, nothing negative, and no pod holds, or is promised, more than fits on it."""
         if isinstance(event, BundleArrived):
             self.sent += 1
         elif isinstance(event, BundleStored):
@@ -476,3 +443,63 @@ def test_nothing_is_lost_and_nothing_stands_still(scenario: Scenario) -> None:
 def test_the_same_with_windows(scenario: Scenario) -> None:
     """Under `whca-n`, or it says who waits for whom: that one has no proof."""
     survives(scenario, "whca-n")
+
+
+FROM_TWO_TO_SEVEN = {"process": "reorder-point", "reorder_point": 2, "order_up_to": 7}
+LOW = Instance(
+    ("a", "b", "c"),
+    (OrderData("1", 0, ((0, 3), (1, 1))),),
+    (PodData("p", ((0, 3), (1, None))), PodData("q", ((0, 1), (2, 2)))),
+    levels=((2, 7), (2, 7), (2, 7)),
+    restocked=True,
+)
+
+
+def test_what_has_run_low_is_ordered_up_to_the_level_once() -> None:
+    supply = Supply(scenario_of(FROM_TWO_TO_SEVEN), LOW)
+    assert [supply.order(sku) for sku in range(3)] == [[], [], [5]]
+    supply.picked(0)
+    assert supply.order(0) == []
+    supply.picked(0)
+    assert supply.order(0) == [5]
+    assert supply.order(0) == []
+
+
+def test_what_an_order_waits_for_is_ordered() -> None:
+    supply, wanted = Supply(scenario_of(FROM_TWO_TO_SEVEN), LOW), [OrderLine(0, 9)]
+    supply.waits(wanted)
+    assert supply.order(0) == [12]
+    supply.waits_no_more(wanted)
+    for _ in range(9):
+        supply.picked(0)
+    assert supply.order(0) == []
+
+
+@pytest.mark.parametrize(
+    ("instance", "largest"),
+    [
+        ({"replenishment": FROM_TWO_TO_SEVEN | {"bundle_items": 2}}, [2, 2, 1]),
+        ({"replenishment": FROM_TWO_TO_SEVEN, "pod_capacity": 4}, [4, 1]),
+    ],
+)
+def test_large_orders_come_in_several_bundles(instance: dict[str, object], largest: list[int]) -> None:
+    supply = Supply(scenario_of(FROM_TWO_TO_SEVEN, instance=instance), LOW)
+    assert supply.order(2) == largest
+
+
+def test_chance_brings_what_is_wanted() -> None:
+    given = {"process": "poisson", "bundles_per_hour": 10.0, "bundle_items": 4}
+    drawn = list(islice(Supply(scenario_of(given), LOW).coming(), 400))
+    skus = [bundle.sku for bundle in drawn]
+    assert 260 < skus.count(0) < 340
+    assert skus.count(2) == 0
+    assert {bundle.items for bundle in drawn} == {4}
+    assert 36 < drawn[-1].arrival_tick / 3_600_000 < 44
+    assert drawn == list(islice(Supply(scenario_of(given), LOW).coming(), 400))
+
+
+def test_a_file_brings_what_it_says() -> None:
+    bundles = (BundleData("x", 5, 0, 1), BundleData("y", 9, 1, 2))
+    supply = Supply(scenario_of({"process": "file", "file": "b"}), evolve(LOW, bundles=bundles, levels=()))
+    assert tuple(supply.coming()) == bundles
+    assert supply.order(2) == []

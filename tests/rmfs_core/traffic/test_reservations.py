@@ -23,12 +23,10 @@ OPEN = Roads(Travel(parse_map("#....\n.....\n.qO..\n.....", "open"), Motion()))
 
 
 def occupy(*intervals: tuple[int, int, int]) -> Occupancy:
-    """Cells with since and until, as a path would occupy them."""
     return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
 
 
 def test_gaps_are_what_reservations_leave() -> None:
-    """Half-open intervals touch without overlap; a hold without end leaves no last gap; one's own do not count."""
     table = Reservations(3)
     hold_until(table, 7, 1, 10, 20)
     hold_until(table, 8, 1, 20, 30)
@@ -43,7 +41,6 @@ def test_gaps_are_what_reservations_leave() -> None:
 
 
 def test_what_another_has_is_refused_whole() -> None:
-    """A path that hits a reservation changes nothing, and the error says who has the cell when."""
     table = Reservations(3)
     table.hold(1, 2, 5)
     table.commit(0, occupy((0, 0, 10)))
@@ -55,7 +52,6 @@ def test_what_another_has_is_refused_whole() -> None:
 
 
 def test_a_commit_replaces_what_was_there() -> None:
-    """The old path goes when the new one comes; a release takes all."""
     table = Reservations(4)
     table.commit(0, occupy((0, 0, 10), (1, 5, FOREVER)))
     table.commit(0, occupy((1, 5, 20), (2, 15, FOREVER)))
@@ -76,10 +72,7 @@ def test_a_commit_replaces_what_was_there() -> None:
         max_size=12,
     )
 )
-def test_a_path_is_settled_as_it_is_driven_and_committed(
-    paths: list[tuple[int, int, int, list[tuple[int, int]]]],
-) -> None:
-    """In one go or in two: the same cells, the same end, the same table, the same refusals."""
+def test_a_path_is_settled_as_it_is_committed(paths: list[tuple[int, int, int, list[tuple[int, int]]]]) -> None:
     one, two = Reservations(OPEN.cells), Reservations(OPEN.cells)
     for owner, cell, tick, ends in paths:
         start = Stop(cell, EAST, tick)
@@ -100,7 +93,6 @@ def test_a_path_is_settled_as_it_is_driven_and_committed(
 
 
 def test_a_copy_is_a_table_of_its_own() -> None:
-    """It has the same reservations; what is changed in either, larger pools too, the other does not see."""
     table = Reservations(3)
     table.commit(1, occupy((0, 5, 9)))
     other = table.copy()
@@ -115,7 +107,6 @@ def test_a_copy_is_a_table_of_its_own() -> None:
 
 
 def test_who_seizes_cells_takes_them_from_others() -> None:
-    """Others lose what they have of those cells if it overlaps, and keep what they have elsewhere."""
     table = Reservations(4)
     table.commit(1, occupy((0, 0, 10), (1, 8, 20), (2, 18, FOREVER)))
     table.commit(2, occupy((1, 20, 30), (3, 28, FOREVER)))
@@ -128,17 +119,7 @@ def test_who_seizes_cells_takes_them_from_others() -> None:
     assert (table.reserved(0), table.reserved(2)) == ([], [])
 
 
-def test_own_intervals_are_joined_behind_anothers() -> None:
-    """An interval that begins where another's ends, and overlaps its own owner's next one, becomes one with that."""
-    table = Reservations(1)
-    hold_until(table, 1, 0, 0, 10)
-    hold_until(table, 0, 0, 12, 20)
-    hold_until(table, 0, 0, 10, 15)
-    assert table.reserved(0) == [(1, 0, 10), (0, 10, 20)]
-
-
 def test_the_past_is_forgotten() -> None:
-    """What ended by a tick goes, what is still going on stays."""
     table = Reservations(2)
     table.commit(0, occupy((0, 0, 10), (0, 20, 30), (1, 5, 11)))
     table.forget_before(10)
@@ -157,7 +138,6 @@ def test_the_past_is_forgotten() -> None:
 )
 @settings(deadline=None)
 def test_the_table_equals_a_list_of_who_has_what(steps: list[tuple[str | int, ...]]) -> None:
-    """Whatever is reserved, released and forgotten in whatever order, each tick of each cell has the right owner."""
     table, model = Reservations(3), {}
     forgotten = 0
     for step in steps:
@@ -189,7 +169,6 @@ def test_the_table_equals_a_list_of_who_has_what(steps: list[tuple[str | int, ..
 
 
 def test_the_pool_grows() -> None:
-    """Many intervals on few cells, interleaved, all arrive."""
     table = Reservations(2)
     for i in range(500):
         hold_until(table, i % 7, i % 2, 10 * ((i * 37) % 500), 10 * ((i * 37) % 500) + 5)
@@ -198,7 +177,6 @@ def test_the_pool_grows() -> None:
 
 
 def test_the_pool_grows_for_a_path() -> None:
-    """Among many intervals, more than there was room for."""
     table = Reservations(OPEN.cells)
     table.hold(9, 19, 0)
     for i in range(300):

@@ -35,12 +35,10 @@ def bring(world: Warehouse, sku: int, items: int) -> list[str]:
 
 
 def names(view: WarehouseView) -> tuple[list[str], list[str]]:
-    """Return the orders of the backlog, and those that wait."""
     return [order.name for order in view.backlog], [order.name for order in view.orders_waiting_for_stock]
 
 
 def test_the_oldest_orders_take_their_share_first() -> None:
-    """Two items for three orders; one that lacks a line claims nothing, so a younger one is served."""
     orders = {"1": {"a": 1}, "2": {"a": 1, "b": 1}, "3": {"a": 1}, "4": {"a": 1}}
     view = WarehouseView(world := replenished_world(orders, {"p": {"a": 2}}, wait_for_stock=True))
     assert names(view) == (["1", "3"], ["2", "4"])
@@ -52,7 +50,6 @@ def test_the_oldest_orders_take_their_share_first() -> None:
 
 
 def test_orders_are_looked_at_again_when_there_is_more_of_what_they_lack() -> None:
-    """The oldest that a bundle is enough for goes first, and stands at its age; a line of two SKUs needs both."""
     orders = {"1": {"a": 3}, "2": {"a": 1, "b": 1}, "3": {"a": 1}, "4": {"c": 1}}
     view = WarehouseView(world := replenished_world(orders, {"p": {"c": 1}}, wait_for_stock=True))
     assert names(view) == (["4"], ["1", "2", "3"])
@@ -67,7 +64,6 @@ def test_orders_are_looked_at_again_when_there_is_more_of_what_they_lack() -> No
 
 
 def test_a_bundle_costs_no_look_at_orders_that_want_more_than_there_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each order is looked at when it comes, and when there is enough of what it lacks; not with each bundle."""
     looked: list[str] = []
     lacking = Claims.lacking
 
@@ -84,20 +80,7 @@ def test_a_bundle_costs_no_look_at_orders_that_want_more_than_there_is(monkeypat
     assert looked == ["both", "less", "0"]
 
 
-def test_assigning_and_picking_leave_what_is_unclaimed_as_it_is() -> None:
-    """Claims become requests, and requests go with the items."""
-    world = replenished_world({"1": {"a": 1}, "2": {"a": 2}}, {"p": {"a": 3}}, wait_for_stock=True)
-    assert world.claims is not None
-    assert dict(world.claims.unclaimed) == {0: 0}
-    world.assign(world.orders[0], world.stations[0], [0])
-    world.bind(world.pods[0], world.stations[0])
-    world.fulfil(world.stations[0].open_requests[0], world.pods[0])
-    assert dict(world.claims.unclaimed) == {0: 0}
-    assert dict(Claims(world.pods).unclaimed) == {0: 2}
-
-
 def test_nothing_waits_for_what_never_runs_out_or_where_nothing_is_to_wait() -> None:
-    """A pod with enough of a SKU; and the key that switches it off."""
     orders = {str(i): {"a": 9, "b": 1} for i in range(5)}
     world = replenished_world(orders, {"p": ["a", "b"], "q": {"a": 1}}, wait_for_stock=True)
     assert len(world.backlog) == 5
@@ -106,7 +89,6 @@ def test_nothing_waits_for_what_never_runs_out_or_where_nothing_is_to_wait() -> 
 
 
 def test_orders_begin_to_wait_in_a_warehouse_under_way() -> None:
-    """Those that are begun keep what they want; then the older ones; and whatever is told counts."""
     orders = {"1": {"a": 2}, "2": {"a": 1, "b": 1}, "3": {"a": 1}, "4": {"a": 1}}
     view = WarehouseView(world := replenished_world(orders, {"p": {"a": 3, "b": 1}}))
     world.assign(world.orders[1], world.stations[0], [1])  # its other line is in the backlog
@@ -124,7 +106,6 @@ def test_orders_begin_to_wait_in_a_warehouse_under_way() -> None:
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_who_waits_is_who_would_by_a_look_at_all_of_them(data: st.DataObject) -> None:
-    """What is kept is what adding up pods, requests and backlog gives; no claim is ever broken."""
     lines = st.dictionaries(st.sampled_from("abc"), st.integers(1, 3), min_size=1)
     orders = {str(i): held for i, held in enumerate(data.draw(st.lists(lines, min_size=1, max_size=9)))}
     held = data.draw(st.dictionaries(st.sampled_from("abc"), st.integers(1, 4), min_size=1))
@@ -172,15 +153,13 @@ def without_lamps(*bundles: BundleData) -> Instance:
 
 @pytest.mark.parametrize("rule", [*RULES, *(pytest.param(f"poa_pps={name}", marks=pytest.mark.slow) for name in SLOW)])
 def test_orders_that_stock_cannot_serve_take_no_places(rule: str) -> None:
-    """Two places of the only station; four orders are done within two minutes, the others after their bundle came."""
     key, name = rule.split("=")
     stations = {"order_capacity": 2, "queue_length": 3}
     scenario = scenario_of({"process": "file", "file": "bundles.csv"}, robots=3, stations=stations)
     pps = None if key == "poa_pps" else scenario.rules.pps
     none: dict[str, RuleChoice | None] = {"poa": None, "poa_pps": None}
     scenario = evolve(scenario, rules=evolve(scenario.rules, **none | {"pps": pps, key: RuleChoice(name)}))
-    run = prepared(scenario, without_lamps(BundleData("D-1", 7_200_000, 2, 5)))
-    run.simulation.run()
+    run = prepared(scenario, without_lamps(BundleData("D-1", 7_200_000, 2, 5))).done()
     done = {event.order: event.tick for event in run.of(OrderCompleted)}
     assert max(done[order] for order in (2, 3, 4, 5)) < 150_000
     assert min(done[order] for order in (0, 1)) > 7_200_000
@@ -190,20 +169,17 @@ def test_orders_that_stock_cannot_serve_take_no_places(rule: str) -> None:
 
 
 def test_every_order_is_shown_at_once_where_that_is_told() -> None:
-    """With the key that switches waiting off, orders without stock take the places."""
     scenario = scenario_of(
         {"process": "file", "file": "bundles.csv"},
         stations={"order_capacity": 2, "queue_length": 3},
         rules=REPLENISHED | {"wait_for_stock": False, "poa": "first-come"},
     )
-    run = prepared(scenario, without_lamps(BundleData("D-1", 600_000, 2, 5)))
-    run.simulation.run()
+    run = prepared(scenario, without_lamps(BundleData("D-1", 600_000, 2, 5))).done()
     assert [event.order for event in run.of(OrderAssigned)][:2] == [0, 1]
     assert run.of(OrderInStock) == []
 
 
 def test_a_run_says_which_orders_wait_for_stock_at_its_end() -> None:
-    """In the error of a standstill, and in the result of a run that ends before the bundle comes."""
     run = prepared(scenario_of({"process": "file", "file": "bundles.csv"}), without_lamps())
     with pytest.raises(StandstillError, match="2 orders wait for stock of"):
         run.simulation.run()
@@ -230,12 +206,10 @@ class Watch:
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
-        """Keep the view."""
         self.view = run.warehouse
 
     @hookimpl
     def on_event(self, event: object) -> None:
-        """Count."""
         if isinstance(event, OrderArrived):
             waiting = len(self.view.orders_waiting_for_stock)
             self.most = max(self.most, self.view.backlog_size + waiting)

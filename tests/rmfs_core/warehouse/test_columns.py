@@ -1,55 +1,195 @@
-"""What columns tell of a small warehouse."""
+"""Columns against the objects that they follow, whatever happens to a warehouse."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
+import numpy as np
 import pytest
 from attrs import evolve
+from hypothesis import Phase, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule, run_state_machine_as_test
 
 from rmfs_commands.testing import small_instance, small_world
-from rmfs_core.warehouse import BUSY, STORED, Warehouse, WarehouseView
+from rmfs_core.warehouse import BUSY, STORED, Lines, Order, Pod, Stock, Warehouse, WarehouseView, column_keeping
+from rmfs_core.warehouse.backlog import Backlog
+from rmfs_core.warehouse.claims import Claims
+from standing import put_at_station
+
+SKUS = "abcd"
 
 
-def test_lines_of_two_orders_one_of_them_begun() -> None:
-    """Orders are rows, oldest first; an assigned line has no items, and lists have open lines only."""
-    world = small_world({"1": {"a": 2, "b": 1}, "2": {"a": 3}}, {"p": ["a", "b"]}, due_s={"2": 7.0})
-    lines = WarehouseView(world).lines
-    assert (lines.order_id.tolist(), lines.due_s.tolist(), lines.items.tolist()) == ([0, 1], [math.inf, 7.0], [3, 3])
-    assert (lines.begin.tolist(), lines.order.tolist(), lines.sku.tolist()) == ([0, 2, 3], [0, 0, 1], [0, 1, 0])
-    first = slice(lines.first[0], lines.first[0] + lines.number[0])
-    assert (lines.listed_order[first].tolist(), lines.listed_items[first].tolist()) == ([0, 1], [2, 3])
-    assert lines.begun.tolist() == []
-    world.assign(world.orders[0], world.stations[0], [0])
-    lines = WarehouseView(world).lines
-    assert (lines.items.tolist(), lines.open_lines.tolist(), lines.quantity.tolist()) == ([1, 3], [1, 1], [0, 1, 3])
-    assert (lines.begun.tolist(), lines.of_order(0), lines.number.tolist()) == ([0], [(1, 1)], [1, 1])
-    with pytest.raises(ValueError, match="read-only"):
-        lines.items[0] = 9
+def tell(lines: Lines) -> list[tuple[int, float, float, list[tuple[int, int]]]]:
+    """Return the orders that are there as columns tell them: id, arrival, due time, open lines."""
+    return [
+        (lines.order_id.item(at), lines.arrival_s.item(at), lines.due_s.item(at), lines.of_order(at))
+        for at in np.flatnonzero(lines.open_lines).tolist()
+    ]
+
+
+def hold_lines(lines: Lines, orders: Sequence[Order]) -> None:
+    due_s = [math.inf if order.due_s is None else order.due_s for order in orders]
+    told = [(order.id, order.arrival_s, due, [*order.open_lines]) for order, due in zip(orders, due_s, strict=True)]
+    assert tell(lines) == told
+    places = [int(lines.place[order.id]) for order in orders]
+    assert places == np.flatnonzero(lines.open_lines).tolist()
+    assert lines.priority[places].tolist() == [order.priority for order in orders]
+    assert lines.items[places].tolist() == [order.open_items for order in orders]
+    assert lines.open_lines[places].tolist() == [len(order.open_lines) for order in orders]
+    assert lines.items.sum() == lines.quantity.sum()
+    assert lines.begun.tolist() == [places[i] for i, one in enumerate(orders) if len(one.open_lines) < len(one.lines)]
+    for sku in range(len(lines.first)):
+        there = slice(lines.first[sku], lines.first[sku] + lines.number[sku])
+        listed = [*zip(lines.listed_order[there].tolist(), lines.listed_items[there].tolist(), strict=True)]
+        assert listed == [
+            (place, line.quantity)
+            for place, order in zip(places, orders, strict=True)
+            for line in order.open_lines
+            if line.sku == sku
+        ]
+
+
+def hold_stock(stock: Stock, world: Warehouse) -> None:
+    free = [(pod.id, sku, pod.free_items(sku)) for pod in world.pods for sku in sorted(pod.contents)]
+    assert [*zip(stock.pod.tolist(), stock.sku.tolist(), stock.items.tolist(), strict=True)] == free
+    assert [int(end - begin) for begin, end in zip(stock.of_pod, stock.of_pod[1:], strict=False)] == [
+        len(pod.contents) for pod in world.pods
+    ]
+    by_sku = sorted((sku, pod, items) for pod, sku, items in free)
+    there = stock.by_sku
+    assert [
+        *zip(stock.sku[there].tolist(), stock.pod[there].tolist(), stock.items[there].tolist(), strict=True)
+    ] == by_sku
+    assert np.diff(stock.of_sku).tolist() == [sum(sku == i for sku, *_ in by_sku) for i in range(world.n_skus)]
+    leaving = world.leaving_pods()
+
+    def at(pod: Pod) -> int:
+        if pod in leaving:
+            return pod.bound_for[0]
+        return STORED if pod.location is not None and not pod.bound_for else BUSY
+
+    assert stock.at.tolist() == [at(pod) for pod in world.pods]
+    assert stock.location.tolist() == [-1 if pod.location is None else pod.location for pod in world.pods]
+    assert stock.space.tolist() == [pod.free_space for pod in world.pods]
+    sent = [pod.id for pod in world.pods if at(pod) != BUSY]
+    assert stock.cell[sent].tolist() == [world.pods[pod].cell for pod in sent]
+
+
+class Run(RuleBasedStateMachine):
+    @initialize(
+        orders=st.lists(
+            st.dictionaries(st.sampled_from(SKUS), st.integers(1, 3), min_size=1, max_size=3), min_size=9, max_size=40
+        ),
+        pods=st.lists(st.dictionaries(st.sampled_from(SKUS[:3]), st.integers(1, 3)), min_size=2, max_size=5),
+        finite=st.sampled_from([True, True, False]),
+        due=st.booleans(),
+    )
+    def begin(self, orders: list[dict[str, int]], pods: list[dict[str, int]], finite: bool, due: bool) -> None:
+        named = {str(i): lines for i, lines in enumerate([*orders, dict.fromkeys(SKUS, 1)])}
+        held = {str(i): pod if finite else [*pod] for i, pod in enumerate(pods)}
+        self.world = small_world(
+            named, held, capacities=[40, 40], bundle_capacity=9, pod_capacity=40, due_s={"0": 7.5} if due else None
+        )
+        self.world.backlog = Backlog(self.world.n_skus)
+        self.world.arrived.clear()
+        self.world.open_demand[:] = self.world.ordered[:] = 0
+        if finite:
+            self.world.claims = Claims(self.world.pods)
+        self.coming = [*self.world.orders]
+
+    @rule(number=st.integers(1, 20), tick=st.integers(0, 3))
+    @precondition(lambda self: self.coming)
+    def arrive(self, number: int, tick: int) -> None:
+        self.world.advance(self.world.now + tick)
+        for order in self.coming[:number]:
+            self.world.order_arrives(order, self.world.now)
+        del self.coming[:number]
+
+    @rule(which=st.integers(0, 99), lines=st.integers(1, 3), at=st.integers(0, 1), period=st.integers(1, 2))
+    @precondition(lambda self: len(self.world.backlog))
+    def assign(self, which: int, lines: int, at: int, period: int) -> None:
+        order = self.world.backlog.orders[which % len(self.world.backlog)]
+        skus = [line.sku for line in order.open_lines[:lines]]
+        self.world.assign(order, self.world.stations[at], skus, period)
+
+    @rule(number=st.integers(5, 30))
+    @precondition(lambda self: len(self.world.backlog))
+    def assign_all(self, number: int) -> None:
+        for order in self.world.backlog.orders[:number]:
+            self.world.assign(order, self.world.stations[0], [line.sku for line in order.open_lines])
+
+    @rule(which=st.integers(0, 9), at=st.integers(0, 1))
+    def bind(self, which: int, at: int) -> None:
+        pod, station = self.world.pods[which % len(self.world.pods)], self.world.stations[at]
+        if station.id not in pod.bound_for:
+            self.world.bind(pod, station)
+
+    @rule(which=st.integers(0, 9))
+    @precondition(lambda self: self.world.robots[0].task is None)
+    def stand(self, which: int) -> None:
+        pod = self.world.pods[which % len(self.world.pods)]
+        if not pod.bound_for:
+            put_at_station(self.world, pod.id)
+
+    @rule()
+    @precondition(lambda self: self.world.stations[0].line)
+    def pick(self) -> None:
+        robot, station = self.world.stations[0].line[0], self.world.stations[0]
+        pod = self.world.pods[robot.task or 0]
+        served = [request for request in station.open_requests if request.pod is pod]
+        if served:
+            self.world.fulfil(served[0], pod)
+        else:
+            self.world.leave(robot, pod, station)
+            cell = self.world.free_locations[0]
+            self.world.reserve(cell)
+            self.world.move(robot, cell, 0)
+            self.world.store(robot, pod)
+
+    @rule(which=st.integers(0, 9), sku=st.integers(0, 3), lacking=st.booleans(), items=st.integers(1, 5))
+    @precondition(lambda self: not self.world.unlimited_stock)
+    def store(self, which: int, sku: int, lacking: bool, items: int) -> None:
+        pod = self.world.pods[which % len(self.world.pods)]
+        missing = self.world.claims.missing if lacking and self.world.claims is not None else []
+        bundle = self.world.bundle_arrives((missing or [sku % self.world.n_skus])[0], items)
+        self.world.assign_bundle(bundle, self.world.stations[1])
+        self.world.bind_bundle(bundle, pod)
+        self.world.store_bundle(bundle, pod)
+
+    @rule()
+    def look(self) -> None:
+        view = WarehouseView(self.world)
+        hold_lines(view.lines, view.backlog)
+        flat = view.backlog_lines
+        lines = view.lines
+        open_lines = lines.quantity > 0
+        assert lines.order_id[lines.order[open_lines]].tolist() == flat.order_id.tolist()
+        assert (lines.sku[open_lines].tolist(), lines.quantity[open_lines].tolist()) == (
+            flat.sku.tolist(),
+            flat.quantity.tolist(),
+        )
+        some = view.showing(view.backlog[::2])
+        hold_lines(some.lines, some.backlog)
+
+        hold_stock(view.stock, self.world)
+        free, stock = view.free_items, view.stock
+        assert (free.pod.tolist(), free.sku.tolist()) == (stock.pod.tolist(), stock.sku.tolist())
+        assert free.number.tolist() == stock.items.tolist()
+
+
+def test_columns_are_the_objects(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(column_keeping, "SPARE", 0)
+    run_state_machine_as_test(
+        Run, settings=settings(max_examples=150, stateful_step_count=40, deadline=None, phases=[Phase.generate])
+    )
 
 
 def test_orders_have_their_priority() -> None:
-    """The second order is more urgent."""
-    plain, instance = (
-        small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}),
-        small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}),
-    )
+    plain, instance = (make({"1": ["a"], "2": ["a"]}, {"p": ["a"]}) for make in (small_world, small_instance))
     orders = (instance.orders[0], evolve(instance.orders[1], priority=3))
     world = Warehouse(evolve(instance, orders=orders), plain.travel, plain.stations, plain.robots, plain.homes)
     for order in world.orders:
         world.order_arrives(order)
     assert WarehouseView(world).lines.priority.tolist() == [0, 3]
-
-
-def test_stock_of_two_pods_one_of_them_bound() -> None:
-    """Entries are sorted by pod and SKU, and told by SKU; a pod that is bound may not be sent."""
-    world = small_world({"1": {"a": 2}}, {"p": {"a": 2, "b": 1}, "q": {"a": 4}})
-    world.bind(world.pods[1], world.stations[0])
-    world.assign(world.orders[0], world.stations[0], [0])
-    stock = WarehouseView(world).stock
-    assert (stock.pod.tolist(), stock.sku.tolist(), stock.items.tolist()) == ([0, 0, 1], [0, 1, 0], [2, 1, 2])
-    assert (stock.of_pod.tolist(), stock.by_sku.tolist(), stock.of_sku.tolist()) == ([0, 2, 3], [0, 2, 1], [0, 2, 3])
-    assert stock.at.tolist() == [STORED, BUSY]
-    assert stock.location.tolist() == [pod.cell for pod in world.pods]
-    with pytest.raises(ValueError, match="read-only"):
-        stock.items[0] = 9

@@ -1,28 +1,194 @@
-"""The view that rules get."""
+"""Orders, pods, stations, robots and their batteries, as rules see them in the view."""
 
 from __future__ import annotations
 
 import pytest
 
 from rmfs_commands.testing import small_instance, small_world
-from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_core.scenario.model import BatterySection
+from rmfs_core.warehouse import Order, Robot, Station, Warehouse, WarehouseView
+from rmfs_core.warehouse.battery import Battery
+from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
+from rmfs_core.world import NORTH, OrderData, StationCells
+
+
+@pytest.fixture
+def world() -> Warehouse:
+    """One order of three items and one of two; a pod with two of a, another with endless b; two stations."""
+    return small_world(
+        {"first": {"a": 2, "b": 1}, "second": {"b": 2}}, {"p": {"a": 2, "b": 1}, "q": ["b"]}, capacities=[5, 5]
+    )
+
+
+def test_what_is_set_once_stays(world: Warehouse) -> None:
+    things = (world.orders[0], world.pods[0], world.stations[0], world.robots[0])
+    for thing, name in zip(things, ("items", "name", "capacity", "id"), strict=True):
+        with pytest.raises(AttributeError, match=rf"^{type(thing).__name__}\.{name} is read-only$"):
+            setattr(thing, name, 3)
+
+
+def test_people_know_names_and_rules_return_ids() -> None:
+    cells = StationCells(3, (4,))
+    assert Order(7, OrderData("A-1", 0, ()), lambda: 0).label == "A-1 (id 7)"
+    assert Station(0, cells, 5, False, 1).label == "1 (id 0)"
+    assert Station(0, cells, 5, False, 1, name="north").label == "north (id 0)"
+    assert Robot(1, 0, NORTH).label == "2 (id 1)"
+
+
+def test_an_order_is_open_until_it_is_assigned_and_unpicked_until_it_is_picked(world: Warehouse) -> None:
+    order, (here, there), pod = world.orders[0], world.stations, world.pods[0]
+    assert (order.items, order.open_items, order.unpicked_items, order.split) == (3, 3, 3, False)
+    assert order.lines == order.open_lines == (OrderLine(0, 2), OrderLine(1, 1))
+    world.place_at_station(world.robots[0], pod, here)
+    world.assign(order, here, [0])
+    assert (order.open_lines, order.open_items, order.unpicked_items) == ((OrderLine(1, 1),), 1, 3)
+    assert order.split  # a line is left for later
+    assert order.part_of(here.id, 1) is order.parts[0]
+    assert (order.part_of(there.id, 1), order.part_of(here.id, 2)) == (None, None)
+    world.assign(order, there, [1])
+    assert (order.open_lines, order.stations, order.split) == ((), (0, 1), True)
+    first = here.open_requests[0]
+    world.fulfil(first, pod)
+    part = order.parts[0]
+    assert (part.skus, part.items, part.unpicked_items, order.unpicked_items) == ((0,), 2, 1, 2)
+
+
+def test_stations_of_an_order_are_told_once() -> None:
+    world = small_world({"o": ["a", "b", "c"]}, {"p": ["a", "b", "c"]}, capacities=[5, 5])
+    order, (here, there) = world.orders[0], world.stations
+    for sku, station, period in ((0, there, 1), (1, here, 2), (2, there, 2)):
+        world.assign(order, station, [sku], period)
+    assert len(order.parts) == 3
+    assert order.stations == (1, 0)
+
+
+def test_a_pods_free_items_are_what_it_has_not_promised(world: Warehouse) -> None:
+    (p, q), station = world.pods, world.stations[0]
+    assert (p.free_items(0), p.free_items(1), p.free_items(9)) == (2, 1, 0)
+    world.bind(p, station)
+    world.assign(world.orders[0], station, [0])
+    assert (p.free_items(0), p.contents[0]) == (0, 2)
+    world.bind(q, station)
+    world.assign(world.orders[1], station, [1])
+    assert (q.free_items(1), q.contents[1]) == (UNLIMITED, UNLIMITED)
+    assert UNLIMITED == 2**40
+
+
+def test_a_pod_is_where_its_robot_is(world: Warehouse) -> None:
+    pod, robot, station = world.pods[0], world.robots[0], world.stations[0]
+    home = pod.cell
+    assert (pod.location, pod.robot, robot.idle) == (home, None, True)
+    world.bind(pod, station)
+    world.take_task(robot, pod)
+    assert (pod.location, pod.robot, robot.task, robot.pod, robot.idle) == (home, robot.id, pod.id, None, False)
+    assert robot.cell != home == pod.cell
+    world.move(robot, home, NORTH)
+    world.lift(robot, pod)
+    world.move(robot, 5, 2)
+    assert (pod.location, pod.cell, pod.bound_for) == (None, 5, (0,))
+    assert (robot.pod, robot.cell, robot.heading) == (pod.id, 5, 2)
+
+
+def test_a_stations_requests_and_pods_are_in_order(world: Warehouse) -> None:
+    station, (p, q) = world.stations[0], world.pods
+    world.bind(q, station)
+    world.bind(p, station)
+    for order in world.orders:
+        world.assign(order, station, [line.sku for line in order.open_lines])
+    requests = [(request.order.name, request.sku, request.items) for request in station.open_requests]
+    assert requests == [("first", 0, 2), ("first", 1, 1), ("second", 1, 2)]
+    assert station.inbound_pods == (q, p)
+    assert station.uncovered_requests == ()
+    other = world.stations[1]
+    assert (other.open_requests, other.inbound_pods) == ((), ())
+
+
+def test_a_stations_line_and_room(world: Warehouse) -> None:
+    station, (p, q), (one, other) = world.stations[0], world.pods, world.robots
+    room = station.queue_length + 1
+    assert station.queue_room == room
+    world.place_at_station(one, q, station)
+    world.place_at_station(other, p, station)
+    assert (station.line, station.pods_in_line, station.queue_room) == ((one, other), (1, 0), room - 2)
+    assert (one.cell, other.cell) == (station.cell, station.cells.queue[0])
+    world.claim_place(station)
+    assert station.queue_room == room - 3
+
+
+def test_parts_say_what_they_are(world: Warehouse) -> None:
+    station, pod, robot = world.stations[0], world.pods[0], world.robots[0]
+    world.place_at_station(robot, pod, station)
+    world.assign(world.orders[0], station, [0])
+    assert repr(world.orders[1]) == "Order('second', lines=(OrderLine(sku=1, quantity=2),))"
+    assert repr(station.open_requests[0]) == "Request(order='first', sku=0, items=2, station=0, covered=True)"
+    assert repr(pod) == "Pod('p', location=None, bound_for=[0])"
+    assert repr(station) == "Station(1, load=2/5, open_items=2)"
+    assert repr(robot) == f"Robot(1, cell={station.cell}, task=0, pod=0)"
+
+
+def test_the_picker_is_free_now_or_when_the_item_in_hand_is_handled(world: Warehouse) -> None:
+    station = world.stations[0]
+    world.advance(4_000)
+    assert station.picker_free_s == 4
+    world.occupy_picker(station, 17_000)
+    assert station.picker_free_s == 17
+    world.advance(20_000)
+    assert station.picker_free_s == 20
+
+
+def test_an_item_is_in_hand_until_it_is_handled(world: Warehouse) -> None:
+    station, pod = world.stations[0], world.pods[0]
+    world.assign(world.orders[0], station, [0])
+    world.place_at_station(world.robots[0], pod, station)
+    request = station.open_requests[0]
+    assert station.in_hand is None
+    world.fulfil(request, pod, handled=False)
+    assert station.in_hand == (request.order.id, 0)
+    world.release(request)
+    assert station.in_hand is None
+
+
+def test_a_pod_is_expected_when_its_robot_has_fetched_and_brought_it(world: Warehouse) -> None:
+    station, pod, robot, travel = world.stations[0], world.pods[0], world.robots[0], world.travel
+    assert pod.expected_arrival_s is None
+    world.bind(pod, station)
+    assert pod.expected_arrival_s is None
+    world.take_task(robot, pod)
+    carry = travel.times_to(station.cell, loaded=True)[pod.location]
+    fetch = travel.ticks(robot.cell, robot.heading, world.homes[0], loaded=False)
+    assert pod.expected_arrival_s == (fetch + 2200 + carry.min()) / 1000
+    world.advance(90_000)
+    world.move(robot, world.homes[0], 0)
+    world.lift(robot, pod)
+    assert pod.expected_arrival_s == 90 + carry[0] / 1000
+    world.join_line(robot, station)
+    assert pod.expected_arrival_s == 90
+    world.leave(robot, pod, station)
+    assert pod.expected_arrival_s is None
+
+
+def test_a_closed_station_has_room_for_nothing(world: Warehouse) -> None:
+    station = world.stations[0]
+    world.assign(world.orders[1], station, [1])
+    assert (station.open, station.free_capacity, station.opens_s, station.closes_s) == (True, 3, None, None)
+    world.staff(station, True, 60_000)
+    world.activate(station, False)
+    assert (station.open, station.staffed, station.active, station.closes_s) == (False, True, False, 60)
+    world.activate(station, True)
+    world.staff(station, False, 90_000)
+    assert (station.open, station.free_capacity, station.load) == (False, 0, 2)
+    assert (station.opens_s, station.closes_s) == (90, None)
 
 
 def test_the_view_is_for_looking_only() -> None:
-    """What a rule sees cannot be set or filled by accident."""
-    world = small_world({"1": ["a"]}, {"p": ["a"]})
-    view = WarehouseView(world)
-    with pytest.raises(AttributeError):
-        view.stations[0].load = 3  # type: ignore[misc]
-    with pytest.raises(AttributeError):
-        view.pods[0].location = 3  # type: ignore[misc]
-    with pytest.raises(AttributeError, match=r"Station\.capacity is read-only"):
-        view.stations[0].capacity = 1000
-    with pytest.raises(AttributeError):
-        view.travel.motion = None  # type: ignore[misc,assignment]
+    view = WarehouseView(small_world({"1": ["a"]}, {"p": ["a"]}))
+    for thing, name in ((view.stations[0], "load"), (view.pods[0], "location"), (view.travel, "motion")):
+        with pytest.raises(AttributeError):
+            setattr(thing, name, 3)
     with pytest.raises(TypeError):
         view.pods[0].contents[0] = 3  # type: ignore[index]
-    for array in (view.backlog_lines.sku, view.travel.layout.lane, view.travel.layout.kind):
+    lines, stock, layout = view.lines, view.stock, view.travel.layout
+    for array in (view.backlog_lines.sku, view.free_items.number, lines.items, stock.items, layout.lane, layout.kind):
         with pytest.raises(ValueError, match="read-only"):
             array[:] = 0
     assert isinstance(view.free_storage_locations, tuple)
@@ -31,7 +197,6 @@ def test_the_view_is_for_looking_only() -> None:
 
 
 def test_the_view_shows_the_warehouse_as_it_is_now() -> None:
-    """Not as it was when the view was made."""
     world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[5])
     view = WarehouseView(world)
     pod, robot, station = world.pods[0], world.robots[0], world.stations[0]
@@ -63,7 +228,6 @@ def test_pods_leave_when_they_have_nothing_left_to_serve() -> None:
 
 
 def test_locations_are_free_blocked_or_reserved() -> None:
-    """A location is taken as long as its pod stands there, and from when another pod is on its way to it."""
     world = small_world({"1": ["a"]}, {"p": ["a"], "q": ["a"]}, capacities=[5])
     view, pod = WarehouseView(world), world.pods[0]
     home, other = pod.cell, world.pods[1].cell
@@ -83,7 +247,6 @@ def test_locations_are_free_blocked_or_reserved() -> None:
 
 
 def test_what_the_prefilters_left_is_the_backlog() -> None:
-    """Arrays and tuple alike; what has arrived is known all the same."""
     world = small_world({"1": ["a"], "2": {"b": 2}, "3": ["a", "b"]}, {"p": ["a", "b"]}, capacities=[5])
     whole = WarehouseView(world)
     assert (whole.filtered, [order.name for order in whole.backlog]) == (False, ["1", "2", "3"])
@@ -97,8 +260,6 @@ def test_what_the_prefilters_left_is_the_backlog() -> None:
 
 
 def test_a_view_of_some_orders_is_of_the_same_kind() -> None:
-    """Whatever is left out of a view stays left out where it shows some orders alone."""
-
     class Reduced(WarehouseView):
         __slots__ = ()
 
@@ -109,7 +270,6 @@ def test_a_view_of_some_orders_is_of_the_same_kind() -> None:
 
 
 def test_demand_is_what_is_not_picked_yet() -> None:
-    """In the backlog or at a station; what inbound pods have to spare is counted for each station."""
     world = small_world({"1": {"a": 2}, "2": ["a", "b"]}, {"p": {"a": 4, "b": 1}, "q": {"b": 3}}, capacities=[5, 5])
     view, (here, there), (p, q) = WarehouseView(world), world.stations, world.pods
     assert view.open_demand().tolist() == [3, 1]
@@ -126,7 +286,6 @@ def test_demand_is_what_is_not_picked_yet() -> None:
 
 
 def test_an_order_fits_where_there_is_room_for_what_is_open() -> None:
-    """Items or orders, as the station counts; lines that are assigned already take up nothing more."""
     world = small_world({"1": {"a": 3, "b": 1}}, {"p": ["a", "b"]}, capacities=[4, 3])
     view, (wide, narrow), order = WarehouseView(world), world.stations, world.orders[0]
     assert [view.fits(order, station) for station in (wide, narrow)] == [True, False]
@@ -136,7 +295,6 @@ def test_an_order_fits_where_there_is_room_for_what_is_open() -> None:
 
 
 def test_what_is_available_follows_pods_and_promises() -> None:
-    """Items are there when a pod is bound, less what is promised; picks and leaving take the rest away."""
     world = small_world({"1": ["a"]}, {"p": {"a": 3, "b": 2}}, capacities=[5, 5])
     view, pod, (station, other) = WarehouseView(world), world.pods[0], world.stations
     assert view.available().tolist() == [[0, 0], [0, 0]]
@@ -158,7 +316,50 @@ def test_what_is_available_follows_pods_and_promises() -> None:
 
 
 def test_items_ordered_until_now_are_counted() -> None:
-    """Of all orders that have arrived, assigned or picked or not."""
     world = small_world({"1": {"a": 3}, "2": {"b": 1, "a": 1}}, {"p": {"a": 2, "b": 1}})
     world.assign(world.orders[0], world.stations[0], [0])
     assert WarehouseView(world).ordered().tolist() == [4, 1]
+
+
+BATTERY = BatterySection(capacity_wh=10, empty_w=100, idle_w=20, charging_w=500)
+FULL_J = 36_000.0
+
+
+class Clock:
+    tick = 0
+
+
+def battery(low_j: float = 0.0, charge: float = 1.0) -> tuple[Battery, Clock]:
+    clock = Clock()
+    return Battery(BATTERY, low_j, lambda: clock.tick, charge), clock
+
+
+def test_standing_takes_the_idle_draw() -> None:
+    """20 W for 100 s."""
+    one, _ = battery()
+    assert one.left_j(100_000, charging=False) == FULL_J - 2000
+
+
+def test_a_robot_that_stands_sleeps_where_it_has_no_more_than_it_keeps() -> None:
+    one, _ = battery(low_j=35_000)
+    assert one.left_j(40_000, charging=False) == FULL_J - 800
+    assert one.left_j(10_000_000, charging=False) == 35_000
+    less, _ = battery(low_j=35_000, charge=0.5)
+    assert less.left_j(10_000_000, charging=False) == FULL_J / 2
+
+
+def test_work_is_counted_after_standing() -> None:
+    """5 s of driving end at 25 s: 20 s of standing were before."""
+    one, clock = battery()
+    clock.tick = 25_000
+    one.work(5_000, BATTERY.empty_w, charging=False)
+    assert one.left_j(25_000, charging=False) == FULL_J - 20 * 20 - 5 * 100
+
+
+def test_a_charger_fills_it_and_no_more() -> None:
+    one, clock = battery(charge=0.5)
+    assert one.left_j(10_000, charging=True) == FULL_J / 2 + 5000
+    assert one.left_j(10_000_000, charging=True) == FULL_J
+    clock.tick = 12_000
+    one.work(2_000, BATTERY.empty_w, charging=True)
+    assert one.left_j(12_000, charging=False) == pytest.approx(FULL_J / 2 + 5000 - 200)

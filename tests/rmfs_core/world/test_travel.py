@@ -1,13 +1,17 @@
-"""Travel times and fastest paths."""
+"""Travel times and fastest paths; the compiled searches on grids small enough to work out by hand."""
+
+from __future__ import annotations
 
 import heapq
 from collections.abc import Iterator
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from rmfs_commands.layouts import block_map, parse_map
 from rmfs_commands.plan.movingai import open_layout
@@ -15,8 +19,9 @@ from rmfs_commands.testing import small_layout
 from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
-from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, Layout, travel_search
 from rmfs_core.world.travel import SPARE_TICKS, Travel, travel_on
+from rmfs_core.world.travel_search import FAR, Work, descend, times_near, times_on, wide, work_on
 
 OPEN = parse_map("#......#\n........\n..qO....\n........", "open")
 
@@ -93,7 +98,6 @@ def test_the_way_to_a_station_is_the_shortest_through_its_queue() -> None:
 
 
 def test_a_pod_is_not_carried_over_storage_locations() -> None:
-    """With a storage location in between, a loaded robot takes the aisle below; an empty one drives straight on."""
     layout = parse_map("##.#.\n.....\n.qO..\n.....", "row")
     travel = Travel(layout, Motion())
     empty, loaded = travel.ticks(0, EAST, 3, loaded=False), travel.ticks(0, EAST, 3, loaded=True)
@@ -112,7 +116,6 @@ def test_a_pod_is_not_carried_over_storage_locations() -> None:
     ],
 )
 def test_tables_equal_a_plain_search(goal_kind: CellKind, loaded: bool) -> None:
-    """Backward tables give the same ticks as a plain forward search from every third cell, with every heading."""
     layout = small_layout(block_columns=1)
     motion = Motion()
     goal = int((layout.kind == goal_kind).nonzero()[0][-1])
@@ -123,20 +126,9 @@ def test_tables_equal_a_plain_search(goal_kind: CellKind, loaded: bool) -> None:
             assert table[cell, heading] == ticks, (cell, heading)
 
 
-def test_times_from_a_station_equal_times_to_each_location() -> None:
-    """Searching forwards from a station or backwards from a storage location gives the same ticks."""
-    layout = small_layout()
-    travel = Travel(layout, Motion())
-    station = layout.stations[0].station
-    times = travel.times_from(station, WEST, loaded=True)
-    for location in layout.storage_locations:
-        assert times[location] == travel.ticks(station, WEST, location, loaded=True)
-
-
 @given(data=st.data())
 @settings(deadline=None)
 def test_a_table_for_who_is_near_is_right_as_far_as_it_says(data: st.DataObject) -> None:
-    """Its times are those of the whole table, or too low where the way there and on takes the ticks that it says."""
     layout = small_layout(stations=2)
     whole, travel = Travel(layout, Motion()), Travel(layout, Motion())
     places = st.sampled_from(layout.storage_locations)
@@ -154,7 +146,6 @@ def test_a_table_for_who_is_near_is_right_as_far_as_it_says(data: st.DataObject)
 
 
 def test_who_is_near_is_given_a_whole_table_that_is_there() -> None:
-    """A table that is kept, and any of a station, is whole."""
     travel = Travel(small_layout(), Motion())
     first, second = travel.layout.storage_locations[:2]
     kept, station = travel.ways_to(first, True), travel.layout.stations[0].station
@@ -163,7 +154,6 @@ def test_who_is_near_is_given_a_whole_table_that_is_there() -> None:
 
 
 def test_a_table_of_what_is_near_outlasts_those_of_other_cells() -> None:
-    """It is written over by the next of its kind alone."""
     travel = Travel(small_layout(), Motion())
     first, second, third = travel.layout.storage_locations[:3]
     near, _ = travel.times_near(first, 0, second, True)
@@ -173,7 +163,6 @@ def test_a_table_of_what_is_near_outlasts_those_of_other_cells() -> None:
 
 
 def test_nothing_is_longer_than_a_long_way() -> None:
-    """With as many ticks to spare as four bytes hold, all times are right."""
     travel = Travel(small_layout(), Motion())
     first, second = travel.layout.storage_locations[:2]
     near, within = travel.times_near(first, 0, second, True, (1 << 31) - 1)
@@ -182,7 +171,6 @@ def test_nothing_is_longer_than_a_long_way() -> None:
 
 
 def test_a_run_may_be_longer_than_two_bytes_count() -> None:
-    """65,536 cells straight on, and one aside; on a layout that no map may have."""
     width = 65_537
     free = np.array([[True] * width, [False] * (width - 1) + [True]])
     travel, motion = Travel(open_layout(free), Motion()), Motion()
@@ -193,7 +181,6 @@ def test_a_run_may_be_longer_than_two_bytes_count() -> None:
 @given(stops=st.lists(st.tuples(st.integers(0, 30), st.integers(0, 3)), min_size=1, max_size=6), loaded=st.booleans())
 @settings(deadline=None)
 def test_the_nearest_stop_is_that_of_the_fewest_ticks(stops: list[tuple[int, int]], loaded: bool) -> None:
-    """Of equally near ones the first in the list."""
     travel = Travel(small_layout(), Motion())
     places = travel.layout.storage_locations
     goal, stops = places[-1], [(places[i % len(places)], heading) for i, heading in stops]
@@ -202,7 +189,6 @@ def test_the_nearest_stop_is_that_of_the_fewest_ticks(stops: list[tuple[int, int
 
 
 def test_stops_without_a_way_are_not_the_nearest() -> None:
-    """A wall between is farther than any way; where there are walls on all sides the first is as good as any."""
     layout = parse_map("#@#..\n.@.qO\n.@...", "split")
     travel = Travel(layout, Motion())
     assert travel.nearest([(0, EAST), (7, NORTH)], 2, loaded=True) == 1
@@ -211,7 +197,6 @@ def test_stops_without_a_way_are_not_the_nearest() -> None:
 
 @pytest.mark.parametrize("loaded", [True, False])
 def test_paths_read_the_same_times_as_rules(loaded: bool) -> None:
-    """In fewer bytes, and with a number of their own where there is no way."""
     layout = parse_map("#@#..\n.@.qO\n.@...", "split")
     travel = Travel(layout, Motion())
     for goal in (2, 9, 13):
@@ -224,7 +209,6 @@ def test_paths_read_the_same_times_as_rules(loaded: bool) -> None:
 @given(data=st.data())
 @settings(deadline=None)
 def test_fastest_paths_take_the_time_of_the_table(data: st.DataObject) -> None:
-    """The legs of a path are possible runs, and their times add up to the table's."""
     layout = small_layout(stations=2)
     travel = Travel(layout, Motion())
     loaded = data.draw(st.booleans())
@@ -243,7 +227,6 @@ def test_fastest_paths_take_the_time_of_the_table(data: st.DataObject) -> None:
 
 
 def test_impossible_runs_are_named() -> None:
-    """Diagonals, wrong ways and loaded runs over storage locations have a reason each."""
     layout = small_layout()
     travel = Travel(layout, Motion())
     a, b, c = layout.storage_locations[:3]
@@ -254,7 +237,6 @@ def test_impossible_runs_are_named() -> None:
 
 
 def test_tables_are_kept_within_their_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    """When the tables outgrow their memory the least recently used go, and are right when computed again."""
     layout = small_layout()
     travel = Travel(layout, Motion())
     first = travel.times_to(layout.storage_locations[0], False).copy()
@@ -266,7 +248,6 @@ def test_tables_are_kept_within_their_memory(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_runs_share_tables_and_no_array_that_a_search_writes_on() -> None:
-    """What one run found near a goal stays while another run, perhaps of another thread, looks elsewhere."""
     layout = small_layout()
     one, other = travel_on(layout, Motion()), travel_on(layout, Motion())
     station, near, far_off = layout.stations[0].station, layout.storage_locations[0], layout.storage_locations[-1]
@@ -278,7 +259,177 @@ def test_runs_share_tables_and_no_array_that_a_search_writes_on() -> None:
 
 
 def test_no_way_is_said() -> None:
-    """Asking for a path where there is none is an error that names both places."""
     layout = parse_map("#.@#\n.qO.\n....\n@@@@\n#...", "split")
     with pytest.raises(ValueError, match="no way from row 1, column 1 to row 5, column 1"):
         Travel(layout, Motion()).fastest_path(0, NORTH, 16, loaded=False)
+
+
+HORSESHOE = parse_map("....\n.@@.\n.##.", "horseshoe")
+"""A way round a wall; cells 9 and 10 are storage locations between its ends."""
+
+
+def column(*values: int) -> NDArray[np.int64]:
+    """Return whole numbers as an array that is read-only, as those are that the searches are compiled for."""
+    array = np.array(values, dtype=np.int64)
+    array.setflags(write=False)
+    return array
+
+
+OFFSETS = column(1, -4, -1, 4)
+RUNS = column(0, 10, 14, 17, 20, 22)
+"""A long run takes less time than short ones after each other, as with acceleration."""
+TURNS = column(0, 3, 6, 3)
+
+
+def floor_of(layout: Layout, *but: int) -> NDArray[np.bool_]:
+    """Return which cells may be crossed: all but the walls and some."""
+    cells: NDArray[np.bool_] = layout.kind > 0
+    cells[list(but)] = False
+    cells.setflags(write=False)
+    return cells
+
+
+def grid(crossed: NDArray[np.bool_]) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
+    """Return what all searches are handed: moves, passable cells, offsets, runs and turns."""
+    return HORSESHOE.moves, crossed, OFFSETS, RUNS, TURNS
+
+
+WORK = work_on(3, 4, RUNS, TURNS)
+
+
+def times_to(goal: int, *arrays: Any) -> NDArray[np.int64]:
+    """Return the ticks of the search of that name by cell and heading, on memory of its own."""
+    times = np.empty(4 * len(arrays[0]), times_on(len(arrays[0]), *arrays[3:5]))
+    travel_search.times_to(goal, times, *arrays)
+    return wide(times).reshape(-1, 4)  # type: ignore[no-any-return]
+
+
+def times_from(start: int, heading: int, lane: NDArray[np.int64], *arrays: Any) -> NDArray[np.int64]:
+    """Return the ticks of the search of that name by cell, as `times_to` does."""
+    times = np.empty(4 * len(arrays[0]), times_on(len(arrays[0]), *arrays[3:5]))
+    return travel_search.times_from(start, heading, times, lane, *arrays)  # type: ignore[no-any-return]
+
+
+def test_a_search_for_who_is_near_ends_early() -> None:
+    arrays, times = grid(floor_of(HORSESHOE, 9, 10)), np.zeros(48, dtype=np.int32)
+    right, table = times_to(11, *arrays, WORK), times.reshape(-1, 4)
+    assert times_near(11, times, 4 * 3 + SOUTH, 4, *arrays, WORK) == 14 + 4
+    assert table[[3, 11], SOUTH].tolist() == [14, 0]
+    assert table[7].tolist() == [18 - 10 - 3, 18 - 10 - 6, 18 - 10 - 3, 18 - 10]  # a cell, a stop of 8, turns
+    assert table[2].tolist() == [0, 18 - 10 - 6, 18 - 10 - 3, 18 - 10 - 6]  # turned to the west first
+    assert table[0, WEST] == 18 - 14 - 3
+    assert times_near(11, times, 4 * 8 + NORTH, 50, *arrays, WORK) == right[8, NORTH] + 50
+    assert (table[[8, 4, 0, 1, 2, 3]] == right[[8, 4, 0, 1, 2, 3]]).any(axis=1).all()
+    assert times_near(8, times, 4 * 5, 50, *arrays, WORK) == FAR
+    assert (wide(times).reshape(-1, 4) == times_to(8, *arrays, WORK)).all()
+
+
+def test_a_queue_is_not_entered_on_the_way_elsewhere() -> None:
+    row = parse_map(".....", "row")
+    lane = column(-1, -1, 0, -1, -1)
+    arrays = row.moves, floor_of(row), column(1, -5, -1, 5), RUNS, TURNS, work_on(1, 5, RUNS, TURNS)
+    assert times_from(0, EAST, lane, *arrays).tolist() == [0, 10, FAR, FAR, FAR]
+    assert times_from(2, EAST, lane, *arrays).tolist() == [6 + 14, 6 + 10, 0, 10, 14]
+
+
+def test_a_path_is_read_off_the_table() -> None:
+    crossed = floor_of(HORSESHOE, 9, 10)
+    table = times_to(11, *grid(crossed), WORK)
+    table.setflags(write=False)
+    assert descend(8, NORTH, 11, table, *grid(crossed)).tolist() == [0, 3, 11]
+    assert descend(11, NORTH, 11, table, *grid(crossed)).tolist() == []
+    with pytest.raises(ValueError, match="the table of times does not belong to this goal"):
+        descend(8, NORTH, 9, table, *grid(crossed))
+
+
+@pytest.mark.parametrize(("speed", "width"), [(1.5, 4), (0.0001, 8)])
+def test_times_take_eight_bytes_where_four_are_too_few(speed: float, width: int) -> None:
+    motion = Motion(top_speed_m_per_s=speed)
+    runs, turns = column(*map(motion.run_ticks, range(120))), column(*(motion.turn_ticks(0, h) for h in range(4)))
+    work: Work = work_on(1, 120, runs, turns)
+    assert np.dtype(times_on(120, runs, turns)).itemsize == width
+    row = parse_map("." * 120, "row")
+    times = times_to(0, row.moves, floor_of(row), column(1, -120, -1, 120), runs, turns, work)
+    assert times[119].tolist() == [runs[119] + turns[2], runs[119] + turns[1], runs[119], runs[119] + turns[1]]
+
+
+@pytest.mark.parametrize("acceleration_m_per_s2", [0.2, 1.0, 50.0])
+def test_runs_that_are_left_out_are_the_fastest_nowhere(acceleration_m_per_s2: float) -> None:
+    floor = parse_map("\n".join(["." * 20] * 12), "floor")
+    motion = Motion(acceleration_m_per_s2=acceleration_m_per_s2)
+    runs, turns = column(*map(motion.run_ticks, range(21))), column(*(motion.turn_ticks(0, h) for h in range(4)))
+    arrays = floor.moves, floor_of(floor), column(1, -20, -1, 20), runs, turns, work_on(12, 20, runs, turns)
+    times = times_to(87, *arrays)
+    for cell, heading in np.ndindex(240, 4):
+        at, length = cell, 0
+        while (after := floor.neighbour(at, heading)) is not None:
+            at, length = after, length + 1
+            assert times[cell, heading] <= runs[length] + times[at, heading]
+        assert all(times[cell, heading] <= turns[(h - heading) % 4] + times[cell, h] for h in range(4))
+    assert (times_from(87, EAST, column(*[-1] * 240), *arrays) > 0).sum() == 239
+
+
+@pytest.mark.parametrize("runs", [RUNS, column(0, 10, 20, 29, 39, 49)], ids=["curved", "straight, rounded"])
+@pytest.mark.parametrize("seed", range(4))
+def test_against_a_search_that_leaves_nothing_out(seed: int, runs: NDArray[np.int64]) -> None:
+    rng = np.random.default_rng(seed)
+    rows = ["".join(rng.choice([".", "@", "#"], 6, p=[0.7, 0.2, 0.1])) for _ in range(6)]
+    layout = parse_map("\n".join(rows), "random")
+    crossed = layout.kind == layout.kind[rows[0].index(".") if "." in rows[0] else 0]
+    crossed.setflags(write=False)
+    arrays = layout.moves, crossed, column(1, -6, -1, 6), runs, TURNS
+    work, lane, near = work_on(6, 6, runs, TURNS), column(*[-1] * 36), np.zeros(144, dtype=np.int32)
+    for goal in np.flatnonzero(layout.kind).tolist():
+        times = times_to(goal, *arrays, work)
+        assert (times == plain_times_to(goal, *arrays)).all()
+        for start, heading in np.ndindex(36, 4):
+            if crossed[start] and crossed[goal]:
+                assert times_from(start, heading, lane, *arrays, work)[goal] == times[start, heading]
+        start = int(rng.choice(np.flatnonzero(crossed)))
+        spare = int(rng.choice([0, 7, 60]))
+        within = times_near(goal, near, 4 * start + EAST, spare, *arrays, work)
+        assert within == (times[start, EAST] + spare if times[start, EAST] < FAR else FAR)
+        there, table = plain_times_from(start, EAST, goal, *arrays), wide(near).reshape(-1, 4)
+        assert (table <= times).all()
+        assert ((table == times) | (table + there >= within)).all()
+
+
+def plain_times_from(
+    start: int, heading: int, goal: int, moves: Any, passable: Any, offsets: Any, runs: Any, turns: Any
+) -> NDArray[np.int64]:
+    """Relax every turn and every run, on the way to a goal, until nothing falls any more."""
+    times = np.full((len(moves), 4), FAR)
+    times[start, heading] = 0
+    while True:
+        before = times.copy()
+        for cell, facing in np.ndindex(times.shape):
+            for towards in range(4):
+                turned = int(turns[(towards - facing) % 4]) + times[cell, facing]
+                times[cell, towards] = min(times[cell, towards], turned)
+            at, length = cell, 0
+            while (passable[at] or at == start) and moves[at] >> facing & 1:
+                at, length = at + offsets[facing], length + 1
+                if passable[at] or at == goal:
+                    times[at, facing] = min(times[at, facing], times[cell, facing] + runs[length])
+        if (times == before).all():
+            return times
+
+
+def plain_times_to(goal: int, moves: Any, passable: Any, offsets: Any, runs: Any, turns: Any) -> NDArray[np.int64]:
+    """Relax every turn with every run after it until nothing falls any more."""
+    times = np.full((len(moves), 4), FAR)
+    times[goal] = 0
+    while True:
+        before = times.copy()
+        for cell, heading in np.ndindex(times.shape):
+            for towards in range(4):
+                at, length = cell, 0
+                turned = int(turns[(towards - heading) % 4])
+                times[cell, heading] = min(times[cell, heading], turned + times[cell, towards])
+                while moves[at] >> towards & 1:
+                    at, length = at + offsets[towards], length + 1
+                    if not (passable[at] or at == goal):
+                        break
+                    times[cell, heading] = min(times[cell, heading], turned + runs[length] + times[at, towards])
+        if (times == before).all():
+            return times

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +24,10 @@ from rmfs_core.simulation.engine import Simulation
 from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, Traffic, occupancy, timed_path
 from rmfs_core.warehouse import Robot
 from rmfs_core.world import NORTH
+from told import Prepare
 
 
-def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[..., Any]) -> None:
-    """Robots that stand in line from the start have nothing registered where they were before."""
+def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Prepare) -> None:
     simulation = tiny_run(INSTANCE, capacity=3, robots=4, pp="whca-n", at_stations={"1": ("2", "3")}).simulation
     simulation.start()
     registered = simulation.driving.registered
@@ -41,7 +40,6 @@ def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[.
     ("motion", "seconds", "waiting"), [("", r"5\d\d", 2), (", top_speed_m_per_s = 0.01", r"6\d{4}", 1)]
 )
 def test_a_standstill_says_who_waits_for_whom(tmp_path: Path, motion: str, seconds: str, waiting: int) -> None:
-    """`whca-n` lets robots meet in the corridor: the error names them, their cells and who has those."""
     (tmp_path / "map.txt").write_text(CORRIDOR_MAP + "\n")
     (tmp_path / "s.toml").write_text(
         'rules = { poa = "pod-match", pps = "demand", pp = "whca-n" }\n'
@@ -62,8 +60,7 @@ def test_a_standstill_says_who_waits_for_whom(tmp_path: Path, motion: str, secon
     assert kept.metrics["distance_m"] > 0
 
 
-def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: Callable[..., Any]) -> None:
-    """It has to come back from the end of the step that it has begun."""
+def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: Prepare) -> None:
     simulation = tiny_run(INSTANCE, layout=CORRIDOR, queue_length=1, pp="whca-n").simulation
     driving = simulation.driving
     course = driving.courses[0]
@@ -79,14 +76,11 @@ def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: 
 
 
 class Moves:
-    """Observer of the runs of all robots."""
-
     def __init__(self) -> None:
         self.moves: list[RobotMoved] = []
 
     @rmfs_core.hookimpl
     def on_event(self, event: Event) -> None:
-        """Keep a run."""
         if isinstance(event, RobotMoved):
             self.moves.append(event)
 
@@ -121,8 +115,6 @@ def overlapping(moves: list[RobotMoved], roads: Roads) -> int:
 
 @pytest.mark.parametrize("robots", [8, 32])
 def test_a_run_across_a_stop_is_refused(monkeypatch: pytest.MonkeyPatch, robots: int) -> None:
-    """With `whca-n` no run begins that overlaps another's or its stop, whatever is reserved; without that, some do."""
-
     def overlapping_runs(queue: str) -> int:
         observer = Moves()
         settings = ["rules.pp=whca-n", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
@@ -155,8 +147,7 @@ def blocked(simulation: Simulation) -> tuple[Course, int]:
     return first, ahead
 
 
-def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Callable[..., Any]) -> None:
-    """A robot that is refused keeps its cell; another that has reserved that loses its path, and gets one again."""
+def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Prepare) -> None:
     simulation = tiny_run(INSTANCE, robots=3, queue_length=1, layout=CORRIDOR, pp="whca-n").simulation
     driving, table = simulation.driving, simulation.driving.table
     first, ahead = blocked(simulation)
@@ -172,7 +163,6 @@ def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Calla
 
 
 def table_row(*intervals: tuple[int, int, int]) -> Occupancy:
-    """Cells with since and until, as a path would occupy them."""
     return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
 
 
@@ -184,7 +174,6 @@ class Ghost:
 
     @rmfs_core.hookimpl
     def on_event(self, event: Event) -> None:
-        """Take the cell when a robot gets its task."""
         if isinstance(event, TaskAssigned):
             driving, robot = self.simulation.driving, self.simulation.warehouse.robots[event.robot]
             location = self.simulation.warehouse.pods[event.pod].location
@@ -192,22 +181,20 @@ class Ghost:
             driving.registered.hold(1 - robot.id, self.cell, 0)
 
 
-def test_who_is_refused_for_long_steps_aside(tiny_run: Callable[..., Any]) -> None:
-    """A robot that is refused for thirty seconds tries another way."""
+def test_who_is_refused_for_long_steps_aside(tiny_run: Prepare) -> None:
     tiny = tiny_run(small_instance({"1": ["a"]}, {"1": ["a"]}), robots=2, pp="whca-n", run=RunSection(until_s=600.0))
     ghost = Ghost()
     ghost.simulation = tiny.simulation
     tiny.simulation.rules.register_observer(ghost)
     tiny.simulation.run()
-    assert len(tiny.recorder.of(OrderCompleted)) == 1
-    moves = tiny.recorder.of(RobotMoved)
+    assert len(tiny.of(OrderCompleted)) == 1
+    moves = tiny.of(RobotMoved)
     assert 30_000 <= moves[0].start_tick < 33_000
     assert moves[0].distance_m == 1
     assert ghost.cell not in {move.to for move in moves}
 
 
-def test_who_is_shut_in_is_not_planned_for(tiny_run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    """A robot that has stood for a while: its rule is asked again when a cell beside it is free at any time to come."""
+def test_who_is_shut_in_is_not_planned_for(tiny_run: Prepare, monkeypatch: pytest.MonkeyPatch) -> None:
     simulation = tiny_run(INSTANCE, robots=2, pp="whca-n").simulation
     driving, layout, asked = simulation.driving, simulation.driving.roads.layout, []
     course, other = driving.courses[0], driving.courses[1].robot.id
@@ -242,8 +229,7 @@ def on_its_way(tiny: Any, legs: int) -> tuple[WindowedDriving, Course]:
     return driving, course
 
 
-def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Callable[..., Any]) -> None:
-    """Its path beyond is given up, whoever has reserved the goal for later loses that, and it arrives."""
+def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Prepare) -> None:
     tiny = tiny_run(INSTANCE, robots=2, pp="whca-n")
     driving, course = on_its_way(tiny, legs=1)
     end, other = course.under_way[1], driving.courses[1]
@@ -258,19 +244,11 @@ def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Callable[...
     assert (course.robot.cell, tiny.simulation.env.now) == (end.cell, end.start_tick)
 
 
-def test_a_robot_that_has_just_left_a_cell_has_not_arrived_there(tiny_run: Callable[..., Any]) -> None:
-    """Sent back to where its run began, a robot that has lost the rest of its path does not count as being there."""
+def test_a_robot_that_has_just_left_a_cell_has_not_arrived_there(tiny_run: Prepare) -> None:
     driving, course = on_its_way(tiny_run(INSTANCE, robots=2, pp="whca-n"), legs=1)
     driving.stop(course)
     drive = driving.to_location(course.robot, course.robot.cell)
     assert next(drive) is course.arrived
-
-
-def test_a_long_wait_in_line_is_no_standstill() -> None:
-    """Robots that wait for the picker for longer than ``run.standstill_s`` are where they should be."""
-    settings = ["rules.pp=whca-n", "instance.orders=30", "robots.count=5", "layout.stations_east=1"]
-    settings += ["stations.pick_s=600.0", "stations.handle_s=600.0", "run.standstill_s=900.0"]
-    assert rmfs_core.run("paper-250", overrides=settings).status == "complete"
 
 
 @pytest.mark.parametrize(
@@ -286,7 +264,6 @@ def test_a_long_wait_in_line_is_no_standstill() -> None:
 )
 @pytest.mark.parametrize("pp", ["whca-n", "free-flow"])
 def test_what_takes_long_is_no_standstill(settings: list[str], pp: str) -> None:
-    """Robots that drive, turn, lift or wait for pickers for longer than an hour, and hours off duty, end no run."""
     result = rmfs_core.run("examples/small", overrides=[*settings, f"rules.pp={pp}", "instance.orders=20"])
     assert result.status == "complete"
     assert max(row["completed_s"] for row in result.orders) > 3600
@@ -295,8 +272,7 @@ def test_what_takes_long_is_no_standstill(settings: list[str], pp: str) -> None:
 SHORTCUT = parse_map("..........\n.v........\n.→→→→→↓...\n.↓←←←←╗...\n.→→→→→→O..\n.##.##....\n..........", "shortcut")
 
 
-def test_nobody_gets_ahead_of_those_ahead_in_line(tiny_run: Callable[..., Any]) -> None:
-    """A run over a shortcut is refused until those ahead in line are nearer to the station than where it leads to."""
+def test_nobody_gets_ahead_of_those_ahead_in_line(tiny_run: Prepare) -> None:
     simulation = tiny_run(INSTANCE, robots=2, queue_length=3, layout=SHORTCUT, pp="whca-n").simulation
     driving, station = simulation.driving, simulation.warehouse.stations[0]
     first, second = driving.courses

@@ -1,0 +1,546 @@
+"""A rule's class: its hooks, parameters, files and what else it declares. (Messages are compared in full.)"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Literal, Optional
+
+import numpy as np
+import pytest
+from attrs import define, evolve, field
+
+from installed import RMFS
+from rmfs_commands.testing import small_instance
+from rmfs_core import InputError, hookimpl
+from rmfs_core.events import Event, OrderCompleted
+from rmfs_core.info import RunInfo
+from rmfs_core.roles import Role
+from rmfs_core.rules import RuleSet
+from rmfs_core.rules.hooks import ARGUMENTS, OBSERVER_HOOKS, WAKE, check_hooks, decided, marked_methods, roles_of
+from rmfs_core.rules.parameters import build, parameters_of, type_name, values_of
+from rmfs_core.rules.parts import FileProblem, add_paths, find_file, made_in, parts_now, with_given
+from rmfs_core.rules.traits import RuleTraits
+from rmfs_core.scenario.model import BatterySection, RobotsSection, RuleChoice, RulesSection, StationsSection
+from rmfs_core.scenario.rulenames import GivenText
+from saying import said
+
+Install = Callable[..., None]
+Refusal = Callable[..., str]
+
+
+def test_wrong_role(refusal: Refusal) -> None:
+    assert refusal(poa=RuleChoice("nearest")) == (
+        f'rules.poa: rule "nearest" ({RMFS}) does not decide POA (hook `assign_orders`); class Nearest decides PR'
+    )
+
+
+def test_a_class_without_hooks(refusal: Refusal, install: Install) -> None:
+    unmarked = "@define\nclass Unmarked:\n    def assign_orders(self, warehouse):\n        return []\n"
+    named = {"unmarked": "acme_rules:Unmarked", "nothing": "acme_rules:Nothing"}
+    install("acme", named, acme_rules=unmarked + "@define\nclass Nothing:\n    pass\n")
+    assert refusal(poa=RuleChoice("unmarked")) == (
+        'rules.poa: rule "unmarked" (acme 1.0) has a method `assign_orders` that lacks the @hookimpl decorator'
+    )
+    assert refusal(poa=RuleChoice("nothing")) == (
+        'rules.poa: rule "nothing" (acme 1.0) does not decide POA (hook `assign_orders`); '
+        "class Nothing decides nothing (it implements no hook)"
+    )
+
+
+HOOK = "@define\nclass Mine:\n    @hookimpl\n    def {}:\n        return []\n"
+
+
+def test_misspelt_hook(refusal: Refusal, install: Install) -> None:
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=HOOK.format("asign_orders(self, warehouse)"))
+    assert refusal(poa=RuleChoice("mine")) == (
+        "rules.poa: class Mine implements a hook `asign_orders`, which does not exist (did you mean "
+        "`assign_orders`, `assign_orders_and_pods` or `assign_bundles`?); the hooks are assign_orders, select_pods, "
+        "assign_orders_and_pods, choose_storage_location, assign_tasks, plan_path, plan_paths, "
+        "assign_bundles, select_replenishment_pods, assign_bundles_and_pods, activate_stations, idle_robots, "
+        "move_pods, filter_backlog, wake_at, run_started, on_event, rule_asked, rule_answered, measured and run_ended"
+    )
+
+
+def test_argument_that_the_hook_does_not_have(refusal: Refusal, install: Install) -> None:
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=HOOK.format("assign_orders(self, warehose)"))
+    assert refusal(poa=RuleChoice("mine")) == (
+        "rules.poa: class Mine: hook `assign_orders` has no argument `warehose` (did you mean `warehouse`?); "
+        "valid arguments are warehouse and rng"
+    )
+
+
+def test_not_an_attrs_class(refusal: Refusal, install: Install) -> None:
+    """Parameters come from attrs fields, so nothing else will do."""
+    named = {"plain": "acme_rules:Plain", "number": "acme_rules:NUMBER"}
+    install("acme", named, acme_rules="class Plain:\n    pass\n\nNUMBER = 5\n")
+    for name, found in (("plain", "class Plain"), ("number", "5")):
+        assert refusal(poa=RuleChoice(name)) == (
+            f'rules.poa: rule "{name}" (acme 1.0) is no attrs class: expected a class decorated with @attrs.define, '
+            f"found {found}"
+        )
+
+
+@pytest.mark.parametrize("role", [role for role in Role if role is not Role.OBSERVER])
+def test_a_misspelt_hook_is_refused_before_the_run(refusal: Refusal, tmp_path: Path, role: Role) -> None:
+    source = HOOK.format(f"{role.hook}x(self, warehouse)")
+    (tmp_path / "bad.py").write_text(f"from attrs import define\nfrom rmfs_core import hookimpl\n{source}", "utf-8")
+    bad = RuleChoice("./bad.py:Mine")
+    others = {
+        Role.FILTER: {"filters": (bad,)},
+        Role.POA_PPS: {"poa": None, "pps": None, "poa_pps": bad},
+        Role.ROA: {"roa": bad, "rps": RuleChoice("emptiest-pod")},
+        Role.RPS: {"roa": RuleChoice("first-bundle"), "rps": bad},
+    }
+    text = refusal(tmp_path, **others.get(role, {role.key: bad}))
+    assert f"class Mine implements a hook `{role.hook}x`" in text
+    assert role.hook in text.replace(f"{role.hook}x", "")
+
+
+def test_a_hook_without_arguments_says_so() -> None:
+    class Watch:
+        @hookimpl
+        def measured(self, run: object) -> dict[str, float]:
+            return {}
+
+    assert (
+        said(InputError, check_hooks, "observer Watch", Watch(), "Watch")
+        == "observer Watch: class Watch: hook `measured` has no argument `run`; it has none"
+    )
+
+
+class Several:
+    """POA under another method's name, a filter, and an observer; `select_pods` is only a method."""
+
+    @hookimpl(specname="assign_orders")
+    def decide(self, warehouse: object, weight: int = 1) -> list[object]:
+        return []
+
+    @hookimpl
+    def filter_backlog(self, orders: list[object]) -> list[object]:
+        return orders
+
+    @hookimpl
+    def run_ended(self) -> None:
+        """Observe."""
+
+    def select_pods(self) -> None:
+        """Not marked."""
+
+
+def test_hooks_are_found_by_their_mark() -> None:
+    assert marked_methods(Several) == {
+        "assign_orders": "decide",
+        "filter_backlog": "filter_backlog",
+        "run_ended": "run_ended",
+    }
+    assert marked_methods(Several()) == marked_methods(Several)
+    check_hooks("here", Several, "Several")
+    check_hooks("here", Several(), "Several")
+
+
+def test_roles_follow_from_hooks() -> None:
+    assert roles_of(Several) == (Role.POA, Role.FILTER, Role.OBSERVER)
+    assert roles_of(object) == ()
+    assert decided(roles_of(Several)) == "POA, filter and observer"
+    assert decided(()) == "nothing (it implements no hook)"
+
+
+def test_every_role_has_a_hook_that_exists() -> None:
+    assert {hook for role in Role for hook in role.hooks} | OBSERVER_HOOKS | {WAKE} == set(ARGUMENTS)
+
+
+@pytest.mark.parametrize("option", ["wrapper", "hookwrapper", "tryfirst", "trylast"])
+def test_who_is_told_first_is_up_to_the_kernel(option: str, refusal: Refusal, install: Install) -> None:
+    source = f"@define\nclass Mine:\n    @hookimpl({option}=True)\n    def on_event(self, event):\n        yield\n"
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
+    assert refusal(observers=(RuleChoice("mine"),)) == (
+        f"rules.observers[0]: class Mine: `on_event` is marked with {option}; expected @hookimpl alone"
+    )
+
+
+def test_a_property_that_raises_is_no_hook() -> None:
+    class Mine:
+        dear = property(lambda self: 1 / 0)
+
+        @hookimpl
+        def on_event(self) -> None:
+            pass
+
+    assert marked_methods(Mine()) == {"on_event": "on_event"}
+
+
+MINE = """
+@define
+class Mine:
+    weight: int = 1
+    share: float = field(default=0.5, validator=validators.ge(0))
+    names: tuple[str, ...] = ()
+    mode: str = field(default="slow")
+    rest: float | None = field(default=None, metadata={"infinite": True})
+    pair: tuple[int, str] = (1, "a")
+
+    @mode.validator
+    def _check_mode(self, attribute, value):
+        if value not in ("slow", "fast"):
+            raise ValueError('expected "slow" or "fast"')
+
+    def __attrs_post_init__(self):
+        if self.weight == 13:
+            raise ValueError("expected a weight that is lucky, found 13")
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+"""
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        (
+            {"wieght": 1},
+            '.wieght: rule "mine" (acme 1.0) has no parameter `wieght` (did you mean `weight`?); valid parameters are '
+            "weight, share, names, mode, rest and pair",
+        ),
+        ({"weight": "1"}, '.weight: expected a whole number, found "1"'),  # a text is no number
+        ({"weight": True}, ".weight: expected a whole number, found true"),  # nor is true
+        ({"weight": 10**12}, ".weight: expected a whole number below 1e+12, found 1000000000000"),
+        ({"share": float("inf")}, ".share: expected a number below 1e+12, found inf"),
+        ({"share": 1e300}, ".share: expected a number below 1e+12, found 1e+300"),
+        ({"rest": float("nan")}, ".rest: expected a number or nothing below 1e+12, found nan"),
+        ({"weight": 1.0}, ".weight: expected a whole number, found 1.0"),
+        ({"share": "0.5"}, '.share: expected a number, found "0.5"'),
+        ({"rest": "x"}, '.rest: expected a number or nothing, found "x"'),
+        ({"names": ["a", 1]}, '.names: expected a list, each a text, found ["a", 1]'),
+        ({"names": "ab"}, '.names: expected a list, each a text, found "ab"'),
+        ({"pair": [1]}, ".pair: expected a list of a whole number and a text, found [1]"),
+        ({"share": -1.0}, ".share: expected a number >= 0, found -1.0"),  # a validator of attrs
+        ({"mode": "idle"}, '.mode: expected "slow" or "fast", found "idle"'),  # the rule's own validator
+        ({"weight": 13}, ': rule "mine" (acme 1.0): expected a weight that is lucky, found 13'),
+    ],
+)
+def test_wrong_parameter(refusal: Refusal, install: Install, parameters: dict[str, Any], message: str) -> None:
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=MINE)
+    assert refusal(poa=RuleChoice("mine", parameters)) == f"rules.poa{message}"
+
+
+def test_parameters_of_the_right_type_are_accepted(install: Install) -> None:
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=MINE)
+    choice = RuleChoice("mine", {"share": 1, "names": ["a"], "rest": float("inf"), "mode": "fast", "pair": [2, "b"]})
+    loaded = RuleSet.load(RulesSection(poa=choice, pps=RuleChoice("demand")), ".")
+    assert loaded.poa is not None
+    mine = loaded.poa.instance
+    assert (mine.share, mine.names, mine.rest, mine.mode, mine.pair) == (1.0, ("a",), float("inf"), "fast", (2, "b"))
+
+
+def test_a_rule_without_parameters_says_so(refusal: Refusal) -> None:
+    assert refusal(pp=RuleChoice("free-flow", {"speed": 1})) == (
+        f'rules.pp.speed: rule "free-flow" ({RMFS}) has no parameter `speed`; it has no parameters'
+    )
+
+
+def test_a_class_that_raises_at_construction(refusal: Refusal, install: Install) -> None:
+    source = MINE.replace('raise ValueError("expected a weight that is lucky, found 13")', "{}['x']")
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
+    assert refusal(poa=RuleChoice("mine", {"weight": 13})) == (
+        "rules.poa: rule \"mine\" (acme 1.0) cannot be created: KeyError: 'x'"
+    )
+
+
+@define
+class Shelf:
+    width: int
+    _depth: float = 2.5
+    labels: list[str] = field(factory=list)
+    found: int = field(init=False, default=0)
+    anything: Any = None
+    doubled: int = field(default=1, converter=lambda value: 2 * int(value))
+
+
+def test_parameters_are_the_fields_that_init_takes() -> None:
+    assert list(parameters_of(Shelf)) == ["width", "depth", "labels", "anything", "doubled"]
+
+
+def test_a_class_is_built_from_its_parameters() -> None:
+    shelf = build(Shelf, {"width": 3, "depth": 1, "anything": {"a": [1]}, "doubled": "4"}, "rules.pr", "rule")
+    assert shelf == Shelf(width=3, depth=1.0, anything={"a": [1]}, doubled=4)
+    assert "depth=1.0" in repr(shelf)
+    assert build(Shelf, {"width": 1}, "p", "r").labels is not build(Shelf, {"width": 1}, "p", "r").labels
+
+
+def test_an_objects_parameters_are_told_as_a_scenario_has_them() -> None:
+    shelf = Shelf(3, depth=2.5, labels=["a"], anything={"by": len, "pair": (1, 2), "file": Path("a/b")})
+    assert values_of(shelf) == {
+        "width": 3,
+        "labels": ["a"],
+        "anything": {"by": "<builtin_function_or_method>", "pair": [1, 2], "file": "a/b"},
+        "doubled": 2,
+    }
+
+
+def test_parameters_that_hold_themselves_are_told_as_types() -> None:
+    """From some depth on, so that a run with them ends."""
+    around: list[object] = []
+    around.append(around)
+    told = values_of(Shelf(3, anything=around))["anything"]
+    for _ in range(20):
+        [told] = [told] if told == "<list>" else told
+    assert told == "<list>"
+
+
+def test_what_is_unknown_is_said_before_what_is_missing() -> None:
+    with pytest.raises(InputError, match=r"^here\.widht: it has no parameter `widht` \(did you mean `width`\?\)"):
+        build(Shelf, {"widht": 3}, "here", "it")
+    with pytest.raises(InputError, match=r"^here\.width: it needs the parameter `width`, which is missing$"):
+        build(Shelf, {"depth": 3.0}, "here", "it")
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        (int, "a whole number"),
+        (float | None, "a number or nothing"),
+        (Optional[str], "a text or nothing"),  # noqa: UP045 - the older spelling is another class
+        (Literal["slow", 3], 'one of "slow", 3'),
+        (list[bool], "a list, each true or false"),
+        (tuple[int, ...], "a list, each a whole number"),
+        (tuple[int, str], "a list of a whole number and a text"),
+        (list[tuple[int, int]], "a list, each a list of a whole number and a whole number"),
+        (Path | None, "the name of a file or nothing"),
+        (Shelf, "Shelf"),
+        (Any, "Any"),
+    ],
+)
+def test_types_are_named_for_people(kind: Any, name: str) -> None:
+    assert type_name(kind) == name
+
+
+WITH_FILE = """
+from __future__ import annotations
+from typing import TYPE_CHECKING
+from attrs import define
+from rmfs_core import hookimpl
+if TYPE_CHECKING:
+    from pathlib import Path
+
+@define
+class Mine:
+    weights: Path
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        return min(warehouse.free_storage_locations)
+"""
+
+
+@define
+class Many:
+    one: Path | None = None
+    several: tuple[Path, ...] = ()
+    either: str | Path = "no file"
+    converted: Path = field(default=None, converter=lambda path: path and path.parent)
+    default: Path = Path("default.bin")
+    text: str = ""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "deep").mkdir()
+    for name in ("default.bin", "a.bin", "b.bin", "deep/a.bin"):
+        (tmp_path / name).write_text(name, encoding="utf-8")
+    return tmp_path
+
+
+def test_files_are_beside_the_scenario(folder: Path) -> None:
+    values = {"one": "a.bin", "several": ["b.bin", "deep/a.bin"], "either": "a.bin", "converted": "b.bin", "text": "x"}
+    with made_in(str(folder)) as parts:
+        rule = build(Many, values, "rules.pr", "it")
+    assert (rule.one, rule.several) == (folder / "a.bin", (folder / "b.bin", folder / "deep" / "a.bin"))
+    assert (rule.either, rule.converted, rule.text) == (folder / "a.bin", folder, "x")
+    assert rule.default == folder / "default.bin"
+    assert sorted(one.name for one in parts.files) == ["a.bin", "a.bin", "b.bin", "b.bin", "deep/a.bin", "default.bin"]
+    assert parts.files[-1].digest().startswith("sha256:")
+    assert parts.classes == [Many]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"one": "none.bin"}, "rules.pr.one: there is no file {folder}/none.bin"),
+        ({"several": ["a.bin", "none.bin"]}, "rules.pr.several: there is no file {folder}/none.bin"),
+        ({"either": "none.bin"}, "rules.pr.either: there is no file {folder}/none.bin"),
+        ({"one": "deep"}, "rules.pr.one: expected a file, found a folder, {folder}/deep"),
+        ({"one": "/dev/null"}, "rules.pr.one: expected a file, found a device, /dev/null"),
+        ({"one": "x" * 5000}, "rules.pr.one: there is no file {folder}/xxx"),
+        ({"one": 3}, "rules.pr.one: expected the name of a file or nothing, found 3"),
+    ],
+)
+def test_what_is_no_file_is_refused(folder: Path, values: dict[str, Any], message: str) -> None:
+    with made_in(str(folder)), pytest.raises(InputError) as caught:
+        build(Many, values, "rules.pr", "it")
+    expected = message.format(folder=folder)
+    assert str(caught.value).startswith(expected)
+    assert len(str(caught.value)) < len(expected) + 1000
+
+
+def test_a_text_that_was_given_elsewhere_is_looked_up_there(folder: Path) -> None:
+    (folder / "deep" / "only.bin").write_text("", encoding="utf-8")
+    with made_in(str(folder)) as parts:
+        assert find_file(GivenText("only.bin", str(folder / "deep"))) == folder / "deep" / "only.bin"
+    with made_in(str(folder / "deep")) as other:
+        find_file(GivenText("a.bin", str(folder)))
+    assert [one.name for one in (*parts.files, *other.files)] == ["deep/only.bin", str(folder / "a.bin")]
+
+
+def test_outside_of_a_scenario_the_working_directory_counts(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    assert parts_now().folder == "."
+    assert find_file("a.bin").samefile(folder / "a.bin")
+    with pytest.raises(FileProblem):
+        find_file("none.bin")
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="permissions do not hold the superuser")
+def test_a_file_that_may_not_be_read(folder: Path) -> None:
+    (folder / "a.bin").chmod(0)
+    with pytest.raises(FileProblem, match="cannot be read: permission denied"):
+        find_file(str(folder / "a.bin"))
+
+
+def test_an_object_has_its_files_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder / "deep")
+    with made_in(str(folder)) as parts:
+        add_paths({"x": [Path("a.bin"), Path("none.bin"), 3]})
+    assert [one.name for one in parts.files] == ["deep/a.bin"]
+
+
+def test_texts_are_changed_wherever_they_are() -> None:
+    given = GivenText("b", "/there")
+    value = (RuleChoice("rule", {"x": [given, "c"], "y": 1}), "d")
+    assert with_given(value, str.upper) == (RuleChoice("rule", {"x": ["B", "c"], "y": 1}), "d")
+
+
+def test_a_rule_set_knows_its_files(folder: Path, install: Callable[..., None]) -> None:
+    install("acme", {"mine": "acme_rules:Mine"})
+    (folder / "acme" / "acme_rules.py").write_text(WITH_FILE, encoding="utf-8")
+    given = GivenText("a.bin", str(folder / "deep"))
+    rules = RulesSection(RuleChoice("pod-match"), RuleChoice("demand"), pr=RuleChoice("mine", {"weights": given}))
+    loaded = RuleSet.load(rules, str(folder))
+    (one,) = loaded.files
+    assert loaded.pr.instance.weights == folder / "deep" / "a.bin"
+    assert (one.name, one.digest()) == ("deep/a.bin", f"sha256:{hashlib.sha256(b'deep/a.bin').hexdigest()}")
+    named = loaded.with_file_names(rules)
+    assert named.pr.parameters == {"weights": "deep/a.bin"}
+    assert type(named.pr.parameters["weights"]) is str
+
+
+EVENTS = "a tuple of classes of events, or a mapping from these to lists of functions"
+NEEDED = "a tuple of 'unlimited stock', 'item capacity' or 'no batteries'"
+PATHS = """
+from attrs import define
+from rmfs_core import hookimpl
+
+@define
+class Mine:
+    reserves = "paths"
+
+    @hookimpl
+    def plan_path(self):
+        pass
+"""
+
+
+def test_what_is_left_out_has_its_default() -> None:
+    assert RuleTraits.of(object(), "here", "it") == RuleTraits()
+    assert RuleTraits.of(SimpleNamespace(reserves=None, packing_capacity=None), "here", "it") == RuleTraits()
+
+
+def test_what_is_declared_is_read() -> None:
+    """From the instance, so that a parameter can be one."""
+    declared: dict[str, Any] = {
+        "needs": ("unlimited stock",),
+        "libraries": ("highspy",),
+        "splits_over_time": True,
+        "packing_capacity": 0,
+        "reserves": "windows",
+        "prepare": print,
+        "hears": {OrderCompleted: [print]},
+    }
+    assert RuleTraits.of(SimpleNamespace(**declared), "here", "it") == RuleTraits(**declared)
+
+
+def test_roles_may_be_given_as_texts() -> None:
+    (role,) = RuleTraits.of(SimpleNamespace(decides=("pps",)), "here", "it").decides
+    assert (role.label, role.hook) == ("PPS", "select_pods")
+
+
+@pytest.mark.parametrize(
+    ("trait", "value", "expected"),
+    [
+        ("needs", "unlimited stock", NEEDED),  # a text is no tuple of them
+        ("needs", ("luck",), NEEDED),
+        ("libraries", ["highspy"], "a tuple of installed distributions' names"),
+        ("libraries", (1,), "a tuple of installed distributions' names"),
+        ("libraries", ("no-such-distribution",), "a tuple of installed distributions' names"),
+        ("libraries", ("",), "a tuple of installed distributions' names"),
+        ("decides", ("poa", "prices"), "a tuple of roles"),
+        ("splits_over_time", 1, "True or False"),
+        ("packing_capacity", -1, "a whole number >= 0, or None"),
+        ("packing_capacity", True, "a whole number >= 0, or None"),
+        ("reserves", "paths", "'full paths', 'windows', 'fleet' or None"),
+        ("prepare", "warm up", "a method"),
+        ("hears", 5, EVENTS),
+        ("hears", OrderCompleted, EVENTS),  # a class is no tuple of them
+        ("hears", ("OrderCompleted",), EVENTS),
+        ("hears", (int,), EVENTS),
+        ("hears", (Event,), EVENTS),  # nothing that happens is just an event
+        ("hears", {OrderCompleted: 3}, EVENTS),
+        ("hears", {OrderCompleted: [3]}, EVENTS),
+        ("hears", {int: [print]}, EVENTS),
+    ],
+)
+def test_a_wrong_declaration_is_refused(trait: str, value: object, expected: str) -> None:
+    assert (
+        said(InputError, RuleTraits.of, SimpleNamespace(**{trait: value}), "rules.pp", 'rule "mine" (acme 1.0)')
+        == f'rules.pp: rule "mine" (acme 1.0) has {trait} = {value!r}; expected {expected}'
+    )
+
+
+def test_a_scenarios_rule_is_held_to_them(refusal: Refusal, tmp_path: Any) -> None:
+    (tmp_path / "mine.py").write_text(PATHS)
+    assert refusal(tmp_path, pp=RuleChoice("./mine.py:Mine")) == (
+        "rules.pp: rule \"./mine.py:Mine\" (mine.py inline) has reserves = 'paths'; "
+        "expected 'full paths', 'windows', 'fleet' or None"
+    )
+
+
+def test_what_a_rule_needs_is_held_against_the_scenario(tiny: RunInfo) -> None:
+    finite, endless = small_instance({"1": ["a"]}, {"p": {"a": 1}}), small_instance({"1": ["a"]}, {"p": ["a"]})
+    by_orders = evolve(tiny.scenario, stations=StationsSection(order_capacity=3))
+    stock = "pods whose SKUs never run out, but the instance has finite stock"
+    items = "stations that count items, but the scenario sets `stations.order_capacity`"
+    both = RuleTraits(needs=("item capacity", "unlimited stock"))
+    assert both.lacks(tiny.scenario, endless) == []
+    assert both.lacks(tiny.scenario, finite) == [stock]
+    assert both.lacks(by_orders, finite) == [items, stock]
+    assert RuleTraits().lacks(by_orders, finite) == []
+    charged = evolve(tiny.scenario, robots=RobotsSection(battery=BatterySection()))
+    without = RuleTraits(needs=("no batteries",))
+    assert without.lacks(tiny.scenario, finite) == []
+    assert without.lacks(charged, finite) == [
+        "robots without batteries, as it sends none to a charger, but the scenario sets `robots.battery`"
+    ]
+
+
+def test_a_trait_that_cannot_be_read_or_compared_is_one_sentence() -> None:
+    class Raising:
+        needs = property(lambda self: 1 / 0)
+
+    with pytest.raises(InputError, match=r"^here: it has needs = ZeroDivisionError\('division by zero'\); expected a "):
+        RuleTraits.of(Raising(), "here", "it")
+    with pytest.raises(InputError, match=r"^here: it has reserves = array\(\[\[1, 2\], \[3, 4\]\]\); expected "):
+        RuleTraits.of(SimpleNamespace(reserves=np.array([[1, 2], [3, 4]])), "here", "it")

@@ -1,0 +1,541 @@
+"""Scenarios: sections and what does not go together, `--set`, names of rules, and what is written."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+import time
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import attrs
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rmfs_commands.cli.toml_scenario import to_toml
+from rmfs_core.entrypoints import RULES as GROUP
+from rmfs_core.entrypoints import offers
+from rmfs_core.errors import InputError
+from rmfs_core.motion import Motion
+from rmfs_core.scenario import load_scenario, scenario_from_dict, scenario_to_dict, shipped_scenarios
+from rmfs_core.scenario.model import (
+    DRAWN,
+    GENERATED,
+    Arrivals,
+    InstanceSection,
+    LayoutSection,
+    RobotsSection,
+    RuleChoice,
+    RulesSection,
+    RunSection,
+    Scenario,
+    StationsSection,
+    replaced_keys,
+)
+from rmfs_core.scenario.overrides import DATA_FILES
+from rmfs_core.scenario.rulenames import (
+    GivenText,
+    check_rule_name,
+    given_in,
+    inline_parts,
+    is_inline,
+    rule_choices,
+    rule_name_from,
+)
+from rmfs_core.scenario.structuring import KeyProblem, section_class
+from saying import said
+
+ONE, OTHER = RuleChoice("one"), RuleChoice("other")
+RULES = RulesSection(poa=ONE, pps=OTHER)
+SECTIONS = (Arrivals, InstanceSection, LayoutSection, RobotsSection, RulesSection, RunSection, StationsSection)
+
+
+def test_the_defaults_are_the_papers() -> None:
+    """Section 4.1 and Appendix D of the paper: instance, grid, robots and stations."""
+    scenario = Scenario(rules=RULES)
+    instance, layout, robots, stations = scenario.instance, scenario.layout, scenario.robots, scenario.stations
+    assert (instance.orders, instance.skus, instance.pods, instance.skus_per_pod) == (250, 100, 100, 3)
+    assert layout.block_rows * layout.block_columns * 2 * layout.block_length == 504
+    assert int(layout.pod_fill * 504) == 428
+    assert (layout.stations_east + layout.stations_west, robots.count) == (4, 8)
+    assert (stations.item_capacity, stations.queue_length, stations.pick_s, stations.handle_s) == (15, None, 7.0, 13.0)
+    assert instance.items_per_sku is None
+    for name in ("acceleration_m_per_s2", "top_speed_m_per_s", "full_turn_s", "lift_s"):
+        assert getattr(robots, name) == getattr(Motion(), name)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Arrivals("start", 3.0), 'expected `orders_per_hour` with process "poisson", and only there'),
+        (lambda: InstanceSection(pods_file="p.csv"), "expected `orders_file` and `pods_file` together, or neither"),
+        (lambda: StationsSection(handle_s=6.9), "expected handle_s >= pick_s, found 6.9 < 7.0"),
+        (RulesSection, "expected `poa` and `pps`, or `poa_pps`"),
+        (lambda: RulesSection(pps=ONE), "expected `poa` and `pps`, or `poa_pps`, found `pps` alone"),
+        (lambda: RulesSection(poa_pps=ONE, pps=OTHER), "expected either `poa_pps` or `poa` and `pps`, found both"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(make: Callable[[], object], message: str) -> None:
+    assert said(ValueError, make) == message
+
+
+def test_what_goes_together_is_accepted() -> None:
+    InstanceSection(skus=3, skus_per_pod=3)
+    InstanceSection(skus=2, skus_per_pod=3, orders_file="o.csv", pods_file="p.csv")
+    StationsSection(pick_s=13.0)
+    Arrivals("poisson", 60.0)
+    RulesSection(poa_pps=ONE)
+
+
+def keys() -> Iterator[tuple[str, attrs.Attribute[Any]]]:
+    for section in (*SECTIONS, Scenario):
+        for attribute in attrs.fields(section):
+            if not attribute.metadata.get("internal"):
+                yield f"{section.__name__}.{attribute.name}", attribute
+
+
+def test_every_key_is_documented_with_its_unit() -> None:
+    units = {"_s": "s", "_per_s": "m/s", "_per_s2": "m/s^2", "_per_hour": "1/h"}
+    for name, attribute in keys():
+        assert attribute.metadata["doc"], name
+        ending = max((end for end in units if name.endswith(end)), key=len, default=None)
+        if ending is not None:
+            assert attribute.metadata["unit"] == units[ending], name
+
+
+def test_keys_that_a_file_takes_the_place_of() -> None:
+    assert attrs.fields_dict(InstanceSection).keys() >= GENERATED
+    assert attrs.fields_dict(LayoutSection).keys() >= DRAWN
+    assert replaced_keys(InstanceSection(orders_file="o", pods_file="p")) == ("orders_file", GENERATED)
+    refilled = InstanceSection(orders_file="o", pods_file="p", arrivals=Arrivals("refill", backlog=3))
+    assert replaced_keys(refilled) == ("orders_file", GENERATED - {"arrivals"})
+    assert replaced_keys(LayoutSection(map_file="m")) == ("map_file", DRAWN)
+    for section in (InstanceSection(), LayoutSection(), RunSection()):
+        assert replaced_keys(section) == ("", frozenset())
+
+
+def test_another_seed_is_another_scenario_and_another_folder_is_not() -> None:
+    scenario = Scenario(rules=RULES, seed=1)
+    assert scenario.with_seed(2).seed == 2
+    assert scenario.with_seed(2).with_seed(1) == scenario
+    assert scenario.with_seed(2) != scenario
+    assert attrs.evolve(scenario, folder="elsewhere") == scenario
+
+
+@pytest.mark.parametrize(
+    ("setting", "problem"),
+    [
+        ("instance.orders=1000000000", "expected a whole number from 0 to 2,000,000, found 1000000000"),
+        ("instance.orders=1000000000000000000", "expected a whole number from 0 to 2,000,000"),
+        ("instance.pods=10000000000", "expected a whole number from 1 to 100,000"),
+        ("robots.count=10000000000", "expected a whole number from 1 to 100,000"),
+        ("layout.block_rows=100000", "expected at most 1,000,000 cells in all, found blocks and halls of about"),
+        ("instance.lines=[" + "0," * 999 + "1]", "`lines` with weights from 0 to 1e9, not all 0 up to"),
+        ("instance.items_per_sku=10000000000000000000", "expected a whole number from 1 to 1,000,000,000"),
+        ("stations.queue_length=1000000000", "expected a whole number from 1 to 10,000"),
+        ("layout.hall_width=1000000000000000000", "expected a whole number from 1 to 100,000"),
+        ("instance.max_lines=10000000000000000000", "expected a whole number from 1 to 2,000,000"),
+        ("instance.demand={exponent=1, groups=10000000000000000000}", "expected a whole number from 1 to 2,000,000"),
+    ],
+)
+def test_what_no_memory_has_room_for_is_refused_at_once(setting: str, problem: str) -> None:
+    started = time.perf_counter()
+    with pytest.raises(InputError, match=problem):
+        load_scenario("examples/small", [setting])
+    assert time.perf_counter() - started < 2
+
+
+def test_many_skus_on_many_pods_are_refused() -> None:
+    few = ["instance.skus=100000", "instance.skus_per_pod=100000"]
+    assert load_scenario("examples/small", few).instance.skus == 100_000
+    with pytest.raises(InputError, match="expected at most 8 GB of memory, found about 10 GB of"):
+        load_scenario("examples/small", [*few, "instance.pods=400"])
+
+
+def test_many_lines_of_many_orders_are_refused() -> None:
+    long = ["instance.skus=1000", f"instance.lines=[{'0,' * 999}1]"]
+    assert load_scenario("examples/small", [*long, "instance.orders=20000"]).instance.orders == 20_000
+    with pytest.raises(InputError, match="expected at most 8 GB of memory, found about 605 GB of"):
+        load_scenario("examples/small", [*long, "instance.orders=2000000"])
+    with pytest.raises(InputError, match="as `profile`, not all 0"):
+        load_scenario("examples/poisson", [f"instance.arrivals.profile=[{'0,' * 23}1e308]"])
+
+
+def test_orders_that_arrive_over_centuries_are_refused() -> None:
+    slow = "instance.arrivals.orders_per_hour=0.001"
+    assert load_scenario("examples/poisson", [slow, "instance.orders=1000"]).instance.orders == 1000
+    with pytest.raises(InputError, match="expected orders that arrive within 1,000,000 hours, found about 1,001,000"):
+        load_scenario("examples/poisson", [slow, "instance.orders=1001"])
+
+
+@pytest.mark.parametrize("key", ["filters", "observers"])
+def test_more_rules_than_anybody_wants_are_refused(key: str) -> None:
+    rule = '"most-covered",'
+    assert len(getattr(load_scenario("examples/small", [f"rules.{key}=[{50 * rule}]"]).rules, key)) == 50
+    with pytest.raises(InputError, match="expected at most 50 `filters` and as many `observers`, found 51"):
+        load_scenario("examples/small", [f"rules.{key}=[{51 * rule}]"])
+
+
+KEY_VALUE = ": expected key=value, such as instance.orders=50"
+WRONG = [
+    (["seed"], KEY_VALUE),
+    (["=3"], KEY_VALUE),
+    (["instance..orders=3"], KEY_VALUE),
+    (["robots.cuont=3"], ": unknown key (did you mean `count`?)"),
+    (["robots.count=many"], ': expected a whole number, found "many"'),
+    (["robots.count=0"], ": expected a whole number from 1 to 100,000, found 0"),
+    (["robots={count=0}"], ", robots.count: expected a whole number from 1 to 100,000, found 0"),
+    (["seed.x=2"], ": `seed` has no keys of its own, it is 1"),
+    (["rules.poa=pod-mach"], ': there is no rule "pod-mach" (did you mean `pod-match`?)'),
+    (["robots.count=2", "robots.count=0"], ": expected a whole number from 1 to 100,000, found 0"),
+    (["robots.cuont="], ": unknown key `cuont` (did you mean `count`?)"),
+    (["rules.pps="], ", rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone"),
+    # a rule for orders takes the place of the joint one; then one for pods is wanted too
+    (
+        ["rules.poa_pps=integrated", "rules.poa=pod-match"],
+        ", rules: expected either `poa_pps` or `poa` and `pps`, found both",
+    ),
+    # something that only looks like a table
+    (
+        ["rules.poa={rule=pod-match}"],
+        ": this is no valid TOML value: Invalid value (at line 1, column 15); texts in it need quotes",
+    ),
+    # a line break does not smuggle a second key in
+    (["seed=1\nx=2"], ': expected a whole number, found "1\\nx=2"'),
+]
+
+
+@pytest.mark.parametrize(("overrides", "problem"), WRONG)
+def test_a_wrong_override_is_one_sentence(overrides: list[str], problem: str) -> None:
+    assert said(InputError, load_scenario, "paper-250", overrides) == f"--set {overrides[-1]}{problem}"
+
+
+def test_values_are_toml_or_plain_text() -> None:
+    values = ("instance.orders=50", "stations.item_capacity=[1, 2, 3, 4]", "instance.start=2026-03-02T06:00:00")
+    scenario = load_scenario("paper-250", [*values, "rules.poa=first-come", 'rules.pps="nearest-pod"'])
+    assert (scenario.instance.start, scenario.instance.orders) == ("2026-03-02T06:00:00", 50)
+    assert scenario.stations.item_capacity == (1, 2, 3, 4)
+    assert (scenario.rules.poa, scenario.rules.pps) == (RuleChoice("first-come"), RuleChoice("nearest-pod"))
+
+
+def test_a_parameter_is_added_to_a_rule_given_by_name() -> None:
+    scenario = load_scenario("paper-250", ["rules.poa.x=1", "rules.pps.y=2", "rules.pps.rule=nearest-pod"])
+    assert scenario.rules.poa == RuleChoice("pod-match", {"x": 1})
+    assert scenario.rules.pps == RuleChoice("nearest-pod", {"y": 2})
+
+
+def test_one_kind_of_rules_takes_the_place_of_the_other() -> None:
+    joint = load_scenario("paper-250", ["rules.poa_pps=integrated"]).rules
+    assert (joint.poa, joint.pps, joint.poa_pps) == (None, None, RuleChoice("integrated"))
+    named = ["rules.poa.rule=first-come", "rules.pps=demand"]
+    two = load_scenario("paper-250-integrated", named).rules
+    assert (two.poa, two.pps, two.poa_pps) == (RuleChoice("first-come"), RuleChoice("demand"), None)
+    assert load_scenario("paper-250-integrated", ["rules.poa=", "rules.poa_pps.gap=0.1"]).rules.poa_pps is not None
+    assert said(InputError, load_scenario, "paper-250-integrated", ["rules.poa=pod-match"]) == (
+        "--set rules.poa=pod-match, rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone"
+    )
+
+
+@pytest.mark.parametrize("nothing", ["", "None", "null"])
+def test_nothing_takes_a_key_out(nothing: str) -> None:
+    scenario = load_scenario(
+        "paper-250", [f"robots.count={nothing}", f"rules.poa.x={nothing}", f'rules.poa.y="{nothing}"']
+    )
+    assert scenario.robots.count == 8
+    assert scenario.rules.poa == RuleChoice("pod-match", {"y": nothing})
+
+
+def test_an_empty_value_takes_a_key_out() -> None:
+    scenario = load_scenario("paper-250", ["rules.poa=", "rules.pps=", "rules.poa_pps=demand", "run.until_s="])
+    assert (scenario.rules.poa, scenario.rules.poa_pps) == (None, RuleChoice("demand"))
+    assert load_scenario("examples/poisson", ["instance.arrivals="]).instance.arrivals.process == "start"
+
+
+RULE_FILE = "from attrs import define\n\n\n@define\nclass X:\n    pass\n"
+
+
+def test_files_of_rules_are_looked_up_where_the_command_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "rules").mkdir()
+    (tmp_path / "rules" / "my.py").write_text(RULE_FILE, encoding="utf-8")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "own.toml").write_text('[rules]\npoa = "pod-match"\npps = "demand"\n', encoding="utf-8")
+    monkeypatch.chdir(tmp_path / "other")
+    named, absolute = "../rules/my.py:X", f"{tmp_path}/rules/my.py:X"
+    overrides = [
+        f"rules.poa={named}",
+        f"rules.pps.rule={absolute}",
+        f'rules.filters=[{{rule="{named}", file="{named}"}}]',
+        f"rules.ta.rule={named}",
+    ]
+    shipped = load_scenario("paper-250", overrides).rules
+    assert (shipped.poa, shipped.pps, shipped.ta) == (RuleChoice(absolute),) * 3
+    assert shipped.filters == (RuleChoice(absolute, {"file": named}),)  # a parameter is what the rule makes of it
+    own = load_scenario("../own.toml", overrides).rules
+    assert own.poa == own.pps == RuleChoice("./rules/my.py:X")
+    whole = load_scenario("../own.toml", [f'rules={{poa="{named}", pps="demand"}}']).rules
+    assert whole.poa == RuleChoice("./rules/my.py:X")
+
+
+def test_rules_in_a_scenario_file_stay_relative_to_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "my.py").write_text(RULE_FILE, encoding="utf-8")
+    (tmp_path / "own.toml").write_text('[rules]\npoa = "./my.py:X"\npps = "demand"\n', encoding="utf-8")
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    assert load_scenario("../own.toml").rules.poa == RuleChoice("./my.py:X")
+    assert (
+        said(InputError, load_scenario, "paper-250", ["rules.pps=./my.py:X"])
+        == f"--set rules.pps=./my.py:X: there is no file `{tmp_path}/other/my.py`"
+    )
+
+
+def test_files_of_data_are_looked_up_where_the_command_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    files = {"orders_file": "o.csv", "pods_file": "../p.csv"}
+    scenario = load_scenario(
+        "paper-250", [*(f"instance.{key}={file}" for key, file in files.items()), "layout.map_file=my/map.txt"]
+    )
+    daily = load_scenario("grocery-day", ["instance.arrivals.profile=hours.csv"]).instance.arrivals
+    assert daily.profile == str(tmp_path / "hours.csv")
+    assert scenario.instance.orders_file == str(tmp_path / "o.csv")
+    assert scenario.instance.pods_file == str(tmp_path.parent / "p.csv")
+    assert scenario.layout.map_file == str(tmp_path / "my" / "map.txt")
+    (tmp_path / "below").mkdir()
+    own = tmp_path / "below" / "own.toml"
+    own.write_text(
+        '[instance]\norders_file = "o.csv"\npods_file = "p.csv"\n[rules]\npoa = "pod-match"\npps = "demand"\n',
+        encoding="utf-8",
+    )
+    assert load_scenario(own).instance.orders_file == "o.csv"
+    assert load_scenario(own, ["instance.orders_file=below/new.csv"]).instance.orders_file == "new.csv"
+    whole = load_scenario(own, ['instance={orders_file="o.csv", pods_file="below/p.csv"}']).instance
+    assert (whole.orders_file, whole.pods_file) == (str(tmp_path / "o.csv"), "p.csv")
+
+
+def test_a_file_of_orders_leaves_a_refilled_backlog_alone() -> None:
+    files = ["instance.orders_file=o.csv", "instance.pods_file=p.csv"]
+    refilled = load_scenario("parity/rawsim-o", files).instance
+    assert (refilled.orders_file, refilled.arrivals.backlog) == (str(Path("o.csv").resolve()), 200)
+    assert load_scenario("examples/poisson", files).instance.arrivals.process == "start"
+
+
+def test_a_map_takes_the_place_of_a_block_layout() -> None:
+    mapped = load_scenario("paper-250", ["layout.map_file=hall.txt"])
+    assert (mapped.layout.map_file, mapped.layout.pod_fill) == (str(Path("hall.txt").resolve()), 0.85)
+    assert (mapped.stations.queue_length, mapped.stations.pick_s) == (None, 7.0)
+    assert load_scenario("paper-250", ["layout.map_file="]).stations.queue_length == 12
+    given = ["stations.queue_length=3", "layout.map_file=hall.txt"]
+    assert load_scenario("paper-250", given).stations.queue_length == 3
+    problem = r"^--set layout.block_rows=3: has no meaning beside `layout.map_file`; leave one of them out$"
+    for order in (1, -1):
+        with pytest.raises(InputError, match=problem):
+            load_scenario("paper-250", ["layout.block_rows=3", "layout.map_file=hall.txt"][::order])
+
+
+def keys_of_files(section: type, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """Yield the paths of the keys that say of themselves that they name a file."""
+    for field in attrs.fields(section):
+        inner = section_class(section, field.name)
+        if inner is not None and attrs.has(inner):
+            yield from keys_of_files(inner, (*path, field.name))
+        elif field.name.endswith("_file") or "CSV" in field.metadata.get("doc", ""):
+            yield (*path, field.name)
+
+
+def test_every_key_that_names_a_file_is_known_as_one() -> None:
+    """Else its file is looked up in another place, and a change in it goes unnoticed."""
+    assert set(keys_of_files(Scenario)) == set(DATA_FILES)
+
+
+def test_texts_of_parameters_are_given_where_the_command_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "own.toml").write_text(
+        '[rules]\npoa = { rule = "pod-match", a = "w" }\npps = "demand"\n', encoding="utf-8"
+    )
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    given = load_scenario("../own.toml", ["rules.poa.b=w", 'rules.pps={rule="demand", c=["w"]}']).rules
+    assert given.poa is not None
+    assert given.pps is not None
+    assert (given.poa.parameters, given.pps.parameters) == ({"a": "w", "b": "w"}, {"c": ["w"]})
+    assert type(given.poa.parameters["a"]) is str
+    assert given.poa.parameters["b"].there == given.pps.parameters["c"][0].there == str(tmp_path / "other")
+    monkeypatch.chdir(tmp_path)
+    beside = load_scenario("own.toml", ["rules.poa.b=w"]).rules.poa
+    assert beside is not None
+    assert type(beside.parameters["b"]) is str
+
+
+Install = Callable[..., None]
+
+
+def test_every_choice_has_its_path() -> None:
+    a, b, c, d = (RuleChoice(name) for name in "abcd")
+    rules = RulesSection(poa_pps=a, pr=b, wait_for_stock=True, filters=(c, a), observers=(d,))
+    assert [(path, choice.rule) for path, choice in rule_choices(rules)] == [
+        (("poa_pps",), "a"),
+        (("pr",), "b"),
+        (("ta",), "balanced"),
+        (("pp",), "sipp"),
+        (("filters", 0), "c"),
+        (("filters", 1), "a"),
+        (("observers", 0), "d"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "inline"),
+    [
+        *((name, True) for name in ("./a.py:A", "../a.py:A", "/x/a.py:A", "a.py:A", "a.py", "./a", "rules/a.py:A")),
+        *((name, False) for name in ("pod-match", "acme.rule", "mypy", "a:b")),
+    ],
+)
+def test_names_of_files_are_told_from_names_of_rules(name: str, inline: bool) -> None:
+    """Also where the dot at the beginning, or the class at the end, was forgotten."""
+    assert is_inline(name) == inline
+
+
+def test_an_inline_name_has_a_file_and_a_class() -> None:
+    assert inline_parts("./a.py:A") == ("./a.py", "A")
+    assert inline_parts("./c:d/a.py:A") == ("./c:d/a.py", "A")
+
+
+@pytest.mark.parametrize("name", ["./a.py", "./a:A", "./a.py:", "./a.py:A.B", "./a.py:1", ":A", "./a.pyc:A"])
+def test_half_an_inline_name_is_refused(name: str) -> None:
+    assert (
+        said(KeyProblem, inline_parts, name)
+        == f'expected "./file.py:Class" for a rule beside the scenario, found "{name}"'
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "there", "named"),
+    [
+        ("pod-match", "home", "pod-match"),  # no file: as it is
+        ("./a.py", "home", "./a.py"),  # wrong: left for the check to refuse
+        ("./a.py:A", "home", "./a.py:A"),
+        ("a.py:A", "home/sub", "./sub/a.py:A"),
+        ("../home/sub/../a.py:A", "other", "./a.py:A"),
+        ("./a.py:A", "other", "{tmp}/other/a.py:A"),
+        ("{tmp}/home/a.py:A", "other", "./a.py:A"),
+        ("{tmp}/homely/a.py:A", "home", "{tmp}/homely/a.py:A"),  # beside the folder, not in it
+    ],
+)
+def test_a_file_keeps_its_place_when_named_from_elsewhere(tmp_path: Path, name: str, there: str, named: str) -> None:
+    tmp = str(tmp_path.resolve())
+    assert rule_name_from(name.format(tmp=tmp), tmp_path / there, tmp_path / "home") == named.format(tmp=tmp)
+
+
+def test_rules_that_are_there_are_accepted(tmp_path: Path, install: Install) -> None:
+    install("acme", {"mine": "acme_missing:Mine"})
+    (tmp_path / "a.py").write_text("raise SystemExit", encoding="utf-8")
+    for name in ("demand", "mine", "./a.py:A", "a.py:A", f"{tmp_path}/a.py:Whatever"):
+        check_rule_name(name, tmp_path, offers(GROUP))
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("demnd", 'there is no rule "demnd" (did you mean `demand`?)'),
+        ("./b.py:A", "there is no file `./b.py` in the scenario's folder ({folder})"),
+        ("/nowhere/b.py:A", "there is no file `/nowhere/b.py`"),
+        ("./b.py", 'expected "./file.py:Class" for a rule beside the scenario, found "./b.py"'),
+    ],
+)
+def test_rules_that_are_not_there_are_refused(tmp_path: Path, name: str, message: str) -> None:
+    assert said(KeyProblem, check_rule_name, name, tmp_path, offers(GROUP)) == message.format(folder=tmp_path)
+
+
+@pytest.mark.parametrize("name", ["./a\0b.py:A", "/x/a\0b.py:A"])
+def test_a_name_that_no_file_can_have_is_kept(tmp_path: Path, name: str) -> None:
+    assert rule_name_from(name, tmp_path, tmp_path / "home") == name
+    with pytest.raises(KeyProblem, match="there is no file"):
+        check_rule_name(name, tmp_path, ())
+
+
+def test_texts_of_parameters_know_where_they_were_given() -> None:
+    kept = GivenText("x", "/first")
+    rules = {"poa": {"rule": "a", "file": "x", "deep": [{"file": "x", "n": 1}], "kept": kept}, "pps": "b"}
+    given = given_in(rules, ("rules",), "/there")
+    assert given == rules
+    assert type(given["poa"]["rule"]) is type(given["pps"]) is str
+    assert given["poa"]["file"].there == given["poa"]["deep"][0]["file"].there == "/there"
+    assert given["poa"]["kept"].there == "/first"
+    assert type(given_in(["a"], ("rules", "filters"), "/there")[0]) is str
+    assert given_in("w", ("rules", "poa", "file"), "/there").there == "/there"
+
+
+def test_a_given_text_is_a_text() -> None:
+    text = GivenText("x", "/there")
+    assert (text, json.dumps([text]), repr(text)) == ("x", '["x"]', "'x' in /there")
+    for same in (copy.deepcopy(text), pickle.loads(pickle.dumps(text))):
+        assert (same, same.there) == ("x", "/there")
+
+
+TEXTS = st.text(st.characters(codec="utf-8"), max_size=8)
+COUNTS = st.integers(1, 10**5)
+TIMES = st.floats(0.001, 1e6)
+TOML_VALUES = st.recursive(
+    st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False) | TEXTS,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXTS, inner, max_size=3),
+    max_leaves=6,
+)
+PARAMETERS = st.dictionaries(TEXTS.filter(lambda name: name != "rule"), TOML_VALUES, max_size=3)
+SOME_RULES = st.builds(RuleChoice, TEXTS.filter(bool), PARAMETERS)
+MANY_RULES = st.lists(SOME_RULES, max_size=2).map(tuple)
+CAPACITIES = COUNTS | st.lists(COUNTS, min_size=1, max_size=3).map(tuple)
+INSTANCES = st.builds(
+    InstanceSection,
+    orders=st.integers(0, 500),
+    skus=st.integers(3, 100),
+    items_per_sku=st.none() | COUNTS,
+    arrivals=st.just(Arrivals()) | st.builds(Arrivals, st.just("poisson"), TIMES),
+    pods_at_stations=st.dictionaries(TEXTS, st.lists(TEXTS, max_size=2).map(tuple), max_size=2),
+) | st.builds(InstanceSection, orders_file=TEXTS, pods_file=TEXTS)
+TWO_RULES = st.builds(
+    RulesSection, poa=SOME_RULES, pps=SOME_RULES, pr=SOME_RULES, filters=MANY_RULES, observers=MANY_RULES
+)
+SCENARIOS = st.builds(
+    Scenario,
+    rules=TWO_RULES | st.builds(RulesSection, poa_pps=SOME_RULES),
+    seed=st.integers(0, 2**63 - 1),
+    instance=INSTANCES,
+    layout=st.builds(LayoutSection, block_rows=st.integers(1, 1000), pod_fill=st.floats(0.01, 1))
+    | st.builds(LayoutSection, pod_fill=st.floats(0.01, 1), map_file=TEXTS),
+    robots=st.builds(RobotsSection, count=COUNTS, top_speed_m_per_s=st.floats(0.001, 1000)),
+    stations=st.builds(StationsSection, item_capacity=CAPACITIES, order_capacity=st.none() | CAPACITIES),
+    run=st.builds(RunSection, until_s=st.none() | TIMES),
+)
+
+
+@settings(deadline=None)
+@given(SCENARIOS, st.booleans())
+def test_toml_reads_back_as_an_equal_scenario(scenario: Scenario, comments: bool) -> None:
+    assert scenario_from_dict(tomllib.loads(to_toml(scenario, comments=comments))) == scenario
+
+
+@settings(deadline=None)
+@given(SCENARIOS)
+def test_tables_read_back_as_an_equal_scenario(scenario: Scenario) -> None:
+    assert scenario_from_dict(json.loads(json.dumps(scenario_to_dict(scenario)))) == scenario
+
+
+@pytest.mark.parametrize("name", shipped_scenarios())
+def test_shipped_scenarios_read_back(name: str) -> None:
+    scenario = load_scenario(name)
+    assert scenario_from_dict(tomllib.loads(to_toml(scenario))) == scenario
+
+
+def test_every_key_is_written_with_its_meaning_and_unit() -> None:
+    text = to_toml(load_scenario("paper-250"))
+    assert "# Time of picking a unit: holds the picker, the pod and its robot (s)\npick_s = 7.0\n" in text
+    assert "hall_width = 5\n" in text
+    assert "until_s" not in text
+
+
+def test_rules_are_written_as_short_as_they_can_be() -> None:
+    tables: dict[str, Any] = scenario_to_dict(load_scenario("paper-250", ["rules.poa.x=1"]))
+    assert tables["rules"]["poa"] == {"rule": "pod-match", "x": 1}
+    assert tables["rules"]["pps"] == "demand"

@@ -1,0 +1,539 @@
+"""Ways of driving: alone, and with paths that are reserved in full, or for all robots at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pytest
+from attrs import define
+
+import rmfs_core
+from corridor import CORRIDOR, INSTANCE, inline
+from rmfs_commands.layouts import parse_map
+from rmfs_commands.testing import small_layout, small_world
+from rmfs_core import hookimpl
+from rmfs_core.decisions import Leg
+from rmfs_core.decisions import Path as Way
+from rmfs_core.errors import InputError, RuleError
+from rmfs_core.events import (
+    Event,
+    OrderCompleted,
+    PodLifted,
+    PodStored,
+    QueueJoined,
+    RobotMoved,
+    TaskAssigned,
+    VisitEnded,
+    VisitStarted,
+)
+from rmfs_core.scenario.model import RuleChoice, RunSection, Scenario
+from rmfs_core.simulation.context import RunContext
+from rmfs_core.simulation.driving.base import CROSSINGS, Driving, Process
+from rmfs_core.simulation.driving.complete import CompleteDriving
+from rmfs_core.simulation.driving.free import FreeDriving
+from rmfs_core.simulation.driving.reserved import Course
+from rmfs_core.traffic import FleetTraffic, Query, Reservations, Traffic, occupancy, roads_on, timed_path
+from rmfs_core.warehouse import Robot, Warehouse
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, check_layout
+from rmfs_rules.sipp import Pbs, Sipp
+from scripted import run_of, until_nothing_happens
+from told import Prepare
+
+LAYOUT = parse_map("#....\n.....\n.qO..\n.....", "open")
+
+
+@pytest.fixture
+def world() -> Warehouse:
+    """A robot with the heading north in the only storage location, the north-west corner of an open grid."""
+    return small_world({}, {"p": ["a"]}, robots=1, layout=LAYOUT)
+
+
+def driving(world: Warehouse, folder: Path, *answers: object) -> tuple[Driving, Any]:
+    """Return the driving of a run whose PP rule gives these answers, and that rule."""
+    run, rule = run_of(world, folder)
+    rule.answers = {"plan_path": list(answers)}
+    return Driving(run), rule
+
+
+def test_a_path_is_asked_for_with_robot_and_goal(world: Warehouse, tmp_path: Path) -> None:
+    way, rule = driving(world, tmp_path, Way([Leg(4), Leg(14)]))
+    robot = world.robots[0]
+    assert way.path(robot, 14).tolist() == [[4, 0], [14, 0]]
+    ((_, told),) = rule.asked
+    assert (told["robot"], told["goal"], told["traffic"]) == (robot, 14, None)
+
+
+@pytest.mark.parametrize(
+    ("answer", "problem"),
+    [
+        (None, "returned None; expected Path"),
+        ([Leg(2)], r"returned list \[Leg\(to=2, wait_ticks=0\)\]; expected Path"),
+        (Way([Leg(7)]), "gave robot 1 .* an impossible path: row 1, column 1 to row 2, column 3 is no straight run"),
+    ],
+)
+def test_a_wrong_path_is_the_rules_fault(world: Warehouse, tmp_path: Path, answer: object, problem: str) -> None:
+    way, _ = driving(world, tmp_path, answer)
+    with pytest.raises(RuleError, match=rf"scripted_rules.*, plan_path, at 0.000 s: {problem}"):
+        way.path(world.robots[0], 7)
+
+
+def traffic_from(world: Warehouse, cell: int) -> Traffic:
+    """Return an empty table, and the question of a robot that will stand in a cell."""
+    roads = roads_on(world.travel)
+    return Traffic(roads, Reservations(roads.cells), Query(0, cell, EAST, 500, 8))
+
+
+def test_a_robot_on_its_way_is_planned_for_from_where_its_leg_ends(world: Warehouse, tmp_path: Path) -> None:
+    way, rule = driving(world, tmp_path, Way([Leg(8)]), Way([Leg(8)]))
+    traffic = traffic_from(world, cell=5)
+    assert way.path(world.robots[0], 8, traffic).tolist() == [[8, 0]]
+    assert rule.asked[0][1]["traffic"] is traffic
+    with pytest.raises(RuleError, match="row 1, column 1 to row 2, column 4 is no straight run"):
+        way.path(world.robots[0], 8)
+
+
+def test_a_path_that_need_not_exist_may_be_none(world: Warehouse, tmp_path: Path) -> None:
+    way, _ = driving(world, tmp_path, None, Way([Leg(8)]), Way([Leg(-1)]))
+    traffic = traffic_from(world, cell=5)
+    robot = world.robots[0]
+    assert way.path(robot, 8, traffic, needed=False).tolist() == []
+    assert way.path(robot, 8, traffic, needed=False).tolist() == [[8, 0]]
+    with pytest.raises(RuleError, match="to cell -1, which is not on the grid"):
+        way.path(robot, 8, traffic, needed=False)
+
+
+@pytest.mark.parametrize(
+    ("to", "heading", "turn", "run"),
+    [
+        (7, EAST, 625, 2000),  # a metre: 1 s to speed up, 1 s to slow down
+        (5, WEST, 625, 2000),
+        (1, NORTH, 0, 2000),
+        (16, SOUTH, 1250, 2828),  # two metres: 2 sqrt(2) s
+        (9, EAST, 625, 3500),  # three: the top speed of 1.5 m/s is reached
+        (6, NORTH, 0, 0),  # the cell it stands in
+    ],
+)
+def test_a_leg_is_a_turn_and_a_run(
+    world: Warehouse, tmp_path: Path, to: int, heading: int, turn: int, run: int
+) -> None:
+    """Worked out from 1 m/s^2, 1.5 m/s and 2.5 s for a full turn; the wait is not in it."""
+    way, _ = driving(world, tmp_path)
+    robot = Robot(0, 6, NORTH)
+    assert way.turn_and_run(robot, to) == (heading, turn, run)
+
+
+@pytest.mark.parametrize(
+    ("tick", "to"),
+    [
+        (6862, 4),  # at the end of its leg
+        (6861, 3),  # at speed in all of these
+        (4779, 2),  # 2 m: 1.125 m to the top speed, and 0.875 m at that
+        (4778, 1),
+    ],
+)
+def test_who_arrives_or_is_cut_off_is_told_from_where_to(world: Warehouse, tmp_path: Path, tick: int, to: int) -> None:
+    way, _ = driving(world, tmp_path)
+    robot, pod = world.robots[0], world.pods[0]
+    world.bind(pod, world.stations[0])
+    world.take_task(robot, pod)
+    world.lift(robot, pod)
+    events: list[object] = []
+    way.run.tell = events.append
+    way.set_off(robot, 4, 70, EAST, start=2000, turn_ticks=625, arrival=6862)
+    world.advance(tick)
+    if tick == 6862:
+        way.arrive(*way.under_way.pop(robot.id))
+    way.cut_off()
+    assert (robot.cell, robot.heading, pod.cell) == (to, EAST, to)
+    assert events == [
+        RobotMoved(
+            tick,
+            start_tick=2000,
+            robot=0,
+            origin=0,
+            to=to,
+            heading=EAST,
+            wait_ticks=70,
+            turn_ticks=625,
+            distance_m=to,
+            pod=0,
+        )
+    ]
+
+
+@pytest.mark.parametrize("tick", [2000, 2695, 4100])
+def test_who_has_passed_no_cell_is_not_told(world: Warehouse, tmp_path: Path, tick: int) -> None:
+    way, _ = driving(world, tmp_path)
+    events: list[object] = []
+    way.run.tell = events.append
+    way.set_off(world.robots[0], 4, 70, EAST, start=2000, turn_ticks=625, arrival=6862)
+    world.advance(tick)
+    way.cut_off()
+    assert events == []
+
+
+@pytest.mark.parametrize(("standstill_s", "ticks"), [(3600.0, 3_600_000), (1.5, CROSSINGS * (4_833 + 4_167 + 2_500))])
+def test_patience_is_the_scenarios(world: Warehouse, tmp_path: Path, standstill_s: float, ticks: int) -> None:
+    given, _ = run_of(world, tmp_path)
+    scenario = Scenario(rules=given.scenario.rules, run=RunSection(standstill_s=standstill_s))
+    assert Driving(run_of(world, tmp_path, scenario)[0]).standstill_ticks == ticks
+
+
+OPEN = parse_map("###..\n.....\nqqO..\n.....", "open")
+FREE = RuleChoice("free-flow")
+
+
+def free(world: Warehouse, folder: Path, **rules: Any) -> tuple[RunContext, FreeDriving, list[Any], Any]:
+    """Return a run, its driving, the events that are told, and the scripted rule."""
+    run, rule = run_of(world, folder, **rules)
+    events: list[Any] = []
+    run.tell = events.append
+    return run, FreeDriving(run), events, rule
+
+
+def carrying(world: Warehouse, robot: int, pod: int) -> None:
+    carrier, carried, station = world.robots[robot], world.pods[pod], world.stations[0]
+    world.bind(carried, station)
+    world.take_task(carrier, carried)
+    world.move(carrier, carried.cell, carrier.heading)
+    world.lift(carrier, carried)
+
+
+def test_robots_pass_through_each_other(tiny_run: Prepare) -> None:
+    tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp="free-flow").done()
+    assert len(tiny.of(OrderCompleted)) == 16
+    assert all(move.wait_ticks == 0 for move in tiny.of(RobotMoved))
+
+
+def test_a_drive_takes_the_time_of_the_table(tmp_path: Path) -> None:
+    world = small_world({}, {"p": ["a"]}, robots=1, layout=OPEN)
+    run, driving, events, _ = free(world, tmp_path, pp=FREE)
+    robot = world.robots[0]
+    ticks = world.travel.ticks(robot.cell, robot.heading, 19, loaded=False)
+    run.env.process(driving.to_location(robot, 19))
+    until_nothing_happens(run)
+    assert (robot.cell, world.now, events[-1].to, events[-1].tick) == (19, ticks, 19, ticks)
+    told = len(events)
+    run.env.process(driving.to_location(robot, 19))
+    until_nothing_happens(run)
+    assert (len(events), world.now) == (told, ticks)
+
+
+def test_the_rule_is_asked_again_where_its_path_ends(tmp_path: Path) -> None:
+    world = small_world({}, {"p": ["a"]}, robots=1, layout=OPEN)
+    run, driving, events, rule = free(world, tmp_path)
+    robot = world.robots[0]
+    world.move(robot, 5, 0)
+    rule.answers = {"plan_path": [Way([Leg(6, 70)]), Way([Leg(6, 30), Leg(7)])]}
+    run.env.process(driving.to_location(robot, 7))
+    until_nothing_happens(run)
+    assert [told["goal"] for _, told in rule.asked] == [7, 7]
+    assert [(one.to, one.start_tick, one.tick) for one in events] == [(6, 0, 2070), (6, 2070, 2100), (7, 2100, 4100)]
+
+
+def test_who_never_arrives_ends_the_run(tmp_path: Path) -> None:
+    world = small_world({}, {"p": ["a"]}, robots=1, layout=OPEN)
+    given, _ = run_of(world, tmp_path)
+    scenario = Scenario(rules=given.scenario.rules, run=RunSection(standstill_s=60))
+    run, rule = run_of(world, tmp_path, scenario)
+    robot = world.robots[0]
+    rule.answers = {"plan_path": [Way([Leg(robot.cell, 40_000)])] * 9}
+    run.env.process(FreeDriving(run).to_location(robot, 19))
+    with pytest.raises(RuleError, match=r"at 120\.000 s: robot 1 has come no nearer to row 4, column 5 for 120 s"):
+        until_nothing_happens(run)
+
+
+def test_who_comes_nearer_does_not_stand_still(tmp_path: Path) -> None:
+    """However long its way takes: 300 s, when 115 s without progress would end the run."""
+    world = small_world({}, {"p": ["a"]}, robots=1, layout=OPEN)
+    given, _ = run_of(world, tmp_path)
+    run, rule = run_of(world, tmp_path, Scenario(rules=given.scenario.rules, run=RunSection(standstill_s=60)))
+    robot = world.robots[0]
+    rule.answers = {"plan_path": [Way([Leg(to, 90_000)]) for to in (7, 8, 9)]}
+    run.env.process(FreeDriving(run).to_location(robot, 9))
+    until_nothing_happens(run)
+    assert (robot.cell, len(rule.asked)) == (9, 3)
+    assert run.warehouse.now > 270_000
+
+
+def test_the_line_is_in_order_of_arrival(tmp_path: Path) -> None:
+    world = small_world({}, {"p": ["a"], "q": ["a"], "r": ["a"]}, robots=3, layout=OPEN)
+    run, driving, events, rule = free(world, tmp_path)
+    station, (slow, quick, third) = world.stations[0], world.robots
+    for number in range(3):
+        carrying(world, number, number)
+    starts: dict[int, int] = {}
+
+    def plan(told: Any) -> Way:
+        robot = told["robot"]
+        legs = world.travel.fastest_path(robot.cell, robot.heading, told["goal"], loaded=True)
+        return Way([Leg(legs[0].to, 60_000 if robot is slow else 0), *legs[1:]])
+
+    def visit(robot: Robot, set_out: int) -> Process:
+        yield run.after(set_out)
+        yield from driving.to_station(robot, station)
+        starts[robot.id] = world.now
+        yield run.after(100_000)
+        assert robot.pod is not None
+        world.leave(robot, world.pods[robot.pod], station)
+        driving.left(station)
+
+    rule.answers = {"plan_path": [plan] * 20}
+    for robot, set_out in ((slow, 0), (quick, 0), (third, 30_000)):
+        run.env.process(visit(robot, set_out))
+    until_nothing_happens(run)
+    in_order = [quick.id, third.id, slow.id]
+    assert [event.robot for event in events if isinstance(event, QueueJoined)] == list(starts) == in_order
+    a_step = starts[third.id] - starts[quick.id] - 100_000
+    assert 2000 <= a_step <= 2000 + 1250
+    # It set out for the station itself, when nobody was in line yet, and has waited there.
+    assert starts[slow.id] == starts[third.id] + 100_000
+
+
+def test_a_queue_that_is_full_is_waited_in_at_its_end(tiny_run: Prepare) -> None:
+    tiny = tiny_run(INSTANCE, capacity=3, robots=6, queue_length=1, pp="free-flow").done()
+    joined = [event.pod for event in tiny.of(QueueJoined)]
+    assert [event.pod for event in tiny.of(VisitStarted)] == joined
+
+
+@pytest.mark.parametrize("pp", ["sipp", "pbs"])
+def test_robots_pass_a_corridor_for_one(tiny_run: Prepare, pp: str) -> None:
+    """Where only one robot at a time can pass, the others wait where they block nobody."""
+    check_layout(CORRIDOR, "corridor")
+    tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp=pp).done()
+    assert len(tiny.of(OrderCompleted)) == 16
+
+
+class Overtaking:
+    """Observer of the order in which pods that came straight from storage are served at each station."""
+
+    def __init__(self) -> None:
+        self.lifted: dict[int, int] = {}
+        self.served: dict[int, list[int]] = {}
+        """When each pod was lifted, by station, as they are served."""
+
+    @rmfs_core.hookimpl
+    def on_event(self, event: Event) -> None:
+        if isinstance(event, PodLifted):
+            self.lifted[event.pod] = event.tick
+        elif isinstance(event, VisitStarted) and event.pod in self.lifted:
+            self.served.setdefault(event.station, []).append(self.lifted.pop(event.pod))
+
+
+def test_who_comes_first_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    both = CompleteDriving.both
+    tried = []
+
+    def checked(driving: CompleteDriving, course: Course, first: Query, ahead: Course, second: Query) -> Any:
+        def ahead_of_now() -> list[list[tuple[int, int, int]]]:
+            now = driving.run.warehouse.now
+            cells = range(driving.roads.cells)
+            return [[entry for entry in driving.table.reserved(cell) if entry[2] > now] for cell in cells]
+
+        before = ahead_of_now()
+        paths = both(driving, course, first, ahead, second)
+        tried.append(paths is not None)
+        assert paths is not None or ahead_of_now() == before
+        return paths
+
+    monkeypatch.setattr(CompleteDriving, "both", checked)
+    observer = Overtaking()
+    settings = ["rules.pp=sipp", "robots.count=24", "instance.orders=60", "stations.pick_s=1.0"]
+    result = rmfs_core.run("paper-250", seed=2, overrides=settings, observers=[observer])
+    assert result.status == "complete"
+    assert {True, False} == set(tried)
+    assert any(lifted != sorted(lifted) for lifted in observer.served.values())
+
+
+STRAIGHT = """
+#####@@@@...
+.....@......
+.→→→{}O>>....
+.....@......
+............
+"""
+
+
+@pytest.mark.parametrize(("sign", "least_ticks"), [("→", 1415 + 2000), ("⇒", 2829)])
+def test_the_next_pod_rolls_in_over_a_clear_cell(tiny_run: Prepare, sign: str, least_ticks: int) -> None:
+    layout = parse_map(STRAIGHT.format(sign), "straight")
+    check_layout(layout, "straight")
+    tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=layout, queue_length=3, pp="sipp").done()
+    begins = [event.tick for event in tiny.of(VisitStarted)][1:]
+    ends = [event.tick for event in tiny.of(VisitEnded)]
+    assert min(begin - end for begin, end in zip(begins, ends, strict=False)) == least_ticks
+
+
+def test_a_full_path_ends_at_the_goal(tiny_run: Prepare, tmp_path: Path) -> None:
+    tiny = tiny_run(INSTANCE, capacity=3, robots=1, pp=inline(tmp_path, "full paths", "legs[:-1]"))
+    with pytest.raises(RuleError, match=r"gave robot 1 a path that ends at row .*, not at its goal row|an empty path"):
+        tiny.simulation.run()
+
+
+FLEET = """
+from attrs import define
+from rmfs_core import Leg, Path, hookimpl
+
+@define
+class Mine:
+    reserves = "fleet"
+
+    @hookimpl
+    def {hook}(self, warehouse, queries, traffic):
+        found = {{}}
+        for query in queries:
+            loaded = query.loaded
+            found[query.robot] = Path(warehouse.travel.fastest_path(query.cell, query.heading, query.goal, loaded))
+        return {answer}
+"""
+
+
+def mine(folder: Path, answer: str = "found", hook: str = "plan_paths") -> RuleChoice:
+    (folder / "mine.py").write_text(FLEET.format(answer=answer, hook=hook), encoding="utf-8")
+    return RuleChoice("./mine.py:Mine")
+
+
+@pytest.mark.parametrize(
+    ("answer", "problem"),
+    [
+        ("{}", r"left out robot \d, which needs a path"),
+        ("list(found.values())", r"returned list .*; expected dict"),
+        ("{robot: path.legs for robot, path in found.items()}", r"returned tuple .*; expected Path"),
+        ("{**found, 17: Path(())}", "answered for 17, a robot that it was not asked for"),
+        ("{robot: Path(one.legs[:1]) for robot, one in found.items()}", "a path that ends at row .*, not at its goal"),
+    ],
+)
+def test_answers_that_cannot_be_driven_are_refused(
+    answer: str, problem: str, tiny_run: Prepare, tmp_path: Path
+) -> None:
+    tiny = tiny_run(INSTANCE, capacity=3, robots=1, pp=mine(tmp_path, answer))
+    with pytest.raises(RuleError, match=rf"mine.py.*, plan_paths, at 0\.000 s: .*{problem}"):
+        tiny.simulation.run()
+
+
+def test_paths_are_held_against_each_other(tiny_run: Prepare, tmp_path: Path) -> None:
+    tiny = tiny_run(INSTANCE, capacity=3, robots=4, layout=CORRIDOR, queue_length=1, pp=mine(tmp_path))
+    with pytest.raises(RuleError, match=r"plan_paths, .* a path that hits a reservation: robot \d has row \d+"):
+        tiny.simulation.run()
+
+
+def test_a_rule_for_fleets_has_the_hook_for_them(tiny_run: Prepare, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(FLEET.format(answer="found", hook="plan_path").replace("queries, ", ""))
+    expected = r"rules.pp: rule .* has reserves = 'fleet' and no hook `plan_paths`, which that goes with"
+    with pytest.raises(InputError, match=expected):
+        tiny_run(INSTANCE, capacity=3, robots=1, pp=RuleChoice("./mine.py:Mine"))
+
+
+@define
+class LetsOthersWait:
+    """Plans as `pbs`, and lets whoever may keep its path wait a second longer each time."""
+
+    reserves: ClassVar[str] = "fleet"
+    put_off: ClassVar[dict[int, int]] = {}
+    most: ClassVar[list[int]] = []
+
+    @hookimpl
+    def plan_paths(self, queries: Sequence[Query], traffic: FleetTraffic) -> dict[int, Path]:
+        table, paths = traffic.table.copy(), Pbs(most_nodes=0).plan_paths(queries, traffic)
+        for query in queries:
+            if query.robot in paths:
+                self.put_off[query.robot] = 0
+                path = Sipp().search(traffic.roads, table, query)
+                assert path is not None
+                table.release(query.robot)
+                if query.robot in traffic.under_way:
+                    table.add(query.robot, traffic.under_way[query.robot])
+                table.add(query.robot, occupancy(traffic.roads, path))
+        for query in queries:
+            if query.robot in traffic.arrives:
+                later = Sipp().search(traffic.roads, table, query)
+                assert later is not None
+                first, *rest = later.legs
+                waits = Way((Leg(first.to, first.wait_ticks + 1000), *rest))
+                taken = occupancy(traffic.roads, timed_path(traffic.roads, query, waits.legs))
+                if table.is_free(query.robot, taken):
+                    paths[query.robot] = waits
+                    table.release(query.robot)
+                    if query.robot in traffic.under_way:
+                        table.add(query.robot, traffic.under_way[query.robot])
+                    table.add(query.robot, taken)
+                    self.put_off[query.robot] += 1
+                    self.most.append(self.put_off[query.robot])
+        return paths
+
+
+def test_nobody_is_put_off_for_ever() -> None:
+    LetsOthersWait.put_off.clear()
+    LetsOthersWait.most.clear()
+    overrides = ["robots.count=3", "stations.pick_s=1"]
+    result = rmfs_core.run("examples/small", rules={"pp": LetsOthersWait()}, overrides=overrides)
+    assert result.status == "complete"
+    assert max(LetsOthersWait.most) == 3
+
+
+@pytest.fixture(params=["sipp", "whca-n"])
+def pp(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+def test_robots_line_up_and_are_served_in_order(tiny_run: Prepare, pp: str) -> None:
+    tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp).done()
+    joined = [event.pod for event in tiny.of(QueueJoined)]
+    assert [event.pod for event in tiny.of(VisitStarted)] == joined
+
+
+def test_pods_at_the_station_from_the_start_are_served_first(tiny_run: Prepare, pp: str) -> None:
+    tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp, at_stations={"1": ("2", "3")}).done()
+    assert [event.pod for event in tiny.of(VisitStarted)][:2] == [1, 2]
+    assert len(tiny.of(OrderCompleted)) == 16
+
+
+def moved_without_a_task(events: list[Event]) -> bool:
+    busy: set[int] = set()
+    for event in events:
+        if isinstance(event, TaskAssigned):
+            busy.add(event.robot)
+        elif isinstance(event, PodStored):
+            busy.discard(event.robot)
+        elif isinstance(event, RobotMoved) and event.robot not in busy:
+            return True
+    return False
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_idle_robots_step_aside(tiny_run: Prepare, pp: str, seed: int) -> None:
+    layout = small_layout(1, block_columns=1, queue_length=1)
+    tiny = tiny_run(
+        INSTANCE, capacity=3, robots=len(layout.storage_locations) - 1, queue_length=1, layout=layout, pp=pp, seed=seed
+    ).done()
+    assert len(tiny.of(OrderCompleted)) == 16
+    assert moved_without_a_task(tiny.events)
+
+
+@pytest.mark.parametrize("reserves", ["full paths", "windows"])
+def test_a_path_that_hits_a_reservation_is_refused(tiny_run: Prepare, tmp_path: Path, reserves: str) -> None:
+    tiny = tiny_run(INSTANCE, capacity=3, robots=4, layout=CORRIDOR, queue_length=1, pp=inline(tmp_path, reserves))
+    with pytest.raises(RuleError, match=r"mine.py.*a path that hits a reservation: robot \d has row \d+, column \d+"):
+        tiny.simulation.run()
+
+
+def test_one_location_is_left_for_who_steps_aside(tiny_run: Prepare, pp: str) -> None:
+    layout = small_layout(1, block_columns=1, queue_length=1)
+    count = len(layout.storage_locations)
+    with pytest.raises(InputError, match=rf"robots.count: found {count} robots and {count} storage locations"):
+        tiny_run(INSTANCE, capacity=3, robots=count, queue_length=1, layout=layout, pp=pp)
+
+
+@pytest.mark.parametrize("pp", ["sipp", "whca-n", "free-flow"])
+def test_who_finds_nobody_in_line_takes_the_shortcut(pp: str) -> None:
+    def visits_and_metres(queue: str) -> tuple[float, float]:
+        settings = [f"rules.pp={pp}", f"layout.queue={queue}", "robots.count=1", "stations.queue_length=12"]
+        # At a pick the robot is at the station in both, so that the same is decided; 6 s later it would not be.
+        metrics = rmfs_core.run("examples/small", overrides=[*settings, "stations.release=picked"]).metrics
+        return metrics["pod_station_visits"], metrics["loaded_distance_m"]
+
+    (visits, plain), (same, short) = visits_and_metres("plain"), visits_and_metres("shortcut")
+    assert visits == same
+    assert 6 * visits <= plain - short <= 8 * visits

@@ -1,0 +1,213 @@
+"""Sentences for people, errors by who has to mend them, and where Ctrl-C is raised."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Iterator
+from types import ModuleType
+
+import pytest
+
+from rmfs_commands.cli.main import main
+from rmfs_core import interrupts
+from rmfs_core.errors import InputError, RmfsError, RuleError, RunError, StandstillError, is_interrupt
+from rmfs_core.interrupts import Interrupt
+from rmfs_core.wording import (
+    did_you_mean,
+    first_few,
+    listed,
+    nearest,
+    one_line,
+    sentence,
+    shortened,
+    shown_short,
+    visible,
+)
+
+
+@pytest.mark.parametrize(
+    ("names", "text"), [([], "nothing"), (["a"], "a"), (["a", "b"], "a and b"), (["a", "b", "c"], "a, b and c")]
+)
+def test_names_are_listed_as_in_a_sentence(names: list[str], text: str) -> None:
+    assert listed(names) == text
+    assert listed(iter(names), "or") == text.replace(" and ", " or ")
+
+
+def test_long_lists_are_cut_short() -> None:
+    assert first_few(list("abcdefg")) == "a, b, c, d, e and 2 more"
+    assert first_few(list("abcde")) == "a, b, c, d and e"
+
+
+LATE = ["late_percent", "late_orders", "late_x_and_long", "late_y_and_longer", "other"]
+
+
+@pytest.mark.parametrize(
+    ("name", "names", "offered"),
+    [
+        ("cuont", ["count", "lift_s"], "`count`"),
+        ("paper-25", ["paper-2000", "paper-250", "x"], "`paper-250` or `paper-2000`"),
+        ("aaaa", ["aaab", "aaac", "aaad", "aaae"], "`aaae`, `aaad` or `aaac`"),
+        ("fracht", ["FRACHT", "frachts"], "`FRACHT`"),  # the same in other letters, alone
+        ("MUG", ["mug", "MUGS"], "`mug`"),
+        ("late", LATE, "`late_orders`, `late_percent` or `late_x_and_long`"),  # none is near: what begins so
+        ("A4", ["A4094", "A2", "B"], "`A4094`"),
+        ("l", LATE, ""),  # one letter is no beginning
+        ("", LATE, ""),
+        ("xyzzy", ["count"], ""),
+    ],
+)
+def test_near_names_are_offered_and_far_ones_are_not(name: str, names: list[str], offered: str) -> None:
+    assert did_you_mean(name, names) == (f" (did you mean {offered}?)" if offered else "")
+
+
+def test_where_none_is_near_all_are_named() -> None:
+    assert nearest("cuont", ["lift_s", "count"]) == " (did you mean `count`?)"
+    assert nearest("xyzzy", ["lift_s", "count"]) == "; expected one of `count`, `lift_s`"
+    assert nearest("xyzzy", []) == ""
+
+
+def test_an_exception_is_one_line() -> None:
+    assert one_line(ValueError("two\n   lines")) == "ValueError: two lines"
+    assert one_line(KeyError("a")) == "KeyError: 'a'"
+    assert one_line(SystemExit()) == "SystemExit"
+    assert len(one_line(ValueError(5_000 * "word "))) < 540
+
+
+def test_a_value_that_cannot_be_shown_has_its_type() -> None:
+    class Mute:
+        def __repr__(self) -> str:
+            raise RuntimeError
+
+    nested: list[object] = []
+    for _ in range(100_000):
+        nested = [nested]
+    assert shown_short(Mute()) == "a Mute"
+    assert shown_short(object()) == "<object object>", "in every run"
+    assert shown_short(nested) == "a list with hundreds in one another"
+
+
+def test_a_message_is_one_line_that_can_be_shown() -> None:
+    """Line breaks become blanks, what a terminal would obey is escaped, a long quotation loses its middle."""
+    assert sentence("Error: x.toml: found \x1b[31m\n\t\ud800é") == "Error: x.toml: found \\x1b[31m \\ud800é"
+    cut = sentence(f"Error: found {'9' * 5000}; expected a number")
+    assert len(cut) < 1200
+    assert cut.startswith("Error: found 999")
+    assert cut.endswith("999; expected a number")
+
+
+@pytest.mark.parametrize("value", ["`{}`", '"{}"', "'{}'", "[{}]", '"a \\" b {}"', "{}", "key = '{}' of it"])
+def test_a_long_value_is_shortened(value: str) -> None:
+    for long in (10_000 * "x", 1_000 * "with blanks "):
+        if " " in long and not any(mark in value for mark in "`\"'"):
+            continue
+        text = f"s.toml, line 3, `rules.poa`: found {value.format(long)}; expected one of `a`, `b`"
+        told = shortened(text)
+        assert len(told) < 520
+        assert told.startswith("s.toml, line 3, `rules.poa`: found ")
+        assert told.endswith("; expected one of `a`, `b`") or value in ("{}", "[{}]")
+        assert " ... " in told
+
+
+def test_what_is_not_long_stays() -> None:
+    text = "; ".join(f"`{name}` and \"{name}\", the rules' own, do not know what isn't there" for name in "abcdefgh")
+    assert len(text) > 400
+    assert shortened(text) == text
+    assert shortened("short") == "short"
+
+
+def test_signs_that_would_steer_a_terminal_show() -> None:
+    assert visible("a\x1b[31m\x07\u202e\x9b\x7f") == r"a\x1b[31m\x07\u202e\x9b\x7f"
+    assert visible("größe\tΩ 東\nnext") == "größe\tΩ 東\nnext"
+
+
+def test_an_exception_that_ends_the_process_as_it_is_shown() -> None:
+    class MonsterError(Exception):
+        def __str__(self) -> str:
+            raise SystemExit
+
+        __repr__ = __str__
+
+    assert one_line(MonsterError()) == "MonsterError"
+    assert shown_short(MonsterError()) == "a MonsterError"
+
+
+def test_an_input_error_is_a_place_and_a_problem() -> None:
+    error = InputError("s.toml, line 3, robots.count", "expected 1, found 0")
+    assert str(error) == "s.toml, line 3, robots.count: expected 1, found 0"
+    assert (error.place, error.problem) == ("s.toml, line 3, robots.count", "expected 1, found 0")
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [(InputError("a", "b"), 2), (RunError("a"), 1), (RuleError("a"), 1), (StandstillError("a"), 1), (RmfsError(), 1)],
+)
+def test_exit_codes_tell_wrong_input_from_a_run_that_failed(error: RmfsError, code: int) -> None:
+    """2: the input is wrong; 1: anything else that is raised on purpose."""
+    assert error.exit_code == code
+
+
+def test_a_command_ends_with_the_sentence_and_the_code(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["scenario", "check", "paper-25"])
+    assert stop.value.code == 2
+    printed = capsys.readouterr()
+    assert "paper-25: there is no such file" in printed.out + printed.err
+    assert "Traceback" not in printed.out + printed.err
+
+
+def test_an_interrupt_is_known_in_what_python_makes_of_it() -> None:
+    """One within compiled code is a SystemError, with the interrupt as its cause; any other SystemError is none."""
+    within = SystemError("returned a result with an exception set")
+    assert not is_interrupt(within)
+    within.__cause__ = KeyboardInterrupt()
+    assert is_interrupt(within)
+    assert is_interrupt(KeyboardInterrupt())
+    assert not is_interrupt(None)
+
+
+CALLING_BACK = """
+def call(function):
+    try:
+        return function()
+    except KeyboardInterrupt:
+        return "broken"
+"""
+
+
+@pytest.fixture
+def library() -> Iterator[ModuleType]:
+    """A module that nothing may be raised through, and the handler that knows it."""
+    module = ModuleType("delicate.inner")
+    exec(CALLING_BACK, vars(module))
+    handler = Interrupt(("delicate",))
+    before = signal.signal(signal.SIGINT, handler)
+    yield module
+    signal.signal(signal.SIGINT, before)
+
+
+def pressed() -> str:
+    signal.raise_signal(signal.SIGINT)
+    return "whole"
+
+
+def test_an_interrupt_waits_until_a_library_has_returned(library: ModuleType) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        assert library.call(pressed) == "whole"
+        time.sleep(5)
+
+
+def test_an_interrupt_elsewhere_is_raised_at_once(library: ModuleType) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        pressed()
+
+
+def test_an_interrupt_is_not_put_off_for_ever(library: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(interrupts, "PATIENCE_S", 0.1)
+
+    def endless() -> str:
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(5)
+        return "whole"
+
+    assert library.call(endless) == "broken"
