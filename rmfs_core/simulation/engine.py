@@ -81,7 +81,7 @@ class Simulation:
         self._info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
         self._at_stations, self._hours = opening.at_stations, opening.hours
-        self._waiting_for_place: list[list[simpy.Event]] = [[] for _ in self.warehouse.stations]
+        self._waiting_for_slot: list[list[simpy.Event]] = [[] for _ in self.warehouse.stations]
         self._visits = self._completed = 0
         self._coming = [*reversed(self.warehouse.orders)] if scenario.instance.arrivals.backlog is not None else []
         self._supply = Supply(scenario, instance) if instance.restocked else None
@@ -188,7 +188,7 @@ class Simulation:
     def _fetch(self, robot: Robot, pod: Pod) -> Process:
         assert pod.location is not None
         yield from self.driving.to_location(robot, pod.location)
-        yield from self._take_place(self.warehouse.stations[pod.bound_for[0]])
+        yield from self._take_slot(self.warehouse.stations[pod.bound_for[0]])
         yield from self._lift(robot, pod)
 
     def _lift(self, robot: Robot, pod: Pod) -> Process:
@@ -337,33 +337,33 @@ class Simulation:
             placed.append((robot, pod))
         return placed
 
-    def _take_place(self, station: Station) -> Process:
-        """Wait for a place at a station: a pod sets out only when it will find room in the queue."""
+    def _take_slot(self, station: Station) -> Process:
+        """Wait for a slot at a station: a pod sets out only when it will find room in the queue."""
         if station.queue_room > 0:
-            self.warehouse.claim_place(station)
+            self.warehouse.claim_slot(station)
         else:
             handed_over = self.env.event()
-            self._waiting_for_place[station.id].append(handed_over)
+            self._waiting_for_slot[station.id].append(handed_over)
             yield handed_over
 
     def _leave(self, robot: Robot, pod: Pod, station: Station) -> Station | None:
         """Leave the station cell; return the next station, or None when the pod is to be stored.
 
         A pod goes on only when the next queue has room for it. Otherwise it is stored and fetched again later: no robot
-        ever holds one place while it waits for another, so full queues cannot block each other.
+        ever holds one slot while it waits for another, so full queues cannot block each other.
         """
         self.warehouse.leave(robot, pod, station)
         self.driving.left(station)
-        if self._waiting_for_place[station.id]:
-            self._waiting_for_place[station.id].pop(0).succeed()  # the place goes to who has waited longest
+        if self._waiting_for_slot[station.id]:
+            self._waiting_for_slot[station.id].pop(0).succeed()  # the slot goes to the robot that has waited longest
         else:
-            self.warehouse.give_up_place(station)
+            self.warehouse.give_up_slot(station)
         if not pod.bound_for or robot.low:
             return None
         following = self.warehouse.stations[pod.bound_for[0]]
         if following.queue_room <= 0:
             return None
-        self.warehouse.claim_place(following)
+        self.warehouse.claim_slot(following)
         return following
 
     def _until(self, tick: int) -> simpy.Event:

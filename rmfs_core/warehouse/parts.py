@@ -354,7 +354,7 @@ class Station(ReadOnly):
         "_active",
         "_bundles",
         "_by_sku",
-        "_claims",
+        "_claimed_slots",
         "_in_hand",
         "_inbound",
         "_line",
@@ -399,7 +399,7 @@ class Station(ReadOnly):
         self._by_sku: dict[int, list[Request]] = {}
         self._inbound: dict[int, Pod] = {}
         self._line: list[Robot] = []
-        self._claims = 0
+        self._claimed_slots = 0
         self._in_hand: Request | None = None
         self._picker_free = 0
         self._staffed = self._active = True
@@ -504,7 +504,7 @@ class Station(ReadOnly):
     @property
     def queue_room(self) -> int:
         """Pods that could still set out for the station now."""
-        return self.queue_length + 1 - self._claims
+        return self.queue_length + 1 - self._claimed_slots
 
     def __repr__(self) -> str:
         return f"Station({self.name}, load={self._load}/{self.capacity}, open_items={self.open_items})"

@@ -20,7 +20,7 @@ _by_id = attrgetter("id")
 
 
 class Promises:
-    """Makes promises and takes them back, and keeps account of what inbound pods have left.
+    """Makes promises, takes them back, and counts what inbound pods have left.
 
     Parameters
     ----------
@@ -46,14 +46,14 @@ class Promises:
         return self._available
 
     def count(self, pod: Pod, station: Station, sign: int) -> None:
-        """Take the free items of an inbound pod into the account of what is available, or out of it."""
+        """Add the free items of an inbound pod to what is available, or take them out."""
         if self._available is not None:
             promised, row = pod._promised, self._available[station.id]
             for sku, number in pod._contents.items():
                 row[sku] += sign * (pod.free_items(sku) if sku in promised else number)
 
     def change(self, pod: Pod, sku: int, items: int) -> None:
-        """Take note that a pod has more free items, or fewer."""
+        """Update what is available where a pod is bound for: it has more free items, or fewer."""
         if self._available is not None and pod._contents[sku] < UNLIMITED:
             for station in pod._itinerary:
                 self._available[station, sku] += items

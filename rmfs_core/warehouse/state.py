@@ -363,13 +363,13 @@ class Warehouse:
         """Let a picker have an item in hand until a tick."""
         station._picker_free = until
 
-    def claim_place(self, station: Station) -> None:
-        """Keep a place in the line of a station for a pod that sets out for it."""
-        station._claims += 1
+    def claim_slot(self, station: Station) -> None:
+        """Keep a slot in the line of a station for a pod that sets out for it."""
+        station._claimed_slots += 1
 
-    def give_up_place(self, station: Station) -> None:
-        """Let go of a place that nobody waits for; who waits for one gets it handed over, still claimed."""
-        station._claims -= 1
+    def give_up_slot(self, station: Station) -> None:
+        """Free a slot that nobody waits for; a robot that waits for one gets it handed over, still claimed."""
+        station._claimed_slots -= 1
 
     def place_at_station(self, robot: Robot, pod: Pod, station: Station) -> None:
         """Let a robot stand with a pod at the end of a station's line from the start."""
@@ -378,7 +378,7 @@ class Warehouse:
         self.lift(robot, pod)
         robot._cell = station.cells.slot(len(station._line))
         self.join_line(robot, station)
-        self.claim_place(station)
+        self.claim_slot(station)
 
     def join_line(self, robot: Robot, station: Station) -> None:
         """Let a robot with a pod join the line of a station, at its end."""

@@ -210,7 +210,7 @@ def _carry(warehouse: Warehouse, memento: Memento) -> None:
         problem = f"found {told.queue_room}; expected 0 to {room}, what the line leaves"
         _check(0 <= told.queue_room <= room, problem, "stations", station.id, "queue_room")
         for _ in range(station.queue_room - told.queue_room):
-            warehouse.claim_place(station)
+            warehouse.claim_slot(station)
 
 
 def _store(warehouse: Warehouse, memento: Memento) -> None:
