@@ -111,7 +111,7 @@ def test_a_stations_line_and_room(world: Warehouse) -> None:
     world.place_at_station(other, p, station)
     assert (station.line, station.pods_in_line, station.queue_room) == ((one, other), (1, 0), room - 2)
     assert (one.cell, other.cell) == (station.cell, station.cells.queue[0])
-    world.claim_place(station)
+    world.claim_slot(station)
     assert station.queue_room == room - 3
 
 
