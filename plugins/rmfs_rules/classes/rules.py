@@ -16,6 +16,7 @@ from rmfs_rules.classes.moving import Pause, nearest_to
 from rmfs_rules.classes.places import NO_STATION, Kept, Places
 from rmfs_rules.helpers import nearest_free_location
 from rmfs_rules.helpers.classes import by_share, class_borders, turn
+from rmfs_rules.helpers.parameters import parameter
 from rmfs_rules.helpers.sending import held, load
 
 if TYPE_CHECKING:
@@ -28,19 +29,15 @@ NOT_OFF = -1
 
 
 def _weight(default: float, of: str) -> Any:
-    return field(
-        default=default,
-        validator=validators.ge(0),
-        metadata={"doc": f"What {of} counts in how much a pod is wanted, as a share of that of the most wanted pod"},
+    return parameter(
+        default,
+        validators.ge(0),
+        f"What the number of items {of} counts in how much a pod is wanted, as a share of that of the most wanted pod",
     )
 
 
 def _weight_speed(default: float) -> Any:
-    return _weight(default, "the number of items ordered until now of the SKUs on it")
-
-
-def _weight_demand(default: float) -> Any:
-    return _weight(default, "the number of items on it that are wanted now")
+    return _weight(default, "ordered until now of the SKUs on it")
 
 
 @define
@@ -52,15 +49,14 @@ class _ByWorth:
         load()
 
 
-@define
+@define(kw_only=True)
 class _Moving(_ByWorth):
     """One that moves pods besides, and pauses when there is nothing to move."""
 
-    retry_s: float = field(
-        default=120.0,
-        validator=validators.gt(0),
-        kw_only=True,
-        metadata={"doc": "Seconds until repositioning is looked into again, once no pod was out of place"},
+    weight_speed: float
+    weight_demand: float = _weight(1.0, "on it that are wanted now")
+    retry_s: float = parameter(
+        120.0, validators.gt(0), "Seconds until repositioning is looked into again, once no pod was out of place"
     )
     _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
 
@@ -73,6 +69,10 @@ class _Moving(_ByWorth):
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Look into repositioning again when the pause is over."""
         return self._pause.until_s(warehouse)
+
+    def _wanted(self, warehouse: WarehouseView) -> worth.Values:
+        """Return how much each pod is wanted."""
+        return worth.combined(warehouse, self.weight_speed, self.weight_demand)
 
     @abstractmethod
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]: ...
@@ -166,23 +166,14 @@ class Cache(_Moving):
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    share: float = field(
-        default=0.25,
-        validator=[validators.ge(0), validators.le(1)],
-        metadata={"doc": "Share of the storage locations that the caches have"},
+    share: float = parameter(
+        0.25, [validators.ge(0), validators.le(1)], "Share of the storage locations that the caches have"
     )
-    threshold: float = field(
-        default=0.5,
-        validator=validators.ge(0),
-        metadata={"doc": "What has to be exceeded for a pod to go into the cache: the higher, the fewer pods do"},
+    threshold: float = parameter(
+        0.5, validators.ge(0), "What has to be exceeded for a pod to go into the cache: the higher, the fewer pods do"
     )
     weight_speed: float = _weight_speed(0.0)
-    weight_demand: float = _weight_demand(1.0)
-    free_places: int = field(
-        default=8,
-        validator=validators.ge(0),
-        metadata={"doc": "Repositioning: places that are kept free in each cache"},
-    )
+    free_places: int = parameter(8, validators.ge(0), "Repositioning: places that are kept free in each cache")
     _caches: Kept[tuple[Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
@@ -202,7 +193,7 @@ class Cache(_Moving):
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
         places, (owner, at) = self._caches.of(warehouse, self._owners)
-        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        wanted = self._wanted(warehouse)
         stored, movable = warehouse.stock.location, worth.movable(warehouse)
         there = int((owner != NO_STATION).sum()) - self.free_places * len(warehouse.stations)
         order = np.argsort(-wanted, kind="stable")
@@ -239,7 +230,7 @@ class Cache(_Moving):
         if not len(free):
             return False
         _, (_, at) = self._caches.of(warehouse, self._owners)
-        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        wanted = self._wanted(warehouse)
         stored = at[warehouse.stock.location] == station
         less = float((wanted[stored] < wanted[pod.id]).mean()) if stored.any() else 1.0
         return bool((free.mean() + less) / 2 > self.threshold)
@@ -271,16 +262,11 @@ class Utility(_Moving):
     """
 
     weight_speed: float = _weight_speed(1.0)
-    weight_demand: float = _weight_demand(1.0)
-    corridor: int = field(
-        default=3,
-        validator=validators.ge(1),
-        metadata={"doc": "How many ranks of locations are looked at, beginning with the pod's own"},
+    corridor: int = parameter(
+        3, validators.ge(1), "How many ranks of locations are looked at, beginning with the pod's own"
     )
-    buffer: float = field(
-        default=0.05,
-        validator=[validators.ge(0), validators.le(1)],
-        metadata={"doc": "Share of the locations that are used besides one for each pod"},
+    buffer: float = parameter(
+        0.05, [validators.ge(0), validators.le(1)], "Share of the locations that are used besides one for each pod"
     )
     _ranks: Kept[tuple[Ids, Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
@@ -318,7 +304,7 @@ class Utility(_Moving):
 
     def _own_ranks(self, warehouse: WarehouseView, ranked: Ids) -> Ids:
         """Return the rank of the location that each pod belongs to."""
-        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        wanted = self._wanted(warehouse)
         number, own = len(wanted), np.empty(len(wanted), np.int64)
         at = (np.arange(number) / number * (number + self.buffer * len(ranked))).astype(np.int64)
         own[np.argsort(-wanted, kind="stable")] = ranked[np.minimum(at, len(ranked) - 1)]

@@ -7,13 +7,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from attrs import field, validators
+from attrs import validators
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport
 from rmfs_core.warehouse import columns_of, stock_of
 from rmfs_rules.helpers.late import assign_late
 from rmfs_rules.helpers.pairs import largest_capacity, places_taken
+from rmfs_rules.helpers.parameters import parameter
 from rmfs_rules.helpers.sending import ticks_from, worth
 from rmfs_rules.joint import order_search, pod_search
 from rmfs_rules.joint.order_search import OUT, SCALE, Choice
@@ -36,10 +37,8 @@ NO_NOISE, NO_FLAGS = np.zeros((0, 0), np.int64), np.zeros((0, 0), np.bool_)
 
 def unused_capacity_weight() -> Any:
     """Return the parameter ``unused_capacity_weight`` of a rule that goes by `Period.cost`."""
-    return field(
-        default=2.0,
-        validator=validators.gt(0),
-        metadata={"doc": "W_u in the cost: what a free place that stays unused costs, in pod-station visits"},
+    return parameter(
+        2.0, validators.gt(0), "W_u in the cost: what a free place that stays unused costs, in pod-station visits"
     )
 
 

@@ -22,6 +22,7 @@ from rmfs_rules.helpers.pairs import (
     places_kept,
     pod_at,
 )
+from rmfs_rules.helpers.parameters import parameter
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -56,13 +57,9 @@ class StationQueue:
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
-    queue_length: int = field(
-        default=20, validator=validators.ge(1), metadata={"doc": "How many orders may queue for a station"}
-    )
-    urgent_s: float = field(
-        default=600.0,
-        validator=validators.ge(0),
-        metadata={"unit": "s", "doc": "An order that is due within so much time goes before those that are not"},
+    queue_length: int = parameter(20, validators.ge(1), "How many orders may queue for a station")
+    urgent_s: float = parameter(
+        600.0, validators.ge(0), "An order that is due within so much time goes before those that are not", "s"
     )
     fast_lane: int = places_kept(1)
     queue_of: dict[int, int] = field(init=False, factory=dict)
