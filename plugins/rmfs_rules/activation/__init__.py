@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from attrs import define, field, validators
+from attrs import define, field
 
 from rmfs_core import hookimpl
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, SHARE_ABOVE_0, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
@@ -63,7 +63,7 @@ class ConstantRatio:
     the default, and activates none where the share comes to less than one)
     """
 
-    ratio: float = parameter(0.5, [validators.gt(0), validators.le(1)], "The share")
+    ratio: float = parameter(0.5, SHARE_ABOVE_0, "The share")
 
     @hookimpl
     def activate_stations(self, warehouse: WarehouseView) -> Sequence[int]:
@@ -92,9 +92,9 @@ class BacklogThreshold:
     has the defaults; ``least`` is added, for there a backlog below the threshold may wait for ever)
     """
 
-    open_above: int = parameter(50, validators.ge(0), "Orders in the backlog above which another station is activated")
-    timeout_s: float = parameter(600.0, validators.ge(0), "Time between two changes", "s")
-    least: int = parameter(1, validators.ge(1), "How many stations are always active")
+    open_above: int = parameter(50, NOT_NEGATIVE, "Orders in the backlog above which another station is activated")
+    timeout_s: float = parameter(600.0, NOT_NEGATIVE, "Time between two changes", "s")
+    least: int = parameter(1, AT_LEAST_1, "How many stations are always active")
     _changed_s: float = field(init=False, default=-math.inf, repr=False, eq=False)
 
     @hookimpl

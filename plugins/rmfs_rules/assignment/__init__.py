@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 
 from rmfs_core import TaskAssignment, hookimpl
 from rmfs_core.clock import to_ticks
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Robot, WarehouseView
@@ -43,7 +43,7 @@ class Assignment:
 
     defer_s: float | None = parameter(
         None,
-        validators.optional(validators.ge(0)),
+        validators.optional(NOT_NEGATIVE),
         "What a robot costs that has a pod to store yet, besides its drive; left out: no pod waits for one",
         "s",
     )

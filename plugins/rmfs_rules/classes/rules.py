@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_core import PodMove, hookimpl
@@ -16,11 +16,10 @@ from rmfs_rules.classes.moving import Pause, nearest_to
 from rmfs_rules.classes.places import NO_STATION, Kept, Places
 from rmfs_rules.helpers import nearest_free_location
 from rmfs_rules.helpers.classes import by_share, class_borders, turn
-from rmfs_rules.helpers.parameters import parameter
-from rmfs_rules.helpers.sending import held, load
+from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
+from rmfs_rules.helpers.sending import ByStock, held
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, WarehouseView
     from rmfs_rules.classes.places import Ids
 
@@ -31,7 +30,7 @@ NOT_OFF = -1
 def _weight(default: float, of: str) -> Any:
     return parameter(
         default,
-        validators.ge(0),
+        NOT_NEGATIVE,
         f"What the number of items {of} counts in how much a pod is wanted, as a share of that of the most wanted pod",
     )
 
@@ -40,23 +39,14 @@ def _weight_speed(default: float) -> Any:
     return _weight(default, "ordered until now of the SKUs on it")
 
 
-@define
-class _ByWorth:
-    """A rule that goes by how much pods are wanted."""
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        load()
-
-
 @define(kw_only=True)
-class _Moving(_ByWorth):
-    """One that moves pods besides, and pauses when there is nothing to move."""
+class _Moving(ByStock):
+    """A rule that moves pods by how much they are wanted, and pauses when there is nothing to move."""
 
     weight_speed: float
     weight_demand: float = _weight(1.0, "on it that are wanted now")
     retry_s: float = parameter(
-        120.0, validators.gt(0), "Seconds until repositioning is looked into again, once no pod was out of place"
+        120.0, POSITIVE, "Seconds until repositioning is looked into again, once no pod was out of place"
     )
     _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
 
@@ -101,7 +91,7 @@ class StationBased:
 
 
 @define
-class TurnoverClasses(_ByWorth):
+class TurnoverClasses(ByStock):
     """Store a pod in the class of places that is as good as the pod is wanted.
 
     The storage locations (those that hold no empty pod), sorted by the loaded driving time to the nearest station, and
@@ -166,14 +156,12 @@ class Cache(_Moving):
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    share: float = parameter(
-        0.25, [validators.ge(0), validators.le(1)], "Share of the storage locations that the caches have"
-    )
+    share: float = parameter(0.25, SHARE, "Share of the storage locations that the caches have")
     threshold: float = parameter(
-        0.5, validators.ge(0), "What has to be exceeded for a pod to go into the cache: the higher, the fewer pods do"
+        0.5, NOT_NEGATIVE, "What has to be exceeded for a pod to go into the cache: the higher, the fewer pods do"
     )
     weight_speed: float = _weight_speed(0.0)
-    free_places: int = parameter(8, validators.ge(0), "Repositioning: places that are kept free in each cache")
+    free_places: int = parameter(8, NOT_NEGATIVE, "Repositioning: places that are kept free in each cache")
     _caches: Kept[tuple[Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
@@ -262,12 +250,8 @@ class Utility(_Moving):
     """
 
     weight_speed: float = _weight_speed(1.0)
-    corridor: int = parameter(
-        3, validators.ge(1), "How many ranks of locations are looked at, beginning with the pod's own"
-    )
-    buffer: float = parameter(
-        0.05, [validators.ge(0), validators.le(1)], "Share of the locations that are used besides one for each pod"
-    )
+    corridor: int = parameter(3, AT_LEAST_1, "How many ranks of locations are looked at, beginning with the pod's own")
+    buffer: float = parameter(0.05, SHARE, "Share of the locations that are used besides one for each pod")
     _ranks: Kept[tuple[Ids, Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from attrs import define, validators
+from attrs import define
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rules.helpers.pairs import LaneOptions
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
@@ -57,7 +57,7 @@ class LeastSlack(LaneOptions):
     """
 
     item_s: float = parameter(
-        13.0, validators.ge(0), "How long an item takes: by default, how long a picker is busy with one", "s"
+        13.0, NOT_NEGATIVE, "How long an item takes: by default, how long a picker is busy with one", "s"
     )
 
     @hookimpl

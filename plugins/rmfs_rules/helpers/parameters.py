@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from attrs import field
+from attrs import field, validators
+
+NOT_NEGATIVE, POSITIVE, AT_LEAST_1 = validators.ge(0), validators.gt(0), validators.ge(1)
+SHARE, SHARE_ABOVE_0 = validators.and_(NOT_NEGATIVE, validators.le(1)), validators.and_(POSITIVE, validators.le(1))
 
 
 def parameter(default: Any, check: Any, doc: str, unit: str | None = None, **more: Any) -> Any:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from attrs import define, validators
+from attrs import define
 
 from rmfs_core import RobotMove, hookimpl
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import SHARE, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Robot, WarehouseView
@@ -98,7 +98,7 @@ class ChargeWhenLow:
     fulfillment system. European Journal of Operational Research 267(2), 2018. https://doi.org/10.1016/j.ejor.2017.12.008
     """
 
-    low: float = parameter(0.3, [validators.ge(0), validators.le(1)], "Charge below which a robot goes")
+    low: float = parameter(0.3, SHARE, "Charge below which a robot goes")
     full: float = parameter(0.8, _share, "Charge up to which it stays")
 
     def __attrs_post_init__(self) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, validators
+from attrs import define
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import waiting_limit
 from rmfs_rules.helpers.late import late
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, SHARE_ABOVE_0, parameter
 from rmfs_rules.joint.alternating import MOST_ROUNDS, improving
 from rmfs_rules.joint.choosing import ByPeriods, Chosen, Period, Sent, unused_capacity_weight
 
@@ -55,11 +55,9 @@ class LargeNeighborhoodSearch(ByPeriods):
     back, and greedy repair with random noise)
     """
 
-    iterations: int = parameter(50, validators.ge(0), "Times that orders are taken back and chosen again in a decision")
+    iterations: int = parameter(50, NOT_NEGATIVE, "Times that orders are taken back and chosen again in a decision")
     share: float = parameter(
-        0.3,
-        validators.and_(validators.gt(0), validators.le(1)),
-        "With which probability an order is taken back when orders are drawn one by one",
+        0.3, SHARE_ABOVE_0, "With which probability an order is taken back when orders are drawn one by one"
     )
     unused_capacity_weight: float = unused_capacity_weight()
     max_wait_s: float | None = waiting_limit()

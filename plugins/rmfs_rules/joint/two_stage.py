@@ -10,7 +10,7 @@ from attrs import define, validators
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import waiting_limit
 from rmfs_rules.helpers.late import late
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import SHARE_ABOVE_0, parameter
 from rmfs_rules.joint.choosing import ByPeriods, Period
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class TwoStage(ByPeriods):
 
     first_share: float = parameter(
         0.75,
-        validators.and_(validators.gt(0), validators.le(1)),
+        SHARE_ABOVE_0,
         "Share of a station's capacity; with a load of that or more, it takes only orders for which no pod "
         "has to be sent",
     )

@@ -10,7 +10,7 @@ from attrs import NOTHING, define, validators
 
 from rmfs_core import hookimpl
 from rmfs_core.warehouse import columns_of
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import AT_LEAST_1, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, WarehouseView
@@ -29,7 +29,7 @@ class MostCovered:
     Section 4.2. arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
     """
 
-    n: int = parameter(NOTHING, validators.ge(1), "How many orders to keep")
+    n: int = parameter(NOTHING, AT_LEAST_1, "How many orders to keep")
     lines: str = parameter(
         "all",
         validators.in_(("all", "open")),

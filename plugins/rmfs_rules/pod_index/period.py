@@ -101,7 +101,7 @@ class Period(NamedTuple):
     quantity: Ints  # the same by line, as in ``Lines.quantity``
     share: Floats  # seconds of a visit that a line of a SKU bears; shape (n_skus,)
     available: Ints  # free items at stations, shape (n_skus, stations)
-    placed: Bools  # orders with a place at a station that counts orders; shape (stations, orders), or (stations, 0)
+    placed: Bools  # orders with a place at a station that counts orders; (stations, orders + 1), or (stations, 0)
     orders: Floats  # see POWER, shape (orders, 3)
     split: Bools  # whether an order is split; shape (orders,), (0,) without a packing capacity
     parts: Ints  # at how many stations this period takes lines of an order; as ``split``
@@ -186,10 +186,8 @@ def share_visits(wanted: Ints, stock: Stock, available: Ints, number: Ints, cost
     """
     share = np.zeros(len(available))
     for sku in wanted:
-        most, here = 0, False
-        for station in range(available.shape[1]):
-            here = here or available[sku, station] > 0
-        if not here:
+        most = 0
+        if available[sku].max() <= 0:
             for k in range(stock.of_sku[sku], stock.of_sku[sku + 1]):
                 entry = stock.by_sku[k]
                 if stock.items[entry] > 0:
@@ -203,11 +201,9 @@ def share_visits(wanted: Ints, stock: Stock, available: Ints, number: Ints, cost
 def bound_orders(lines: Lines, weights: Weights) -> Floats:
     """Return `Period.orders` before any power is worked out."""
     orders = np.zeros((len(lines.items), 3))
-    for order in range(len(orders)):
-        steps = min(max(lines.priority[order], -MOST_STEPS), MOST_STEPS)
-        worth = weights.priority[steps + MOST_STEPS]
-        orders[order, WORTH] = worth * weights.due_factor if lines.due_s[order] < np.inf else worth
-        orders[order, SECONDS] = weights.handle_s * lines.items[order]
+    steps = np.minimum(np.maximum(lines.priority, -MOST_STEPS), MOST_STEPS)
+    orders[:, WORTH] = weights.priority[steps + MOST_STEPS] * np.where(lines.due_s < np.inf, weights.due_factor, 1.0)
+    orders[:, SECONDS] = weights.handle_s * lines.items
     return orders
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define, validators
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 from rmfs_rules.helpers.sending import may_send, send
 from rmfs_rules.scorers.scores import SCORES, VALUES, PodScores, Weights, load
 
@@ -53,13 +53,13 @@ class _Working(_Scoring):
         '("lateness") in seconds',
     )
     backlog_weight: float = parameter(
-        0.2, validators.ge(0), "What an item counts that is wanted in the backlog, where one the station wants counts 1"
+        0.2, NOT_NEGATIVE, "What an item counts that is wanted in the backlog, where one the station wants counts 1"
     )
     completion_boost: float = parameter(
-        1.0, validators.ge(0), "How many times more the items of an order count that the pod completes"
+        1.0, NOT_NEGATIVE, "How many times more the items of an order count that the pod completes"
     )
     time_cost_per_s: float = parameter(
-        1 / 3, validators.ge(0), "What a second of driving to the station takes from the worth of the items", "1/s"
+        1 / 3, NOT_NEGATIVE, "What a second of driving to the station takes from the worth of the items", "1/s"
     )
 
 

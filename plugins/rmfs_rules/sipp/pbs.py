@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from attrs import define, field, validators
+from attrs import define, field
 
 from rmfs_core import Path, hookimpl
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 from rmfs_rules.sipp.rule import Sipp
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Pbs:
 
     reserves: ClassVar[str] = "fleet"
 
-    most_nodes: int = parameter(20, validators.ge(0), "Nodes after which a search ends")
+    most_nodes: int = parameter(20, NOT_NEGATIVE, "Nodes after which a search ends")
 
     _sipp: Sipp = field(init=False, factory=Sipp, repr=False, eq=False)
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import define, field
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rules.helpers.pairs import (
@@ -22,7 +22,7 @@ from rmfs_rules.helpers.pairs import (
     places_kept,
     pod_at,
 )
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -57,9 +57,9 @@ class StationQueue:
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
-    queue_length: int = parameter(20, validators.ge(1), "How many orders may queue for a station")
+    queue_length: int = parameter(20, AT_LEAST_1, "How many orders may queue for a station")
     urgent_s: float = parameter(
-        600.0, validators.ge(0), "An order that is due within so much time goes before those that are not", "s"
+        600.0, NOT_NEGATIVE, "An order that is due within so much time goes before those that are not", "s"
     )
     fast_lane: int = places_kept(1)
     queue_of: dict[int, int] = field(init=False, factory=dict)

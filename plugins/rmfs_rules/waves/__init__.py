@@ -9,7 +9,7 @@ from attrs import define, validators
 
 from rmfs_core import hookimpl
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import AT_LEAST_1, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, WarehouseView
@@ -32,7 +32,7 @@ class Waves:
     every_s: float = parameter(1800.0, [validators.ge(1), validators.le(1e9)], "Time between waves", "s")
     orders: int | None = parameter(
         None,
-        validators.optional(validators.ge(1)),
+        validators.optional(AT_LEAST_1),
         "Orders that are released before their time, as soon as there are so many; left out: never",
     )
 

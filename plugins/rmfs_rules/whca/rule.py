@@ -6,12 +6,12 @@ import math
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from attrs import define, validators
+from attrs import define
 
 from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
 from rmfs_core.traffic import FOREVER, timed_path
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import AT_LEAST_1, parameter
 from rmfs_rules.helpers.searching import search_once
 
 if TYPE_CHECKING:
@@ -57,9 +57,7 @@ class WhcaN:
         20.0, _positive, "Simulated time that a path is planned ahead; inf plans to the goal", "s", infinite=True
     )
     wait_s: float = parameter(2.0, _at_least_a_tick, "Simulated time of a wait", "s")
-    max_nodes: int = parameter(
-        100_000, validators.ge(1), "Nodes after which a search gives up, as if there were no path"
-    )
+    max_nodes: int = parameter(100_000, AT_LEAST_1, "Nodes after which a search gives up, as if there were no path")
 
     def prepare(self, roads: Roads) -> None:
         """Load the compiled search, or compile it."""
