@@ -186,8 +186,10 @@ def share_visits(wanted: Ints, stock: Stock, available: Ints, number: Ints, cost
     """
     share = np.zeros(len(available))
     for sku in wanted:
-        most = 0
-        if available[sku].max() <= 0:
+        most, here = 0, False
+        for station in range(available.shape[1]):
+            here = here or available[sku, station] > 0
+        if not here:
             for k in range(stock.of_sku[sku], stock.of_sku[sku + 1]):
                 entry = stock.by_sku[k]
                 if stock.items[entry] > 0:
@@ -201,9 +203,11 @@ def share_visits(wanted: Ints, stock: Stock, available: Ints, number: Ints, cost
 def bound_orders(lines: Lines, weights: Weights) -> Floats:
     """Return `Period.orders` before any power is worked out."""
     orders = np.zeros((len(lines.items), 3))
-    steps = np.minimum(np.maximum(lines.priority, -MOST_STEPS), MOST_STEPS)
-    orders[:, WORTH] = weights.priority[steps + MOST_STEPS] * np.where(lines.due_s < np.inf, weights.due_factor, 1.0)
-    orders[:, SECONDS] = weights.handle_s * lines.items
+    for order in range(len(orders)):
+        steps = min(max(lines.priority[order], -MOST_STEPS), MOST_STEPS)
+        worth = weights.priority[steps + MOST_STEPS]
+        orders[order, WORTH] = worth * weights.due_factor if lines.due_s[order] < np.inf else worth
+        orders[order, SECONDS] = weights.handle_s * lines.items[order]
     return orders
 
 
