@@ -19,7 +19,7 @@ def world() -> Warehouse:
 
 
 def test_both_are_shares_of_the_largest() -> None:
-    """Four of `a`, and one of `b` were ordered; two of four `a`, and one of nine `b` are wanted; the `c` is promised."""
+    """Four of `a`, and one of `b` were ordered; two of four `a`, and one of nine `b` are wanted; `c` is promised."""
     view = WarehouseView(world())
     assert combined(view, 1, 0).tolist() == [1, 0.25, 0]
     assert combined(view, 0, 1).tolist() == [1, 0.5, 0]
