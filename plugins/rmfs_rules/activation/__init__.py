@@ -6,9 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from attrs import define, field, validators
+from attrs import define, field
 
 from rmfs_core import hookimpl
+from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, SHARE_ABOVE_0, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
@@ -55,11 +56,6 @@ class ConstantRatio:
     Of the n stations that their timetables have open, the max(1, floor(ratio * n)) with the highest capacity are active
     (ties: lowest id).
 
-    Parameters
-    ----------
-    ratio
-        The share.
-
     References
     ----------
     M. Merschformann, L. Xie, H. Li: RAWSim-O: a simulation framework for robotic mobile fulfillment systems.
@@ -67,7 +63,7 @@ class ConstantRatio:
     the default, and activates none where the share comes to less than one)
     """
 
-    ratio: float = field(default=0.5, validator=[validators.gt(0), validators.le(1)])
+    ratio: float = parameter(0.5, SHARE_ABOVE_0, "The share")
 
     @hookimpl
     def activate_stations(self, warehouse: WarehouseView) -> Sequence[int]:
@@ -89,15 +85,6 @@ class BacklogThreshold:
 
     and nothing changes where both hold. ``least`` of them stay active, or all if they are fewer.
 
-    Parameters
-    ----------
-    open_above
-        Orders in the backlog above which another station is activated.
-    timeout_s
-        Time between two changes (s).
-    least
-        How many stations are always active.
-
     References
     ----------
     M. Merschformann, L. Xie, H. Li: RAWSim-O: a simulation framework for robotic mobile fulfillment systems.
@@ -105,9 +92,9 @@ class BacklogThreshold:
     has the defaults; ``least`` is added, for there a backlog below the threshold may wait for ever)
     """
 
-    open_above: int = field(default=50, validator=validators.ge(0))
-    timeout_s: float = field(default=600.0, validator=validators.ge(0))
-    least: int = field(default=1, validator=validators.ge(1))
+    open_above: int = parameter(50, NOT_NEGATIVE, "Orders in the backlog above which another station is activated")
+    timeout_s: float = parameter(600.0, NOT_NEGATIVE, "Time between two changes", "s")
+    least: int = parameter(1, AT_LEAST_1, "How many stations are always active")
     _changed_s: float = field(init=False, default=-math.inf, repr=False, eq=False)
 
     @hookimpl

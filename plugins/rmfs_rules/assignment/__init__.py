@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import define, validators
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from rmfs_core import TaskAssignment, hookimpl
 from rmfs_core.clock import to_ticks
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Robot, WarehouseView
@@ -40,13 +41,11 @@ class Assignment:
 
     libraries: ClassVar[tuple[str, ...]] = ("scipy",)
 
-    defer_s: float | None = field(
-        default=None,
-        validator=validators.optional(validators.ge(0)),
-        metadata={
-            "unit": "s",
-            "doc": "What a robot costs that has a pod to store yet, besides its drive; left out: no pod waits for one",
-        },
+    defer_s: float | None = parameter(
+        None,
+        validators.optional(NOT_NEGATIVE),
+        "What a robot costs that has a pod to store yet, besides its drive; left out: no pod waits for one",
+        "s",
     )
 
     @hookimpl

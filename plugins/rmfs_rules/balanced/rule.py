@@ -10,6 +10,7 @@ from attrs import define, field
 
 from rmfs_core import TaskAssignment, hookimpl
 from rmfs_rules.balanced.sharing import drive, middle_last, share_out
+from rmfs_rules.helpers.parameters import parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Robot, WarehouseView
@@ -33,15 +34,8 @@ class Balanced:
     once ``reallocation_s`` has passed since the last time and other stations are active than then.
 
     An idle robot fetches the pod that has been waiting longest of those whose first stop is the robot's own station. If
-    there is none, it helps another station, the one with the shortest drive first.
-
-    Parameters
-    ----------
-    reallocation_s
-        Least simulated time between two reallocations (s).
-    help_others
-        Whether a robot without work at its own station fetches pods for others. If not, a pod may wait although a robot
-        is idle; pods for stations that no robot belongs to are fetched all the same.
+    there is none, it helps another station, the one with the shortest drive first. Without ``help_others`` it does not,
+    and a pod may wait although a robot is idle; pods for stations that no robot belongs to are fetched all the same.
 
     References
     ----------
@@ -49,14 +43,8 @@ class Balanced:
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
-    reallocation_s: float = field(
-        default=30.0,
-        validator=_not_negative,
-        metadata={"unit": "s", "doc": "Least simulated time between two reallocations"},
-    )
-    help_others: bool = field(
-        default=True, metadata={"doc": "Whether a robot without work at its own station fetches pods for others"}
-    )
+    reallocation_s: float = parameter(30.0, _not_negative, "Least simulated time between two reallocations", "s")
+    help_others: bool = parameter(True, None, "Whether a robot without work at its own station fetches pods for others")
     station_of: dict[int, int] = field(init=False, factory=dict)
     """Robot -> the station that it belongs to now."""
     _active: frozenset[int] = field(init=False, default=frozenset())

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_core import PodMove, hookimpl
@@ -16,10 +16,10 @@ from rmfs_rules.classes.moving import Pause, nearest_to
 from rmfs_rules.classes.places import NO_STATION, Kept, Places
 from rmfs_rules.helpers import nearest_free_location
 from rmfs_rules.helpers.classes import by_share, class_borders, turn
-from rmfs_rules.helpers.sending import held, load
+from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
+from rmfs_rules.helpers.sending import ByStock, held
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, WarehouseView
     from rmfs_rules.classes.places import Ids
 
@@ -28,39 +28,25 @@ NOT_OFF = -1
 
 
 def _weight(default: float, of: str) -> Any:
-    return field(
-        default=default,
-        validator=validators.ge(0),
-        metadata={"doc": f"What {of} counts in how much a pod is wanted, as a share of that of the most wanted pod"},
+    return parameter(
+        default,
+        NOT_NEGATIVE,
+        f"What the number of items {of} counts in how much a pod is wanted, as a share of that of the most wanted pod",
     )
 
 
 def _weight_speed(default: float) -> Any:
-    return _weight(default, "the number of items ordered until now of the SKUs on it")
+    return _weight(default, "ordered until now of the SKUs on it")
 
 
-def _weight_demand(default: float) -> Any:
-    return _weight(default, "the number of items on it that are wanted now")
+@define(kw_only=True)
+class _Moving(ByStock):
+    """A rule that moves pods by how much they are wanted, and pauses when there is nothing to move."""
 
-
-@define
-class _ByWorth:
-    """A rule that goes by how much pods are wanted."""
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        load()
-
-
-@define
-class _Moving(_ByWorth):
-    """One that moves pods besides, and pauses when there is nothing to move."""
-
-    retry_s: float = field(
-        default=120.0,
-        validator=validators.gt(0),
-        kw_only=True,
-        metadata={"doc": "Seconds until repositioning is looked into again, once no pod was out of place"},
+    weight_speed: float
+    weight_demand: float = _weight(1.0, "on it that are wanted now")
+    retry_s: float = parameter(
+        120.0, POSITIVE, "Seconds until repositioning is looked into again, once no pod was out of place"
     )
     _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
 
@@ -73,6 +59,10 @@ class _Moving(_ByWorth):
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Look into repositioning again when the pause is over."""
         return self._pause.until_s(warehouse)
+
+    def _wanted(self, warehouse: WarehouseView) -> worth.Values:
+        """Return how much each pod is wanted."""
+        return worth.combined(warehouse, self.weight_speed, self.weight_demand)
 
     @abstractmethod
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]: ...
@@ -101,7 +91,7 @@ class StationBased:
 
 
 @define
-class TurnoverClasses(_ByWorth):
+class TurnoverClasses(ByStock):
     """Store a pod in the class of places that is as good as the pod is wanted.
 
     The storage locations (those that hold no empty pod), sorted by the loaded driving time to the nearest station, and
@@ -166,23 +156,12 @@ class Cache(_Moving):
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    share: float = field(
-        default=0.25,
-        validator=[validators.ge(0), validators.le(1)],
-        metadata={"doc": "Share of the storage locations that the caches have"},
-    )
-    threshold: float = field(
-        default=0.5,
-        validator=validators.ge(0),
-        metadata={"doc": "What has to be exceeded for a pod to go into the cache: the higher, the fewer pods do"},
+    share: float = parameter(0.25, SHARE, "Share of the storage locations that the caches have")
+    threshold: float = parameter(
+        0.5, NOT_NEGATIVE, "What has to be exceeded for a pod to go into the cache: the higher, the fewer pods do"
     )
     weight_speed: float = _weight_speed(0.0)
-    weight_demand: float = _weight_demand(1.0)
-    free_places: int = field(
-        default=8,
-        validator=validators.ge(0),
-        metadata={"doc": "Repositioning: places that are kept free in each cache"},
-    )
+    free_places: int = parameter(8, NOT_NEGATIVE, "Repositioning: places that are kept free in each cache")
     _caches: Kept[tuple[Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
@@ -202,7 +181,7 @@ class Cache(_Moving):
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
         places, (owner, at) = self._caches.of(warehouse, self._owners)
-        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        wanted = self._wanted(warehouse)
         stored, movable = warehouse.stock.location, worth.movable(warehouse)
         there = int((owner != NO_STATION).sum()) - self.free_places * len(warehouse.stations)
         order = np.argsort(-wanted, kind="stable")
@@ -239,7 +218,7 @@ class Cache(_Moving):
         if not len(free):
             return False
         _, (_, at) = self._caches.of(warehouse, self._owners)
-        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        wanted = self._wanted(warehouse)
         stored = at[warehouse.stock.location] == station
         less = float((wanted[stored] < wanted[pod.id]).mean()) if stored.any() else 1.0
         return bool((free.mean() + less) / 2 > self.threshold)
@@ -271,17 +250,8 @@ class Utility(_Moving):
     """
 
     weight_speed: float = _weight_speed(1.0)
-    weight_demand: float = _weight_demand(1.0)
-    corridor: int = field(
-        default=3,
-        validator=validators.ge(1),
-        metadata={"doc": "How many ranks of locations are looked at, beginning with the pod's own"},
-    )
-    buffer: float = field(
-        default=0.05,
-        validator=[validators.ge(0), validators.le(1)],
-        metadata={"doc": "Share of the locations that are used besides one for each pod"},
-    )
+    corridor: int = parameter(3, AT_LEAST_1, "How many ranks of locations are looked at, beginning with the pod's own")
+    buffer: float = parameter(0.05, SHARE, "Share of the locations that are used besides one for each pod")
     _ranks: Kept[tuple[Ids, Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
@@ -318,7 +288,7 @@ class Utility(_Moving):
 
     def _own_ranks(self, warehouse: WarehouseView, ranked: Ids) -> Ids:
         """Return the rank of the location that each pod belongs to."""
-        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        wanted = self._wanted(warehouse)
         number, own = len(wanted), np.empty(len(wanted), np.int64)
         at = (np.arange(number) / number * (number + self.buffer * len(ranked))).astype(np.int64)
         own[np.argsort(-wanted, kind="stable")] = ranked[np.minimum(at, len(ranked) - 1)]

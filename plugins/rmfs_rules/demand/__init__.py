@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 from attrs import define
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_rules.helpers.sending import Ids, load, may_send, nearest, send, worth
+from rmfs_rules.helpers.sending import ByStock, Ids, may_send, nearest, send, worth
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define
-class Demand:
+class Demand(ByStock):
     """Send the pod whose contents are wanted most in the whole system.
 
     Among the pods not in use (or leaving a station with no next one) that can serve at least one uncovered request of
@@ -49,7 +48,3 @@ class Demand:
             return nearest(warehouse, stock, pods[wanted == wanted.max()], station)
 
         return send(warehouse, max_fetches, most_wanted)
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        load()

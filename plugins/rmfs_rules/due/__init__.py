@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from attrs import define, field, validators
+from attrs import define
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rules.helpers.pairs import LaneOptions
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
@@ -55,10 +56,8 @@ class LeastSlack(LaneOptions):
     https://doi.org/10.1287/opre.25.1.45 (slack as a priority)
     """
 
-    item_s: float = field(
-        default=13.0,
-        validator=validators.ge(0),
-        metadata={"unit": "s", "doc": "How long an item takes: by default, how long a picker is busy with one"},
+    item_s: float = parameter(
+        13.0, NOT_NEGATIVE, "How long an item takes: by default, how long a picker is busy with one", "s"
     )
 
     @hookimpl

@@ -6,19 +6,16 @@ import math
 from typing import Any
 
 import numpy as np
-from attrs import field
 from numpy.typing import NDArray
+
+from rmfs_rules.helpers.parameters import parameter
 
 Ids = NDArray[np.int64]
 
 
 def class_borders(of: str) -> Any:
     """Return the parameter ``borders`` of a rule that cuts all of something into classes by `by_share`."""
-    return field(
-        default=(0.1, 0.3, 1.0),
-        validator=_rise_to_1,
-        metadata={"doc": f"Where the classes end: shares of all {of}, rising to 1"},
-    )
+    return parameter((0.1, 0.3, 1.0), _rise_to_1, f"Where the classes end: shares of all {of}, rising to 1")
 
 
 def _rise_to_1(_instance: object, _attribute: Any, value: tuple[float, ...]) -> None:

@@ -15,9 +15,24 @@ from rmfs_core.decisions import PodTrip
 from rmfs_core.warehouse import BUSY, STORED, stock_of
 
 if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, Station, Stock, WarehouseView
 
 Ids = NDArray[np.int64]
+
+
+class ByStock:
+    """A rule that looks at what pods hold by functions of this file."""
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        load()
+
+
+def _search() -> Any:
+    from rmfs_rules.helpers import sending_search  # compiled: imported when needed, for it takes its time
+
+    return sending_search
 
 
 def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Ids], int]) -> list[PodTrip]:
@@ -41,10 +56,7 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
     list[PodTrip]
         The trips in the order in which they were chosen.
     """
-    from rmfs_rules.helpers import sending_search  # compiled: imported when needed, for it takes its time
-
-    search: Any = sending_search
-    stock = warehouse.stock
+    search, stock = _search(), warehouse.stock
     at, leaving = stock.at.copy(), np.count_nonzero(stock.at >= 0)  # a pod that is sent is busy from then on
     needy = []  # those with the fewest inbound pods, and of these with the most uncovered items, go first
     for station in warehouse.stations:
@@ -124,28 +136,19 @@ def worth(stock: Stock, pods: Ids, wanted: Ids) -> Ids:
     wanted
         Items wanted by SKU, shape (n_skus,).
     """
-    from rmfs_rules.helpers import sending_search  # as above
-
-    search: Any = sending_search
-    sums: Ids = search.worth(stock, pods, wanted)
+    sums: Ids = _search().worth(stock, pods, wanted)
     return sums
 
 
 def held(stock: Stock, values: Ids) -> Ids:
     """Return of all pods the sum of values by SKU, whole numbers, over the SKUs that each has free, shape (pods,)."""
-    from rmfs_rules.helpers import sending_search  # as above
-
-    search: Any = sending_search
-    sums: Ids = search.held(stock, values)
+    sums: Ids = _search().held(stock, values)
     return sums
 
 
 def load() -> None:
     """Load what is compiled, or compile it, by a decision without pods."""
-    from rmfs_rules.helpers import sending_search  # as above
-
-    search: Any = sending_search
-    stock = stock_of((), 1)
+    search, stock = _search(), stock_of((), 1)
     search.servers(stock, np.zeros(0, np.int64), np.zeros(1, np.int64), 0, True)
     search.worth(stock, np.zeros(0, np.int64), np.zeros(1, np.int64))
     search.held(stock, np.zeros(1, np.int64))

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from attrs import define, field, validators
+from attrs import define
 
 from rmfs_core import RobotMove, hookimpl
+from rmfs_rules.helpers.parameters import SHARE, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Robot, WarehouseView
@@ -97,10 +98,8 @@ class ChargeWhenLow:
     fulfillment system. European Journal of Operational Research 267(2), 2018. https://doi.org/10.1016/j.ejor.2017.12.008
     """
 
-    low: float = field(
-        default=0.3, validator=[validators.ge(0), validators.le(1)], metadata={"doc": "Charge below which a robot goes"}
-    )
-    full: float = field(default=0.8, validator=_share, metadata={"doc": "Charge up to which it stays"})
+    low: float = parameter(0.3, SHARE, "Charge below which a robot goes")
+    full: float = parameter(0.8, _share, "Charge up to which it stays")
 
     def __attrs_post_init__(self) -> None:
         if self.low >= self.full:

@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from attrs import define, field, validators
+from attrs import define
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import waiting_limit
+from rmfs_rules.helpers.parameters import AT_LEAST_1, parameter
 from rmfs_rules.joint.choosing import ByPeriods, Chosen, Period, Sent, unused_capacity_weight
 
 if TYPE_CHECKING:
@@ -47,11 +48,7 @@ class Alternating(ByPeriods):
     greedily in turn; there with tasks of robots, and another objective)
     """
 
-    rounds: int = field(
-        default=MOST_ROUNDS,
-        validator=validators.ge(1),
-        metadata={"doc": "Times that orders and pods are chosen at most"},
-    )
+    rounds: int = parameter(MOST_ROUNDS, AT_LEAST_1, "Times that orders and pods are chosen at most")
     unused_capacity_weight: float = unused_capacity_weight()
     max_wait_s: float | None = waiting_limit()
 

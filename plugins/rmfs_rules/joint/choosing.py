@@ -7,13 +7,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from attrs import field, validators
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport
 from rmfs_core.warehouse import columns_of, stock_of
 from rmfs_rules.helpers.late import assign_late, largest_capacity
 from rmfs_rules.helpers.pairs import places_taken
+from rmfs_rules.helpers.parameters import POSITIVE, parameter
 from rmfs_rules.helpers.sending import ticks_from, worth
 from rmfs_rules.joint import order_search, pod_search
 from rmfs_rules.joint.order_search import OUT, SCALE, Choice
@@ -36,11 +36,7 @@ NO_NOISE, NO_FLAGS = np.zeros((0, 0), np.int64), np.zeros((0, 0), np.bool_)
 
 def unused_capacity_weight() -> Any:
     """Return the parameter ``unused_capacity_weight`` of a rule that goes by `Period.cost`."""
-    return field(
-        default=2.0,
-        validator=validators.gt(0),
-        metadata={"doc": "W_u in the cost: what a free place that stays unused costs, in pod-station visits"},
-    )
+    return parameter(2.0, POSITIVE, "W_u in the cost: what a free place that stays unused costs, in pod-station visits")
 
 
 class ByPeriods:
@@ -50,7 +46,18 @@ class ByPeriods:
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        load()
+        lines, stock, none, one = columns_of((), 1), stock_of((), 1), _pairs(()), np.ones(1, np.int64)
+        choice = Choice(
+            lines, none[None, :0, 0], one[:0], np.zeros((1, 0), np.int32), one, one, one, one, one / 1, NO_FLAGS, 1.0
+        )
+        order_search.begin(none, 1, choice)
+        order_search.take_all(none, choice)
+        order_search.fill(one[:0], False, NO_NOISE, choice)
+        order_search.complete(one[:0], choice)
+        pods = Pods(none, one[:0], none[:0].reshape(1, 0))
+        pod_search.few(none, lines, stock, pods)
+        pod_search.serve(none, none, lines, stock, pods)
+        worth(stock, one[:0], one)
 
 
 class Period:
@@ -241,22 +248,6 @@ class Period:
         trips = [(pod.id, station.id) for station in self._stations for pod in station.inbound_pods]
         number = len(self._stock.at)
         return Pods(_pairs(trips), np.zeros(number, np.int64), np.zeros((len(self._stations), number), np.int64))
-
-
-def load() -> None:
-    """Load what is compiled, or compile it."""
-    lines, stock, none, one = columns_of((), 1), stock_of((), 1), _pairs(()), np.ones(1, np.int64)
-    choice = Choice(
-        lines, none[None, :0, 0], one[:0], np.zeros((1, 0), np.int32), one, one, one, one, one / 1, NO_FLAGS, 1.0
-    )
-    order_search.begin(none, 1, choice)
-    order_search.take_all(none, choice)
-    order_search.fill(one[:0], False, NO_NOISE, choice)
-    order_search.complete(one[:0], choice)
-    pods = Pods(none, one[:0], none[:0].reshape(1, 0))
-    pod_search.few(none, lines, stock, pods)
-    pod_search.serve(none, none, lines, stock, pods)
-    worth(stock, one[:0], one)
 
 
 def _pairs(pairs: Sequence[tuple[int, int]]) -> Ints:

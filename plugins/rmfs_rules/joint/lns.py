@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import define
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import waiting_limit
 from rmfs_rules.helpers.late import late
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, SHARE_ABOVE_0, parameter
 from rmfs_rules.joint.alternating import MOST_ROUNDS, improving
 from rmfs_rules.joint.choosing import ByPeriods, Chosen, Period, Sent, unused_capacity_weight
 
@@ -54,15 +55,9 @@ class LargeNeighborhoodSearch(ByPeriods):
     back, and greedy repair with random noise)
     """
 
-    iterations: int = field(
-        default=50,
-        validator=validators.ge(0),
-        metadata={"doc": "Times that orders are taken back and chosen again in a decision"},
-    )
-    share: float = field(
-        default=0.3,
-        validator=validators.and_(validators.gt(0), validators.le(1)),
-        metadata={"doc": "With which probability an order is taken back when orders are drawn one by one"},
+    iterations: int = parameter(50, NOT_NEGATIVE, "Times that orders are taken back and chosen again in a decision")
+    share: float = parameter(
+        0.3, SHARE_ABOVE_0, "With which probability an order is taken back when orders are drawn one by one"
     )
     unused_capacity_weight: float = unused_capacity_weight()
     max_wait_s: float | None = waiting_limit()

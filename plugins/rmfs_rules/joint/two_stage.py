@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import define, validators
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import waiting_limit
 from rmfs_rules.helpers.late import late
+from rmfs_rules.helpers.parameters import SHARE_ABOVE_0, parameter
 from rmfs_rules.joint.choosing import ByPeriods, Period
 
 if TYPE_CHECKING:
@@ -40,21 +41,16 @@ class TwoStage(ByPeriods):
     stages, each solved exactly there; which orders the first one has to fulfil is given there)
     """
 
-    first_share: float = field(
-        default=0.75,
-        validator=validators.and_(validators.gt(0), validators.le(1)),
-        metadata={
-            "doc": "Share of a station's capacity; with a load of that or more, it takes only orders for which no pod "
-            "has to be sent"
-        },
+    first_share: float = parameter(
+        0.75,
+        SHARE_ABOVE_0,
+        "Share of a station's capacity; with a load of that or more, it takes only orders for which no pod "
+        "has to be sent",
     )
-    first_orders: Literal["cheapest", "oldest"] = field(
-        default="cheapest",
-        validator=validators.in_(("cheapest", "oldest")),
-        metadata={
-            "doc": 'Which orders go first in the first stage: "cheapest" (fewest missing lines for each place) or '
-            '"oldest"'
-        },
+    first_orders: Literal["cheapest", "oldest"] = parameter(
+        "cheapest",
+        validators.in_(("cheapest", "oldest")),
+        'Which orders go first in the first stage: "cheapest" (fewest missing lines for each place) or "oldest"',
     )
     max_wait_s: float | None = waiting_limit()
 

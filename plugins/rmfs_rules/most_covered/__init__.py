@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import NOTHING, define, validators
 
 from rmfs_core import hookimpl
 from rmfs_core.warehouse import columns_of
+from rmfs_rules.helpers.parameters import AT_LEAST_1, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, WarehouseView
@@ -22,22 +23,19 @@ class MostCovered:
     The share of an order is the number of its lines whose SKU is on a pod at or bound for any station, divided by the
     number of its lines. Ties go to the older order.
 
-    Parameters
-    ----------
-    n
-        How many orders to keep.
-    lines
-        Which lines of an order that was split over time count: ``"all"`` as the paper says, or only those that are
-        still ``"open"``, which favours orders that can be completed. It matters to rules that split over time only.
-
     References
     ----------
     L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems,
     Section 4.2. arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
     """
 
-    n: int = field(validator=validators.ge(1))
-    lines: str = field(default="all", validator=validators.in_(("all", "open")))
+    n: int = parameter(NOTHING, AT_LEAST_1, "How many orders to keep")
+    lines: str = parameter(
+        "all",
+        validators.in_(("all", "open")),
+        'Which lines of an order that was split over time count: "all" as the paper says, or only those that are still '
+        '"open", which favours orders that can be completed. It matters to rules that split over time only',
+    )
 
     @hookimpl
     def filter_backlog(self, warehouse: WarehouseView, orders: Sequence[Order]) -> Sequence[Order]:

@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 from attrs import define
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_rules.helpers.sending import load, nearest, send
+from rmfs_rules.helpers.sending import ByStock, nearest, send
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import WarehouseView
 
 
 @define
-class NearestPod:
+class NearestPod(ByStock):
     """Send the nearest pod that can serve something.
 
     Among the pods not in use (or leaving a station with no next one) that can serve at least one uncovered request of
@@ -34,7 +33,3 @@ class NearestPod:
         """Send the nearest pods to the stations that lack one."""
         stock = warehouse.stock
         return send(warehouse, max_fetches, lambda station, pods: nearest(warehouse, stock, pods, station))
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        load()

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import frozen
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_core.clock import to_seconds, to_ticks
@@ -35,26 +34,9 @@ def weights_of(rule: Any) -> Weights:
     )
 
 
-@frozen(eq=False)
-class Site:
-    """What never changes in a run.
-
-    Parameters
-    ----------
-    stations
-        The picking stations.
-    ticks
-        Driving times to each of them from each cell, shape (stations, cells).
-    """
-
-    stations: tuple[Station, ...]
-    ticks: Ints
-
-    @classmethod
-    def of(cls, warehouse: WarehouseView) -> Site:
-        """Look up the driving times."""
-        times = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in warehouse.stations]
-        return cls(warehouse.stations, np.array(times))
+def ticks_to(stations: Sequence[Station], warehouse: WarehouseView) -> Ints:
+    """Return the driving times to stations from each cell, shape (stations, cells)."""
+    return np.array([warehouse.travel.times_to(station.cell, True).min(axis=1) for station in stations])
 
 
 def told(stations: Sequence[Station], without: Station | None = None) -> Stations:
@@ -68,12 +50,12 @@ def told(stations: Sequence[Station], without: Station | None = None) -> Station
 
 
 def decision(
-    warehouse: WarehouseView, weights: Weights, site: Site, packing_capacity: int | None, without: Station | None
+    warehouse: WarehouseView, weights: Weights, ticks: Ints, packing_capacity: int | None, without: Station | None
 ) -> JointDecision:
     """Let stations take lines and send pods; ``without`` takes nothing now."""
-    lines, number, bound, places = warehouse.lines, len(site.stations), [], []
-    stations, n_orders = told(site.stations, without), 0
-    for station in site.stations:
+    lines, number, bound, places = warehouse.lines, len(warehouse.stations), [], []
+    stations, n_orders = told(warehouse.stations, without), 0
+    for station in warehouse.stations:
         for pod in station.inbound_pods:
             last = pod.bound_for[-1]
             if last >= number:  # bundles are stored there
@@ -90,7 +72,7 @@ def decision(
     packing = 0 if packing_capacity is None else packing_capacity - warehouse.split_orders_open
     takes, sends = decide(
         lines, warehouse.stock, waiting(warehouse, weights), stations, placed, np.array(bound, np.int64).reshape(-1, 2),
-        site.ticks, warehouse.now_tick, packing,
+        ticks, warehouse.now_tick, packing,
     )  # fmt: skip
     parts: dict[tuple[int, int], list[int]] = {}
     for at, order, sku in takes.tolist():

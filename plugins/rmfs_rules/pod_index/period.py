@@ -101,7 +101,7 @@ class Period(NamedTuple):
     quantity: Ints  # the same by line, as in ``Lines.quantity``
     share: Floats  # seconds of a visit that a line of a SKU bears; shape (n_skus,)
     available: Ints  # free items at stations, shape (n_skus, stations)
-    placed: Bools  # orders with a place at a station that counts orders; shape (stations, orders), or (stations, 0)
+    placed: Bools  # orders with a place at a station that counts orders; (stations, orders + 1), or (stations, 0)
     orders: Floats  # see POWER, shape (orders, 3)
     split: Bools  # whether an order is split; shape (orders,), (0,) without a packing capacity
     parts: Ints  # at how many stations this period takes lines of an order; as ``split``

@@ -9,9 +9,10 @@ from attrs import define, field, validators
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import OVERSIZE_WAIT_S, largest_capacity
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
+from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
 from rmfs_rules.pod_index.alone import assign_alone
-from rmfs_rules.pod_index.deciding import Site, decision, prepare, wake_s, weights_of
-from rmfs_rules.pod_index.period import Weights
+from rmfs_rules.pod_index.deciding import decision, prepare, ticks_to, wake_s, weights_of
+from rmfs_rules.pod_index.period import Ints, Weights
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -70,117 +71,65 @@ class PodIndex:
 
     splits_over_time: ClassVar[bool] = True
 
-    visit_s: float = field(
-        default=300.0,
-        validator=validators.ge(0),
-        metadata={
-            "unit": "s",
-            "doc": "What a visit counts in a pod's index: the larger, the more lines a pod must bring",
-        },
+    visit_s: float = parameter(
+        300.0, NOT_NEGATIVE, "What a visit counts in a pod's index: the larger, the more lines a pod must bring", "s"
     )
-    cost_s: float = field(
-        default=1000.0,
-        validator=validators.ge(0),
-        metadata={
-            "unit": "s",
-            "doc": "What a visit costs the lines that need it: the larger, the more rare SKUs are worth",
-        },
+    cost_s: float = parameter(
+        1000.0, NOT_NEGATIVE, "What a visit costs the lines that need it: the larger, the more rare SKUs are worth", "s"
     )
-    finish: float = field(
-        default=0.85,
-        validator=validators.ge(0),
-        metadata={
-            "doc": "How much more a line is worth the less its order has left: 0 not at all, 1 as in Smith's rule"
-        },
+    finish: float = parameter(
+        0.85,
+        NOT_NEGATIVE,
+        "How much more a line is worth the less its order has left: 0 not at all, 1 as in Smith's rule",
     )
-    stay: float = field(
-        default=1.0,
-        validator=validators.ge(0),
-        metadata={
-            "doc": "How many times better than the best covered line a pod must be: the larger, the fewer visits"
-        },
+    stay: float = parameter(
+        1.0,
+        NOT_NEGATIVE,
+        "How many times better than the best covered line a pod must be: the larger, the fewer visits",
     )
-    elsewhere: float = field(
-        default=0.7,
-        validator=validators.and_(validators.ge(0), validators.le(1)),
-        metadata={
-            "doc": "What a line that another station covers counts in a pod's index: the smaller, the fewer visits"
-        },
+    elsewhere: float = parameter(
+        0.7, SHARE, "What a line that another station covers counts in a pod's index: the smaller, the fewer visits"
     )
-    most_pods: int = field(
-        default=2,
-        validator=validators.ge(1),
-        metadata={"doc": "Pods at or bound for a station from which on no further one is sent"},
+    most_pods: int = parameter(2, AT_LEAST_1, "Pods at or bound for a station from which on no further one is sent")
+    urge_s: float = parameter(
+        250.0,
+        NOT_NEGATIVE,
+        "What the ages of a pod's lines add up to before it is sent to a station with nothing to do: the "
+        "larger, the fewer visits; 0: no waiting",
+        "s",
     )
-    urge_s: float = field(
-        default=250.0,
-        validator=validators.ge(0),
-        metadata={
-            "unit": "s",
-            "doc": "What the ages of a pod's lines add up to before it is sent to a station with nothing to do: the "
-            "larger, the fewer visits; 0: no waiting",
-        },
+    full: float = parameter(31.0, AT_LEAST_1, "How many times as much it takes at a station that is all but full")
+    base_s: float = parameter(10.0, POSITIVE, "What a line counts in `urge_s` besides its age", "s")
+    handle_s: float = parameter(13.0, POSITIVE, "How long a picker is busy with an item", "s")
+    near: float = parameter(
+        0.2,
+        SHARE,
+        "By what share the index of a station's first pod may be less than the largest one if the pod is "
+        "nearer: the larger, the less a station waits, and the more visits",
     )
-    full: float = field(
-        default=31.0,
-        validator=validators.ge(1),
-        metadata={"doc": "How many times as much it takes at a station that is all but full"},
-    )
-    base_s: float = field(
-        default=10.0,
-        validator=validators.gt(0),
-        metadata={"unit": "s", "doc": "What a line counts in `urge_s` besides its age"},
-    )
-    handle_s: float = field(
-        default=13.0,
-        validator=validators.gt(0),
-        metadata={"unit": "s", "doc": "How long a picker is busy with an item"},
-    )
-    near: float = field(
-        default=0.2,
-        validator=validators.and_(validators.ge(0), validators.le(1)),
-        metadata={
-            "doc": "By what share the index of a station's first pod may be less than the largest one if the pod is "
-            "nearer: the larger, the less a station waits, and the more visits"
-        },
-    )
-    packing_capacity: int | None = field(
-        default=None,
-        validator=validators.optional(validators.ge(1)),
-        metadata={
-            "doc": "Split orders that the packing stations have room for, those already open included; none by default"
-        },
+    packing_capacity: int | None = parameter(
+        None,
+        validators.optional(AT_LEAST_1),
+        "Split orders that the packing stations have room for, those already open included; none by default",
     )
 
-    priority_factor: float = field(
-        default=2.0,
-        validator=validators.gt(0),
-        metadata={"doc": "How many times more a line is worth with each step of its order's priority"},
+    priority_factor: float = parameter(
+        2.0, POSITIVE, "How many times more a line is worth with each step of its order's priority"
     )
-    due_factor: float = field(
-        default=3.0,
-        validator=validators.ge(1),
-        metadata={"doc": "How many times more a line is worth when its order is due or late"},
+    due_factor: float = parameter(3.0, AT_LEAST_1, "How many times more a line is worth when its order is due or late")
+    due_s: float = parameter(
+        1800.0, POSITIVE, "How long before an order is due what its lines are worth more has fallen to 37 %", "s"
     )
-    due_s: float = field(
-        default=1800.0,
-        validator=validators.gt(0),
-        metadata={
-            "unit": "s",
-            "doc": "How long before an order is due what its lines are worth more has fallen to 37 %",
-        },
-    )
-    max_wait_s: float = field(
-        default=OVERSIZE_WAIT_S,
-        validator=validators.ge(0),
-        metadata={
-            "unit": "s",
-            "doc": "Seconds in the backlog after which the oldest order with a line of more items than any station "
-            "takes gets a station of its own: one takes nothing else until it is empty, and then that order alone",
-        },
+    max_wait_s: float = parameter(
+        OVERSIZE_WAIT_S,
+        NOT_NEGATIVE,
+        "Seconds in the backlog after which the oldest order with a line of more items than any station "
+        "takes gets a station of its own: one takes nothing else until it is empty, and then that order alone",
+        "s",
     )
     _weights: Weights = field(init=False, eq=False, repr=False)
-    _site: Site | None = field(default=None, init=False, eq=False, repr=False)
+    _stations: tuple[Station, ...] = field(default=(), init=False, eq=False, repr=False)
+    _ticks: Ints = field(init=False, eq=False, repr=False)  # driving times to these, which never change in a run
 
     @_weights.default
     def _as_compiled(self) -> Weights:
@@ -213,6 +162,6 @@ class PodIndex:
 
     def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> JointDecision:
         """Decide about all orders that need no station of their own; ``without`` takes nothing now."""
-        if self._site is None or self._site.stations is not warehouse.stations:
-            self._site = Site.of(warehouse)
-        return decision(warehouse, self._weights, self._site, self.packing_capacity, without)
+        if self._stations is not warehouse.stations:
+            self._stations, self._ticks = warehouse.stations, ticks_to(warehouse.stations, warehouse)
+        return decision(warehouse, self._weights, self._ticks, self.packing_capacity, without)

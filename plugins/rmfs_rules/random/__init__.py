@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from rmfs_core import BundleAssignment, OrderAssignment, PodTrip, StoreBundle, TaskAssignment, hookimpl
 from rmfs_rules.helpers import StoragePods, store_bundles, waiting_limit
-from rmfs_rules.helpers.sending import load, send
+from rmfs_rules.helpers.sending import ByStock, send
 from rmfs_rules.random.pairs import draw_pairs
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Bundle, WarehouseView
 
 LOTS = 1 << 62
@@ -23,7 +22,7 @@ LOTS = 1 << 62
 
 
 @define
-class Random:
+class Random(ByStock):
     """Draw lots, each choice as likely as any other.
 
     As POA: again and again one of the pairs of order and station that fit, until nothing does. As PPS: one of the
@@ -90,7 +89,3 @@ class Random:
             return rng.integers(LOTS, size=len(warehouse.pods))
 
         return store_bundles(warehouse, max_fetches, lots)
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        load()

@@ -8,6 +8,7 @@ from attrs import define, field, validators
 
 from rmfs_core import BundleAssignment, BundleDecision, StoreBundle, hookimpl
 from rmfs_rules.helpers import StoragePods, cheapest, ticks_to_station
+from rmfs_rules.helpers.parameters import parameter
 from rmfs_rules.replenishment.pods import POD_RULES
 
 if TYPE_CHECKING:
@@ -32,10 +33,10 @@ class PodFirst:
     RAWSim-O, https://github.com/merschformann/RAWSim-O: ``SamePodBundleManager``.
     """
 
-    pod: str = field(
-        default="emptiest-pod",
-        validator=validators.in_(tuple(POD_RULES)),
-        metadata={"doc": f"RPS rule whose choice of pods is taken, with its defaults: {', '.join(POD_RULES)}"},
+    pod: str = parameter(
+        "emptiest-pod",
+        validators.in_(tuple(POD_RULES)),
+        f"RPS rule whose choice of pods is taken, with its defaults: {', '.join(POD_RULES)}",
     )
     _rule: Any = field(init=False, repr=False, eq=False)
 

@@ -16,22 +16,17 @@ from numpy.typing import NDArray
 from rmfs_core import StoreBundle, hookimpl
 from rmfs_rules.helpers import StoragePods, store_bundles
 from rmfs_rules.helpers.classes import by_share, class_borders, turn
-from rmfs_rules.helpers.sending import load
+from rmfs_rules.helpers.sending import ByStock
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Bundle, WarehouseView
 
 Values = NDArray[np.float64] | NDArray[np.int64]
 
 
 @define
-class ByCost(ABC):
+class ByCost(ByStock, ABC):
     """RPS by the cost of storing a bundle on each pod; a rule says what that is."""
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        load()
 
     @hookimpl
     def select_replenishment_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[StoreBundle]:

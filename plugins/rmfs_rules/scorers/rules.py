@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import define, validators
 
 from rmfs_core import PodTrip, hookimpl
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 from rmfs_rules.helpers.sending import may_send, send
 from rmfs_rules.scorers.scores import SCORES, VALUES, PodScores, Weights, load
 
@@ -18,44 +19,8 @@ if TYPE_CHECKING:
 
 
 def _count_backlog() -> Any:
-    return field(
-        default=False,
-        metadata={"doc": "Whether orders of the backlog count, too, that the pod completes with what is left on it"},
-    )
-
-
-def _value() -> Any:
-    return field(
-        default="picks",
-        validator=validators.in_(VALUES),
-        metadata={
-            "doc": 'What an item is worth: 1 ("picks"), or its share of the order\'s age ("age") or time past due '
-            '("lateness") in seconds'
-        },
-    )
-
-
-def _backlog_weight() -> Any:
-    return field(
-        default=0.2,
-        validator=validators.ge(0),
-        metadata={"doc": "What an item counts that is wanted in the backlog, where one the station wants counts 1"},
-    )
-
-
-def _completion_boost() -> Any:
-    return field(
-        default=1.0,
-        validator=validators.ge(0),
-        metadata={"doc": "How many times more the items of an order count that the pod completes"},
-    )
-
-
-def _time_cost() -> Any:
-    return field(
-        default=1 / 3,
-        validator=validators.ge(0),
-        metadata={"unit": "1/s", "doc": "What a second of driving to the station takes from the worth of the items"},
+    return parameter(
+        False, None, "Whether orders of the backlog count, too, that the pod completes with what is left on it"
     )
 
 
@@ -75,6 +40,27 @@ class _Scoring:
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         load()
+
+
+@define(kw_only=True)
+class _Working(_Scoring):
+    """A rule that scores the work that a pod gets done."""
+
+    value: str = parameter(
+        "picks",
+        validators.in_(VALUES),
+        'What an item is worth: 1 ("picks"), or its share of the order\'s age ("age") or time past due '
+        '("lateness") in seconds',
+    )
+    backlog_weight: float = parameter(
+        0.2, NOT_NEGATIVE, "What an item counts that is wanted in the backlog, where one the station wants counts 1"
+    )
+    completion_boost: float = parameter(
+        1.0, NOT_NEGATIVE, "How many times more the items of an order count that the pod completes"
+    )
+    time_cost_per_s: float = parameter(
+        1 / 3, NOT_NEGATIVE, "What a second of driving to the station takes from the worth of the items", "1/s"
+    )
 
 
 @define
@@ -101,7 +87,7 @@ class Completes(_Scoring):
 
 
 @define
-class WorkAmount(_Scoring):
+class WorkAmount(_Working):
     """Send the pod that gets most work done, less the time it takes to come.
 
     Among the pods not in use (or leaving a station with no next one) that can serve at least one uncovered request of
@@ -122,10 +108,6 @@ class WorkAmount(_Scoring):
     """
 
     scores = ("work",)
-    value: str = _value()
-    backlog_weight: float = _backlog_weight()
-    completion_boost: float = _completion_boost()
-    time_cost_per_s: float = _time_cost()
 
 
 def _no_repeats(_instance: object, _attribute: Any, value: tuple[str, ...]) -> None:
@@ -134,7 +116,7 @@ def _no_repeats(_instance: object, _attribute: Any, value: tuple[str, ...]) -> N
 
 
 @define
-class Lexicographic(_Scoring):
+class Lexicographic(_Working):
     """Send the pod with the best score; ties are decided by the next score, and so on.
 
     Among the pods not in use (or leaving a station with no next one) that can serve at least one uncovered request of
@@ -154,17 +136,13 @@ class Lexicographic(_Scoring):
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
-    scores: tuple[str, ...] = field(
-        default=("completes", "work", "nearest"),
-        validator=[
+    scores: tuple[str, ...] = parameter(
+        ("completes", "work", "nearest"),
+        [
             validators.min_len(1),
             validators.deep_iterable(validators.in_(tuple(SCORES))),
             _no_repeats,
         ],
-        metadata={"doc": f"The scores, the first of which decides: some of {', '.join(SCORES)}"},
+        f"The scores, the first of which decides: some of {', '.join(SCORES)}",
     )
     count_backlog: bool = _count_backlog()
-    value: str = _value()
-    backlog_weight: float = _backlog_weight()
-    completion_boost: float = _completion_boost()
-    time_cost_per_s: float = _time_cost()

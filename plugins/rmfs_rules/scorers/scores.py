@@ -30,21 +30,7 @@ VALUES = ("picks", "age", "lateness")
 
 @frozen
 class Weights:
-    """What scores are made of.
-
-    Parameters
-    ----------
-    count_backlog
-        Whether orders of the backlog count among those that a pod completes.
-    value
-        What an item is worth, one of `VALUES`.
-    backlog_weight
-        What an item wanted in the backlog counts, as a share of one that the station wants.
-    completion_boost
-        How many times more an item counts whose order the pod completes.
-    time_cost_per_s
-        What a second of driving to the station costs.
-    """
+    """What scores are made of: the parameters of rules with these names."""
 
     count_backlog: bool = False
     value: str = "picks"

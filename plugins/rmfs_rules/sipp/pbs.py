@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from attrs import define, field, validators
+from attrs import define, field
 
 from rmfs_core import Path, hookimpl
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 from rmfs_rules.sipp.rule import Sipp
 
 if TYPE_CHECKING:
@@ -28,11 +29,6 @@ class Pbs:
     The paths whose arrivals add up to least are the answer. Each leads to its goal: a window, as in RHCR, beyond which
     paths may cross, would leave robots without the paths on which it rests that no run stands still.
 
-    Parameters
-    ----------
-    most_nodes
-        Nodes after which a search ends.
-
     References
     ----------
     H. Ma, D. Harabor, P. J. Stuckey, J. Li, S. Koenig: Searching with consistent prioritization for multi-agent path
@@ -44,7 +40,7 @@ class Pbs:
 
     reserves: ClassVar[str] = "fleet"
 
-    most_nodes: int = field(default=20, validator=validators.ge(0), metadata={"doc": "Nodes after which a search ends"})
+    most_nodes: int = parameter(20, NOT_NEGATIVE, "Nodes after which a search ends")
 
     _sipp: Sipp = field(init=False, factory=Sipp, repr=False, eq=False)
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import define, field
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rules.helpers.late import largest_capacity
@@ -20,6 +20,7 @@ from rmfs_rules.helpers.pairs import (
     places_kept,
     pod_at,
 )
+from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -54,13 +55,9 @@ class StationQueue:
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
-    queue_length: int = field(
-        default=20, validator=validators.ge(1), metadata={"doc": "How many orders may queue for a station"}
-    )
-    urgent_s: float = field(
-        default=600.0,
-        validator=validators.ge(0),
-        metadata={"unit": "s", "doc": "An order that is due within so much time goes before those that are not"},
+    queue_length: int = parameter(20, AT_LEAST_1, "How many orders may queue for a station")
+    urgent_s: float = parameter(
+        600.0, NOT_NEGATIVE, "An order that is due within so much time goes before those that are not", "s"
     )
     fast_lane: int = places_kept(1)
     queue_of: dict[int, int] = field(init=False, factory=dict)

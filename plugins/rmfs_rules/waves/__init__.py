@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from attrs import define, field, validators
+from attrs import define, validators
 
 from rmfs_core import hookimpl
 from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_rules.helpers.parameters import AT_LEAST_1, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, WarehouseView
@@ -22,21 +23,18 @@ class Waves:
     orders are as soon as n have arrived since. What is held back is assigned to no station, whatever room there is: the
     rules that assign orders choose among more of them at once, and orders wait for it.
 
-    Parameters
-    ----------
-    every_s
-        Time between waves (s).
-    orders
-        Orders that are released before their time, as soon as there are so many; left out: never.
-
     References
     ----------
     R. de Koster, T. Le-Duc, K. J. Roodbergen: Design and control of warehouse order picking: a literature review.
     European Journal of Operational Research 182(2), 481-501, 2007. https://doi.org/10.1016/j.ejor.2006.07.009
     """
 
-    every_s: float = field(default=1800.0, validator=[validators.ge(1), validators.le(1e9)])
-    orders: int | None = field(default=None, validator=validators.optional(validators.ge(1)))
+    every_s: float = parameter(1800.0, [validators.ge(1), validators.le(1e9)], "Time between waves", "s")
+    orders: int | None = parameter(
+        None,
+        validators.optional(AT_LEAST_1),
+        "Orders that are released before their time, as soon as there are so many; left out: never",
+    )
 
     @hookimpl
     def filter_backlog(self, warehouse: WarehouseView, orders: Sequence[Order]) -> Sequence[Order]:

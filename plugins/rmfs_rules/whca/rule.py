@@ -6,11 +6,12 @@ import math
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from attrs import define, field, validators
+from attrs import define
 
 from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
 from rmfs_core.traffic import FOREVER, timed_path
+from rmfs_rules.helpers.parameters import AT_LEAST_1, parameter
 from rmfs_rules.helpers.searching import Asked, search_once
 
 if TYPE_CHECKING:
@@ -44,15 +45,6 @@ class WhcaN:
     traffic. The path ends where the window does, or at the goal, and always in a cell that nobody else has reserved
     from then on, so that it can be held.
 
-    Parameters
-    ----------
-    window_s
-        Simulated time that a path is planned ahead (s); ``inf`` plans to the goal.
-    wait_s
-        Simulated time of a wait (s).
-    max_nodes
-        Nodes after which a search gives up, as if there were no path.
-
     References
     ----------
     M. Merschformann, L. Xie, D. Erdmann: Multi-agent path finding with kinematic constraints for robotic mobile
@@ -61,23 +53,11 @@ class WhcaN:
 
     reserves: ClassVar[str] = "windows"
 
-    window_s: float = field(
-        default=20.0,
-        validator=_positive,
-        metadata={
-            "unit": "s",
-            "doc": "Simulated time that a path is planned ahead; inf plans to the goal",
-            "infinite": True,
-        },
+    window_s: float = parameter(
+        20.0, _positive, "Simulated time that a path is planned ahead; inf plans to the goal", "s", infinite=True
     )
-    wait_s: float = field(
-        default=2.0, validator=_at_least_a_tick, metadata={"unit": "s", "doc": "Simulated time of a wait"}
-    )
-    max_nodes: int = field(
-        default=100_000,
-        validator=validators.ge(1),
-        metadata={"doc": "Nodes after which a search gives up, as if there were no path"},
-    )
+    wait_s: float = parameter(2.0, _at_least_a_tick, "Simulated time of a wait", "s")
+    max_nodes: int = parameter(100_000, AT_LEAST_1, "Nodes after which a search gives up, as if there were no path")
 
     def prepare(self, roads: Roads) -> None:
         """Load the compiled search, or compile it."""

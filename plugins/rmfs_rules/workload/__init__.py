@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import define, validators
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rules.helpers.pairs import PairOptions, Pairs
+from rmfs_rules.helpers.parameters import parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
@@ -30,10 +31,10 @@ class Workload(PairOptions):
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
-    prefer: str = field(
-        default="fewest",
-        validator=validators.in_(("fewest", "most")),
-        metadata={"doc": "Which stations go first: those that work on the fewest orders, or on the most"},
+    prefer: str = parameter(
+        "fewest",
+        validators.in_(("fewest", "most")),
+        "Which stations go first: those that work on the fewest orders, or on the most",
     )
 
     @hookimpl
