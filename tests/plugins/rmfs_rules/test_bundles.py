@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rmfs_rules.replenishment.ordered import Ordered
 
 import rmfs_core
 from replenished import replenished_world
@@ -338,6 +337,17 @@ def test_a_pod_on_its_way_is_met_where_it_goes() -> None:
     assert decision == BundleDecision([BundleAssignment(0, far)], [StoreBundle(0, 0)])
 
 
+def test_of_stations_that_a_pod_visits_the_nearest_is_taken() -> None:
+    """It is bound for both, for the farther one by the bundle that waits there."""
+    world = small_world({}, {"A": {"a": 1}}, capacities=(9, 9), bundle_capacity=2)
+    near, far = sorted((0, 1), key=lambda station: ticks(world, 0, station))
+    world.bind(world.pods[0], world.stations[near])
+    world.assign_bundle(world.bundle_arrives(0, 1), world.stations[far])
+    world.bundle_arrives(0, 1)
+    decision = PodFirst().assign_bundles_and_pods(WarehouseView(world), 0)
+    assert decision == BundleDecision([BundleAssignment(1, near)], [StoreBundle(0, 0), StoreBundle(1, 0)])
+
+
 def test_a_bundle_that_no_pod_can_take_waits_where_it_takes_no_place() -> None:
     world = small_world({}, {"A": {"a": 8}}, bundle_capacity=1, pod_capacity=10)
     for size in (3, 2):
@@ -378,11 +388,3 @@ def test_whatever_it_decides_is_possible(seed: int, max_fetches: int, midway: Ma
     places = any(station.free_bundle_capacity for station in world.stations)
     left = [b for b in bundles.values() if b.pod is None and (b.station is not None or places)]
     assert all(bundle.size > max(able, default=0) for bundle in left)
-
-
-def test_pairs_are_counted_once() -> None:
-    ordered = Ordered()
-    for orders in ({"1": {"a": 3, "b": 1}, "2": {"a": 1, "b": 2, "c": 1}}, {"1": {"a": 3, "b": 1}}):
-        view = WarehouseView(small_world(orders, {"P": "abc"}))
-        for _ in range(2):
-            assert ordered.together(view, 0).tolist() == ([0, 2, 1] if len(orders) == 2 else [0, 1, 0])

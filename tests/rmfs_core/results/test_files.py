@@ -21,12 +21,11 @@ import pytest
 
 import rmfs_core
 from rmfs_commands.cli.main import main
-from rmfs_commands.details.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS
+from rmfs_commands.details.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
 from rmfs_core import InputError
 from rmfs_core.errors import RunError
 from rmfs_core.events import DecisionMade, ItemPicked, OrderAssigned, OrderCompleted, VisitEnded, VisitStarted
 from rmfs_core.info import RunInfo
-from rmfs_core.results import Tables
 from rmfs_core.results.catalogue import TIMING, Metric, by_heading, described_by, show
 from rmfs_core.results.files import (
     AtomicFile,
