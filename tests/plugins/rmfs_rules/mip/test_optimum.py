@@ -101,10 +101,7 @@ def test_few_splits(splitting_period, splits):
 
 
 def test_propositions(periods, scarce_periods):
-    """Always feasible; splitting among stations never costs more, splitting over time never more than that.
-
-    Nor does more stock.
-    """
+    """Always feasible; splitting among stations never costs more, over time never more than that; nor more stock."""
     dearer = 0
     for period in (*periods, *scarce_periods):
         values = [optimum(period, model).objective for model in Model]

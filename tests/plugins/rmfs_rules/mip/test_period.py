@@ -210,7 +210,7 @@ def test_lines_of_an_order_and_preferred_stations():
     """
     places = Places([1, 1])
     assert not places.add_all([1, 1])
-    assert places.free == [1, 1]
+    assert (places.free, places.at) == ([1, 1], [{}, {}])
     assert places.add_all([3, 1])
     assert places.free == [0, 0]
     places = Places([1, 1])

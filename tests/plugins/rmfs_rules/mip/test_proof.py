@@ -30,10 +30,7 @@ def reduced() -> Reduced:
 
 
 def test_the_better_solution_is_kept(reduced: Reduced) -> None:
-    """Nothing assigned costs 8, the order 2 + 4; what is worse is not taken, nor a visit of no use.
-
-    A pod that is there already is no new visit.
-    """
+    """Nothing assigned costs 8, the order 2 + 4; visits of no use are left out, and a pod that is there is none."""
     proof = Proof(reduced, 2, Limits())
     proof.offer((), (), "bounds")
     assert proof.incumbent.objective == 8
