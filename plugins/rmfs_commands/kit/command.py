@@ -7,7 +7,7 @@ import shlex
 import click
 
 from rmfs_commands.cli.screen import tell
-from rmfs_commands.kit.names import COMMAND
+from rmfs_commands.kit.kinds import COMMAND
 from rmfs_core.roles import Role
 
 

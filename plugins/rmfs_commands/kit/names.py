@@ -9,12 +9,10 @@ from importlib.util import find_spec
 
 from attrs import field, frozen
 
+from rmfs_commands.kit.kinds import COMMAND
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
-
-COMMAND = "command"
-"""What can be written besides rules: a command of `rmfs`."""
 
 
 def _role(role: str) -> Role | str:

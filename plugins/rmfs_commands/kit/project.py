@@ -15,7 +15,8 @@ from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rmfs_commands.kit.names import COMMAND, NewRule
+from rmfs_commands.kit.kinds import COMMAND
+from rmfs_commands.kit.names import NewRule
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import output_folder
 from rmfs_core.roles import Role

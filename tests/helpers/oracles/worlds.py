@@ -194,7 +194,7 @@ class Run:
         places = lots.sample(layout.storage_locations, len(plain.pods) + 3)
         instance = small_instance(orders, pods)
         for robot in plain.robots:
-            robot._heading = lots.randrange(4)
+            plain.move(robot, robot.cell, lots.randrange(4))
         arrivals = sorted(lots.choice([0, 0, 300, 399, 400, 401, 900, 1100, 1300]) for _ in orders)
         later = [
             evolve(

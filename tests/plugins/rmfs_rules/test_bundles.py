@@ -340,7 +340,7 @@ def test_a_pod_on_its_way_is_met_where_it_goes() -> None:
 def test_of_stations_that_a_pod_visits_the_nearest_is_taken() -> None:
     """It is bound for both, for the farther one by the bundle that waits there."""
     world = small_world({}, {"A": {"a": 1}}, capacities=(9, 9), bundle_capacity=2)
-    near, far = sorted((0, 1), key=lambda station: ticks(world, 0, station))
+    near, far = sorted((0, 1), key=lambda station: ticks_to(world, 0, station))
     world.bind(world.pods[0], world.stations[near])
     world.assign_bundle(world.bundle_arrives(0, 1), world.stations[far])
     world.bundle_arrives(0, 1)

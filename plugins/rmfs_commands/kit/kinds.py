@@ -1,0 +1,4 @@
+"""What can be written besides rules."""
+
+COMMAND = "command"
+"""A command of `rmfs`."""
