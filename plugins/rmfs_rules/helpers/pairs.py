@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late, largest_capaci
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import Pod, Station, WarehouseView
+    from rmfs_core.warehouse import Pod, Station, Stock, WarehouseView
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -87,7 +88,8 @@ class Pairs:
 
         self._search: Any = pairs_search
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
-        self._stock, orders, number = warehouse.stock, len(self.lines.items), len(self.stations)
+        self._stock = warehouse.stock if fast_lane else _no_stock()
+        orders, number = len(self.lines.items), len(self.stations)
         self.taken = np.zeros(orders, np.bool_)
         nothing = np.zeros((number, 0), np.int64)
         self._scores = pairs_search.Scores(
@@ -160,12 +162,17 @@ class Pairs:
 
         if not self._queues:  # nobody is late for a queue
             assign_late(self.warehouse, max_wait_s, self._free, assign)
-        while True:
-            told = self.lines, self._stock, self._scores, self._order, self._at
+        told = self.lines, self._stock, self._scores, self._order, self._at
+        while self._may_fit():
             place, at = self._search.best_pair(*told)
             if place < 0:
-                return self._chosen
+                break
             self._assign(place, at if prefer is None else self._preferred(place, prefer), take)
+        return self._chosen
+
+    def _may_fit(self) -> bool:
+        """Whether an order may fit anywhere: a station has room, or an order a place at one."""
+        return bool(self._at.placed.shape[1] or self._free.max(initial=0) > 0)
 
     def _preferred(self, place: int, prefer: Prefer | None) -> int:
         """Return the station that takes an order, of those where it fits; -1: it fits nowhere."""
@@ -193,7 +200,7 @@ class Pairs:
         if any(coming) and not self.warehouse.unlimited_stock:
             self._search.serve(self.lines, self._stock, place, there.pod[coming], there.left)
             there.stale[coming] = True
-        if take is not None and (there.placed.shape[1] or self._scores.given.shape[1] or self._free.max() > 0):
+        if take is not None and (self._scores.given.shape[1] or self._may_fit()):
             take(self, self.stations[at], place)
 
 
@@ -377,6 +384,12 @@ def places_taken(warehouse: WarehouseView) -> Flags:
         order = warehouse.order(int(lines.order_id[place]))
         placed[:, place] = [station.counts_orders and order.has_place_at(station.id) for station in stations]
     return placed
+
+
+@cache
+def _no_stock() -> Stock:
+    """Return the stock of no pods: what pods hold matters to those alone who keep places for it."""
+    return stock_of((), 1)
 
 
 _zeros = [np.zeros(1024)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any
@@ -61,10 +60,10 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
     needy = []  # those with the fewest inbound pods, and of these with the most uncovered items, go first
     for station in warehouse.stations:
         if uncovered := station.uncovered_requests:
-            wanted = Counter[int]()
+            wanted: dict[int, int] = {}
             for request in uncovered:
-                wanted[request.sku] += request.items
-            needy.append((len(station.inbound_pods), -wanted.total(), station.id, wanted))
+                wanted[request.sku] = wanted.get(request.sku, 0) + request.items
+            needy.append((len(station.inbound_pods), -sum(wanted.values()), station.id, wanted))
     heapify(needy)
     trips: list[PodTrip] = []
     while needy and (max_fetches > 0 or leaving):
@@ -77,8 +76,8 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
         trips.append(PodTrip(pod.id, identifier))
         for sku in wanted.keys() & pod.contents.keys():
             wanted[sku] -= pod.free_items(sku)
-        if wanted := +wanted:  # those that are still uncovered
-            heappush(needy, (inbound + 1, -wanted.total(), identifier, wanted))
+        if wanted := {sku: items for sku, items in wanted.items() if items > 0}:  # those that are still uncovered
+            heappush(needy, (inbound + 1, -sum(wanted.values()), identifier, wanted))
         if at[pod.id] == STORED:
             max_fetches -= 1
         else:

@@ -12,7 +12,7 @@ import numpy as np
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
-from rmfs_rules.helpers.searching import Asked, far, free_for_good, gap_at, narrow
+from rmfs_rules.helpers.searching import Asked, Plain, far, free_for_good, gap_at, narrow
 from rmfs_rules.sipp.backwards import earliest
 from rmfs_rules.sipp.states import (
     AHEAD,
@@ -44,14 +44,16 @@ NONE, FOUND, UNDECIDED = range(3)
 
 @njit(cache=True)
 def search(
-    asked: Asked, latest: int, number: int, little: int, tracks: Tracks, table: Intervals, memory: Memory
+    asking: Plain, latest: int, number: int, little: int, roads: Plain, taken: Plain, memory: Plain
 ) -> Ints | None:
     """Legs of the path that arrives first, as rows (end, wait); None when none does before ``latest``.
 
     After expanding ``little`` states it looks from the goal when a path can arrive at all, and begins anew with that:
     where others have the last cells before the goal for long, estimates are far too early. All in all it uses three
-    numbers, up to ``number + 2``.
+    numbers, up to ``number + 2``. ``asking``, ``roads``, ``taken`` and ``memory`` are what `Asked`, `Tracks`,
+    `Intervals` and `Memory` are made of.
     """
+    asked, tracks, table, arrays = Asked(*asking), Tracks(*roads), Intervals(*taken), Memory(*memory)
     cell, heading, start, goal, me = asked.cell, asked.heading, asked.start, asked.goal, asked.me
     gap, end = gap_at(cell, start, me, table)
     last = free_for_good(goal, me, table)
@@ -60,15 +62,15 @@ def search(
     if cell == goal and end >= FOREVER:
         return np.empty((0, 2), np.int64)
     bound = _entered(last, tracks)
-    rows, found = _forward(asked, gap, end, latest, little, Problem(me, goal, number, bound, tracks, table, memory))
+    rows, found = _forward(asked, gap, end, latest, little, Problem(me, goal, number, bound, tracks, table, arrays))
     if found != UNDECIDED:
         return rows if found == FOUND else None
     due = max(start + tracks.times[cell, heading], bound)
     bound, latest = earliest(
-        asked, gap, due, latest, LABELS, Problem(me, goal, number + 1, bound, tracks, table, memory)
+        asked, gap, due, latest, LABELS, Problem(me, goal, number + 1, bound, tracks, table, arrays)
     )
     rows, found = _forward(
-        asked, gap, end, latest, FOREVER, Problem(me, goal, number + 2, bound, tracks, table, memory)
+        asked, gap, end, latest, FOREVER, Problem(me, goal, number + 2, bound, tracks, table, arrays)
     )
     return rows if found == FOUND else None
 

@@ -29,10 +29,10 @@ class _Memory:
     def next(self, table: Reservations) -> int:
         """Make room for a search of a table and return the search's number."""
         gaps = len(table.arrays.since)  # their numbers are below this
-        if self.arrays is None or len(self.arrays.queue) < 4 * gaps:
+        if self.arrays is None or len(self.arrays[1]) < 4 * gaps:
             from rmfs_rules.sipp.states import memory_for
 
-            self.arrays, self.searches = memory_for(gaps), 0
+            self.arrays, self.searches = tuple(memory_for(gaps)), 0
         self.searches += 3  # as many numbers as a search may take
         return self.searches
 
@@ -96,6 +96,6 @@ class Sipp:
         memory = self._memory
         number, compiled = memory.next(table), _compiled()
         rows: Any = compiled.search(
-            Asked.by(query), latest, number, compiled.LITTLE, tracks, table.arrays, memory.arrays
+            Asked.by(query), latest, number, compiled.LITTLE, tuple(tracks), tuple(table.arrays), memory.arrays
         )
         return None if rows is None else tuple(starmap(Leg, rows.tolist()))

@@ -15,14 +15,18 @@ import numpy as np
 
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
-from rmfs_rules.helpers.searching import Asked, Ints, far, free_for_good, gap_at, last_end
+from rmfs_rules.helpers.searching import Asked, Ints, Plain, far, free_for_good, gap_at, last_end
 
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 
 
 @njit(cache=True)
-def search(asked: Asked, window_end: int, wait: int, max_nodes: int, tracks: Tracks, table: Intervals) -> Ints | None:
-    """Legs of the path found, as rows (end, wait), the last one perhaps a wait alone; None without a path."""
+def search(asking: Plain, window_end: int, wait: int, max_nodes: int, roads: Plain, taken: Plain) -> Ints | None:
+    """Legs of the path found, as rows (end, wait), the last one perhaps a wait alone; None without a path.
+
+    ``asking``, ``roads`` and ``taken`` are what `Asked`, `Tracks` and `Intervals` are made of.
+    """
+    asked, tracks, table = Asked(*asking), Tracks(*roads), Intervals(*taken)
     cell, heading, start, goal, me, times = asked.cell, asked.heading, asked.start, asked.goal, asked.me, tracks.times
     gap, end = gap_at(cell, start, me, table)
     if gap < 0 or times[cell, heading] >= far(times):

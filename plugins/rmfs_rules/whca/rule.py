@@ -77,5 +77,5 @@ class WhcaN:
     def _ends(self, roads: Roads, table: Reservations, query: Query) -> Any:
         """End and wait of each leg, as an array; None when there is no path."""
         end = FOREVER if self.window_s == math.inf else query.start_tick + to_ticks(self.window_s)
-        tracks = roads.tracks(query.goal, query.loaded)
-        return _compiled().search(Asked.by(query), end, to_ticks(self.wait_s), self.max_nodes, tracks, table.arrays)
+        tracks, intervals = tuple(roads.tracks(query.goal, query.loaded)), tuple(table.arrays)
+        return _compiled().search(Asked.by(query), end, to_ticks(self.wait_s), self.max_nodes, tracks, intervals)

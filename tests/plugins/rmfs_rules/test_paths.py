@@ -284,7 +284,7 @@ def limits(roads: Roads, table: Reservations, query: Query, labels: int) -> tupl
     gap, _ = gap_at(query.cell, query.start_tick, query.robot, table.arrays)
     due = query.start_tick + int(tracks.times[query.cell, query.heading])
     problem = Problem(query.robot, query.goal, 1, 0, tracks, table.arrays, memory)
-    return earliest(Asked.by(query), gap, due, query.latest, labels, problem)  # type: ignore[no-any-return]
+    return earliest(Asked(*Asked.by(query)), gap, due, query.latest, labels, problem)  # type: ignore[no-any-return]
 
 
 @given(data=st.data())
@@ -531,7 +531,9 @@ def rows(
     table: Reservations, roads: Roads, goal: int, window_end: int, max_nodes: int = 1000
 ) -> list[list[int]] | None:
     """Return what the search finds for robot 0, at rest in cell 0 and facing east, with waits of 2 s."""
-    found = search(Asked(0, 0, EAST, 0, goal), window_end, 2000, max_nodes, roads.tracks(goal, False), table.arrays)
+    found = search(
+        (0, 0, EAST, 0, goal), window_end, 2000, max_nodes, tuple(roads.tracks(goal, False)), tuple(table.arrays)
+    )
     return None if found is None else found.tolist()
 
 
