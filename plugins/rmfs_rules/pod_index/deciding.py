@@ -53,6 +53,8 @@ def decision(
     warehouse: WarehouseView, weights: Weights, ticks: Ints, packing_capacity: int | None, without: Station | None
 ) -> JointDecision:
     """Let stations take lines and send pods; ``without`` takes nothing now."""
+    if not any(station.free_capacity for station in warehouse.stations if station is not without):
+        return JointDecision()
     lines, number, bound, places = warehouse.lines, len(warehouse.stations), [], []
     stations, n_orders = told(warehouse.stations, without), 0
     for station in warehouse.stations:
@@ -94,11 +96,13 @@ def waiting(warehouse: WarehouseView, weights: Weights) -> Weights:
 
 def wake_s(warehouse: WarehouseView, weights: Weights) -> float | None:
     """Return when the ages of the lines of a pod will add up, if a station could take it then; None for never."""
-    stations = told(warehouse.stations)
-    if not stations.load.any() or not ((stations.room > 0) & (stations.inbound < weights.most_pods)).any():
-        return None
     weights = waiting(warehouse, weights)
-    tick = next_urgent(warehouse.lines, warehouse.stock, weights, stations, warehouse.now_tick)
+    stations = [station for station in warehouse.stations if len(station.inbound_pods) < weights.most_pods]
+    able = any(station.free_capacity for station in stations) and any(station.load for station in warehouse.stations)
+    if not (able and weights.urge_ticks):
+        return None
+    told_of = told(warehouse.stations)
+    tick = next_urgent(warehouse.lines, warehouse.stock, weights, told_of, warehouse.now_tick)
     return None if tick == NEVER else to_seconds(tick)
 
 
