@@ -88,7 +88,6 @@ class Pairs:
 
         self._search: Any = pairs_search
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
-        self._stock = warehouse.stock if fast_lane else _no_stock()
         orders, number = len(self.lines.items), len(self.stations)
         self.taken = np.zeros(orders, np.bool_)
         nothing = np.zeros((number, 0), np.int64)
@@ -102,8 +101,6 @@ class Pairs:
             self.taken, self.taken[:0] if first is None else first, np.zeros(0) if rank is None else rank.view()
         )
         self._order.rank.setflags(write=False)  # so that compiled functions take one kind of array
-        capacity = [station.capacity for station in self.stations]
-        counts = np.array([queues is not None or station.counts_orders for station in self.stations], np.bool_)
         if queues is None:
             self._largest, most = largest_capacity(warehouse), [ANY] * number
             free, load = [s.free_capacity for s in self.stations], [s.load for s in self.stations]
@@ -111,16 +108,23 @@ class Pairs:
             self._largest, most = math.inf, [ANY if s.counts_orders else s.capacity for s in self.stations]
             free, load = queues
         self._pods = [pod_at(warehouse, station) for station in self.stations] if fast_lane else [None] * number
-        self._free, self._load, *told = (np.array(of, np.int64) for of in (free, load, capacity, most))
+        told = [
+            (*of, s.capacity, queues is not None or s.counts_orders, largest, -1 if pod is None else pod.id, 1, -1, 0)
+            for *of, s, largest, pod in zip(free, load, self.stations, most, self._pods, strict=True)
+        ]
+        rows = np.array(told, pairs_search.ROW)
+        self._free, self._load, self._stale, self._heads = (rows[name] for name in ("free", "load", "stale", "head"))
+        stock = warehouse.stock if fast_lane else _no_stock()
         self._at = pairs_search.Stations(
-            self._free, self._load, told[0], counts, told[1], self._largest,
+            rows,
+            self._largest,
             np.zeros(number) if extra is None else extra,
             places_taken(warehouse) if queues is None else np.zeros((number, 0), np.bool_),
             fast_lane,
-            np.array([-1 if pod is None else pod.id for pod in self._pods], np.int64),
-            self._stock.items.copy() if fast_lane else np.zeros(0, np.int64),
-            np.ones(number, np.bool_), np.zeros(number, np.int64), np.zeros(number),
-        )  # fmt: skip
+            stock.of_pod,
+            stock.sku,
+            stock.items.copy(),
+        )
         self._queues, self._chosen = queues is not None, list[OrderAssignment]()
 
     def change(self, station: int, sku: int, items: int) -> None:
@@ -135,7 +139,7 @@ class Pairs:
 
     def forget(self, station: int) -> None:
         """Look at the scores of a station anew, which have changed."""
-        self._at.stale[station] = True
+        self._stale[station] = True
 
     def assign(
         self, take: Take | None = None, prefer: Prefer | None = None, max_wait_s: float | None = None
@@ -162,7 +166,7 @@ class Pairs:
 
         if not self._queues:  # nobody is late for a queue
             assign_late(self.warehouse, max_wait_s, self._free, assign)
-        told = self.lines, self._stock, self._scores, self._order, self._at
+        told = self.lines, self._scores, self._order, self._at
         while self._may_fit():
             place, at = self._search.best_pair(*told)
             if place < 0:
@@ -176,7 +180,7 @@ class Pairs:
 
     def _preferred(self, place: int, prefer: Prefer | None) -> int:
         """Return the station that takes an order, of those where it fits; -1: it fits nowhere."""
-        values = self._search.values_of(self.lines, self._stock, self._scores, place, self._at).tolist()
+        values = self._search.values_of(self.lines, self._scores, place, self._at).tolist()
         best = [at for at, value in enumerate(values) if value == max(values) > -math.inf]
 
         def key(at: int) -> tuple[int, int, int]:
@@ -187,19 +191,19 @@ class Pairs:
     def _assign(self, place: int, at: int, take: Take | None) -> None:
         """Assign an order; scores of stations follow."""
         there, items = self._at, int(self.lines.items[place])
-        if there.counts_orders[at]:
+        if there.rows[at]["counts_orders"]:
             size = 0 if there.placed.shape[1] and there.placed[at, place] else 1
         else:
-            size = int(there.capacity[at]) if items > self._largest else items
+            size = self.stations[at].capacity if items > self._largest else items
         self._chosen.append(OrderAssignment(int(self.lines.order_id[place]), self.stations[at].id))
         self._free[at] -= size
         self._load[at] += size
-        self.taken[place] = there.stale[at] = True
-        there.stale[there.head == place] = True
+        self.taken[place] = self._stale[at] = True
+        self._stale[self._heads == place] = True
         coming = [pod is not None and self.stations[at].id in pod.bound_for for pod in self._pods]
         if any(coming) and not self.warehouse.unlimited_stock:
-            self._search.serve(self.lines, self._stock, place, there.pod[coming], there.left)
-            there.stale[coming] = True
+            self._search.serve(self.lines, there, place, there.rows["pod"][coming])
+            self._stale[coming] = True
         if take is not None and (self._scores.given.shape[1] or self._may_fit()):
             take(self, self.stations[at], place)
 
@@ -356,16 +360,13 @@ def load() -> None:
     """Load what is compiled, or compile it, by decisions without orders."""
     from rmfs_rules.helpers import pairs_search as search  # as above
 
-    none, nothing = np.zeros(0, np.int64), np.zeros((0, 0))
-    rank, flags = np.zeros(0), np.zeros(0, np.bool_)
+    nothing, rank, stock = np.zeros((0, 0)), np.zeros(0), _no_stock()
     rank.setflags(write=False)
-    columns = columns_of((), 1), stock_of((), 1)
     scores = search.Scores(nothing.astype(np.int64), nothing.astype(np.int64), nothing, np.zeros(0))
-    at = search.Stations(
-        none, none, none, flags, none, math.inf, np.zeros(0), nothing.astype(np.bool_), 0, none, none, flags, none,
-        np.zeros(0),
-    )  # fmt: skip
-    search.best_pair(*columns, scores, search.Precedence(flags, flags, rank), at)
+    order = search.Precedence(np.zeros(0, np.bool_), np.zeros(0, np.bool_), rank)
+    entries = stock.of_pod, stock.sku, stock.items.copy()
+    at = search.Stations(np.zeros(0, search.ROW), math.inf, np.zeros(0), nothing.astype(np.bool_), 0, *entries)
+    search.best_pair(columns_of((), 1), scores, order, at)
 
 
 def pod_at(warehouse: WarehouseView, station: Station) -> Pod | None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rmfs_core.jit import inlined, njit
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Lines, Stock
+    from rmfs_core.warehouse import Lines
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -20,17 +20,26 @@ SHARE = 0.5
 """What an order counts all of whose lines are in `Scores.shares`: less than an item."""
 
 
+ROW = np.dtype(
+    [(name, np.int64) for name in ("free", "load", "capacity", "counts_orders", "most", "pod", "stale", "head")]
+    + [("score", np.float64)]
+)
+"""A station in one decision.
+
+``free``, ``load`` and ``capacity`` are items, or orders where it counts these; ``free`` below 0: not even orders fit
+that take up none. ``most``: items of the largest order that may go there. ``pod``: the one that stands there, -1: none.
+``stale``: `best_pair` must look anew for ``head``, the order that goes first there, by place (-1: none fits), with
+``score``.
+"""
+
+
 class Stations(NamedTuple):
-    """The stations in one decision, by id.
+    """The stations in one decision.
 
     Parameters
     ----------
-    free, load, capacity
-        Items, or orders, int64, shape (stations,). ``free`` below 0: not even orders fit that take up none.
-    counts_orders
-        Whether that is orders, not items, shape (stations,).
-    most
-        Items of the largest order that may go there, int64, shape (stations,).
+    rows
+        Each by id, `ROW`, shape (stations,).
     largest
         Items of the largest order that fits any station; a larger one fits an empty station.
     extra
@@ -39,30 +48,19 @@ class Stations(NamedTuple):
         Orders that have a place there, by place, shape (stations, orders), or (stations, 0): none anywhere.
     kept
         Capacity that a station with something to do keeps for what the pod that stands there completes.
-    pod
-        The pod that stands there, -1: none; shape (stations,).
-    left
-        Items of each entry of the stock that are not taken in this decision, shape (entries,), or (0,) if none is kept.
-    stale
-        Whether `best_pair` must look anew for the order that goes first there, shape (stations,).
-    head, score
-        That order, by place (-1: none fits), and its score; shape (stations,).
+    of_pod, sku, left
+        Entries of the stock as `Stock` has them, and items of each that are not taken in this decision; shape (0,) if
+        no capacity is kept.
     """
 
-    free: Ints
-    load: Ints
-    capacity: Ints
-    counts_orders: Flags
-    most: Ints
+    rows: NDArray[np.void]
     largest: float
     extra: Floats
     placed: Flags
     kept: int
-    pod: Ints
+    of_pod: Ints
+    sku: Ints
     left: Ints
-    stale: Flags
-    head: Ints
-    score: Floats
 
 
 class Precedence(NamedTuple):
@@ -110,19 +108,19 @@ class Scores(NamedTuple):
 @inlined
 def room(at: int, stations: Stations) -> int:
     """Capacity for any order: all that is free, but for what a station with something to do keeps."""
-    free = int(stations.free[at])
-    return min(free, max(free - stations.kept, 0)) if stations.load[at] else free
+    free = int(stations.rows[at].free)
+    return min(free, max(free - stations.kept, 0)) if stations.rows[at].load else free
 
 
 @inlined
 def fits(lines: Lines, place: int, at: int, free: int, stations: Stations) -> bool:
     """Whether an order fits a station with so much capacity free."""
     items = lines.items[place]
-    if items == 0 or items > stations.most[at]:
+    if items == 0 or items > stations.rows[at].most:
         return False
-    if stations.counts_orders[at]:
+    if stations.rows[at].counts_orders:
         return free >= (0 if stations.placed.shape[1] and stations.placed[at, place] else 1)
-    return bool(items <= free or (items > stations.largest and 0 < free == stations.capacity[at]))
+    return bool(items <= free or (items > stations.largest and 0 < free == stations.rows[at].capacity))
 
 
 @inlined
@@ -202,16 +200,16 @@ def score_listed(lines: Lines, scores: Scores, at: int, scored: Ints) -> int:
 
 
 @njit(cache=True)
-def completed_by(lines: Lines, stock: Stock, left: Ints, pod: int) -> Ints:
-    """Places of the orders of which all open lines can be served with what is left on a pod, by entry of the stock."""
-    begin, end, number = stock.of_pod[pod], stock.of_pod[pod + 1], 0
+def completed_by(lines: Lines, stations: Stations, pod: int) -> Ints:
+    """Places of the orders of which all open lines can be served with what is left on a pod."""
+    begin, end, number = stations.of_pod[pod], stations.of_pod[pod + 1], 0
     for entry in range(begin, end):
-        number += lines.number[stock.sku[entry]]
+        number += lines.number[stations.sku[entry]]
     served, places, number = np.zeros(len(lines.items), np.int32), np.empty(number, np.int64), 0
     for entry in range(begin, end):
-        first = lines.first[stock.sku[entry]]
-        for at in range(first, first + lines.number[stock.sku[entry]]):
-            if lines.listed_items[at] <= left[entry]:
+        first = lines.first[stations.sku[entry]]
+        for at in range(first, first + lines.number[stations.sku[entry]]):
+            if lines.listed_items[at] <= stations.left[entry]:
                 place = lines.listed_order[at]
                 served[place] += 1
                 if served[place] == lines.open_lines[place]:
@@ -221,19 +219,17 @@ def completed_by(lines: Lines, stock: Stock, left: Ints, pod: int) -> Ints:
 
 
 @njit(cache=True)
-def best_order(
-    lines: Lines, stock: Stock, scores: Scores, order: Precedence, at: int, stations: Stations
-) -> tuple[int, float]:
+def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, stations: Stations) -> tuple[int, float]:
     """Place and score of the order that goes first at a station; -1: none fits.
 
     Only orders are scored that score anything: those in the lists of the SKUs that count.
     """
-    for_all, free = room(at, stations), stations.free[at]
+    for_all, free = room(at, stations), stations.rows[at].free
     if free < 0 or (free == 0 and not stations.placed[at].any()):
         return -1, 0.0
     completed = np.empty(0, np.int64)
-    if for_all < free and stations.pod[at] >= 0:
-        completed = completed_by(lines, stock, stations.left, stations.pod[at])
+    if for_all < free and stations.rows[at].pod >= 0:
+        completed = completed_by(lines, stations, stations.rows[at].pod)
     if scores.given.shape[1]:
         given = scores.given[at]
         best = best_of(lines, np.arange(len(given)), given, order, at, for_all, stations, -1)
@@ -265,19 +261,20 @@ def best_order(
 
 
 @njit(cache=True)
-def best_pair(lines: Lines, stock: Stock, scores: Scores, order: Precedence, stations: Stations) -> tuple[int, int]:
+def best_pair(lines: Lines, scores: Scores, order: Precedence, stations: Stations) -> tuple[int, int]:
     """Order (place) and station that go next; -1 and -1: nothing fits. Looks at stations that are stale."""
-    best, best_value, head, score = -1, 0.0, stations.head, stations.score
-    for at in range(len(head)):
-        if stations.stale[at]:
-            stations.stale[at] = False
-            head[at], score[at] = best_order(lines, stock, scores, order, at, stations)
-        if head[at] < 0:
+    best, best_value = -1, 0.0
+    for at in range(len(stations.rows)):
+        row = stations.rows[at]
+        if row.stale:
+            row.stale = 0
+            row.head, row.score = best_order(lines, scores, order, at, stations)
+        if row.head < 0:
             continue
-        value = score[at] + stations.extra[at]
+        value = row.score + stations.extra[at]
         before = best < 0
         if not before:
-            one, other = head[at], head[best]
+            one, other = row.head, stations.rows[best].head
             if len(order.first) and order.first[one] != order.first[other]:
                 before = order.first[one]
             elif value != best_value:
@@ -287,30 +284,30 @@ def best_pair(lines: Lines, stock: Stock, scores: Scores, order: Precedence, sta
             elif one != other:
                 before = one < other
             else:
-                before = stations.load[at] < stations.load[best]
+                before = row.load < stations.rows[best].load
         if before:
             best, best_value = at, value
-    return (head[best] if best >= 0 else -1), best
+    return (stations.rows[best].head if best >= 0 else -1), best
 
 
 @njit(cache=True)
-def values_of(lines: Lines, stock: Stock, scores: Scores, place: int, stations: Stations) -> Floats:
+def values_of(lines: Lines, scores: Scores, place: int, stations: Stations) -> Floats:
     """Score and ``extra`` of an order at each station where it fits, -inf elsewhere; shape (stations,)."""
-    values = np.full(len(stations.free), -np.inf)
+    values = np.full(len(stations.rows), -np.inf)
     for at in range(len(values)):
         fitting = fits(lines, place, at, room(at, stations), stations)
-        if not fitting and stations.pod[at] >= 0 and fits(lines, place, at, stations.free[at], stations):
-            fitting = (completed_by(lines, stock, stations.left, stations.pod[at]) == place).any()
+        if not fitting and stations.rows[at].pod >= 0 and fits(lines, place, at, stations.rows[at].free, stations):
+            fitting = (completed_by(lines, stations, stations.rows[at].pod) == place).any()
         if fitting:
             values[at] = score_of(lines, place, at, scores) + stations.extra[at]
     return values
 
 
 @njit(cache=True)
-def serve(lines: Lines, stock: Stock, place: int, pods: Ints, left: Ints) -> None:
+def serve(lines: Lines, stations: Stations, place: int, pods: Ints) -> None:
     """Let pods serve an order's open lines: what is left on each of them is less."""
     for pod in pods:
-        for entry in range(stock.of_pod[pod], stock.of_pod[pod + 1]):
+        for entry in range(stations.of_pod[pod], stations.of_pod[pod + 1]):
             for line in range(lines.begin[place], lines.begin[place + 1]):
-                if lines.sku[line] == stock.sku[entry]:
-                    left[entry] -= lines.quantity[line]
+                if lines.sku[line] == stations.sku[entry]:
+                    stations.left[entry] -= lines.quantity[line]

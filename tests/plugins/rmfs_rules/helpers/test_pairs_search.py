@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import WarehouseView
-from rmfs_rules.helpers.pairs_search import SHARE, Precedence, Scores, Stations, best_pair, completed_by, values_of
+from rmfs_rules.helpers.pairs_search import ROW, SHARE, Precedence, Scores, Stations, best_pair, completed_by, values_of
 
 SKUS = "abc"
 lines = st.dictionaries(st.sampled_from(SKUS), st.integers(1, 4), min_size=1, max_size=3)
@@ -79,15 +79,13 @@ def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, dat
     rank.setflags(write=False)
     given = np.array([[score(place, at) for place in range(number)] for at in range(stations)], np.float64)
     for scored in (np.zeros((stations, 0)), given):
-        zeros, none = np.zeros(number), np.zeros(stations, np.int64)
-        told = Stations(
-            free, load, capacity, counts, most, largest, extra, placed, kept, pod, left, np.ones(stations, np.bool_),
-            none, none.astype(np.float64),
-        )  # fmt: skip
+        zeros = np.zeros(number)
+        rows = [(free[at], load[at], capacity[at], counts[at], most[at], pod[at], 1, -1, 0.0) for at in range(stations)]
+        told = Stations(np.array(rows, ROW), largest, extra, placed, kept, stock.of_pod, stock.sku, left)
         scores = Scores(table, shares, scored, zeros)
-        assert best_pair(columns, stock, scores, Precedence(taken, first, rank), told) == (best[3], best[5])
+        assert best_pair(columns, scores, Precedence(taken, first, rank), told) == (best[3], best[5])
         assert not zeros.any()
-        values = values_of(columns, stock, scores, 0, told)
+        values = values_of(columns, scores, 0, told)
         assert [at for at in range(stations) if values[at] > -math.inf] == [at for at in range(stations) if fits(0, at)]
 
 
@@ -96,9 +94,12 @@ def test_completed_orders_are_found(orders: list[dict[str, int]], left: list[int
     """Those of which every line can be served."""
     named = {str(i): order for i, order in enumerate([dict.fromkeys(SKUS, 1), *orders])}
     view = WarehouseView(small_world(named, {"p": [*SKUS]}))
+    stock, none = view.stock, np.zeros((0, 0))
+    entries = stock.of_pod, stock.sku, np.array(left)
+    stations = Stations(np.zeros(0, ROW), 9.0, np.zeros(0), none.astype(np.bool_), 0, *entries)
     whole = [
         place
         for place in range(len(named))
         if all(left[[*view.stock.sku].index(sku)] >= items for sku, items in view.lines.of_order(place))
     ]
-    assert sorted(completed_by(view.lines, view.stock, np.array(left), 0).tolist()) == whole
+    assert sorted(completed_by(view.lines, stations, 0).tolist()) == whole
