@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,13 @@ SPARE = 64
 _BY_ORDER = ("order_id", "arrival_s", "due_s", "priority", "items", "open_lines")
 _BY_LINE = ("order", "sku", "quantity")
 _LISTED = ("listed_order", "listed_items")
+
+
+@cache
+def _compiled() -> Any:
+    from rmfs_core.warehouse import columns_search  # imported when needed, for it takes its time
+
+    return columns_search
 
 
 class LineColumns:
@@ -75,10 +83,8 @@ class LineColumns:
 
     def _join(self, orders: Sequence[Order], left: Sequence[int] = ()) -> None:
         """Let lines leave, and put orders behind all others."""
-        from rmfs_core.warehouse import columns_search  # compiled: imported when needed, for it takes its time
-
         if not orders:
-            self._gone += columns_search.leave(self._all, np.array(left, np.int64))
+            self._gone += _compiled().leave(self._all, np.array(left, np.int64))
             return
         told = [(o.id, o.arrival_s, math.inf if o.due_s is None else o.due_s, len(o.lines), o.priority) for o in orders]
         wanted = [(sku, items if sku in order._open else 0) for order in orders for sku, items in order.lines]
@@ -86,13 +92,13 @@ class LineColumns:
         self._orders, self._lines = begin + len(told), line + len(wanted)
         self._make_room(max((order.id + 1 for order in orders), default=0))
         rows = np.array(told, np.float64).reshape(-1, 5), np.array(wanted, np.int64).reshape(-1, 2)
-        gone, line, self._used = columns_search.follow(
+        gone, line, self._used = _compiled().follow(
             self._all, self._room, np.array(left, np.int64), *rows, begin, line, self._used
         )
         self._gone += gone
         while line < self._lines:  # the lists need more space
             self._all = _longer(self._all, _LISTED, 2 * len(self._all.listed_order) + 2 * (self._lines - line) + 16)
-            line, self._used = columns_search.enlist(self._all, self._room, line, self._lines, self._used)
+            line, self._used = _compiled().enlist(self._all, self._room, line, self._lines, self._used)
         self._show()
 
     def _make_room(self, ids: int) -> None:
@@ -108,8 +114,6 @@ class LineColumns:
 
     def _keep(self, places: Ints) -> None:
         """Move the orders at some places together, in this order; those that have left go."""
-        from rmfs_core.warehouse import columns_search  # as above
-
         there = self._shown
         places = places[there.open_lines[places] > 0]
         number = there.begin[places + 1] - there.begin[places]
@@ -132,7 +136,7 @@ class LineColumns:
             listed_items=np.zeros(self._used, np.int64),
             place=place,
         )
-        columns_search.enlist(self._all, self._room, 0, len(line), self._used)
+        _compiled().enlist(self._all, self._room, 0, len(line), self._used)
         self._show()
 
     def _show(self) -> None:
@@ -188,13 +192,11 @@ class StockColumns:
         leaving
             Pods that are about to leave a station.
         """
-        from rmfs_core.warehouse import columns_search  # as above
-
         if self._all is None:
             self._begin()
         elif self._touched:
             rows = np.array([(pod.id, sku, pod.free_items(sku)) for pod, sku in self._touched], np.int64)
-            if missing := columns_search.put(self._all, rows):
+            if missing := _compiled().put(self._all, rows):
                 self._insert(rows[:missing])
         self._touched.clear()
         assert self._all is not None

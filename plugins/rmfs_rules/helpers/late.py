@@ -33,7 +33,7 @@ def late(warehouse: WarehouseView, max_wait_s: float | None) -> list[int]:
     lines, limit_s, least = warehouse.lines, max_wait_s, 0.0
     if limit_s is None:
         limit_s, least = OVERSIZE_WAIT_S, largest_capacity(warehouse)
-        if lines.items.max(initial=0) <= least:
+        if least == math.inf or lines.items.max(initial=0) <= least:
             return []  # nobody's arrival matters
     waited_s = warehouse.now_s - lines.arrival_s
     return [*np.flatnonzero((lines.items > least) & (waited_s >= limit_s)).tolist()]

@@ -84,9 +84,7 @@ class Pairs:
         fast_lane: int = 0,
         queues: tuple[list[int], list[int]] | None = None,
     ) -> None:
-        from rmfs_rules.helpers import pairs_search  # compiled: imported when needed, for it takes its time
-
-        self._search: Any = pairs_search
+        self._search = pairs_search = _compiled()
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
         orders, number = len(self.lines.items), len(self.stations)
         self.taken = np.zeros(orders, np.bool_)
@@ -358,8 +356,7 @@ def assign_best_pairs(
 
 def load() -> None:
     """Load what is compiled, or compile it, by decisions without orders."""
-    from rmfs_rules.helpers import pairs_search as search  # as above
-
+    search = _compiled()
     nothing, rank, stock = np.zeros((0, 0)), np.zeros(0), _no_stock()
     rank.setflags(write=False)
     scores = search.Scores(nothing.astype(np.int64), nothing.astype(np.int64), nothing, np.zeros(0))
@@ -385,6 +382,13 @@ def places_taken(warehouse: WarehouseView) -> Flags:
         order = warehouse.order(int(lines.order_id[place]))
         placed[:, place] = [station.counts_orders and order.has_place_at(station.id) for station in stations]
     return placed
+
+
+@cache
+def _compiled() -> Any:
+    from rmfs_rules.helpers import pairs_search  # imported when needed, for it takes its time
+
+    return pairs_search
 
 
 @cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,7 @@ class ByStock:
         load()
 
 
+@cache
 def _search() -> Any:
     from rmfs_rules.helpers import sending_search  # compiled: imported when needed, for it takes its time
 
