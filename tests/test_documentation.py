@@ -322,9 +322,9 @@ def test_every_finding_is_documented() -> None:
 
 # Files
 def test_every_column_is_documented() -> None:
-    from rmfs_commands.details.tables import TABLE_FILES
     from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS
     from rmfs_commands.instances.csv_files import ORDER_COLUMNS, POD_COLUMNS
+    from rmfs_commands.instances.tables import TABLE_FILES
 
     text = page("reference/files.md")
     rows = "\n".join(line.split("|")[1] for line in text.splitlines() if line.startswith("| `"))

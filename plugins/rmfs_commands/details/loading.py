@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rmfs_commands.details.tables import DUE_COLUMNS, ORDER_COLUMNS, TABLE_FILES, Row
+from rmfs_commands.instances.tables import DUE_COLUMNS, ORDER_COLUMNS, TABLE_FILES, Row
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE, Result
 from rmfs_core.results.catalogue import described_by

@@ -1,1 +1,1 @@
-"""Where instances come from that no file has: the paper's generator, an entry point of the group ``rmfs.instances``."""
+"""Files that a run reads and tables that it leaves, and the paper's generator of instances."""

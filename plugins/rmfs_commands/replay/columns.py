@@ -15,7 +15,7 @@ from typing import Any
 import attrs
 from attrs import define, field, frozen
 
-from rmfs_commands.details.tables import finite
+from rmfs_commands.instances.tables import finite
 from rmfs_commands.replay.charges import Charges
 from rmfs_commands.trace import KnownIds, Trace
 from rmfs_commands.trace.writer import EVENTS, NOT_TRACED

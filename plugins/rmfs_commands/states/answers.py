@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from rmfs_commands.details.tables import finite
+from rmfs_commands.instances.tables import finite
 from rmfs_commands.states.names import Names
 from rmfs_core.decisions import (
     BundleAssignment,

@@ -60,7 +60,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
 
-from rmfs_commands.details.tables import finite
+from rmfs_commands.instances.tables import finite
 from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results
 from rmfs_core import events
 from rmfs_core.clock import TICKS_PER_S

@@ -260,14 +260,14 @@ def drawn_stations(now: Moment, told: Sequence[BundleAssignment], *, max_wait_s:
 Cost = Callable[[Moment, Pod, Bundle], float]
 
 
-def held(pod: Pod) -> set[int]:
+def held(now: Moment, pod: Pod) -> set[int]:
     """SKUs that a pod has free items of, or that are to come."""
-    return {sku for sku in pod.contents if pod.free_items(sku) > 0} | {bundle.sku for bundle in pod.bundles}
+    return {sku for sku, items in now.free[pod].items() if items > 0} | {bundle.sku for bundle in pod.bundles}
 
 
-def items_with_bundles(pod: Pod, sku: int) -> int:
+def items_with_bundles(now: Moment, pod: Pod, sku: int) -> int:
     """Free items, and those of bundles to come."""
-    return pod.free_items(sku) + sum(bundle.items for bundle in pod.bundles if bundle.sku == sku)
+    return now.free[pod][sku] + sum(bundle.items for bundle in pod.bundles if bundle.sku == sku)
 
 
 def ordered(now: Moment) -> Counter[int]:
@@ -278,12 +278,12 @@ def ordered(now: Moment) -> Counter[int]:
 def together(now: Moment, pod: Pod, bundle: Bundle) -> int:
     """Orders until now that want the bundle's SKU and one of the others on the pod, added up over these."""
     orders = [{line.sku for line in order.lines} for order in now.world.arrived.values()]
-    return sum({bundle.sku, sku} <= skus for sku in held(pod) - {bundle.sku} for skus in orders)
+    return sum({bundle.sku, sku} <= skus for sku in held(now, pod) - {bundle.sku} for skus in orders)
 
 
 def wanted_now(now: Moment, pod: Pod) -> int:
     """Items wanted of the SKUs on a pod: of all orders that have arrived, less what was picked."""
-    skus, left = held(pod), sum((wants(order) for order in now.world.arrived.values()), Counter[int]())
+    skus, left = held(now, pod), sum((wants(order) for order in now.world.arrived.values()), Counter[int]())
     for station in now.stations:
         left += items_of(station.open_requests)
     return sum(left[sku] for sku in skus)
@@ -299,7 +299,7 @@ def classes(of: Sequence[float], borders: tuple[float, ...]) -> list[int]:
 def class_apart(now: Moment, pod: Pod, bundle: Bundle, borders: tuple[float, ...] = (0.1, 0.3, 1.0)) -> float:
     """When the class of a pod is tried: the bundle's own, the next down, the next up, and so on."""
     number = ordered(now)
-    of_pods = classes([sum(number[sku] for sku in held(one)) for one in now.world.pods], borders)
+    of_pods = classes([sum(number[sku] for sku in held(now, one)) for one in now.world.pods], borders)
     own = classes([number[sku] for sku in range(now.world.n_skus)], borders)[bundle.sku]
     turns = [own, *(own + sign * away for away in range(1, len(borders)) for sign in (1, -1))]
     return turns.index(of_pods[pod.id])
@@ -308,8 +308,8 @@ def class_apart(now: Moment, pod: Pod, bundle: Bundle, borders: tuple[float, ...
 COSTS: dict[str, Cost] = {
     "emptiest-pod": lambda now, pod, bundle: -pod.free_space,
     "nearest-pod-with-room": lambda now, pod, bundle: 0,
-    "same-sku": lambda now, pod, bundle: -items_with_bundles(pod, bundle.sku),
-    "spread-sku": lambda now, pod, bundle: items_with_bundles(pod, bundle.sku),
+    "same-sku": lambda now, pod, bundle: -items_with_bundles(now, pod, bundle.sku),
+    "spread-sku": lambda now, pod, bundle: items_with_bundles(now, pod, bundle.sku),
     "correlated": lambda now, pod, bundle: -together(now, pod, bundle),
     "turnover-pod": class_apart,
     "least-demand": lambda now, pod, bundle: wanted_now(now, pod),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import Any, TypeVar
@@ -48,6 +49,11 @@ class Moment:
     max_fetches: int
     max_moves: int
     chosen: int
+
+    @cached_property
+    def free(self) -> dict[Pod, Counter[int]]:
+        """Free items on each pod, as they are when it is asked first: what is chosen then promises others of them."""
+        return {pod: Counter({sku: pod.free_items(sku) for sku in pod.contents}) for pod in self.world.pods}
 
     @cached_property
     def warehouse(self) -> WarehouseView:

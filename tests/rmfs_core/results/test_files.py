@@ -21,7 +21,7 @@ import pytest
 
 import rmfs_core
 from rmfs_commands.cli.main import main
-from rmfs_commands.details.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
+from rmfs_commands.instances.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
 from rmfs_core import InputError
 from rmfs_core.errors import RunError
 from rmfs_core.events import DecisionMade, ItemPicked, OrderAssigned, OrderCompleted, VisitEnded, VisitStarted
