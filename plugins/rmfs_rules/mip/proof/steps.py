@@ -223,6 +223,8 @@ def by_greedy(proof: Proof) -> None:
         effort.short |= part.short and effort.left < most
         _offer_whole(proof, whole, (visits, parts), "greedy")
         _fill_by(proof, visits, "greedy")
+        if len(whole.scarce):  # where stations together take more than the pods have, what these pods can serve
+            _offer_whole(proof, whole, (visits, fill_from_stock(whole, visits)), "greedy")
     if reduced.model is Model.SPLIT_AMONG_STATIONS or proof.splits is not None:
         among = Reduced(reduced.period, Model.SPLIT_AMONG_STATIONS)
         search = FewestVisits(among, int(proof.weight), 0, proof.splits, proof.limits)
