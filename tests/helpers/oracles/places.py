@@ -70,8 +70,8 @@ def turnover_classes(now: Moment, told: Any, *, borders: tuple[float, ...] = (0.
     of_cells = dict(zip(cells, classes([-to_any(now, cell) for cell in cells], borders), strict=True))
     own = classes([speed(now, pod) for pod in now.world.pods], borders)[now.pod.id]
     turns = [own, *(own + sign * away for away in range(1, len(borders)) for sign in (1, -1))]
-    free = [[cell for cell in now.world.free_locations if of_cells[cell] == one] for one in turns]
-    return reached_first(now, next(cells for cells in free if cells))
+    free = ([cell for cell in now.world.free_locations if of_cells[cell] == one] for one in turns)
+    return reached_first(now, next(filter(None, free)))
 
 
 def worth(now: Moment, weight_speed: float, weight_demand: float) -> dict[Pod, float]:
@@ -172,7 +172,7 @@ def cache(
     others = [cell for cell in caches.free if caches.owner[cell] not in (NOWHERE, station)]
     outside = caches.free_in(NOWHERE)
     turns = [caches.free_in(station), outside, others] if belongs else [outside, [*others, *caches.free_in(station)]]
-    return reached_first(now, next(cells for cells in turns if cells))
+    return reached_first(now, next(filter(None, turns)))
 
 
 def cache_moves(

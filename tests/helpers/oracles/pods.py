@@ -50,7 +50,7 @@ def trips(now: Moment, choose: Choose) -> list[PodTrip]:
 def by_scores(now: Moment, told: Sequence[PodTrip], scores: Iterable[Score | None]) -> list[PodTrip]:
     """Those with the best first score stay, of these those with the best next one, at last the lowest id.
 
-    A score None is a lot. What was told decides between pods whose scores differ by no more than `CLOSE`.
+    A score of None is drawn at random. Between pods whose scores differ by at most `CLOSE`, the rule's answer decides.
     """
     draws = iter(told)
 

@@ -216,7 +216,7 @@ def backlog_threshold(
 
 
 def fastest(now: Moment, told: Path) -> Path:
-    """What was told, if it is a way to the goal that takes no longer than the fastest one."""
+    """Return the rule's answer, if it is a path to the goal that is as fast as the fastest one."""
     travel, robot, goal = now.world.travel, now.robot, now.goal
     motion, width, loaded = travel.motion, travel.layout.width, robot.pod is not None
 

@@ -1,4 +1,4 @@
-"""`rmfs bench`: the worlds that are timed, and what is said of the times."""
+"""`rmfs bench`: the worlds that are timed, and the report of the times."""
 
 from __future__ import annotations
 

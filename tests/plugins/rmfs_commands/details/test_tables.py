@@ -243,7 +243,7 @@ def test_a_short_run_never_reaches_top_speed() -> None:
 
 
 def test_a_pod_takes_four_times_as_much() -> None:
-    """600 kg against 150 kg, in runs and in turns; who does not turn takes nothing."""
+    """With a pod 600 kg move, without one 150 kg, in runs and in turns; no turn takes no energy."""
     assert run_j(7, True, 1.0, 1.5) == pytest.approx([4 * joules for joules in run_j(7, False, 1.0, 1.5)])
     assert turn_j(1, True, 2.5) == pytest.approx(4 * turn_j(1, False, 2.5))
     assert turn_j(0, True, 2.5) == 0

@@ -432,7 +432,7 @@ def test_a_cell_may_be_entered_when_the_next_one_is_reached() -> None:
 
 
 def test_the_earliest_is_first() -> None:
-    """Wherever it is, and whoever has it."""
+    """In every cell, and for each pair of robots."""
     hits = collisions(
         LONG_EVEN, [even(0, Leg(5)), even(5, Leg(5)), even(7, Leg(1), heading=NORTH), even(9, Leg(3), heading=NORTH)]
     )
