@@ -1,14 +1,15 @@
 """The warehouse: its state, which the kernel changes, and the read-only view of it that rules get."""
 
 from rmfs_core.warehouse.backlog import BacklogLines, FreeItems
-from rmfs_core.warehouse.column_keeping import columns_of, stock_of
-from rmfs_core.warehouse.columns import BUSY, STORED, Lines, Stock
+from rmfs_core.warehouse.column_keeping import columns_of, shown, stock_of
+from rmfs_core.warehouse.columns import BUSY, ROOM, STORED, Lines, Stock
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, OrderLine, Pod, Request, Robot, Station
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.warehouse.view import WarehouseView
 
 __all__ = [
     "BUSY",
+    "ROOM",
     "STORED",
     "UNLIMITED",
     "BacklogLines",
@@ -25,5 +26,6 @@ __all__ = [
     "Warehouse",
     "WarehouseView",
     "columns_of",
+    "shown",
     "stock_of",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.warehouse.claims import by_age
-from rmfs_core.warehouse.columns import BUSY, STORED, Lines, Stock
+from rmfs_core.warehouse.columns import BUSY, NEVER, STORED, Lines, Stock
 from rmfs_core.warehouse.parts import Order, Pod
 
 Ints = NDArray[np.int64]
@@ -72,7 +71,8 @@ class LineColumns:
             elif order._open:
                 new.append(order)
         self._changed.clear()
-        new.sort(key=by_age)
+        if len(new) > 1:
+            new.sort(key=by_age)
         last = self._orders - 1
         late = bool(new) and last >= 0 and (new[0].arrival_s, new[0].id) < (there.arrival_s[last], there.order_id[last])
         self._join(new, left)
@@ -83,23 +83,25 @@ class LineColumns:
 
     def _join(self, orders: Sequence[Order], left: Sequence[int] = ()) -> None:
         """Let lines leave, and put orders behind all others."""
-        if not orders:
-            self._gone += _compiled().leave(self._all, np.array(left, np.int64))
-            return
-        told = [(o.id, o.arrival_s, math.inf if o.due_s is None else o.due_s, len(o.lines), o.priority) for o in orders]
-        wanted = [(sku, items if sku in order._open else 0) for order in orders for sku, items in order.lines]
-        begin, line = self._orders, self._lines
-        self._orders, self._lines = begin + len(told), line + len(wanted)
-        self._make_room(max((order.id + 1 for order in orders), default=0))
-        rows = np.array(told, np.float64).reshape(-1, 5), np.array(wanted, np.int64).reshape(-1, 2)
+        told, begin, line, ids = [len(left), *left], self._orders, self._lines, 0
+        for order in orders:
+            is_open, due = order._open, NEVER if order.due_tick is None else order.due_tick
+            told += order.id, order.arrival_tick, due, order.priority, len(order.lines)
+            for sku, items in order.lines:
+                told += sku, items if sku in is_open else 0
+            self._lines += len(order.lines)
+            ids = max(ids, order.id + 1)
+        self._orders += len(orders)
+        self._make_room(ids)
         gone, line, self._used = _compiled().follow(
-            self._all, self._room, np.array(left, np.int64), *rows, begin, line, self._used
+            self._all, self._room, np.array(told, np.int64), begin, line, self._used
         )
         self._gone += gone
         while line < self._lines:  # the lists need more space
             self._all = _longer(self._all, _LISTED, 2 * len(self._all.listed_order) + 2 * (self._lines - line) + 16)
             line, self._used = _compiled().enlist(self._all, self._room, line, self._lines, self._used)
-        self._show()
+        if orders:
+            self._show()
 
     def _make_room(self, ids: int) -> None:
         """Let the columns have room for all orders, lines and ids."""
@@ -142,7 +144,7 @@ class LineColumns:
     def _show(self) -> None:
         """Make what is shown of the columns, for looking only."""
         if self._looked_at is not self._all:
-            self._looked_at, self._views = self._all, Lines(*map(_shown, self._all))
+            self._looked_at, self._views = self._all, Lines(*map(shown, self._all))
         (order_id, arrival_s, due_s, priority, items, open_lines, begin, order, sku, quantity, *others) = self._views
         n, m = self._orders, self._lines
         by_order = order_id[:n], arrival_s[:n], due_s[:n], priority[:n], items[:n], open_lines[:n], begin[: n + 1]
@@ -224,7 +226,7 @@ class StockColumns:
         of_pod, of_sku = pod.searchsorted(ends[0]), sku[by_sku].searchsorted(ends[1])
         where = np.zeros((4, len(self._pods)), np.int64)
         self._all = Stock(pod, sku, items, of_pod, by_sku, of_sku, *where)
-        self._shown = Stock(*map(_shown, self._all))
+        self._shown = Stock(*map(shown, self._all))
 
     def _insert(self, rows: Ints) -> None:
         """Take in entries of SKUs that pods never held."""
@@ -243,10 +245,10 @@ class StockColumns:
                 for name, value in zip(("pod", "sku", "items"), (pod, sku, items), strict=True)
             }
             self._all = there._replace(by_sku=by_sku, **new)
-            self._shown = Stock(*map(_shown, self._all))
+            self._shown = Stock(*map(shown, self._all))
 
 
-def _shown(array: NDArray[Any]) -> NDArray[Any]:
+def shown(array: NDArray[Any]) -> NDArray[Any]:
     """Return a view of an array, for looking only."""
     view = array[:]
     view.setflags(write=False)

@@ -13,8 +13,15 @@ from numpy.typing import NDArray
 
 Ints = NDArray[np.int64]
 
+NEVER = -(1 << 62)
+"""Tick at which an order is due that has no due time."""
+
 STORED, BUSY = -1, -2
 """Where a pod may leave from (`Stock.at`): its storage location, or nowhere; else the id of the station it leaves."""
+
+
+ROOM = np.dtype([(name, np.int64) for name in ("free", "load", "capacity", "counts_orders")])
+"""What a picking station can take, as `Station` has it: items, or orders where it counts these."""
 
 
 class Lines(NamedTuple):

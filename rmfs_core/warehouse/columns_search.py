@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rmfs_core.jit import njit
+import numpy as np
+
+from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.jit import inlined, njit
+from rmfs_core.warehouse.columns import NEVER
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from rmfs_core.warehouse.columns import Lines, Stock
@@ -43,35 +46,32 @@ def enlist(lines: Lines, room: Ints, line: int, end: int, used: int) -> tuple[in
     return line, used
 
 
-@njit(cache=True)
-def join(lines: Lines, orders: NDArray[np.float64], wanted: Ints, order: int, line: int) -> None:
-    """Write orders and their lines to the columns, from an order's place and a line on.
+@inlined
+def join(lines: Lines, told: Ints, order: int, line: int) -> int:
+    """Write orders and their lines to the columns, from an order's place and a line on; return the next line.
 
-    Parameters
-    ----------
-    lines
-        The columns, with room for them.
-    orders
-        Id, arrival and due time in seconds, number of lines, and priority of each, shape (orders, 5).
-    wanted
-        SKU and open items of each line, 0 if it is assigned, shape (lines, 2).
+    Of each order is told: id, tick of arrival, tick at which it is due, priority, number of lines; and of each of its
+    lines: SKU, and open items, 0 if it is assigned.
     """
-    first = line
-    for told in orders:
-        lines.order_id[order], lines.arrival_s[order], lines.due_s[order] = int(told[0]), told[1], told[2]
-        lines.place[int(told[0])], lines.priority[order] = order, int(told[4])
+    at = 0
+    while at < len(told):
+        lines.order_id[order], lines.arrival_s[order] = told[at], told[at + 1] / TICKS_PER_S
+        lines.due_s[order] = np.inf if told[at + 2] == NEVER else told[at + 2] / TICKS_PER_S
+        lines.place[told[at]], lines.priority[order] = order, told[at + 3]
         lines.items[order] = lines.open_lines[order] = 0
-        for _ in range(int(told[3])):
-            lines.order[line], lines.sku[line] = order, wanted[line - first, 0]
-            lines.quantity[line] = wanted[line - first, 1]
+        end = at + 5 + 2 * told[at + 4]
+        for of_line in range(at + 5, end, 2):
+            lines.order[line], lines.sku[line], lines.quantity[line] = order, told[of_line], told[of_line + 1]
             lines.items[order] += lines.quantity[line]
             lines.open_lines[order] += lines.quantity[line] > 0
             line += 1
         order += 1
         lines.begin[order] = line
+        at = end
+    return line
 
 
-@njit(cache=True)
+@inlined
 def leave(lines: Lines, left: Ints) -> int:
     """Take open lines out of the columns; return how many orders have left with their last one."""
     gone = 0
@@ -97,13 +97,14 @@ def leave(lines: Lines, left: Ints) -> int:
 
 
 @njit(cache=True)
-def follow(
-    lines: Lines, room: Ints, left: Ints, orders: NDArray[np.float64], wanted: Ints, order: int, line: int, used: int
-) -> tuple[int, int, int]:
-    """Let lines leave and orders join, as `leave`, `join` and `enlist` do; return what these return."""
-    gone = leave(lines, left)
-    join(lines, orders, wanted, order, line)
-    line, used = enlist(lines, room, line, line + len(wanted), used)
+def follow(lines: Lines, room: Ints, told: Ints, order: int, line: int, used: int) -> tuple[int, int, int]:
+    """Let lines leave, whose number comes first, and orders join, as `leave`, `join` and `enlist` do.
+
+    Returns how many orders have left, the first line that is not listed, and how much is used.
+    """
+    gone = leave(lines, told[1 : 1 + told[0]])
+    end = join(lines, told[1 + told[0] :], order, line)
+    line, used = enlist(lines, room, line, end, used)
     return gone, line, used
 
 

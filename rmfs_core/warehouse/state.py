@@ -12,7 +12,8 @@ from rmfs_core.scenario.model import BatterySection
 from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.claims import Claims, by_age
-from rmfs_core.warehouse.column_keeping import StockColumns
+from rmfs_core.warehouse.column_keeping import StockColumns, shown
+from rmfs_core.warehouse.columns import ROOM
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
 from rmfs_core.warehouse.promises import Promises, drop_item, enter, serves_none
 from rmfs_core.world import Instance
@@ -82,8 +83,12 @@ class Warehouse:
             station._now = lambda: self.now
         for pod in self.pods:
             pod._arrival = self._arrival
+        self._room = np.zeros(len(self.picking), ROOM)
+        self.room = shown(self._room)
+        for station in self.picking:
+            self._book(station)
         self.has_places = True
-        self._largest = max([UNLIMITED if s.counts_orders else s.capacity for s in self.picking], default=0)
+        self.largest_capacity = max([UNLIMITED if s.counts_orders else s.capacity for s in self.picking], default=0)
         self.robots = tuple(robots)
         for robot in robots:
             robot._battery = battery(lambda: self.now) if battery else None
@@ -116,7 +121,7 @@ class Warehouse:
         """Capacity that the open lines of an order take up at a station: all of it, if no station has enough."""
         if station.counts_orders:
             return 0 if order._open and order.has_place_at(station.id) else 1
-        return min(order.open_items, station.capacity) if order.open_items > self._largest else order.open_items
+        return min(order.open_items, station.capacity) if order.open_items > self.largest_capacity else order.open_items
 
     @property
     def idle(self) -> list[Robot]:
@@ -133,7 +138,7 @@ class Warehouse:
         sizes = self.backlog.line_sizes if single_line else self.backlog.sizes
         if not sizes:
             return False
-        smallest, alone = min(sizes), max(self.backlog.sizes) > self._largest
+        smallest, alone = min(sizes), max(self.backlog.sizes) > self.largest_capacity
         for s in self.picking:
             if s._staffed and s._active:
                 fits = s.capacity - s._load >= (1 if s.counts_orders else smallest)
@@ -211,6 +216,7 @@ class Warehouse:
             part = Part(order, station.id, period)
             order._parts.append(part)
         station._load += int(not had_place) if station.counts_orders else items
+        self._book(station)
         part._skus.extend(skus)
         part._items += items
         self.split_orders_open += order.split - was_split
@@ -221,6 +227,11 @@ class Warehouse:
             while same_sku[-1]._pod is None and self.promises.cover(same_sku[-1]):
                 pass
         return items
+
+    def _book(self, station: Station) -> None:
+        """Write what a station can take now to the records."""
+        if station.picks:
+            self._room[station.id] = station.free_capacity, station._load, station.capacity, station.counts_orders
 
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
         """Decide a trip: the pod is bound for the station from now on. ``promise``: and its items are promised."""
@@ -349,10 +360,12 @@ class Warehouse:
     def staff(self, station: Station, staffed: bool, until: int | None) -> None:
         """Open or close a station by its timetable, which changes that at a tick."""
         station._staffed, station._until = staffed, until
+        self._book(station)
 
     def activate(self, station: Station, active: bool) -> None:
         """Activate a station, or no longer."""
         station._active = active
+        self._book(station)
 
     def put_on_duty(self, number: int) -> None:
         """Let the first robots take tasks, and the others none."""
@@ -419,6 +432,7 @@ class Warehouse:
         part._done += 1
         if part._done == part._items:
             station._load -= int(not order.has_place_at(station.id)) if station.counts_orders else part._items
+            self._book(station)
         if order.split and order.complete:
             self.split_orders_open -= 1
 

@@ -97,6 +97,19 @@ class WarehouseView(ReadOnly):
         """Free items of the pods and where pods are, as columns; they hold for one call, later they change in place."""
         return self._state.columns.stock(self._state.leaving_pods())
 
+    @property
+    def room(self) -> NDArray[np.void]:
+        """What each picking station can take, as records by id: ``free``, ``load``, ``capacity``, ``counts_orders``.
+
+        As `Station` has them, int64, shape (stations,). They hold for one call, later they change in place.
+        """
+        return self._state.room
+
+    @property
+    def largest_capacity(self) -> int:
+        """Items of the largest order that fits any station; `UNLIMITED` where one counts orders."""
+        return self._state.largest_capacity
+
     def showing(self, orders: Sequence[Order]) -> WarehouseView:
         """Return the warehouse with some orders as its ``backlog``, oldest first, for who looks at no others."""
         return type(self)(self._state, orders)

@@ -21,7 +21,6 @@ from rmfs_core.roles import Role
 from rmfs_core.warehouse import Order, Pod, Request, Robot, Station, WarehouseView
 
 _items_per_order: Any = rule_helpers.items_per_order
-_largest_capacity: Any = rule_helpers.largest_capacity
 _sum_per_order: Any = rule_helpers.sum_per_order
 
 
@@ -168,7 +167,7 @@ def of_orders(warehouse: WarehouseView, orders_shown: int) -> Choice | None:
 
 def _fitting(warehouse: WarehouseView, items: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return whether each order of the backlog fits each station now, as `WarehouseView.fits` does."""
-    oversize = items > _largest_capacity(warehouse)
+    oversize = items > warehouse.largest_capacity
     fits = np.zeros((len(items), len(warehouse.stations)), np.bool_)
     for station in warehouse.stations:
         if station.counts_orders:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_rules.helpers.bundles import StoragePods, cheapest, store_bundles
-from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, largest_capacity, station_to_keep
+from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, station_to_keep
 from rmfs_rules.helpers.pairs import assign_best_pairs, pod_at, waiting_limit
 from rmfs_rules.helpers.sending import send_pods
 
@@ -25,7 +25,6 @@ __all__ = [
     "assign_best_pairs",
     "cheapest",
     "items_per_order",
-    "largest_capacity",
     "lines_at",
     "nearest_free_location",
     "pod_at",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Container, Mapping
 from typing import TYPE_CHECKING
 
@@ -30,10 +29,10 @@ def late(warehouse: WarehouseView, max_wait_s: float | None) -> list[int]:
         How long an order may wait. None: as long as it takes, but for an order that is larger than any station, which
         waits `OVERSIZE_WAIT_S`.
     """
-    lines, limit_s, least = warehouse.lines, max_wait_s, 0.0
+    lines, limit_s, least = warehouse.lines, max_wait_s, 0
     if limit_s is None:
-        limit_s, least = OVERSIZE_WAIT_S, largest_capacity(warehouse)
-        if least == math.inf or lines.items.max(initial=0) <= least:
+        limit_s, least = OVERSIZE_WAIT_S, warehouse.largest_capacity
+        if lines.items.max(initial=0) <= least:
             return []  # nobody's arrival matters
     waited_s = warehouse.now_s - lines.arrival_s
     return [*np.flatnonzero((lines.items > least) & (waited_s >= limit_s)).tolist()]
@@ -59,7 +58,7 @@ def assign_late(
     assign
         Assigns the order at a place if it fits anywhere, and says whether it does.
     """
-    lines, largest = warehouse.lines, largest_capacity(warehouse)
+    lines, largest = warehouse.lines, warehouse.largest_capacity
     kept: dict[int, bool] = {}  # stations that are kept, and whether for an order that is larger than any station
     for place in late(warehouse, max_wait_s):
         if not assign(place) and (max_wait_s is not None or not any(kept.values())):
@@ -83,10 +82,3 @@ def station_to_keep(
     }
     able = [i for i in lacking if lacking[i] <= warehouse.stations[i].capacity - room[i]]
     return min(able, key=lambda identifier: (lacking[identifier], identifier), default=None)
-
-
-def largest_capacity(warehouse: WarehouseView) -> float:
-    """Return the items that the largest station can take; without limit where one counts orders."""
-    return max(
-        (math.inf if station.counts_orders else station.capacity for station in warehouse.stations), default=math.inf
-    )

@@ -10,7 +10,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision
-from rmfs_rules.helpers import items_per_order, largest_capacity
+from rmfs_rules.helpers import items_per_order
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, Station, WarehouseView
@@ -49,7 +49,7 @@ class Oversize:
         over_time
             Whether some of them may stay in the backlog besides.
         """
-        lines, largest = warehouse.backlog_lines, largest_capacity(warehouse)
+        lines, largest = warehouse.backlog_lines, warehouse.largest_capacity
         stations = _open(warehouse)
         if lines.quantity.sum() <= largest or not stations:
             return None
@@ -69,7 +69,7 @@ class Oversize:
         stations = _open(warehouse)
         if not stations or any(station.load for station in warehouse.stations):
             return None
-        return cls._oldest(warehouse, items_per_order(warehouse) > largest_capacity(warehouse), stations, 0.0)
+        return cls._oldest(warehouse, items_per_order(warehouse) > warehouse.largest_capacity, stations, 0.0)
 
     @classmethod
     def _oldest(

@@ -12,8 +12,8 @@ from attrs import define, field, validators
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_core.warehouse import columns_of, stock_of
-from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late, largest_capacity
+from rmfs_core.warehouse import ROOM, UNLIMITED, columns_of, shown, stock_of
+from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -27,8 +27,8 @@ Take = Callable[["Pairs", "Station", int], None]
 Prefer = Callable[[int, "Station"], int]
 """Of the stations with the highest score of an order (place) that takes it for which this is lowest."""
 
-ANY = 1 << 62
-"""Largest order that may go to a station whose capacity alone decides."""
+AT_ONCE = 64
+"""Pairs that one compiled search assigns, where nobody is told of each."""
 
 
 class Pairs:
@@ -84,46 +84,43 @@ class Pairs:
         fast_lane: int = 0,
         queues: tuple[list[int], list[int]] | None = None,
     ) -> None:
-        self._search = pairs_search = _compiled()
+        self._search = search = _compiled()
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
-        orders, number = len(self.lines.items), len(self.stations)
+        orders, number, self._queued = len(self.lines.items), len(self.stations), queues is not None
+        nothing = np.empty((number, 0), np.int64)
         self.taken = np.zeros(orders, np.bool_)
-        nothing = np.zeros((number, 0), np.int64)
-        self._scores = pairs_search.Scores(
+        self._scores = search.Scores(
             nothing if table is None else np.ascontiguousarray(table, np.int64),
             nothing if shares is None else np.ascontiguousarray(shares, np.int64),
-            np.zeros((number, 0)) if scores is None else scores,
+            np.empty((number, 0)) if scores is None else scores,
             _scratch(orders),
         )
-        self._order = pairs_search.Precedence(
-            self.taken, self.taken[:0] if first is None else first, np.zeros(0) if rank is None else rank.view()
+        self._order = search.Precedence(
+            self.taken, self.taken[:0] if first is None else first, _NO_RANK if rank is None else shown(rank)
         )
-        self._order.rank.setflags(write=False)  # so that compiled functions take one kind of array
-        if queues is None:
-            self._largest, most = largest_capacity(warehouse), [ANY] * number
-            free, load = [s.free_capacity for s in self.stations], [s.load for s in self.stations]
-        else:
-            self._largest, most = math.inf, [ANY if s.counts_orders else s.capacity for s in self.stations]
-            free, load = queues
-        self._pods = [pod_at(warehouse, station) for station in self.stations] if fast_lane else [None] * number
-        told = [
-            (*of, s.capacity, queues is not None or s.counts_orders, largest, -1 if pod is None else pod.id, 1, -1, 0)
-            for *of, s, largest, pod in zip(free, load, self.stations, most, self._pods, strict=True)
-        ]
-        rows = np.array(told, pairs_search.ROW)
-        self._free, self._load, self._stale, self._heads = (rows[name] for name in ("free", "load", "stale", "head"))
-        stock = warehouse.stock if fast_lane else _no_stock()
-        self._at = pairs_search.Stations(
-            rows,
-            self._largest,
+        room, heads = warehouse.room.copy(), np.zeros(number, search.HEAD)
+        if queues is not None:
+            room["free"], room["load"] = queues
+        self._free, self._load, self._known = room["free"], room["load"], heads["known"]
+        stock, coming = _no_stock(), _NOTHING
+        if fast_lane:
+            stock, pods = warehouse.stock, [pod_at(warehouse, station) for station in self.stations]
+            heads["pod"] = [-1 if pod is None else pod.id for pod in pods]
+            coming = np.array([[pod is not None and s.id in pod.bound_for for s in self.stations] for pod in pods])
+        self._at = search.Stations(
+            room,
+            heads,
+            UNLIMITED if self._queued else warehouse.largest_capacity,
+            self._queued,
             np.zeros(number) if extra is None else extra,
-            places_taken(warehouse) if queues is None else np.zeros((number, 0), np.bool_),
+            nothing.view(np.bool_) if self._queued else places_taken(warehouse),
             fast_lane,
+            coming,
             stock.of_pod,
             stock.sku,
             stock.items.copy(),
         )
-        self._queues, self._chosen = queues is not None, list[OrderAssignment]()
+        self._chosen: list[OrderAssignment] = []
 
     def change(self, station: int, sku: int, items: int) -> None:
         """Let a SKU count another number of items at a station from now on."""
@@ -137,7 +134,7 @@ class Pairs:
 
     def forget(self, station: int) -> None:
         """Look at the scores of a station anew, which have changed."""
-        self._stale[station] = True
+        self._known[station] = False
 
     def assign(
         self, take: Take | None = None, prefer: Prefer | None = None, max_wait_s: float | None = None
@@ -156,20 +153,27 @@ class Pairs:
             which waits `OVERSIZE_WAIT_S`; of these one at a time keeps a station.
         """
 
+        told = self.lines, self._scores, self._order, self._at
+
         def assign(place: int) -> bool:
             at = self._preferred(place, prefer)
             if at >= 0:
-                self._assign(place, at, take)
+                self._search.assign(self.lines, self._order, self._at, place, at)
+                self._tell(place, at, take)
             return at >= 0
 
-        if not self._queues:  # nobody is late for a queue
+        if not self._queued:  # nobody is late for a queue
             assign_late(self.warehouse, max_wait_s, self._free, assign)
-        told = self.lines, self._scores, self._order, self._at
-        while self._may_fit():
-            place, at = self._search.best_pair(*told)
-            if place < 0:
-                break
-            self._assign(place, at if prefer is None else self._preferred(place, prefer), take)
+        most, found = 1 if take is not None else AT_ONCE, True
+        while found and self._may_fit():
+            if prefer is not None:
+                place, _ = self._search.best_pair(*told)
+                found = place >= 0 and assign(place)
+                continue
+            pairs = self._search.assign_best(*told, most).tolist()
+            for place, at in pairs:
+                self._tell(place, at, take)
+            found = len(pairs) == most
         return self._chosen
 
     def _may_fit(self) -> bool:
@@ -186,22 +190,9 @@ class Pairs:
 
         return min(best, key=key, default=-1)
 
-    def _assign(self, place: int, at: int, take: Take | None) -> None:
-        """Assign an order; scores of stations follow."""
-        there, items = self._at, int(self.lines.items[place])
-        if there.rows[at]["counts_orders"]:
-            size = 0 if there.placed.shape[1] and there.placed[at, place] else 1
-        else:
-            size = self.stations[at].capacity if items > self._largest else items
+    def _tell(self, place: int, at: int, take: Take | None) -> None:
+        """Note that an order is assigned, and tell whoever wants to know."""
         self._chosen.append(OrderAssignment(int(self.lines.order_id[place]), self.stations[at].id))
-        self._free[at] -= size
-        self._load[at] += size
-        self.taken[place] = self._stale[at] = True
-        self._stale[self._heads == place] = True
-        coming = [pod is not None and self.stations[at].id in pod.bound_for for pod in self._pods]
-        if any(coming) and not self.warehouse.unlimited_stock:
-            self._search.serve(self.lines, there, place, there.rows["pod"][coming])
-            self._stale[coming] = True
         if take is not None and (self._scores.given.shape[1] or self._may_fit()):
             take(self, self.stations[at], place)
 
@@ -356,14 +347,12 @@ def assign_best_pairs(
 
 def load() -> None:
     """Load what is compiled, or compile it, by decisions without orders."""
-    search = _compiled()
-    nothing, rank, stock = np.zeros((0, 0)), np.zeros(0), _no_stock()
-    rank.setflags(write=False)
+    search, nothing, stock = _compiled(), np.zeros((0, 0)), _no_stock()
     scores = search.Scores(nothing.astype(np.int64), nothing.astype(np.int64), nothing, np.zeros(0))
-    order = search.Precedence(np.zeros(0, np.bool_), np.zeros(0, np.bool_), rank)
-    entries = stock.of_pod, stock.sku, stock.items.copy()
-    at = search.Stations(np.zeros(0, search.ROW), math.inf, np.zeros(0), nothing.astype(np.bool_), 0, *entries)
-    search.best_pair(columns_of((), 1), scores, order, at)
+    order = search.Precedence(np.zeros(0, np.bool_), np.zeros(0, np.bool_), _NO_RANK)
+    room, heads, entries = np.zeros(0, ROOM), np.zeros(0, search.HEAD), (stock.of_pod, stock.sku, stock.items.copy())
+    at = search.Stations(room, heads, UNLIMITED, False, np.zeros(0), _NOTHING, 0, _NOTHING, *entries)
+    search.assign_best(columns_of((), 1), scores, order, at, 1)
 
 
 def pod_at(warehouse: WarehouseView, station: Station) -> Pod | None:
@@ -397,6 +386,8 @@ def _no_stock() -> Stock:
     return stock_of((), 1)
 
 
+_NOTHING = np.zeros((0, 0), np.bool_)
+_NO_RANK = shown(np.zeros(0))  # compiled functions take one kind of array, and due times are for looking only
 _zeros = [np.zeros(1024)]
 
 

@@ -20,16 +20,11 @@ SHARE = 0.5
 """What an order counts all of whose lines are in `Scores.shares`: less than an item."""
 
 
-ROW = np.dtype(
-    [(name, np.int64) for name in ("free", "load", "capacity", "counts_orders", "most", "pod", "stale", "head")]
-    + [("score", np.float64)]
-)
-"""A station in one decision.
+HEAD = np.dtype([(name, np.int64) for name in ("known", "place", "pod")] + [("score", np.float64)])
+"""Which order goes first at a station.
 
-``free``, ``load`` and ``capacity`` are items, or orders where it counts these; ``free`` below 0: not even orders fit
-that take up none. ``most``: items of the largest order that may go there. ``pod``: the one that stands there, -1: none.
-``stale``: `best_pair` must look anew for ``head``, the order that goes first there, by place (-1: none fits), with
-``score``.
+``place``: that order, by place (-1: none fits), and ``score``: what it scores there, where it is ``known``; else
+`best_pair` looks anew. ``pod``: that which stands there, -1 for none, where capacity is kept for what it completes.
 """
 
 
@@ -38,26 +33,35 @@ class Stations(NamedTuple):
 
     Parameters
     ----------
-    rows
-        Each by id, `ROW`, shape (stations,).
+    room
+        What each can take, by id, `ROOM`, shape (stations,); ``free`` below 0: not even orders fit that take up none.
+    heads
+        Each by id, `HEAD`, shape (stations,).
     largest
         Items of the largest order that fits any station; a larger one fits an empty station.
+    queued
+        Whether orders join queues, of which ``room`` has the free places and lengths, one place each.
     extra
         What a station adds to the scores of all orders, float64, shape (stations,).
     placed
         Orders that have a place there, by place, shape (stations, orders), or (stations, 0): none anywhere.
     kept
         Capacity that a station with something to do keeps for what the pod that stands there completes.
+    coming
+        Whether the pod that stands at a station (row) comes to another (column), or (0, 0): no capacity is kept.
     of_pod, sku, left
         Entries of the stock as `Stock` has them, and items of each that are not taken in this decision; shape (0,) if
         no capacity is kept.
     """
 
-    rows: NDArray[np.void]
-    largest: float
+    room: NDArray[np.void]
+    heads: NDArray[np.void]
+    largest: int
+    queued: bool
     extra: Floats
     placed: Flags
     kept: int
+    coming: Flags
     of_pod: Ints
     sku: Ints
     left: Ints
@@ -108,19 +112,28 @@ class Scores(NamedTuple):
 @inlined
 def room(at: int, stations: Stations) -> int:
     """Capacity for any order: all that is free, but for what a station with something to do keeps."""
-    free = int(stations.rows[at].free)
-    return min(free, max(free - stations.kept, 0)) if stations.rows[at].load else free
+    free = int(stations.room[at].free)
+    return min(free, max(free - stations.kept, 0)) if stations.room[at].load else free
+
+
+@inlined
+def size_at(lines: Lines, place: int, at: int, stations: Stations) -> int:
+    """Capacity that an order takes up at a station."""
+    if stations.queued:
+        return 1
+    if stations.room[at].counts_orders:
+        return 0 if stations.placed.shape[1] and stations.placed[at, place] else 1
+    items = lines.items[place]
+    return int(stations.room[at].capacity if items > stations.largest else items)
 
 
 @inlined
 def fits(lines: Lines, place: int, at: int, free: int, stations: Stations) -> bool:
     """Whether an order fits a station with so much capacity free."""
-    items = lines.items[place]
-    if items == 0 or items > stations.rows[at].most:
+    items, there = lines.items[place], stations.room[at]
+    if items == 0 or (stations.queued and not there.counts_orders and items > there.capacity):
         return False
-    if stations.rows[at].counts_orders:
-        return free >= (0 if stations.placed.shape[1] and stations.placed[at, place] else 1)
-    return bool(items <= free or (items > stations.largest and 0 < free == stations.rows[at].capacity))
+    return free >= 0 and size_at(lines, place, at, stations) <= free
 
 
 @inlined
@@ -224,12 +237,12 @@ def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, station
 
     Only orders are scored that score anything: those in the lists of the SKUs that count.
     """
-    for_all, free = room(at, stations), stations.rows[at].free
+    for_all, free = room(at, stations), stations.room[at].free
     if free < 0 or (free == 0 and not stations.placed[at].any()):
         return -1, 0.0
     completed = np.empty(0, np.int64)
-    if for_all < free and stations.rows[at].pod >= 0:
-        completed = completed_by(lines, stations, stations.rows[at].pod)
+    if for_all < free and stations.heads[at].pod >= 0:
+        completed = completed_by(lines, stations, stations.heads[at].pod)
     if scores.given.shape[1]:
         given = scores.given[at]
         best = best_of(lines, np.arange(len(given)), given, order, at, for_all, stations, -1)
@@ -262,19 +275,19 @@ def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, station
 
 @njit(cache=True)
 def best_pair(lines: Lines, scores: Scores, order: Precedence, stations: Stations) -> tuple[int, int]:
-    """Order (place) and station that go next; -1 and -1: nothing fits. Looks at stations that are stale."""
+    """Order (place) and station that go next; -1 and -1: nothing fits. Looks at stations whose head is not known."""
     best, best_value = -1, 0.0
-    for at in range(len(stations.rows)):
-        row = stations.rows[at]
-        if row.stale:
-            row.stale = 0
-            row.head, row.score = best_order(lines, scores, order, at, stations)
-        if row.head < 0:
+    for at in range(len(stations.heads)):
+        head = stations.heads[at]
+        if not head.known:
+            head.known = 1
+            head.place, head.score = best_order(lines, scores, order, at, stations)
+        if head.place < 0:
             continue
-        value = row.score + stations.extra[at]
+        value = head.score + stations.extra[at]
         before = best < 0
         if not before:
-            one, other = row.head, stations.rows[best].head
+            one, other = head.place, stations.heads[best].place
             if len(order.first) and order.first[one] != order.first[other]:
                 before = order.first[one]
             elif value != best_value:
@@ -284,30 +297,54 @@ def best_pair(lines: Lines, scores: Scores, order: Precedence, stations: Station
             elif one != other:
                 before = one < other
             else:
-                before = row.load < stations.rows[best].load
+                before = stations.room[at].load < stations.room[best].load
         if before:
             best, best_value = at, value
-    return (stations.rows[best].head if best >= 0 else -1), best
+    return (stations.heads[best].place if best >= 0 else -1), best
+
+
+@njit(cache=True)
+def assign(lines: Lines, order: Precedence, stations: Stations, place: int, at: int) -> None:
+    """Let a station have an order; pods that come to it serve it, and have less left where they stand now."""
+    size = size_at(lines, place, at, stations)
+    stations.room[at].free -= size
+    stations.room[at].load += size
+    order.taken[place] = True
+    for other in range(len(stations.heads)):
+        head = stations.heads[other]
+        if other == at or head.place == place:
+            head.known = 0
+        if len(stations.coming) and stations.coming[other, at]:
+            head.known = 0
+            for entry in range(stations.of_pod[head.pod], stations.of_pod[head.pod + 1]):
+                for line in range(lines.begin[place], lines.begin[place + 1]):
+                    if lines.sku[line] == stations.sku[entry]:
+                        stations.left[entry] -= lines.quantity[line]
+
+
+@njit(cache=True)
+def assign_best(lines: Lines, scores: Scores, order: Precedence, stations: Stations, most: int) -> Ints:
+    """Assign the best pairs, ``most`` at most; return place and station of each, in this order, shape (pairs, 2)."""
+    chosen, number = np.empty((most, 2), np.int64), 0
+    while number < most:
+        place, at = best_pair(lines, scores, order, stations)
+        if place < 0:
+            break
+        assign(lines, order, stations, place, at)
+        chosen[number, 0], chosen[number, 1] = place, at
+        number += 1
+    return chosen[:number]
 
 
 @njit(cache=True)
 def values_of(lines: Lines, scores: Scores, place: int, stations: Stations) -> Floats:
     """Score and ``extra`` of an order at each station where it fits, -inf elsewhere; shape (stations,)."""
-    values = np.full(len(stations.rows), -np.inf)
+    values = np.full(len(stations.heads), -np.inf)
     for at in range(len(values)):
+        free, pod = stations.room[at].free, stations.heads[at].pod
         fitting = fits(lines, place, at, room(at, stations), stations)
-        if not fitting and stations.rows[at].pod >= 0 and fits(lines, place, at, stations.rows[at].free, stations):
-            fitting = (completed_by(lines, stations, stations.rows[at].pod) == place).any()
+        if not fitting and stations.kept > 0 and pod >= 0 and fits(lines, place, at, free, stations):
+            fitting = (completed_by(lines, stations, pod) == place).any()
         if fitting:
             values[at] = score_of(lines, place, at, scores) + stations.extra[at]
     return values
-
-
-@njit(cache=True)
-def serve(lines: Lines, stations: Stations, place: int, pods: Ints) -> None:
-    """Let pods serve an order's open lines: what is left on each of them is less."""
-    for pod in pods:
-        for entry in range(stations.of_pod[pod], stations.of_pod[pod + 1]):
-            for line in range(lines.begin[place], lines.begin[place + 1]):
-                if lines.sku[line] == stations.sku[entry]:
-                    stations.left[entry] -= lines.quantity[line]

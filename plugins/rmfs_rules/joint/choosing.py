@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport
 from rmfs_core.warehouse import columns_of, stock_of
-from rmfs_rules.helpers.late import assign_late, largest_capacity
+from rmfs_rules.helpers.late import assign_late
 from rmfs_rules.helpers.pairs import places_taken
 from rmfs_rules.helpers.parameters import POSITIVE, parameter
 from rmfs_rules.helpers.sending import ticks_from, worth
@@ -82,7 +82,7 @@ class Period:
         self.warehouse, self._max_wait_s = warehouse, max_wait_s
         self.lines, self._stock, self._stations = warehouse.lines, warehouse.stock, warehouse.stations
         self.places, self._available = np.flatnonzero(self.lines.open_lines), warehouse.available()
-        self._largest, self._most = float(largest_capacity(warehouse)), int(self.lines.items.max(initial=1))
+        self._largest, self._most = float(warehouse.largest_capacity), int(self.lines.items.max(initial=1))
         self._supply = np.zeros(0, np.int64)
         if not warehouse.unlimited_stock:
             self._supply = np.bincount(self._stock.sku, self._stock.items, warehouse.n_skus).astype(np.int64)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
-from rmfs_rules.helpers import OVERSIZE_WAIT_S, largest_capacity
+from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
 from rmfs_rules.pod_index.alone import assign_alone
@@ -140,7 +140,7 @@ class PodIndex:
         """Take lines and send pods, one after another, until the places are taken or left free."""
         if not warehouse.backlog_size:
             return JointDecision()
-        if warehouse.lines.quantity.max() <= largest_capacity(warehouse):
+        if warehouse.lines.quantity.max() <= warehouse.largest_capacity:
             return self._decide(warehouse)
         return with_oversize(
             warehouse,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment
-from rmfs_rules.helpers.late import assign_late, largest_capacity
+from rmfs_rules.helpers.late import assign_late
 from rmfs_rules.helpers.pairs import places_taken
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def draw_pairs(warehouse: WarehouseView, rng: np.random.Generator, max_wait_s: f
     sizes = np.empty((len(stations), len(left)), np.int64)
     placed = places_taken(warehouse)
     for at, station in enumerate(stations):
-        sizes[at] = np.where(lines.items > largest_capacity(warehouse), station.capacity, lines.items)
+        sizes[at] = np.where(lines.items > warehouse.largest_capacity, station.capacity, lines.items)
         if station.counts_orders:
             sizes[at] = ~placed[at] if placed.size else 1
 

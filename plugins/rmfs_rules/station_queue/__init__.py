@@ -10,7 +10,6 @@ import numpy as np
 from attrs import define, field
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rules.helpers.late import largest_capacity
 from rmfs_rules.helpers.pairs import (
     Flags,
     Floats,
@@ -79,7 +78,7 @@ class StationQueue:
             if warehouse.order(order).open_lines and warehouse.stations[at].open
         }
         lines, available = warehouse.lines, warehouse.available()
-        large = np.flatnonzero(lines.items > largest_capacity(warehouse))
+        large = np.flatnonzero(lines.items > warehouse.largest_capacity)
         self._fill(warehouse, available, large)
         chosen = np.union1d(self._queueing(warehouse), large)
         candidates = warehouse.showing([warehouse.order(order) for order in lines.order_id[chosen].tolist()])

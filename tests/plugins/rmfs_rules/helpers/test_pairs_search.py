@@ -10,8 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rmfs_commands.testing import small_world
-from rmfs_core.warehouse import WarehouseView
-from rmfs_rules.helpers.pairs_search import ROW, SHARE, Precedence, Scores, Stations, best_pair, completed_by, values_of
+from rmfs_core.warehouse import ROOM, UNLIMITED, WarehouseView
+from rmfs_rules.helpers.pairs_search import (
+    HEAD,
+    SHARE,
+    Precedence,
+    Scores,
+    Stations,
+    best_pair,
+    completed_by,
+    values_of,
+)
 
 SKUS = "abc"
 lines = st.dictionaries(st.sampled_from(SKUS), st.integers(1, 4), min_size=1, max_size=3)
@@ -41,8 +50,7 @@ def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, dat
     capacity = drawn(st.integers(1, 9), (stations,), np.int64)
     free = np.minimum(drawn(st.integers(-1, 9), (stations,), np.int64), capacity)
     load = drawn(st.integers(0, 2), (stations,), np.int64)
-    largest = math.inf if counts.any() else float(capacity.max())
-    most = drawn(st.sampled_from([2, 99]), (stations,), np.int64)
+    largest, queued = UNLIMITED if counts.any() else int(capacity.max()), data.draw(st.booleans())
     extra = drawn(st.integers(-1, 1), (stations,), np.float64)
     kept = data.draw(st.integers(0, 2))
     pod, left = drawn(st.integers(-1, 0), (stations,), np.int64), drawn(st.integers(0, 4), stock.items.shape, np.int64)
@@ -56,8 +64,10 @@ def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, dat
         wanted, items = columns.of_order(place), int(columns.items[place])
         completed = pod[at] == 0 and all(left[[*stock.sku].index(sku)] >= number for sku, number in wanted)
         room = free[at] if completed or not load[at] else min(free[at], max(free[at] - kept, 0))
-        if free[at] < 0 or items > most[at]:
+        if free[at] < 0 or (queued and not counts[at] and items > capacity[at]):
             return False
+        if queued:
+            return bool(room >= 1)
         if counts[at]:
             return bool(room >= (0 if placed.size and placed[at, place] else 1))
         return bool(items <= room or (items > largest and room == capacity[at]))
@@ -80,8 +90,10 @@ def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, dat
     given = np.array([[score(place, at) for place in range(number)] for at in range(stations)], np.float64)
     for scored in (np.zeros((stations, 0)), given):
         zeros = np.zeros(number)
-        rows = [(free[at], load[at], capacity[at], counts[at], most[at], pod[at], 1, -1, 0.0) for at in range(stations)]
-        told = Stations(np.array(rows, ROW), largest, extra, placed, kept, stock.of_pod, stock.sku, left)
+        room = np.array([*zip(free, load, capacity, counts, strict=True)], ROOM)
+        heads, entries = np.zeros(stations, HEAD), (stock.of_pod, stock.sku, left)
+        heads["pod"] = pod
+        told = Stations(room, heads, largest, queued, extra, placed, kept, np.zeros((0, 0), np.bool_), *entries)
         scores = Scores(table, shares, scored, zeros)
         assert best_pair(columns, scores, Precedence(taken, first, rank), told) == (best[3], best[5])
         assert not zeros.any()
@@ -96,7 +108,8 @@ def test_completed_orders_are_found(orders: list[dict[str, int]], left: list[int
     view = WarehouseView(small_world(named, {"p": [*SKUS]}))
     stock, none = view.stock, np.zeros((0, 0))
     entries = stock.of_pod, stock.sku, np.array(left)
-    stations = Stations(np.zeros(0, ROW), 9.0, np.zeros(0), none.astype(np.bool_), 0, *entries)
+    flags = none.astype(np.bool_)
+    stations = Stations(np.zeros(0, ROOM), np.zeros(0, HEAD), 9, False, np.zeros(0), flags, 0, flags, *entries)
     whole = [
         place
         for place in range(len(named))
