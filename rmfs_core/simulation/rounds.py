@@ -123,7 +123,7 @@ class Decisions:
         max_fetches = self._max_fetches()
         if not (max_fetches or self.warehouse.leaving_pods()):
             return
-        if not any(station.uncovered_requests for station in self.warehouse.stations):
+        if not any(station.uncovered_items for station in self.warehouse.stations):
             return
         answer, seconds = self._run.ask(rule, max_fetches=max_fetches)
         decision = self._apply(rule, apply_selection, answer, max_fetches=max_fetches)

@@ -94,7 +94,7 @@ class LineColumns:
         self._orders += len(orders)
         self._make_room(ids)
         gone, line, self._used = _compiled().follow(
-            self._all, self._room, np.array(told, np.int64), begin, line, self._used
+            tuple(self._all), self._room, np.array(told, np.int64), begin, line, self._used
         )
         self._gone += gone
         while line < self._lines:  # the lists need more space

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.jit import inlined, njit
-from rmfs_core.warehouse.columns import NEVER
+from rmfs_core.warehouse.columns import NEVER, Lines
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.warehouse.columns import Lines, Stock
+    from rmfs_core.warehouse.columns import Stock
 
+    Plain = tuple[NDArray[Any], ...]
     Ints = NDArray[np.int64]
 
 
@@ -97,11 +98,13 @@ def leave(lines: Lines, left: Ints) -> int:
 
 
 @njit(cache=True)
-def follow(lines: Lines, room: Ints, told: Ints, order: int, line: int, used: int) -> tuple[int, int, int]:
+def follow(columns: Plain, room: Ints, told: Ints, order: int, line: int, used: int) -> tuple[int, int, int]:
     """Let lines leave, whose number comes first, and orders join, as `leave`, `join` and `enlist` do.
 
+    ``columns`` is what `Lines` are made of: named tuples take twice as long to read.
     Returns how many orders have left, the first line that is not listed, and how much is used.
     """
+    lines = Lines(*columns)
     gone = leave(lines, told[1 : 1 + told[0]])
     end = join(lines, told[1 + told[0] :], order, line)
     line, used = enlist(lines, room, line, end, used)

@@ -147,7 +147,8 @@ class Promises:
 
 def _count_promised(pod: Pod, request: Request, items: int) -> None:
     """Count items of a pod that are promised to a request's station, more or fewer."""
-    pod._touched.add((pod, request.sku))
+    if pod._contents[request.sku] < UNLIMITED:
+        pod._touched.add((pod, request.sku))
     by_station = pod._promised.setdefault(request.sku, {})
     by_station[request.station] = by_station.get(request.station, 0) + items
     if not by_station[request.station]:

@@ -11,7 +11,7 @@ from rmfs_core import PodTrip, hookimpl
 from rmfs_rules.helpers.sending import ByStock, Ids, may_send, nearest, send, worth
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.warehouse import Station, Stock, WarehouseView
 
 
 @define
@@ -41,9 +41,9 @@ class Demand(ByStock):
         """Send the most wanted pods to the stations that lack one."""
         if not may_send(warehouse, max_fetches):
             return []
-        stock, demand = warehouse.stock, warehouse.open_demand()
+        demand = warehouse.open_demand()
 
-        def most_wanted(station: Station, pods: Ids) -> int:
+        def most_wanted(stock: Stock, station: Station, pods: Ids) -> int:
             wanted = worth(stock, pods, demand)  # nothing on a pod that can be sent is promised
             return nearest(warehouse, stock, pods[wanted == wanted.max()], station)
 

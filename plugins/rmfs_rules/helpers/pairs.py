@@ -154,6 +154,7 @@ class Pairs:
         """
 
         told = self.lines, self._scores, self._order, self._at
+        plain = tuple(map(tuple, told))  # named tuples take compiled functions twice as long to read
 
         def assign(place: int) -> bool:
             at = self._preferred(place, prefer)
@@ -170,7 +171,7 @@ class Pairs:
                 place, _ = self._search.best_pair(*told)
                 found = place >= 0 and assign(place)
                 continue
-            pairs = self._search.assign_best(*told, most).tolist()
+            pairs = self._search.assign_best(plain, most).tolist()
             for place, at in pairs:
                 self._tell(place, at, take)
             found = len(pairs) == most
@@ -352,7 +353,7 @@ def load() -> None:
     order = search.Precedence(np.zeros(0, np.bool_), np.zeros(0, np.bool_), _NO_RANK)
     room, heads, entries = np.zeros(0, ROOM), np.zeros(0, search.HEAD), (stock.of_pod, stock.sku, stock.items.copy())
     at = search.Stations(room, heads, UNLIMITED, False, np.zeros(0), _NOTHING, 0, _NOTHING, *entries)
-    search.assign_best(columns_of((), 1), scores, order, at, 1)
+    search.assign_best((tuple(columns_of((), 1)), tuple(scores), tuple(order), tuple(at)), 1)
 
 
 def pod_at(warehouse: WarehouseView, station: Station) -> Pod | None:

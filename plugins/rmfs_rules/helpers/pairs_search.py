@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.jit import inlined, njit
+from rmfs_core.warehouse import Lines
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Lines
+    from rmfs_rules.helpers.searching import Plain
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -323,8 +324,12 @@ def assign(lines: Lines, order: Precedence, stations: Stations, place: int, at: 
 
 
 @njit(cache=True)
-def assign_best(lines: Lines, scores: Scores, order: Precedence, stations: Stations, most: int) -> Ints:
-    """Assign the best pairs, ``most`` at most; return place and station of each, in this order, shape (pairs, 2)."""
+def assign_best(told: tuple[Plain, Plain, Plain, Plain], most: int) -> Ints:
+    """Assign the best pairs, ``most`` at most; return place and station of each, in this order, shape (pairs, 2).
+
+    ``told`` is what `Lines`, `Scores`, `Precedence` and `Stations` are made of.
+    """
+    lines, scores, order, stations = Lines(*told[0]), Scores(*told[1]), Precedence(*told[2]), Stations(*told[3])
     chosen, number = np.empty((most, 2), np.int64), 0
     while number < most:
         place, at = best_pair(lines, scores, order, stations)

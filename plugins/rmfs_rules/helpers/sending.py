@@ -36,7 +36,7 @@ def _search() -> Any:
     return sending_search
 
 
-def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Ids], int]) -> list[PodTrip]:
+def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, Station, Ids], int]) -> list[PodTrip]:
     """Select pods one after another until every uncovered request is served or no candidate can help.
 
     The station with the fewest inbound pods is next, then the one with most uncovered requests, then the lowest id:
@@ -50,7 +50,8 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
     max_fetches
         How many stored pods may be sent.
     choose
-        Picks one of the pods, ids in ascending order, each of which serves an uncovered request of the station.
+        Picks one of the pods (their stock, the station, ids in ascending order), each of which serves an uncovered
+        request of the station.
 
     Returns
     -------
@@ -58,8 +59,11 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
         The trips in the order in which they were chosen.
     """
     search, stock = _search(), warehouse.stock
-    at, leaving = stock.at.copy(), np.count_nonzero(stock.at >= 0)  # a pod that is sent is busy from then on
-    needy = []  # those with the fewest inbound pods, and of these with the most uncovered items, go first
+    at = stock.at.copy()  # a pod that is sent is busy from then on
+    plain, needy = (
+        tuple(stock),
+        [],
+    )  # those with the fewest inbound pods, and of these with the most uncovered items, go first
     for station in warehouse.stations:
         if uncovered := station.uncovered_requests:
             wanted: dict[int, int] = {}
@@ -68,22 +72,19 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
             needy.append((len(station.inbound_pods), -sum(wanted.values()), station.id, wanted))
     heapify(needy)
     trips: list[PodTrip] = []
-    while needy and (max_fetches > 0 or leaving):
+    while needy and (max_fetches > 0 or at.max(initial=BUSY) >= 0):
         inbound, _, identifier, wanted = heappop(needy)
         skus = np.fromiter(wanted, np.int64, len(wanted))
-        pods = search.servers(stock, at, skus, identifier, max_fetches > 0)
+        pods = search.servers(plain, at, skus, identifier, max_fetches > 0)
         if not len(pods):
             continue
-        pod = warehouse.pods[choose(warehouse.stations[identifier], pods)]
+        pod = warehouse.pods[choose(stock, warehouse.stations[identifier], pods)]
         trips.append(PodTrip(pod.id, identifier))
         for sku in wanted.keys() & pod.contents.keys():
             wanted[sku] -= pod.free_items(sku)
         if wanted := {sku: items for sku, items in wanted.items() if items > 0}:  # those that are still uncovered
             heappush(needy, (inbound + 1, -sum(wanted.values()), identifier, wanted))
-        if at[pod.id] == STORED:
-            max_fetches -= 1
-        else:
-            leaving -= 1
+        max_fetches -= at[pod.id] == STORED
         at[pod.id] = BUSY
     return trips
 
@@ -108,7 +109,7 @@ def send_pods(
         The trips in the order in which they were chosen.
     """
     pods = warehouse.pods
-    return send(warehouse, max_fetches, lambda at, found: choose(at, [pods[pod] for pod in found.tolist()]).id)
+    return send(warehouse, max_fetches, lambda _, at, found: choose(at, [pods[pod] for pod in found.tolist()]).id)
 
 
 def may_send(warehouse: WarehouseView, max_fetches: int) -> bool:
@@ -150,7 +151,7 @@ def held(stock: Stock, values: Ids) -> Ids:
 def load() -> None:
     """Load what is compiled, or compile it, by a decision without pods."""
     search, stock = _search(), stock_of((), 1)
-    search.servers(stock, np.zeros(0, np.int64), np.zeros(1, np.int64), 0, True)
+    search.servers(tuple(stock), np.zeros(0, np.int64), np.zeros(1, np.int64), 0, True)
     search.worth(stock, np.zeros(0, np.int64), np.zeros(1, np.int64))
     search.held(stock, np.zeros(1, np.int64))
 

@@ -8,22 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.jit import njit
-from rmfs_core.warehouse import BUSY, STORED
+from rmfs_core.warehouse import BUSY, STORED, Stock
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Stock
+    from rmfs_rules.helpers.searching import Plain
 
 Ids = NDArray[np.int64]
 
 
 @njit(cache=True)
-def servers(stock: Stock, at: Ids, skus: Ids, station: int, fetch: bool) -> Ids:
+def servers(columns: Plain, at: Ids, skus: Ids, station: int, fetch: bool) -> Ids:
     """Pods that can be sent to a station and have a free item of one of the SKUs, ascending.
 
     Parameters
     ----------
-    stock
-        The pods.
+    columns
+        What the `Stock` of the pods is made of.
     at
         As `Stock.at`, with what this decision has sent.
     skus
@@ -33,8 +33,8 @@ def servers(stock: Stock, at: Ids, skus: Ids, station: int, fetch: bool) -> Ids:
     fetch
         Whether stored pods can be sent, besides those that are about to leave a station.
     """
-    found = np.zeros(len(at), np.bool_)
-    number = 0
+    stock = Stock(*columns)
+    found, number = np.zeros(len(at), np.bool_), 0
     for sku in skus:
         for place in range(stock.of_sku[sku], stock.of_sku[sku + 1]):
             entry = stock.by_sku[place]

@@ -31,5 +31,4 @@ class NearestPod(ByStock):
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[PodTrip]:
         """Send the nearest pods to the stations that lack one."""
-        stock = warehouse.stock
-        return send(warehouse, max_fetches, lambda station, pods: nearest(warehouse, stock, pods, station))
+        return send(warehouse, max_fetches, lambda stock, at, pods: nearest(warehouse, stock, pods, at))

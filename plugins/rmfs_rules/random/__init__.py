@@ -47,7 +47,7 @@ class Random(ByStock):
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Draw pods for the stations that lack one."""
-        return send(warehouse, max_fetches, lambda _, pods: int(pods[int(rng.integers(len(pods)))]))
+        return send(warehouse, max_fetches, lambda _, __, pods: int(pods[int(rng.integers(len(pods)))]))
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, rng: np.random.Generator) -> int:

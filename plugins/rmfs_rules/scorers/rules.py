@@ -35,7 +35,7 @@ class _Scoring:
         if not may_send(warehouse, max_fetches):
             return []
         pods = PodScores(warehouse, rng, Weights.of(self))
-        return send(warehouse, max_fetches, lambda station, able: pods.choose(self.scores, station, able))
+        return send(warehouse, max_fetches, lambda _, station, able: pods.choose(self.scores, station, able))
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
