@@ -160,7 +160,7 @@ def columns_of(orders: Sequence[Order], n_skus: int) -> Lines:
 
 def stock_of(pods: Sequence[Pod], n_skus: int) -> Stock:
     """Return the columns of some pods, with the ids 0, 1, ..., of which none is about to leave a station."""
-    return StockColumns(pods, n_skus).stock(())
+    return StockColumns(pods, n_skus, 0).stock(())
 
 
 class StockColumns:
@@ -170,12 +170,12 @@ class StockColumns:
     ----------
     pods
         The pods, by id.
-    n_skus
-        Number of SKUs.
+    n_skus, n_picking
+        Number of SKUs; number of picking stations, which have the lowest ids.
     """
 
-    def __init__(self, pods: Sequence[Pod], n_skus: int) -> None:
-        self._pods, self._n_skus = pods, n_skus
+    def __init__(self, pods: Sequence[Pod], n_skus: int, n_picking: int) -> None:
+        self._pods, self._n_skus, self._n_picking = pods, n_skus, n_picking
         self._touched: set[tuple[Pod, int]] = set()  # SKUs of pods to be read anew
         for pod in pods:
             pod._touched = self._touched
@@ -202,10 +202,11 @@ class StockColumns:
                 self._insert(rows[:missing])
         self._touched.clear()
         assert self._all is not None
-        at, cell, locations, space = self._all.at, self._all.cell, self._all.location, self._all.space
+        at, bound, cell, locations, space = self._all[-5:]
         for number in self._moved:
             pod = self._pods[number]
             location, space[number] = pod._location, pod.free_space
+            bound[number] = next((i for i in reversed(pod._itinerary) if i < self._n_picking), -1)
             if location is None:
                 at[number], locations[number] = BUSY, -1
             else:
@@ -224,7 +225,7 @@ class StockColumns:
         ends = np.arange(len(self._pods) + 1), np.arange(self._n_skus + 1)
         by_sku = np.lexsort((pod, sku))
         of_pod, of_sku = pod.searchsorted(ends[0]), sku[by_sku].searchsorted(ends[1])
-        where = np.zeros((4, len(self._pods)), np.int64)
+        where = np.zeros((5, len(self._pods)), np.int64)
         self._all = Stock(pod, sku, items, of_pod, by_sku, of_sku, *where)
         self._shown = Stock(*map(shown, self._all))
 

@@ -108,6 +108,8 @@ class Stock(NamedTuple):
     at
         Where a pod may be sent from: `STORED` (-1) for a stored pod that is bound nowhere, the id of the station that
         it is about to leave, `BUSY` (-2) for all others. int64, shape (pods,).
+    bound
+        Id of the picking station that a pod is at or bound for last, -1: none. int64, shape (pods,).
     cell
         Cell index of a pod that may be sent; whatever for others. int64, shape (pods,).
     location
@@ -125,6 +127,7 @@ class Stock(NamedTuple):
     by_sku: Ints
     of_sku: Ints
     at: Ints
+    bound: Ints
     cell: Ints
     location: Ints
     space: Ints

@@ -34,6 +34,8 @@ class Promises:
         self._stations = stations
         self._shape = (len(stations), n_skus)
         self._available: NDArray[np.int64] | None = None
+        self.changes = 0
+        """How often what is available may have changed."""
 
     @property
     def available(self) -> NDArray[np.int64]:
@@ -47,6 +49,7 @@ class Promises:
 
     def count(self, pod: Pod, station: Station, sign: int) -> None:
         """Add the free items of an inbound pod to what is available, or take them out."""
+        self.changes += 1
         if self._available is not None:
             promised, row = pod._promised, self._available[station.id]
             for sku, number in pod._contents.items():
@@ -54,6 +57,7 @@ class Promises:
 
     def change(self, pod: Pod, sku: int, items: int) -> None:
         """Update what is available where a pod is bound for: it has more free items, or fewer."""
+        self.changes += 1
         if self._available is not None and pod._contents[sku] < UNLIMITED:
             for station in pod._itinerary:
                 self._available[station, sku] += items

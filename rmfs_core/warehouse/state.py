@@ -70,11 +70,11 @@ class Warehouse:
             Pod(i, data, cell, capacity, self.sizes)
             for i, (data, cell, capacity) in enumerate(zip(instance.pods, pod_cells, capacities, strict=True))
         )
-        self.columns = StockColumns(self.pods, self.n_skus)
         self.claims = Claims(self.pods) if wait_for_stock and not self.unlimited_stock else None
         self.homes = tuple(pod_cells)
         self.stations = tuple(stations)
         self.picking = tuple(station for station in stations if station.picks)
+        self.columns = StockColumns(self.pods, self.n_skus, len(self.picking))
         self.storing = tuple(station for station in stations if station.stores)
         self.bundles: dict[int, Bundle] = {}
         """Those that are assigned to no station; the others are at theirs."""
@@ -85,6 +85,8 @@ class Warehouse:
             pod._arrival = self._arrival
         self._room = np.zeros(len(self.picking), ROOM)
         self.room = shown(self._room)
+        self.changes = 0
+        """How often orders, what stations can take, or where pods stand may have changed."""
         for station in self.picking:
             self._book(station)
         self.has_places = True
@@ -196,6 +198,7 @@ class Warehouse:
             put(order, "arrival_tick", tick)
             put(order, "arrival_s", to_seconds(tick))
         self.arrived[order.id] = order
+        self.changes += 1
         if self.claims is None or self.claims.serve(order):
             self.backlog.add(order)
         for line in order.lines:
@@ -230,6 +233,7 @@ class Warehouse:
 
     def _book(self, station: Station) -> None:
         """Write what a station can take now to the records."""
+        self.changes += 1
         if station.picks:
             self._room[station.id] = station.free_capacity, station._load, station.capacity, station.counts_orders
 
@@ -294,6 +298,7 @@ class Warehouse:
         served = self.claims.stored(bundle.sku, bundle.items) if self.claims is not None else ()
         if served:
             self.backlog.add(*served)
+        self.changes += 1
         return served
 
     def take_task(self, robot: Robot, pod: Pod) -> None:
@@ -324,6 +329,7 @@ class Warehouse:
         self._lifted(robot)
         assert pod._location is not None
         self.columns.note(pod)
+        self.changes += not pod._itinerary  # others are busy already
         insort(self.free_locations, pod._location)
         pod._location = None
         robot._pod = pod.id
@@ -351,6 +357,7 @@ class Warehouse:
         self._lifted(robot)
         self.reserved.discard(robot._cell)
         self.columns.note(pod)
+        self.changes += 1
         pod._location = robot._cell
         pod._carrier = None
         robot._pod = robot._task = None

@@ -106,6 +106,15 @@ class WarehouseView(ReadOnly):
         return self._state.room
 
     @property
+    def version(self) -> int:
+        """Another number whenever ``lines``, ``room``, ``available`` or ``stock`` may differ, pods that leave apart.
+
+        A rule that found nothing to do need not look again before it changes, time has passed that matters, or
+        ``leaving_pods`` are others.
+        """
+        return self._state.changes + self._state.promises.changes
+
+    @property
     def largest_capacity(self) -> int:
         """Items of the largest order that fits any station; `UNLIMITED` where one counts orders."""
         return self._state.largest_capacity

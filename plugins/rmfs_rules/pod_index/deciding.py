@@ -39,30 +39,30 @@ def ticks_to(stations: Sequence[Station], warehouse: WarehouseView) -> Ints:
     return np.array([warehouse.travel.times_to(station.cell, True).min(axis=1) for station in stations])
 
 
-def told(stations: Sequence[Station], without: Station | None = None) -> Stations:
+def told(warehouse: WarehouseView, without: Station | None = None) -> Stations:
     """Return the stations as compiled code takes them; ``without`` takes nothing now."""
-    rows = []
-    for station in stations:
-        room = 0 if station is without else station.free_capacity
-        at_work = station.load, station.capacity, len(station.inbound_pods)
-        rows.append((room, *at_work, station.counts_orders, room > 0))
-    return Stations(*np.array(rows, np.int64).T.copy())
+    room, inbound = warehouse.room, [len(station.inbound_pods) for station in warehouse.stations]
+    free, load, capacity, counts = (room[name].copy() for name in ("free", "load", "capacity", "counts_orders"))
+    if without is not None:
+        free[without.id] = 0
+    return Stations(free, load, capacity, np.array(inbound, np.int64), counts, (free > 0).astype(np.int64))
 
 
 def decision(
     warehouse: WarehouseView, weights: Weights, ticks: Ints, packing_capacity: int | None, without: Station | None
-) -> JointDecision:
-    """Let stations take lines and send pods; ``without`` takes nothing now."""
-    if not any(station.free_capacity for station in warehouse.stations if station is not without):
-        return JointDecision()
-    lines, number, bound, places = warehouse.lines, len(warehouse.stations), [], []
-    stations, n_orders = told(warehouse.stations, without), 0
+) -> tuple[JointDecision, int]:
+    """Let stations take lines and send pods; ``without`` takes nothing now.
+
+    Returns
+    -------
+    What is decided, and the tick until which nothing can be, as `decide` says.
+    """
+    stations = told(warehouse, without)
+    if not stations.going_on.any():
+        return JointDecision(), warehouse.now_tick
+    lines, number, n_orders = warehouse.lines, len(warehouse.stations), 0
+    places = list[tuple[int, int]]()
     for station in warehouse.stations:
-        for pod in station.inbound_pods:
-            last = pod.bound_for[-1]
-            if last >= number:  # bundles are stored there
-                last = [at for at in pod.bound_for if at < number][-1]
-            bound += [pod.id, last]
         if station.counts_orders:
             n_orders = len(lines.items) + 1  # the last one for those that are not there
             ids = {request.order.id for request in station.open_requests}
@@ -72,17 +72,13 @@ def decision(
         at, orders = np.array(places).T
         placed[at, lines.place[orders]] = True
     packing = 0 if packing_capacity is None else packing_capacity - warehouse.split_orders_open
-    takes, sends = decide(
-        lines, warehouse.stock, waiting(warehouse, weights), stations, placed, np.array(bound, np.int64).reshape(-1, 2),
-        ticks, warehouse.now_tick, packing,
-    )  # fmt: skip
+    columns = tuple(lines), tuple(warehouse.stock), tuple(waiting(warehouse, weights)), tuple(stations)
+    takes, sends, until = decide(*columns, placed, ticks, warehouse.now_tick, packing)
     parts: dict[tuple[int, int], list[int]] = {}
     for at, order, sku in takes.tolist():
         parts.setdefault((order, at), []).append(sku)
-    return JointDecision(
-        [OrderAssignment(order, at, tuple(skus)) for (order, at), skus in parts.items()],
-        [PodTrip(pod, at) for pod, at in sends.tolist()],
-    )
+    assigned = [OrderAssignment(order, at, tuple(skus)) for (order, at), skus in parts.items()]
+    return JointDecision(assigned, [PodTrip(pod, at) for pod, at in sends.tolist()]), until
 
 
 def waiting(warehouse: WarehouseView, weights: Weights) -> Weights:
@@ -96,19 +92,18 @@ def waiting(warehouse: WarehouseView, weights: Weights) -> Weights:
 
 def wake_s(warehouse: WarehouseView, weights: Weights) -> float | None:
     """Return when the ages of the lines of a pod will add up, if a station could take it then; None for never."""
-    weights = waiting(warehouse, weights)
-    stations = [station for station in warehouse.stations if len(station.inbound_pods) < weights.most_pods]
-    able = any(station.free_capacity for station in stations) and any(station.load for station in warehouse.stations)
+    weights, stations = waiting(warehouse, weights), told(warehouse)
+    able = stations.room[stations.inbound < weights.most_pods].any() and stations.load.any()
     if not (able and weights.urge_ticks):
         return None
-    told_of = told(warehouse.stations)
-    tick = next_urgent(warehouse.lines, warehouse.stock, weights, told_of, warehouse.now_tick)
+    columns = tuple(warehouse.lines), tuple(warehouse.stock), tuple(weights), tuple(stations)
+    tick = next_urgent(*columns, warehouse.now_tick)
     return None if tick == NEVER else to_seconds(tick)
 
 
 def prepare(weights: Weights) -> None:
     """Load compiled code, or compile it."""
-    columns, stations = (columns_of((), 1), stock_of((), 1)), Stations(*np.zeros((6, 1), np.int64))
-    none = np.zeros((0, 2), np.int64)
-    decide(*columns, weights, stations, np.zeros((1, 0), np.bool_), none, np.zeros((1, 1), np.int64), 0, 0)
-    next_urgent(*columns, weights, stations, 0)
+    stations = tuple(np.zeros((6, 1), np.int64))
+    columns = tuple(columns_of((), 1)), tuple(stock_of((), 1)), tuple(weights), stations
+    decide(*columns, np.zeros((1, 0), np.bool_), np.zeros((1, 1), np.int64), 0, 0)
+    next_urgent(*columns, 0)

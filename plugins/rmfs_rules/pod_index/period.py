@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import exp
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.jit import inlined, njit
 from rmfs_core.warehouse import Lines, Stock
+
+if TYPE_CHECKING:
+    from rmfs_rules.helpers.searching import Plain
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -151,18 +154,26 @@ def least_needed(stations: Stations, weights: Weights) -> int:
     return least
 
 
-@njit(cache=True)
-def next_urgent(lines: Lines, stock: Stock, weights: Weights, stations: Stations, now: int) -> int:
+@inlined
+def soonest(number: Ints, arrivals: Ints, need: int, base_ticks: int, now: int) -> int:
     """Return when the ages of the lines of a pod of which they do not now add up to enough, `NEVER` for never."""
-    need, soonest = least_needed(stations, weights), NEVER
-    if need == NEVER or not weights.urge_ticks:
-        return soonest
-    _, number, arrivals = count_lines(lines, stock)
+    tick = NEVER
     for pod in range(len(number)):
-        missing = need - number[pod] * (now + weights.base_ticks) + arrivals[pod]
+        missing = need - number[pod] * (now + base_ticks) + arrivals[pod]
         if number[pod] and missing > 0:
-            soonest = min(soonest, now - (-missing // number[pod]))
-    return soonest
+            tick = min(tick, now - (-missing // number[pod]))
+    return tick
+
+
+@njit(cache=True)
+def next_urgent(lines: Plain, stock: Plain, weights: Plain, stations: Plain, now: int) -> int:
+    """Return the next tick at which a pod is wanted enough, `NEVER` for never; arguments as in `decide`."""
+    given = Weights(*weights)
+    need = least_needed(Stations(*stations), given)
+    if need == NEVER or not given.urge_ticks:
+        return NEVER
+    _, number, arrivals = count_lines(Lines(*lines), Stock(*stock))
+    return soonest(number, arrivals, need, given.base_ticks, now)  # type: ignore[no-any-return]
 
 
 @njit(cache=True)

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, ClassVar
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
+from rmfs_core.clock import to_seconds
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
 from rmfs_rules.pod_index.alone import assign_alone
 from rmfs_rules.pod_index.deciding import decision, prepare, ticks_to, wake_s, weights_of
-from rmfs_rules.pod_index.period import Ints, Weights
+from rmfs_rules.pod_index.period import NEVER, Ints, Weights
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -130,6 +131,8 @@ class PodIndex:
     _weights: Weights = field(init=False, eq=False, repr=False)
     _stations: tuple[Station, ...] = field(default=(), init=False, eq=False, repr=False)
     _ticks: Ints = field(init=False, eq=False, repr=False)  # driving times to these, which never change in a run
+    _quiet: tuple[object, int] = field(default=(None, 0), init=False, eq=False, repr=False)
+    # What the warehouse was like when nothing could be decided, and the tick until which nothing can as long as it is
 
     @_weights.default
     def _as_compiled(self) -> Weights:
@@ -138,21 +141,28 @@ class PodIndex:
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Take lines and send pods, one after another, until the places are taken or left free."""
-        if not warehouse.backlog_size:
+        if not warehouse.backlog_size or self._quiet_until(warehouse) > warehouse.now_tick:
             return JointDecision()
         if warehouse.lines.quantity.max() <= warehouse.largest_capacity:
-            return self._decide(warehouse)
+            decided, until = self._decide(warehouse)
+            if until > warehouse.now_tick and not warehouse.filtered:
+                self._quiet = _seen(warehouse), until
+            return decided
         return with_oversize(
             warehouse,
             Oversize.of(warehouse, self.max_wait_s, splits=True, over_time=True),
-            lambda without: self._decide(warehouse, without),
+            lambda without: self._decide(warehouse, without)[0],
             lambda large: assign_alone(warehouse, large),
         )
 
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
-        return wake_s(warehouse, self._weights) if warehouse.backlog_size else None
+        if not warehouse.backlog_size:
+            return None
+        if (until := self._quiet_until(warehouse)) > warehouse.now_tick:
+            return None if until == NEVER else to_seconds(until)
+        return wake_s(warehouse, self._weights)
 
     def prepare(self, roads: Roads) -> None:
         """Load the compiled period, or compile it, and search for the ways to the stations."""
@@ -160,8 +170,18 @@ class PodIndex:
         for station in roads.layout.stations:
             roads.travel.times_to(station.station, True)
 
-    def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> JointDecision:
-        """Decide about all orders that need no station of their own; ``without`` takes nothing now."""
+    def _quiet_until(self, warehouse: WarehouseView) -> int:
+        """Return the tick until which nothing can be decided, as far as that is known."""
+        seen, until = self._quiet
+        return until if until > warehouse.now_tick and seen == _seen(warehouse) and not warehouse.filtered else 0
+
+    def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> tuple[JointDecision, int]:
+        """Decide about all orders that need no station of their own, as `decision` does."""
         if self._stations is not warehouse.stations:
             self._stations, self._ticks = warehouse.stations, ticks_to(warehouse.stations, warehouse)
         return decision(warehouse, self._weights, self._ticks, self.packing_capacity, without)
+
+
+def _seen(warehouse: WarehouseView) -> object:
+    """Return what is another object, or unequal, whenever another decision may be possible, but for the time."""
+    return warehouse.stations, warehouse.version, warehouse.leaving_pods

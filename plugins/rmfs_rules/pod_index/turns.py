@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.jit import njit
+from rmfs_core.jit import inlined, njit
 from rmfs_core.warehouse import BUSY, UNLIMITED, Lines, Stock
 from rmfs_rules.pod_index import period
 from rmfs_rules.pod_index.index import best_pods, find_within
 from rmfs_rules.pod_index.period import NONE, Bids, Bools, Ints, Period, Pods, Stations, Weights, fits
 
+if TYPE_CHECKING:
+    from rmfs_rules.helpers.searching import Plain
+
 
 @njit(cache=True)
 def decide(
-    lines: Lines, stock: Stock, weights: Weights, stations: Stations, placed: Bools, bound: Ints, ticks: Ints,
-    now: int, packing: int,
-) -> tuple[Ints, Ints]:  # fmt: skip
+    open_lines: Plain, pods: Plain, given: Plain, at: Plain, placed: Bools, ticks: Ints, now: int, packing: int,
+) -> tuple[Ints, Ints, int]:  # fmt: skip
     """Let stations take their turns, fewest pods first, until all are through.
 
     Parameters
     ----------
-    lines, stock, weights, stations, placed
-        The warehouse, the parameters of the rule, and what `Period` has of these names; the last two are changed.
-    bound
-        Pods at or bound for picking stations, and which they go to last, shape (pods, 2).
+    open_lines, pods, given, at
+        What `Lines`, `Stock`, the parameters of the rule, and `Stations`, which are changed, are made of.
+    placed
+        As `Period` has it; it is changed.
     ticks
         Driving times to each station from each cell, shape (stations, cells).
     now, packing
@@ -32,23 +36,26 @@ def decide(
 
     Returns
     -------
-    `Period.takes` and `Period.sends`.
+    `Period.takes` and `Period.sends`; and the tick until which there is nothing to decide while nothing but the time
+    changes: that of now where something may be.
     """
+    lines, stock, weights, stations = Lines(*open_lines), Stock(*pods), Weights(*given), Stations(*at)
     n_skus, n_pods, n_lines = len(lines.number), len(stock.at), lines.number.sum()
-    last, available = count_items(stock, bound, n_skus, len(ticks))
-    need, covered = period.least_needed(stations, weights), False
-    for sku in range(n_skus):
-        for station in range(len(ticks) if lines.number[sku] else 0):
-            covered = covered or (available[sku, station] > 0 and stations.room[station] > 0)
+    need, covered = period.least_needed(stations, weights), covers(lines, stock, stations)
+    waits = weights.urge_ticks > 0 and stations.load.any()  # else no pod waits to be wanted enough
     wanted, number, arrivals = np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
     movable = np.zeros(0, np.bool_)
     if covered or need != period.NEVER:
         wanted, number, arrivals = period.count_lines(lines, stock)
         movable = (stock.at != BUSY) & (number > 0) & (need != period.NEVER)
-        if weights.urge_ticks and stations.load.any():  # else no pod waits to be wanted enough
+        if waits:
             movable &= number * (now + weights.base_ticks) - arrivals >= need
     if not (covered or movable.any()):
-        return np.zeros((0, 3), np.int64), np.zeros((0, 2), np.int64)
+        until = period.NEVER
+        if waits and need != period.NEVER:
+            until = period.soonest(number, arrivals, need, weights.base_ticks, now)
+        return np.zeros((0, 3), np.int64), np.zeros((0, 2), np.int64), until
+    available = count_items(stock, n_skus, len(ticks))
     share = period.share_visits(wanted, stock, available, number, weights.cost_s)
     within, bearers = find_within(wanted if movable.any() else wanted[:0], stock, movable)
     split = np.zeros(0, np.bool_)
@@ -57,7 +64,7 @@ def decide(
     of_sku, urge = np.zeros((2, n_skus), np.int64), number * (now + weights.base_ticks) - arrivals
     p = Period(
         lines, stock, weights, stations,
-        Pods(last, urge, movable, np.zeros(n_pods, np.bool_), np.zeros(n_pods), np.flatnonzero(movable)),
+        Pods(stock.bound.copy(), urge, movable, np.zeros(n_pods, np.bool_), np.zeros(n_pods), np.flatnonzero(movable)),
         Bids(np.empty(n_lines, np.int64), np.empty(n_lines), of_sku[0], of_sku[1], within, bearers),
         now, wanted, lines.listed_items.copy(), lines.quantity.copy(), share, available, placed,
         period.bound_orders(lines, weights), split, np.zeros(len(split), np.int64), ticks,
@@ -74,20 +81,30 @@ def decide(
                 take(p, line, station)
             more = stations.room[station] > 0 or stations.counts_orders[station]
             stations.going_on[station] = line != NONE and more
-    return p.takes[: p.numbers[period.TAKES]], p.sends[: p.numbers[period.SENDS]]
+    return p.takes[: p.numbers[period.TAKES]], p.sends[: p.numbers[period.SENDS]], now
+
+
+@inlined
+def covers(lines: Lines, stock: Stock, stations: Stations) -> bool:
+    """Return whether a pod that goes to a station with room last has an item of an open line."""
+    for pod in range(len(stock.bound)):
+        if stock.bound[pod] != NONE and stations.room[stock.bound[pod]] > 0:
+            for entry in range(stock.of_pod[pod], stock.of_pod[pod + 1]):
+                if stock.items[entry] > 0 and lines.number[stock.sku[entry]]:
+                    return True
+    return False
 
 
 @njit(cache=True)
-def count_items(stock: Stock, bound: Ints, n_skus: int, n_stations: int) -> tuple[Ints, Ints]:
-    """Return where pods go last, and the free items of these pods at each station; ``bound`` as in `decide`."""
-    last, available = np.full(len(stock.at), NONE), np.zeros((n_skus, n_stations), np.int64)
-    for i in range(len(bound)):
-        pod, station = bound[i, 0], bound[i, 1]
-        if last[pod] == NONE:  # a pod that is bound for several stations is listed for each
-            last[pod] = station
+def count_items(stock: Stock, n_skus: int, n_stations: int) -> Ints:
+    """Return the free items at each station of the pods that go there last, shape (n_skus, stations)."""
+    available = np.zeros((n_skus, n_stations), np.int64)
+    for pod in range(len(stock.bound)):
+        station = stock.bound[pod]
+        if station != NONE:
             for entry in range(stock.of_pod[pod], stock.of_pod[pod + 1]):
                 available[stock.sku[entry], station] += stock.items[entry]
-    return last, available
+    return available
 
 
 @njit(cache=True)
