@@ -35,7 +35,7 @@ class Promises:
         self._shape = (len(stations), n_skus)
         self._available: NDArray[np.int64] | None = None
         self.changes = 0
-        """How often what is available may have changed."""
+        """How often items were promised, or promises taken back."""
 
     @property
     def available(self) -> NDArray[np.int64]:
@@ -49,7 +49,6 @@ class Promises:
 
     def count(self, pod: Pod, station: Station, sign: int) -> None:
         """Add the free items of an inbound pod to what is available, or take them out."""
-        self.changes += 1
         if self._available is not None:
             promised, row = pod._promised, self._available[station.id]
             for sku, number in pod._contents.items():

@@ -243,6 +243,7 @@ class Warehouse:
         pod._itinerary.append(station.id)
         station._inbound[pod.id] = pod
         self.promises.count(pod, station, 1)
+        self.changes += 1
         if pod._carrier is None:
             self.waiting[pod.id] = pod
         if promise:
@@ -408,6 +409,7 @@ class Warehouse:
         """End a visit: the robot leaves the line, and the pod is no longer bound for the station."""
         station._line.remove(robot)
         self.promises.count(pod, station, -1)
+        self.changes += 1
         self.columns.note(pod)
         pod._itinerary.remove(station.id)
         del station._inbound[pod.id]
