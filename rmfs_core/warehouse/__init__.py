@@ -2,14 +2,14 @@
 
 from rmfs_core.warehouse.backlog import BacklogLines, FreeItems
 from rmfs_core.warehouse.column_keeping import columns_of, shown, stock_of
-from rmfs_core.warehouse.columns import BUSY, ROOM, STORED, Lines, Stock
+from rmfs_core.warehouse.columns import BUSY, CAPACITY, STORED, Lines, Stock
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, OrderLine, Pod, Request, Robot, Station
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.warehouse.view import WarehouseView
 
 __all__ = [
     "BUSY",
-    "ROOM",
+    "CAPACITY",
     "STORED",
     "UNLIMITED",
     "BacklogLines",

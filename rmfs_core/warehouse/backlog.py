@@ -43,9 +43,9 @@ class BacklogLines:
 def lines_in(columns: Lines) -> BacklogLines:
     """Return the open lines of columns, as they are now."""
     (there,) = np.nonzero(columns.quantity)
-    place = columns.order[there]
+    row = columns.order[there]
     position = np.cumsum(columns.open_lines > 0) - 1
-    return BacklogLines(position[place], columns.order_id[place], columns.sku[there], columns.quantity[there])
+    return BacklogLines(position[row], columns.order_id[row], columns.sku[there], columns.quantity[there])
 
 
 @frozen(eq=False)

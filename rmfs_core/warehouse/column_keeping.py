@@ -64,9 +64,9 @@ class LineColumns:
         """Let lines leave that were assigned, and orders join."""
         there, new, left = self._all, list[Order](), list[int]()
         for order in self._changed.values():
-            place = int(there.place[order.id]) if order.id < len(there.place) else -1
-            if place >= 0:
-                lines = enumerate(order.lines, int(there.begin[place]))
+            row = int(there.row[order.id]) if order.id < len(there.row) else -1
+            if row >= 0:
+                lines = enumerate(order.lines, int(there.begin[row]))
                 left += [number for number, (sku, _) in lines if sku not in order._open and there.quantity[number]]
             elif order._open:
                 new.append(order)
@@ -111,32 +111,32 @@ class LineColumns:
             self._all = _longer(self._all, ("begin",), 2 * self._orders + 1)
         if self._lines > len(there.sku):
             self._all = _longer(self._all, _BY_LINE, 2 * self._lines)
-        if ids > len(there.place):
-            self._all = _longer(self._all, ("place",), 2 * ids, -1)
+        if ids > len(there.row):
+            self._all = _longer(self._all, ("row",), 2 * ids, -1)
 
-    def _keep(self, places: Ints) -> None:
-        """Move the orders at some places together, in this order; those that have left go."""
+    def _keep(self, rows: Ints) -> None:
+        """Move the orders at some rows together, in this order; those that have left go."""
         there = self._shown
-        places = places[there.open_lines[places] > 0]
-        number = there.begin[places + 1] - there.begin[places]
+        rows = rows[there.open_lines[rows] > 0]
+        number = there.begin[rows + 1] - there.begin[rows]
         begin = np.concatenate([[0], np.cumsum(number)])
-        line = np.arange(begin[-1]) + np.repeat(there.begin[places] - begin[:-1], number)
-        self._orders, self._lines, self._gone = len(places), len(line), 0
-        place = np.full_like(there.place, -1)
-        place[there.order_id[places]] = np.arange(len(places))
+        line = np.arange(begin[-1]) + np.repeat(there.begin[rows] - begin[:-1], number)
+        self._orders, self._lines, self._gone = len(rows), len(line), 0
+        row = np.full_like(there.row, -1)
+        row[there.order_id[rows]] = np.arange(len(rows))
         self._room = np.bincount(there.sku[line][there.quantity[line] > 0], minlength=len(there.first))
         self._used = int(self._room.sum())
         self._all = Lines(
-            **{name: getattr(there, name)[places] for name in _BY_ORDER},
+            **{name: getattr(there, name)[rows] for name in _BY_ORDER},
             begin=begin,
-            order=np.repeat(np.arange(len(places)), number),
+            order=np.repeat(np.arange(len(rows)), number),
             sku=there.sku[line],
             quantity=there.quantity[line],
             first=np.cumsum(self._room) - self._room,
             number=np.zeros_like(self._room),
             listed_order=np.zeros(self._used, np.int64),
             listed_items=np.zeros(self._used, np.int64),
-            place=place,
+            row=row,
         )
         _compiled().enlist(self._all, self._room, 0, len(line), self._used)
         self._show()
@@ -152,7 +152,7 @@ class LineColumns:
 
 
 def columns_of(orders: Sequence[Order], n_skus: int) -> Lines:
-    """Return the columns of some orders, whose places are their positions."""
+    """Return the columns of some orders, whose rows are their positions."""
     columns = LineColumns(n_skus)
     columns._join(orders)
     return columns._shown

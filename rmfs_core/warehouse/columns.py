@@ -1,7 +1,7 @@
 """The warehouse in columns: open lines of orders and items of pods as arrays, which rules make their scores of.
 
 Columns follow the objects when they are asked for, and cost what has changed since. Nobody but the kernel writes them.
-Whatever a rule reads of them holds for one call: afterwards they change in place, and orders get other places.
+Whatever a rule reads of them holds for one call: afterwards they change in place, and orders get other rows.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ STORED, BUSY = -1, -2
 """Where a pod may leave from (`Stock.at`): its storage location, or nowhere; else the id of the station it leaves."""
 
 
-ROOM = np.dtype([(name, np.int64) for name in ("free", "load", "capacity", "counts_orders")])
-"""What a picking station can take, as `Station` has it: items, or orders where it counts these."""
+CAPACITY = np.dtype([(name, np.int64) for name in ("free", "load", "capacity", "counts_orders")])
+"""Capacity of a picking station, as `Station` has it: in items, or in orders where it counts these."""
 
 
 class Lines(NamedTuple):
     """Orders of the backlog and their open lines as columns.
 
-    Orders have *places*: rows of the columns by order, the oldest order first. An order that has left keeps its place
-    for a while, with no items and no open lines. **A place holds for one call**: orders that are there are moved
-    together when many have left, so nobody may keep a place, or an array of these, until the next call.
+    Each order has a *row* of the columns by order, the oldest order the first. An order that has left keeps its row
+    for a while, with no items and no open lines. **Rows hold for one call**: orders that are there are moved together
+    when many have left, so nobody may keep a row, or an array of rows, until the next call.
 
-    Compiled functions take it as it is: ``lines.items[place]``. All arrays are read-only.
+    Compiled functions take it as it is: ``lines.items[row]``. All arrays are read-only.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Lines(NamedTuple):
     items, open_lines
         Its open items and open lines; 0 once it has left the backlog. int64, shape (orders,).
     begin
-        Its lines, open or not, are ``begin[place]`` to before ``begin[place + 1]``. int64, shape (orders + 1,).
+        Its lines, open or not, are ``begin[row]`` to before ``begin[row + 1]``. int64, shape (orders + 1,).
     order, sku, quantity
         Place of the line's order, SKU id, and items; 0 items once the line is assigned. int64, shape (lines,).
     first, number
@@ -52,7 +52,7 @@ class Lines(NamedTuple):
         the oldest order first. int64, shape (n_skus,).
     listed_order, listed_items
         Place of the line's order, and items, int64, longer than all lists together.
-    place
+    row
         Place by order id, -1 for orders that are not there; int64, longer than the highest id.
     """
 
@@ -70,17 +70,17 @@ class Lines(NamedTuple):
     number: Ints
     listed_order: Ints
     listed_items: Ints
-    place: Ints
+    row: Ints
 
     @property
     def begun(self) -> Ints:
-        """Places of the orders of which some lines are assigned and others open, ascending."""
+        """Rows of the orders of which some lines are assigned and others open, ascending."""
         begun = (self.open_lines > 0) & (self.open_lines < np.diff(self.begin))
         return np.flatnonzero(begun)
 
-    def of_order(self, place: int) -> list[tuple[int, int]]:
+    def of_order(self, row: int) -> list[tuple[int, int]]:
         """Return SKU and items of each open line of an order."""
-        there = slice(*self.begin[place : place + 2].tolist())
+        there = slice(*self.begin[row : row + 2].tolist())
         lines = zip(self.sku[there].tolist(), self.quantity[there].tolist(), strict=True)
         return [(sku, items) for sku, items in lines if items]
 

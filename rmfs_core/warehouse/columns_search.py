@@ -49,7 +49,7 @@ def enlist(lines: Lines, room: Ints, line: int, end: int, used: int) -> tuple[in
 
 @inlined
 def join(lines: Lines, told: Ints, order: int, line: int) -> int:
-    """Write orders and their lines to the columns, from an order's place and a line on; return the next line.
+    """Write orders and their lines to the columns, from an order's row and a line on; return the next line.
 
     Of each order is told: id, tick of arrival, tick at which it is due, priority, number of lines; and of each of its
     lines: SKU, and open items, 0 if it is assigned.
@@ -58,7 +58,7 @@ def join(lines: Lines, told: Ints, order: int, line: int) -> int:
     while at < len(told):
         lines.order_id[order], lines.arrival_s[order] = told[at], told[at + 1] / TICKS_PER_S
         lines.due_s[order] = np.inf if told[at + 2] == NEVER else told[at + 2] / TICKS_PER_S
-        lines.place[told[at]], lines.priority[order] = order, told[at + 3]
+        lines.row[told[at]], lines.priority[order] = order, told[at + 3]
         lines.items[order] = lines.open_lines[order] = 0
         end = at + 5 + 2 * told[at + 4]
         for of_line in range(at + 5, end, 2):

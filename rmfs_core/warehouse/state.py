@@ -13,7 +13,7 @@ from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.claims import Claims, by_age
 from rmfs_core.warehouse.column_keeping import StockColumns, shown
-from rmfs_core.warehouse.columns import ROOM
+from rmfs_core.warehouse.columns import CAPACITY
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
 from rmfs_core.warehouse.promises import Promises, drop_item, enter, serves_none
 from rmfs_core.world import Instance
@@ -83,10 +83,10 @@ class Warehouse:
             station._now = lambda: self.now
         for pod in self.pods:
             pod._arrival = self._arrival
-        self._room = np.zeros(len(self.picking), ROOM)
-        self.room = shown(self._room)
+        self._capacities = np.zeros(len(self.picking), CAPACITY)
+        self.capacities = shown(self._capacities)
         self.changes = 0
-        """How often orders, what stations can take, or where pods stand may have changed."""
+        """How often orders, capacities, or where pods stand may have changed."""
         for station in self.picking:
             self._book(station)
         self.has_places = True
@@ -232,10 +232,10 @@ class Warehouse:
         return items
 
     def _book(self, station: Station) -> None:
-        """Write what a station can take now to the records."""
+        """Write the capacity of a station to the records."""
         self.changes += 1
         if station.picks:
-            self._room[station.id] = station.free_capacity, station._load, station.capacity, station.counts_orders
+            self._capacities[station.id] = station.free_capacity, station._load, station.capacity, station.counts_orders
 
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
         """Decide a trip: the pod is bound for the station from now on. ``promise``: and its items are promised."""

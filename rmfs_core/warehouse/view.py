@@ -98,19 +98,20 @@ class WarehouseView(ReadOnly):
         return self._state.columns.stock(self._state.leaving_pods())
 
     @property
-    def room(self) -> NDArray[np.void]:
-        """What each picking station can take, as records by id: ``free``, ``load``, ``capacity``, ``counts_orders``.
+    def capacities(self) -> NDArray[np.void]:
+        """Capacities of the picking stations, as records by id: ``free``, ``load``, ``capacity``, ``counts_orders``.
 
         As `Station` has them, int64, shape (stations,). They hold for one call, later they change in place.
         """
-        return self._state.room
+        return self._state.capacities
 
     @property
     def version(self) -> int:
-        """Another number whenever ``lines``, ``room``, ``available`` or ``stock`` may differ, pods that leave apart.
+        """Number that is another one whenever a decision on orders or pods may be another one.
 
-        A rule that found nothing to do need not look again before it changes, time has passed that matters, or
-        ``leaving_pods`` are others.
+        Open lines, capacities, available items, items of the stock, or which pods are stored and bound where may have
+        changed. Not counted: the time, and which pods leave (``leaving_pods``). A rule that found nothing to do need
+        not look again while all three are as they were.
         """
         return self._state.changes + self._state.promises.changes
 

@@ -13,7 +13,7 @@ from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station, War
 if TYPE_CHECKING:
     from rmfs_core.traffic import Traffic
 
-_HELD_BESIDE = ("label", "contents", "backlog_lines", "free_items", "lines", "room", "stock")
+_HELD_BESIDE = ("label", "contents", "backlog_lines", "capacities", "free_items", "lines", "stock")
 """Made of other values, or noted below as a copy, because they follow later changes."""
 
 

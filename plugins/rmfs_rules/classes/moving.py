@@ -1,4 +1,4 @@
-"""What active repositioning needs besides places and worth: where to, and a pause when all is done."""
+"""What active repositioning needs besides locations and worth: where to, and a pause when all is done."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rmfs_core import PodMove
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Robot, WarehouseView
-    from rmfs_rules.classes.places import Ids
+    from rmfs_rules.classes.locations import Ids
 
 
 @define(eq=False)

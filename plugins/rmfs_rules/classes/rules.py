@@ -1,4 +1,4 @@
-"""The rules: good places for pods that are wanted much."""
+"""The rules: good locations for pods that are wanted much."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from rmfs_core import PodMove, hookimpl
 from rmfs_rules.classes import worth
+from rmfs_rules.classes.locations import NO_STATION, Kept, Locations
 from rmfs_rules.classes.moving import Pause, nearest_to
-from rmfs_rules.classes.places import NO_STATION, Kept, Places
 from rmfs_rules.helpers import nearest_free_location
 from rmfs_rules.helpers.classes import by_share, class_borders, turn
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
@@ -21,7 +21,7 @@ from rmfs_rules.helpers.sending import ByStock, held
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, WarehouseView
-    from rmfs_rules.classes.places import Ids
+    from rmfs_rules.classes.locations import Ids
 
 NOT_OFF = -1
 """How far from its rank a pod counts that may not be moved."""
@@ -92,7 +92,7 @@ class StationBased:
 
 @define
 class TurnoverClasses(ByStock):
-    """Store a pod in the class of places that is as good as the pod is wanted.
+    """Store a pod in the class of locations that is as good as the pod is wanted.
 
     The storage locations (those that hold no empty pod), sorted by the loaded driving time to the nearest station, and
     the pods, sorted by
@@ -118,20 +118,20 @@ class TurnoverClasses(ByStock):
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of the pod's class."""
-        places, classes = self._classes.of(warehouse, self._by_drive)
+        locations, classes = self._classes.of(warehouse, self._by_drive)
         speed = held(warehouse.stock, warehouse.ordered())
         own = by_share(np.argsort(-speed, kind="stable"), self.borders)[pod.id]
-        free = np.isin(places.cells, warehouse.free_storage_locations)
+        free = np.isin(locations.cells, warehouse.free_storage_locations)
         away = turn(classes - own, better_first=False)
-        return nearest_free_location(warehouse, pod, places.cells[free & (away == away[free].min())])
+        return nearest_free_location(warehouse, pod, locations.cells[free & (away == away[free].min())])
 
-    def _by_drive(self, places: Places) -> Ids:
-        return by_share(np.argsort(places.nearest_ticks, kind="stable"), self.borders)
+    def _by_drive(self, locations: Locations) -> Ids:
+        return by_share(np.argsort(locations.nearest_ticks, kind="stable"), self.borders)
 
 
 @define
 class Cache(_Moving):
-    """Keep the best places of each station for pods that are wanted much.
+    """Keep the best locations of each station for pods that are wanted much.
 
     Each station has a cache: of the storage locations (those that hold no empty pod) a share is divided among the
     stations, the shortest loaded drive to a station first. A pod that leaves station s belongs there if
@@ -144,11 +144,11 @@ class Cache(_Moving):
     where it is: in the cache of s, else in none; a pod that does not belong there to one in no cache. Caches of others
     come last, as does that of s for such a pod. Ties go to the lowest cell index.
 
-    Repositioning: of the pods that are wanted at all, as many as the caches have places besides ``free_places`` in each
-    are useful, those that are wanted most. Where fewer places of a cache are free, the pods in it that are not useful
-    go out, the one that is wanted least first, to the nearest free location in no cache; where more are, useful pods in
-    no cache come in, the one that is wanted most first, to the free place nearest to it. When there is nothing to move
-    it is looked into again after ``retry_s``.
+    Repositioning: of the pods that are wanted at all, as many as the caches have locations besides ``free_places`` in
+    each are useful, those that are wanted most. Where fewer locations of a cache are free, the pods in it that are not
+    useful go out, the one that is wanted least first, to the nearest free location in no cache; where more are, useful
+    pods in no cache come in, the one that is wanted most first, to the free location nearest to it. When there is
+    nothing to move it is looked into again after ``retry_s``.
 
     References
     ----------
@@ -161,26 +161,26 @@ class Cache(_Moving):
         0.5, NOT_NEGATIVE, "What has to be exceeded for a pod to go into the cache: the higher, the fewer pods do"
     )
     weight_speed: float = _weight_speed(0.0)
-    free_places: int = parameter(8, NOT_NEGATIVE, "Repositioning: places that are kept free in each cache")
+    free_places: int = parameter(8, NOT_NEGATIVE, "Repositioning: locations that are kept free in each cache")
     _caches: Kept[tuple[Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location in the station's cache, or outside all caches."""
-        places, (owner, _) = self._caches.of(warehouse, self._owners)
+        locations, (owner, _) = self._caches.of(warehouse, self._owners)
         station = min(
             warehouse.stations,
             key=lambda s: (int(warehouse.travel.times_to(s.cell, True)[pod.cell].min()), s.id),
         ).id
-        free = np.isin(places.cells, warehouse.free_storage_locations)
+        free = np.isin(locations.cells, warehouse.free_storage_locations)
         if self._belongs(warehouse, pod, station, free[owner == station]):
             away = np.where(owner == station, 0, np.where(owner == NO_STATION, 1, 2))
         else:
             away = np.where(owner == NO_STATION, 0, 1)
-        return nearest_free_location(warehouse, pod, places.cells[free & (away == away[free].min())])
+        return nearest_free_location(warehouse, pod, locations.cells[free & (away == away[free].min())])
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
-        places, (owner, at) = self._caches.of(warehouse, self._owners)
+        locations, (owner, at) = self._caches.of(warehouse, self._owners)
         wanted = self._wanted(warehouse)
         stored, movable = warehouse.stock.location, worth.movable(warehouse)
         there = int((owner != NO_STATION).sum()) - self.free_places * len(warehouse.stations)
@@ -190,13 +190,13 @@ class Cache(_Moving):
         useless[useful] = False
         now = at[stored]
         outside = useful[movable[useful] & (now[useful] == NO_STATION)].tolist()
-        free = np.isin(places.cells, warehouse.free_storage_locations)
+        free = np.isin(locations.cells, warehouse.free_storage_locations)
         moves: list[PodMove] = []
 
         def move(pod: int, of: int) -> None:
-            cell = nearest_to(warehouse, int(stored[pod]), places.cells[free & (owner == of)])
+            cell = nearest_to(warehouse, int(stored[pod]), locations.cells[free & (owner == of)])
             moves.append(PodMove(pod, cell))
-            free[places.cells == cell] = False
+            free[locations.cells == cell] = False
 
         for station in warehouse.stations:
             inside = np.flatnonzero(useless & (now == station.id))
@@ -208,13 +208,13 @@ class Cache(_Moving):
                 move(outside.pop(0), station.id)
         return moves
 
-    def _owners(self, places: Places) -> tuple[Ids, Ids]:
-        """Return whose cache each place belongs to, and the same by cell."""
-        owner = places.caches(self.share)
-        return owner, places.by_cell(owner, NO_STATION)
+    def _owners(self, locations: Locations) -> tuple[Ids, Ids]:
+        """Return whose cache each location belongs to, and the same by cell."""
+        owner = locations.caches(self.share)
+        return owner, locations.by_cell(owner, NO_STATION)
 
     def _belongs(self, warehouse: WarehouseView, pod: Pod, station: int, free: NDArray[np.bool_]) -> bool:
-        """Whether a pod belongs into the cache of a station, of which these places are free."""
+        """Whether a pod belongs into the cache of a station, of which these locations are free."""
         if not len(free):
             return False
         _, (_, at) = self._caches.of(warehouse, self._owners)
@@ -239,7 +239,7 @@ class Utility(_Moving):
     in all, or else the first such rank that has any, the one with the shortest driving time from where the pod is
     is taken. Ties go to the lowest id and cell index.
 
-    Repositioning: the pod whose place is the most ranks from its own, ``corridor`` at least, goes first, to the
+    Repositioning: the pod whose location is the most ranks from its own, ``corridor`` at least, goes first, to the
     location that would be chosen so, if that is nearer to its rank. When there is nothing to move it is looked into
     again after ``retry_s``.
 
@@ -257,22 +257,22 @@ class Utility(_Moving):
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of about the pod's rank."""
-        places, (ranks, ranked, _) = self._ranks.of(warehouse, _ranked)
+        locations, (ranks, ranked, _) = self._ranks.of(warehouse, _ranked)
         own = self._own_ranks(warehouse, ranked)[pod.id]
-        free = np.isin(places.cells, warehouse.free_storage_locations)
+        free = np.isin(locations.cells, warehouse.free_storage_locations)
         away = turn(ranks - own, better_first=True)
         least = max(self.corridor - 1, int(away[free].min()))
-        return nearest_free_location(warehouse, pod, places.cells[free & (away <= least)])
+        return nearest_free_location(warehouse, pod, locations.cells[free & (away <= least)])
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
-        places, (ranks, ranked, at) = self._ranks.of(warehouse, _ranked)
+        locations, (ranks, ranked, at) = self._ranks.of(warehouse, _ranked)
         if not warehouse.ordered().any():  # nothing is known of any pod
             return []
         own = self._own_ranks(warehouse, ranked)
         cells = warehouse.stock.location
         off = np.where(worth.movable(warehouse), np.abs(at[cells] - own), NOT_OFF)
         out_of_place = np.flatnonzero(off >= self.corridor)
-        free = np.isin(places.cells, warehouse.free_storage_locations)
+        free = np.isin(locations.cells, warehouse.free_storage_locations)
         moves: list[PodMove] = []
         for pod in out_of_place[np.argsort(-off[out_of_place], kind="stable")].tolist():
             if len(moves) == max_moves or not free.any():
@@ -281,9 +281,9 @@ class Utility(_Moving):
             least = max(self.corridor - 1, int(away[free].min()))
             better = free & (away <= least) & (np.abs(ranks - own[pod]) < off[pod])
             if better.any():
-                cell = nearest_to(warehouse, int(cells[pod]), places.cells[better])
+                cell = nearest_to(warehouse, int(cells[pod]), locations.cells[better])
                 moves.append(PodMove(pod, cell))
-                free &= places.cells != cell
+                free &= locations.cells != cell
         return moves
 
     def _own_ranks(self, warehouse: WarehouseView, ranked: Ids) -> Ids:
@@ -295,7 +295,7 @@ class Utility(_Moving):
         return own
 
 
-def _ranked(places: Places) -> tuple[Ids, Ids, Ids]:
-    """Return the ranks of places, the same in ascending order, and by cell."""
-    ranks = places.ranks()
-    return ranks, np.sort(ranks), places.by_cell(ranks, 0)
+def _ranked(locations: Locations) -> tuple[Ids, Ids, Ids]:
+    """Return the ranks of locations, the same in ascending order, and by cell."""
+    ranks = locations.ranks()
+    return ranks, np.sort(ranks), locations.by_cell(ranks, 0)

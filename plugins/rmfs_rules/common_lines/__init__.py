@@ -43,8 +43,8 @@ class CommonLines(PairOptions):
         for station in warehouse.stations:
             wanted[station.id, [request.sku for request in station.open_requests]] = 1
 
-        def take(pairs: Pairs, station: Station, place: int) -> None:
-            for sku, _ in pairs.lines.of_order(place):
+        def take(pairs: Pairs, station: Station, row: int) -> None:
+            for sku, _ in pairs.lines.of_order(row):
                 pairs.change(station.id, sku, 1)
 
         return self.assign(warehouse, rng, wanted, take)

@@ -19,7 +19,7 @@ SHUT = -1
 
 
 def late(warehouse: WarehouseView, max_wait_s: float | None) -> list[int]:
-    """Return the places of the orders that have waited too long, oldest first.
+    """Return the rows of the orders that have waited too long, oldest first.
 
     Parameters
     ----------
@@ -56,16 +56,16 @@ def assign_late(
     free
         Free capacity by station; `SHUT` for those that are kept from then on.
     assign
-        Assigns the order at a place if it fits anywhere, and says whether it does.
+        Assigns the order at a row if it fits anywhere, and says whether it does.
     """
     lines, largest = warehouse.lines, warehouse.largest_capacity
     kept: dict[int, bool] = {}  # stations that are kept, and whether for an order that is larger than any station
-    for place in late(warehouse, max_wait_s):
-        if not assign(place) and (max_wait_s is not None or not any(kept.values())):
-            order = warehouse.order(int(lines.order_id[place]))
+    for row in late(warehouse, max_wait_s):
+        if not assign(row) and (max_wait_s is not None or not any(kept.values())):
+            order = warehouse.order(int(lines.order_id[row]))
             at = station_to_keep(warehouse, order, dict(enumerate(free)), kept)
             if at is not None:
-                kept[at], free[at] = bool(lines.items[place] > largest), SHUT
+                kept[at], free[at] = bool(lines.items[row] > largest), SHUT
         if len(kept) == sum(station.open for station in warehouse.stations):
             break
 

@@ -12,7 +12,7 @@ from attrs import define, field, validators
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_core.warehouse import ROOM, UNLIMITED, columns_of, shown, stock_of
+from rmfs_core.warehouse import CAPACITY, UNLIMITED, columns_of, shown, stock_of
 from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late
 
 if TYPE_CHECKING:
@@ -23,9 +23,9 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Take = Callable[["Pairs", "Station", int], None]
-"""Told of each assignment (station, place of the order) before the next one is chosen, unless nothing more can fit."""
+"""Told of each assignment (station, row of the order) before the next one is chosen, unless nothing more can fit."""
 Prefer = Callable[[int, "Station"], int]
-"""Of the stations with the highest score of an order (place) that takes it for which this is lowest."""
+"""Of the stations with the highest score of an order (row) that takes it for which this is lowest."""
 
 AT_ONCE = 64
 """Pairs that one compiled search assigns, where nobody is told of each."""
@@ -50,11 +50,11 @@ class Pairs:
         at the station, not a 0; before ``rank``. Shape (stations, n_skus). Left out: none has any.
     scores
         Instead of ``table``: scores of all orders at each station, below 0: never there; shape (stations, orders), by
-        place. Whoever changes it says so (`forget`).
+        row. Whoever changes it says so (`forget`).
     rank
-        Of orders with the same score the one with the lowest goes first, by place. Left out: the oldest.
+        Of orders with the same score the one with the lowest goes first, by row. Left out: the oldest.
     first
-        Orders that go before all others, whatever their scores, by place.
+        Orders that go before all others, whatever their scores, by row.
     extra
         What a station adds to the scores of all orders, by station; it may be changed in place.
     fast_lane
@@ -68,7 +68,7 @@ class Pairs:
     lines
         The open lines.
     taken
-        Orders that are assigned in this decision, by place.
+        Orders that are assigned in this decision, by row.
     """
 
     def __init__(
@@ -98,17 +98,17 @@ class Pairs:
         self._order = search.Precedence(
             self.taken, self.taken[:0] if first is None else first, _NO_RANK if rank is None else shown(rank)
         )
-        room, heads = warehouse.room.copy(), np.zeros(number, search.HEAD)
+        capacities, heads = warehouse.capacities.copy(), np.zeros(number, search.HEAD)
         if queues is not None:
-            room["free"], room["load"] = queues
-        self._free, self._load, self._known = room["free"], room["load"], heads["known"]
+            capacities["free"], capacities["load"] = queues
+        self._free, self._load, self._known = capacities["free"], capacities["load"], heads["known"]
         stock, coming = _no_stock(), _NOTHING
         if fast_lane:
             stock, pods = warehouse.stock, [pod_at(warehouse, station) for station in self.stations]
             heads["pod"] = [-1 if pod is None else pod.id for pod in pods]
             coming = np.array([[pod is not None and s.id in pod.bound_for for s in self.stations] for pod in pods])
         self._at = search.Stations(
-            room,
+            capacities,
             heads,
             UNLIMITED if self._queued else warehouse.largest_capacity,
             self._queued,
@@ -156,11 +156,11 @@ class Pairs:
         told = self.lines, self._scores, self._order, self._at
         plain = tuple(map(tuple, told))  # named tuples take compiled functions twice as long to read
 
-        def assign(place: int) -> bool:
-            at = self._preferred(place, prefer)
+        def assign(row: int) -> bool:
+            at = self._preferred(row, prefer)
             if at >= 0:
-                self._search.assign(self.lines, self._order, self._at, place, at)
-                self._tell(place, at, take)
+                self._search.assign(self.lines, self._order, self._at, row, at)
+                self._tell(row, at, take)
             return at >= 0
 
         if not self._queued:  # nobody is late for a queue
@@ -168,12 +168,12 @@ class Pairs:
         most, found = 1 if take is not None else AT_ONCE, True
         while found and self._may_fit():
             if prefer is not None:
-                place, _ = self._search.best_pair(*told)
-                found = place >= 0 and assign(place)
+                row, _ = self._search.best_pair(*told)
+                found = row >= 0 and assign(row)
                 continue
             pairs = self._search.assign_best(plain, most).tolist()
-            for place, at in pairs:
-                self._tell(place, at, take)
+            for row, at in pairs:
+                self._tell(row, at, take)
             found = len(pairs) == most
         return self._chosen
 
@@ -181,21 +181,21 @@ class Pairs:
         """Whether an order may fit anywhere: a station has room, or an order a place at one."""
         return bool(self._at.placed.shape[1] or self._free.max(initial=0) > 0)
 
-    def _preferred(self, place: int, prefer: Prefer | None) -> int:
+    def _preferred(self, row: int, prefer: Prefer | None) -> int:
         """Return the station that takes an order, of those where it fits; -1: it fits nowhere."""
-        values = self._search.values_of(self.lines, self._scores, place, self._at).tolist()
+        values = self._search.values_of(self.lines, self._scores, row, self._at).tolist()
         best = [at for at, value in enumerate(values) if value == max(values) > -math.inf]
 
         def key(at: int) -> tuple[int, int, int]:
-            return prefer(place, self.stations[at]) if prefer is not None else 0, int(self._load[at]), at
+            return prefer(row, self.stations[at]) if prefer is not None else 0, int(self._load[at]), at
 
         return min(best, key=key, default=-1)
 
-    def _tell(self, place: int, at: int, take: Take | None) -> None:
+    def _tell(self, row: int, at: int, take: Take | None) -> None:
         """Note that an order is assigned, and tell whoever wants to know."""
-        self._chosen.append(OrderAssignment(int(self.lines.order_id[place]), self.stations[at].id))
+        self._chosen.append(OrderAssignment(int(self.lines.order_id[row]), self.stations[at].id))
         if take is not None and (self._scores.given.shape[1] or self._may_fit()):
-            take(self, self.stations[at], place)
+            take(self, self.stations[at], row)
 
 
 def waiting_limit() -> Any:
@@ -320,29 +320,29 @@ def assign_best_pairs(
     list[OrderAssignment]
         The assignments in the order in which they were chosen.
     """
-    places, stations = np.flatnonzero(warehouse.lines.open_lines), warehouse.stations
+    rows, stations = np.flatnonzero(warehouse.lines.open_lines), warehouse.stations
     position = np.cumsum(warehouse.lines.open_lines > 0) - 1
     scores = np.full((len(stations), len(position)), -1.0)
 
     def by_place(values: NDArray[Any] | None, kind: Any) -> Any:
         spread = np.zeros(len(position), kind)
-        spread[places] = 0 if values is None else values
+        spread[rows] = 0 if values is None else values
         return None if values is None else spread
 
-    def take(pairs: Pairs, station: Station, place: int) -> None:
-        for changed in assigned(station, int(position[place])) if assigned is not None else ():
-            scores[changed, places] = score(stations[changed])
+    def take(pairs: Pairs, station: Station, row: int) -> None:
+        for changed in assigned(station, int(position[row])) if assigned is not None else ():
+            scores[changed, rows] = score(stations[changed])
             pairs.forget(changed)
 
-    if not len(places):
+    if not len(rows):
         return []
     for station in stations:
         if station.free_capacity or warehouse.split_orders_open:  # a full one may take orders that have a place there
-            scores[station.id, places] = score(station)
+            scores[station.id, rows] = score(station)
     pairs = Pairs(
         warehouse, scores=scores, rank=by_place(rank, np.float64), first=by_place(first, np.bool_), fast_lane=fast_lane
     )
-    told: Prefer | None = None if prefer is None else lambda place, at: prefer(int(position[place]), at)
+    told: Prefer | None = None if prefer is None else lambda row, at: prefer(int(position[row]), at)
     return pairs.assign(take, told, max_wait_s)
 
 
@@ -351,8 +351,8 @@ def load() -> None:
     search, nothing, stock = _compiled(), np.zeros((0, 0)), _no_stock()
     scores = search.Scores(nothing.astype(np.int64), nothing.astype(np.int64), nothing, np.zeros(0))
     order = search.Precedence(np.zeros(0, np.bool_), np.zeros(0, np.bool_), _NO_RANK)
-    room, heads, entries = np.zeros(0, ROOM), np.zeros(0, search.HEAD), (stock.of_pod, stock.sku, stock.items.copy())
-    at = search.Stations(room, heads, UNLIMITED, False, np.zeros(0), _NOTHING, 0, _NOTHING, *entries)
+    heads, entries = np.zeros(0, search.HEAD), (stock.of_pod, stock.sku, stock.items.copy())
+    at = search.Stations(np.zeros(0, CAPACITY), heads, UNLIMITED, False, np.zeros(0), _NOTHING, 0, _NOTHING, *entries)
     search.assign_best((tuple(columns_of((), 1)), tuple(scores), tuple(order), tuple(at)), 1)
 
 
@@ -368,9 +368,9 @@ def places_taken(warehouse: WarehouseView) -> Flags:
     lines, stations = warehouse.lines, warehouse.stations
     begun = lines.begun.tolist() if warehouse.split_orders_open else []
     placed = np.zeros((len(stations), len(lines.items) if begun else 0), np.bool_)
-    for place in begun:
-        order = warehouse.order(int(lines.order_id[place]))
-        placed[:, place] = [station.counts_orders and order.has_place_at(station.id) for station in stations]
+    for row in begun:
+        order = warehouse.order(int(lines.order_id[row]))
+        placed[:, row] = [station.counts_orders and order.has_place_at(station.id) for station in stations]
     return placed
 
 

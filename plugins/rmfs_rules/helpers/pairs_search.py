@@ -21,10 +21,10 @@ SHARE = 0.5
 """What an order counts all of whose lines are in `Scores.shares`: less than an item."""
 
 
-HEAD = np.dtype([(name, np.int64) for name in ("known", "place", "pod")] + [("score", np.float64)])
+HEAD = np.dtype([(name, np.int64) for name in ("known", "row", "pod")] + [("score", np.float64)])
 """Which order goes first at a station.
 
-``place``: that order, by place (-1: none fits), and ``score``: what it scores there, where it is ``known``; else
+``row``: that order, by row (-1: none fits), and ``score``: what it scores there, where it is ``known``; else
 `best_pair` looks anew. ``pod``: that which stands there, -1 for none, where capacity is kept for what it completes.
 """
 
@@ -34,18 +34,18 @@ class Stations(NamedTuple):
 
     Parameters
     ----------
-    room
-        What each can take, by id, `ROOM`, shape (stations,); ``free`` below 0: not even orders fit that take up none.
+    capacities
+        Of each, by id, `CAPACITY`, shape (stations,); ``free`` below 0: not even orders fit that take up none.
     heads
         Each by id, `HEAD`, shape (stations,).
     largest
         Items of the largest order that fits any station; a larger one fits an empty station.
     queued
-        Whether orders join queues, of which ``room`` has the free places and lengths, one place each.
+        Whether orders join queues, of which ``capacities`` has free capacity and lengths: 1 an order.
     extra
         What a station adds to the scores of all orders, float64, shape (stations,).
     placed
-        Orders that have a place there, by place, shape (stations, orders), or (stations, 0): none anywhere.
+        Orders that have a place there, by row, shape (stations, orders), or (stations, 0): none anywhere.
     kept
         Capacity that a station with something to do keeps for what the pod that stands there completes.
     coming
@@ -55,7 +55,7 @@ class Stations(NamedTuple):
         no capacity is kept.
     """
 
-    room: NDArray[np.void]
+    capacities: NDArray[np.void]
     heads: NDArray[np.void]
     largest: int
     queued: bool
@@ -69,7 +69,7 @@ class Stations(NamedTuple):
 
 
 class Precedence(NamedTuple):
-    """In which order orders go that have the same score, and which do not go at all; all by place.
+    """In which order orders go that have the same score, and which do not go at all; all by row.
 
     Parameters
     ----------
@@ -99,9 +99,9 @@ class Scores(NamedTuple):
     shares
         1 or 0 by SKU, shape (stations, n_skus), or (stations, 0): none.
     given
-        By place, below 0: never there; shape (stations, orders), or (stations, 0): the sums.
+        By row, below 0: never there; shape (stations, orders), or (stations, 0): the sums.
     zeros
-        By place, before and after each search.
+        By row, before and after each search.
     """
 
     table: Ints
@@ -113,68 +113,68 @@ class Scores(NamedTuple):
 @inlined
 def room(at: int, stations: Stations) -> int:
     """Capacity for any order: all that is free, but for what a station with something to do keeps."""
-    free = int(stations.room[at].free)
-    return min(free, max(free - stations.kept, 0)) if stations.room[at].load else free
+    free = int(stations.capacities[at].free)
+    return min(free, max(free - stations.kept, 0)) if stations.capacities[at].load else free
 
 
 @inlined
-def size_at(lines: Lines, place: int, at: int, stations: Stations) -> int:
+def size_at(lines: Lines, row: int, at: int, stations: Stations) -> int:
     """Capacity that an order takes up at a station."""
     if stations.queued:
         return 1
-    if stations.room[at].counts_orders:
-        return 0 if stations.placed.shape[1] and stations.placed[at, place] else 1
-    items = lines.items[place]
-    return int(stations.room[at].capacity if items > stations.largest else items)
+    if stations.capacities[at].counts_orders:
+        return 0 if stations.placed.shape[1] and stations.placed[at, row] else 1
+    items = lines.items[row]
+    return int(stations.capacities[at].capacity if items > stations.largest else items)
 
 
 @inlined
-def fits(lines: Lines, place: int, at: int, free: int, stations: Stations) -> bool:
+def fits(lines: Lines, row: int, at: int, free: int, stations: Stations) -> bool:
     """Whether an order fits a station with so much capacity free."""
-    items, there = lines.items[place], stations.room[at]
+    items, there = lines.items[row], stations.capacities[at]
     if items == 0 or (stations.queued and not there.counts_orders and items > there.capacity):
         return False
-    return free >= 0 and size_at(lines, place, at, stations) <= free
+    return free >= 0 and size_at(lines, row, at, stations) <= free
 
 
 @inlined
-def goes_before(place: int, other: int, scores: Floats, order: Precedence) -> bool:
+def goes_before(row: int, other: int, scores: Floats, order: Precedence) -> bool:
     """Whether an order goes before another (-1: none): ``first``, score, rank, age."""
     if other < 0:
         return True
-    if len(order.first) and order.first[place] != order.first[other]:
-        return bool(order.first[place])
-    if scores[place] != scores[other]:
-        return bool(scores[place] > scores[other])
-    if len(order.rank) and order.rank[place] != order.rank[other]:
-        return bool(order.rank[place] < order.rank[other])
-    return place < other
+    if len(order.first) and order.first[row] != order.first[other]:
+        return bool(order.first[row])
+    if scores[row] != scores[other]:
+        return bool(scores[row] > scores[other])
+    if len(order.rank) and order.rank[row] != order.rank[other]:
+        return bool(order.rank[row] < order.rank[other])
+    return row < other
 
 
 @inlined
 def best_of(
-    lines: Lines, places: Ints, scores: Floats, order: Precedence, at: int, free: int, stations: Stations, best: int
+    lines: Lines, rows: Ints, scores: Floats, order: Precedence, at: int, free: int, stations: Stations, best: int
 ) -> int:
-    """Of an order and those at some places that fit, the one that goes first."""
-    for place in places:
-        if scores[place] >= 0 and not order.taken[place] and fits(lines, place, at, free, stations):
-            best = place if goes_before(place, best, scores, order) else best
+    """Of an order and those at some rows that fit, the one that goes first."""
+    for row in rows:
+        if scores[row] >= 0 and not order.taken[row] and fits(lines, row, at, free, stations):
+            best = row if goes_before(row, best, scores, order) else best
     return best
 
 
 @inlined
-def score_of(lines: Lines, place: int, at: int, scores: Scores) -> float:
+def score_of(lines: Lines, row: int, at: int, scores: Scores) -> float:
     """Score of one order at a station."""
     if scores.given.shape[1]:
-        return float(scores.given[at, place])
+        return float(scores.given[at, row])
     score: float = 0.0
     shared: float = 0.0
-    for line in range(lines.begin[place], lines.begin[place + 1]):
+    for line in range(lines.begin[row], lines.begin[row + 1]):
         if scores.table.shape[1]:
             score += min(lines.quantity[line], scores.table[at, lines.sku[line]])
         if scores.shares.shape[1] and lines.quantity[line] > 0:
             shared += scores.shares[at, lines.sku[line]]
-    return float(score + SHARE * (shared / lines.open_lines[place]))
+    return float(score + SHARE * (shared / lines.open_lines[row]))
 
 
 @inlined
@@ -189,27 +189,27 @@ def listed(lines: Lines, counts: Ints, at: int) -> int:
 
 @inlined
 def score_listed(lines: Lines, scores: Scores, at: int, scored: Ints) -> int:
-    """Add up the scores of the orders that score anything; note their places, and return how many there are."""
+    """Add up the scores of the orders that score anything; note their rows, and return how many there are."""
     sums, number = scores.zeros, 0
     for sku in range(scores.shares.shape[1]):
         if scores.shares[at, sku] > 0:
             for entry in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
-                place = lines.listed_order[entry]
-                if sums[place] == 0:
-                    scored[number] = place
+                row = lines.listed_order[entry]
+                if sums[row] == 0:
+                    scored[number] = row
                     number += 1
-                sums[place] += scores.shares[at, sku]
-    for place in scored[:number]:
-        sums[place] = SHARE * (sums[place] / lines.open_lines[place])
+                sums[row] += scores.shares[at, sku]
+    for row in scored[:number]:
+        sums[row] = SHARE * (sums[row] / lines.open_lines[row])
     for sku in range(scores.table.shape[1]):
         most = scores.table[at, sku]
         if most > 0:
             for entry in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
-                place = lines.listed_order[entry]
-                if sums[place] == 0:
-                    scored[number] = place
+                row = lines.listed_order[entry]
+                if sums[row] == 0:
+                    scored[number] = row
                     number += 1
-                sums[place] += min(lines.listed_items[entry], most)
+                sums[row] += min(lines.listed_items[entry], most)
     return number
 
 
@@ -219,17 +219,17 @@ def completed_by(lines: Lines, stations: Stations, pod: int) -> Ints:
     begin, end, number = stations.of_pod[pod], stations.of_pod[pod + 1], 0
     for entry in range(begin, end):
         number += lines.number[stations.sku[entry]]
-    served, places, number = np.zeros(len(lines.items), np.int32), np.empty(number, np.int64), 0
+    served, rows, number = np.zeros(len(lines.items), np.int32), np.empty(number, np.int64), 0
     for entry in range(begin, end):
         first = lines.first[stations.sku[entry]]
         for at in range(first, first + lines.number[stations.sku[entry]]):
             if lines.listed_items[at] <= stations.left[entry]:
-                place = lines.listed_order[at]
-                served[place] += 1
-                if served[place] == lines.open_lines[place]:
-                    places[number] = place
+                row = lines.listed_order[at]
+                served[row] += 1
+                if served[row] == lines.open_lines[row]:
+                    rows[number] = row
                     number += 1
-    return places[:number]
+    return rows[:number]
 
 
 @njit(cache=True)
@@ -238,7 +238,7 @@ def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, station
 
     Only orders are scored that score anything: those in the lists of the SKUs that count.
     """
-    for_all, free = room(at, stations), stations.room[at].free
+    for_all, free = room(at, stations), stations.capacities[at].free
     if free < 0 or (free == 0 and not stations.placed[at].any()):
         return -1, 0.0
     completed = np.empty(0, np.int64)
@@ -256,10 +256,10 @@ def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, station
     if any_fits:
         number = score_listed(lines, scores, at, scored)
         best = best_of(lines, scored[:number], sums, order, at, for_all, stations, best)
-    for place in completed:
-        if sums[place] == 0:
-            sums[place] = score_of(lines, place, at, scores)
-            scored[number] = place
+    for row in completed:
+        if sums[row] == 0:
+            sums[row] = score_of(lines, row, at, scores)
+            scored[number] = row
             number += 1
     best = best_of(lines, completed, sums, order, at, free, stations, best)
     if any_fits and (best < 0 or sums[best] == 0 or (len(order.first) and not order.first[best])):
@@ -269,26 +269,26 @@ def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, station
                 if not len(order.first) and not len(order.rank):
                     break  # the oldest of them
     found = best, sums[best] if best >= 0 else 0.0
-    for place in scored[:number]:
-        sums[place] = 0
+    for row in scored[:number]:
+        sums[row] = 0
     return found
 
 
 @njit(cache=True)
 def best_pair(lines: Lines, scores: Scores, order: Precedence, stations: Stations) -> tuple[int, int]:
-    """Order (place) and station that go next; -1 and -1: nothing fits. Looks at stations whose head is not known."""
+    """Order (row) and station that go next; -1 and -1: nothing fits. Looks at stations whose head is not known."""
     best, best_value = -1, 0.0
     for at in range(len(stations.heads)):
         head = stations.heads[at]
         if not head.known:
             head.known = 1
-            head.place, head.score = best_order(lines, scores, order, at, stations)
-        if head.place < 0:
+            head.row, head.score = best_order(lines, scores, order, at, stations)
+        if head.row < 0:
             continue
         value = head.score + stations.extra[at]
         before = best < 0
         if not before:
-            one, other = head.place, stations.heads[best].place
+            one, other = head.row, stations.heads[best].row
             if len(order.first) and order.first[one] != order.first[other]:
                 before = order.first[one]
             elif value != best_value:
@@ -298,58 +298,58 @@ def best_pair(lines: Lines, scores: Scores, order: Precedence, stations: Station
             elif one != other:
                 before = one < other
             else:
-                before = stations.room[at].load < stations.room[best].load
+                before = stations.capacities[at].load < stations.capacities[best].load
         if before:
             best, best_value = at, value
-    return (stations.heads[best].place if best >= 0 else -1), best
+    return (stations.heads[best].row if best >= 0 else -1), best
 
 
 @njit(cache=True)
-def assign(lines: Lines, order: Precedence, stations: Stations, place: int, at: int) -> None:
+def assign(lines: Lines, order: Precedence, stations: Stations, row: int, at: int) -> None:
     """Let a station have an order; pods that come to it serve it, and have less left where they stand now."""
-    size = size_at(lines, place, at, stations)
-    stations.room[at].free -= size
-    stations.room[at].load += size
-    order.taken[place] = True
+    size = size_at(lines, row, at, stations)
+    stations.capacities[at].free -= size
+    stations.capacities[at].load += size
+    order.taken[row] = True
     for other in range(len(stations.heads)):
         head = stations.heads[other]
-        if other == at or head.place == place:
+        if other == at or head.row == row:
             head.known = 0
         if len(stations.coming) and stations.coming[other, at]:
             head.known = 0
             for entry in range(stations.of_pod[head.pod], stations.of_pod[head.pod + 1]):
-                for line in range(lines.begin[place], lines.begin[place + 1]):
+                for line in range(lines.begin[row], lines.begin[row + 1]):
                     if lines.sku[line] == stations.sku[entry]:
                         stations.left[entry] -= lines.quantity[line]
 
 
 @njit(cache=True)
 def assign_best(told: tuple[Plain, Plain, Plain, Plain], most: int) -> Ints:
-    """Assign the best pairs, ``most`` at most; return place and station of each, in this order, shape (pairs, 2).
+    """Assign the best pairs, ``most`` at most; return row and station of each, in this order, shape (pairs, 2).
 
     ``told`` is what `Lines`, `Scores`, `Precedence` and `Stations` are made of.
     """
     lines, scores, order, stations = Lines(*told[0]), Scores(*told[1]), Precedence(*told[2]), Stations(*told[3])
     chosen, number = np.empty((most, 2), np.int64), 0
     while number < most:
-        place, at = best_pair(lines, scores, order, stations)
-        if place < 0:
+        row, at = best_pair(lines, scores, order, stations)
+        if row < 0:
             break
-        assign(lines, order, stations, place, at)
-        chosen[number, 0], chosen[number, 1] = place, at
+        assign(lines, order, stations, row, at)
+        chosen[number, 0], chosen[number, 1] = row, at
         number += 1
     return chosen[:number]
 
 
 @njit(cache=True)
-def values_of(lines: Lines, scores: Scores, place: int, stations: Stations) -> Floats:
+def values_of(lines: Lines, scores: Scores, row: int, stations: Stations) -> Floats:
     """Score and ``extra`` of an order at each station where it fits, -inf elsewhere; shape (stations,)."""
     values = np.full(len(stations.heads), -np.inf)
     for at in range(len(values)):
-        free, pod = stations.room[at].free, stations.heads[at].pod
-        fitting = fits(lines, place, at, room(at, stations), stations)
-        if not fitting and stations.kept > 0 and pod >= 0 and fits(lines, place, at, free, stations):
-            fitting = (completed_by(lines, stations, pod) == place).any()
+        free, pod = stations.capacities[at].free, stations.heads[at].pod
+        fitting = fits(lines, row, at, room(at, stations), stations)
+        if not fitting and stations.kept > 0 and pod >= 0 and fits(lines, row, at, free, stations):
+            fitting = (completed_by(lines, stations, pod) == row).any()
         if fitting:
-            values[at] = score_of(lines, place, at, scores) + stations.extra[at]
+            values[at] = score_of(lines, row, at, scores) + stations.extra[at]
     return values

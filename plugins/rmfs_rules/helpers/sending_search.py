@@ -36,8 +36,8 @@ def servers(columns: Plain, at: Ids, skus: Ids, station: int, fetch: bool) -> Id
     stock = Stock(*columns)
     found, number = np.zeros(len(at), np.bool_), 0
     for sku in skus:
-        for place in range(stock.of_sku[sku], stock.of_sku[sku + 1]):
-            entry = stock.by_sku[place]
+        for index in range(stock.of_sku[sku], stock.of_sku[sku + 1]):
+            entry = stock.by_sku[index]
             pod = stock.pod[entry]
             where = at[pod]
             if stock.items[entry] > 0 and where not in (BUSY, station) and (fetch or where != STORED):

@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 Sent = list[tuple[int, int]]
 """Pods (ids) and the stations that they are sent to."""
 Chosen = list[tuple[int, int]]
-"""Orders (places in `Lines`) and their stations."""
+"""Orders (rows in `Lines`) and their stations."""
 
 NO_NOISE, NO_FLAGS = np.zeros((0, 0), np.int64), np.zeros((0, 0), np.bool_)
 """Nothing that orders lack by chance; nowhere a place that they have."""
@@ -74,14 +74,14 @@ class Period:
     ----------
     lines
         The orders with their open lines.
-    places
+    rows
         Places of the orders with open lines, ascending, int64.
     """
 
     def __init__(self, warehouse: WarehouseView, max_wait_s: float | None) -> None:
         self.warehouse, self._max_wait_s = warehouse, max_wait_s
         self.lines, self._stock, self._stations = warehouse.lines, warehouse.stock, warehouse.stations
-        self.places, self._available = np.flatnonzero(self.lines.open_lines), warehouse.available()
+        self.rows, self._available = np.flatnonzero(self.lines.open_lines), warehouse.available()
         self._largest, self._most = float(warehouse.largest_capacity), int(self.lines.items.max(initial=1))
         self._supply = np.zeros(0, np.int64)
         if not warehouse.unlimited_stock:
@@ -126,13 +126,13 @@ class Period:
             return []
         choice, late = self.choice(sent, [], until), Chosen()
 
-        def assign(place: int) -> bool:
-            found = order_search.fill(np.array([place]), oldest, NO_NOISE, choice)
+        def assign(row: int) -> bool:
+            found = order_search.fill(np.array([row]), oldest, NO_NOISE, choice)
             late.extend(found)
             return bool(found)
 
         assign_late(self.warehouse, self._max_wait_s, choice.free, assign)
-        return [*late, *order_search.fill(self.places, oldest, NO_NOISE, choice)]
+        return [*late, *order_search.fill(self.rows, oldest, NO_NOISE, choice)]
 
     def refilled(self, orders: Ints, kept: Chosen, sent: Sent, noise: Ints) -> Chosen:
         """Return the orders that are kept, and more of some as long as any fits: those that lack least.
@@ -140,7 +140,7 @@ class Period:
         Parameters
         ----------
         orders
-            Those that may be chosen besides, places, ascending.
+            Those that may be chosen besides, rows, ascending.
         kept
             Orders that are chosen already.
         sent
@@ -155,36 +155,36 @@ class Period:
 
         Each goes to the station with the lowest load, of those where that is so.
         """
-        choice, further, rest = self.choice(sent, chosen), Chosen(), self.places
+        choice, further, rest = self.choice(sent, chosen), Chosen(), self.rows
         while True:
             found, able = order_search.complete(rest, choice)
             if not able:
                 return further
-            place, rest = int(rest[found]), rest[found + 1 :]
+            row, rest = int(rest[found]), rest[found + 1 :]
             for station in sorted(able, key=lambda at: (choice.load[at], at)):
-                if self.warehouse.unlimited_stock or self.serve([*chosen, *further, (place, station)], sent):
-                    order_search.take_all(_pairs([(place, station)]), choice)
-                    further.append((place, station))
+                if self.warehouse.unlimited_stock or self.serve([*chosen, *further, (row, station)], sent):
+                    order_search.take_all(_pairs([(row, station)]), choice)
+                    further.append((row, station))
                     break
 
     def foremost(self, number: int, chosen: Chosen, sent: Sent) -> Ints:
-        """Return the places of all orders, or of those that are chosen and of those that would go first.
+        """Return the rows of all orders, or of those that are chosen and of those that would go first.
 
         Of these at most as many as said, for each station with free places as many as for the others, with what pods
         bring that are sent.
         """
-        if len(self.places) <= number:
-            return self.places
-        choice, found, items = self.choice(sent, []), {place for place, _ in chosen}, self.lines.items[self.places]
+        if len(self.rows) <= number:
+            return self.rows
+        choice, found, items = self.choice(sent, []), {row for row, _ in chosen}, self.lines.items[self.rows]
         taking = np.flatnonzero(choice.free > 0).tolist()
         for at in taking:
-            lacks = choice.lacks[at, self.places].astype(np.int64)
+            lacks = choice.lacks[at, self.rows].astype(np.int64)
             shared = np.ones_like(items) if choice.counts_orders[at] else items
             sizes = np.where(shared > self._largest, choice.capacity[at], shared)
             able = np.flatnonzero((lacks < OUT) & (sizes <= choice.free[at]))
             first = able[np.argsort(lacks[able] * SCALE // shared[able], kind="stable")[: number // len(taking)]]
-            choice.lacks[:, self.places[first]] += OUT
-            found.update(self.places[first].tolist())
+            choice.lacks[:, self.rows[first]] += OUT
+            found.update(self.rows[first].tolist())
         return np.array(sorted(found), np.int64)
 
     def pods_for(self, chosen: Chosen, *, by_worth: bool = False) -> Sent:
@@ -226,8 +226,8 @@ class Period:
         At a station that counts orders, a free place counts times the items of the largest order.
         """
         free: list[int] = self._of_stations[0].tolist()
-        for place, station in chosen:
-            order = self.warehouse.order(int(self.lines.order_id[place]))
+        for row, station in chosen:
+            order = self.warehouse.order(int(self.lines.order_id[row]))
             free[station] -= self.warehouse.size_at(order, self._stations[station])
         unused = [free[at.id] * (self._most if at.counts_orders else 1) for at in self._stations]
         return float(self._visits + len(sent) + weight * sum(unused))
@@ -237,7 +237,7 @@ class Period:
         if not chosen:
             return JointDecision()
         return JointDecision(
-            [OrderAssignment(int(self.lines.order_id[place]), station) for place, station in chosen],
+            [OrderAssignment(int(self.lines.order_id[row]), station) for row, station in chosen],
             [PodTrip(pod, station) for pod, station in sent],
             None if cost is None else SolveReport("heuristic", cost),
         )

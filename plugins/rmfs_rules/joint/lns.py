@@ -67,31 +67,31 @@ class LargeNeighborhoodSearch(ByPeriods):
         """Improve the choice of ``alternating``."""
         weight, period = self.unused_capacity_weight, Period(warehouse, self.max_wait_s)
         *_, (cost, chosen, sent) = improving(period, MOST_ROUNDS, weight)
-        places, stay = {place for place, _ in chosen}, {*late(warehouse, self.max_wait_s)}
-        if not chosen or not stay <= places:
+        rows, stay = {row for row, _ in chosen}, {*late(warehouse, self.max_wait_s)}
+        if not chosen or not stay <= rows:
             return period.decision(chosen, sent, cost)
-        shown, best = period.foremost(MOST_ORDERS, chosen, sent), (cost, sorted(places))
+        shown, best = period.foremost(MOST_ORDERS, chosen, sent), (cost, sorted(rows))
         for _ in range(self.iterations):
             taken_back = self._taken_back(period, chosen, sent, rng) - stay
             kept = [pair for pair in chosen if pair[0] not in taken_back]
             noise = rng.integers(0, HALF_A_LINE, (len(shown), len(warehouse.stations)))
             other = period.refilled(shown, kept, period.pods_for(kept), noise)
             pods = period.pods_for(other)
-            value = period.cost(other, pods, weight), sorted(place for place, _ in other)  # of equals, the oldest
+            value = period.cost(other, pods, weight), sorted(row for row, _ in other)  # of equals, the oldest
             if value < best:
                 best, chosen, sent = value, other, pods
         return period.decision(chosen, sent, best[0])
 
     def _taken_back(self, period: Period, chosen: Chosen, sent: Sent, rng: np.random.Generator) -> set[int]:
-        """Return the orders to take back, by place."""
+        """Return the orders to take back, by row."""
         way = int(rng.integers(3))
         if way == 0 or (way == 1 and not sent):
             drawn = rng.random(len(chosen)) < self.share
-            return {place for (place, _), taken in zip(chosen, drawn.tolist(), strict=True) if taken}
+            return {row for (row, _), taken in zip(chosen, drawn.tolist(), strict=True) if taken}
         if way == 1:
             pod, at = sent[int(rng.integers(len(sent)))]
-            there = [place for place, station in chosen if station == at]
+            there = [row for row, station in chosen if station == at]
             held = period.warehouse.pods[pod].contents
-            return {place for place in there if any(sku in held for sku, _ in period.lines.of_order(place))}
+            return {row for row in there if any(sku in held for sku, _ in period.lines.of_order(row))}
         at = chosen[int(rng.integers(len(chosen)))][1]
-        return {place for place, station in chosen if station == at}
+        return {row for row, station in chosen if station == at}

@@ -34,8 +34,8 @@ class Choice(NamedTuple):
     supply
         Items that all pods together have left, int64, shape (n_skus,), or (0,): unlimited.
     lacks
-        Lines of an order that a pod would have to be sent for, by station and place; `OUT` or more of orders that are
-        chosen, or that stock is too low for. Whatever at a station that takes none. int32, shape (stations, places).
+        Lines of an order that a pod would have to be sent for, by station and row; `OUT` or more of orders that are
+        chosen, or that stock is too low for. Whatever at a station that takes none. int32, shape (stations, rows).
     free, load
         Free capacity and load of the stations, int64, shape (stations,).
     capacity, counts_orders
@@ -43,7 +43,7 @@ class Choice(NamedTuple):
     until
         Load from which on a station takes no more, float64, shape (stations,).
     placed
-        Whether an order has a place at a station that counts orders, shape (stations, places), or (stations, 0): none.
+        Whether an order has a place at a station that counts orders, shape (stations, orders), or (stations, 0): none.
     largest
         Items of the largest order that fits beside others; a larger one takes all of a station.
     """
@@ -112,14 +112,14 @@ def take(order: int, station: int, c: Choice) -> None:
 
 @njit(cache=True)
 def take_all(pairs: Ints, c: Choice) -> None:
-    """Choose orders (place, station), shape (n, 2)."""
+    """Choose orders (row, station), shape (n, 2)."""
     for pair in range(len(pairs)):
         take(pairs[pair, 0], pairs[pair, 1], c)
 
 
 @njit(cache=True)
 def begin(chosen: Ints, most: int, c: Choice) -> None:
-    """Count what orders lack at the stations that take any, once some (place, station) are chosen.
+    """Count what orders lack at the stations that take any, once some (row, station) are chosen.
 
     ``most``: more items than this no line has.
     """
@@ -141,7 +141,7 @@ def begin(chosen: Ints, most: int, c: Choice) -> None:
 
 @njit(cache=True)
 def best(orders: Ints, by_lines: bool, noise: Ints, c: Choice) -> tuple[np.int64, int]:
-    """Order (place) and station with the fewest missing lines for each place that the order takes; -1, -1: none fits.
+    """Order (row) and station with the fewest missing lines for each place that the order takes; -1, -1: none fits.
 
     Ties go to the oldest order, then to the station with the lowest load, then to the lowest id.
 
@@ -177,7 +177,7 @@ def best(orders: Ints, by_lines: bool, noise: Ints, c: Choice) -> tuple[np.int64
 
 @njit(cache=True)
 def fill(orders: Ints, oldest: bool, noise: Ints, c: Choice) -> Pairs:
-    """Choose orders until nothing fits: the `best`, or the oldest that fits any; return them (place, station)."""
+    """Choose orders until nothing fits: the `best`, or the oldest that fits any; return them (row, station)."""
     chosen = [(np.int64(0), np.int64(0)) for _ in range(0)]
     for which in range(len(orders)):
         order, at = best(orders[which : which + 1] if oldest else orders, oldest, noise, c)

@@ -34,7 +34,7 @@ class Pods(NamedTuple):
 
 @njit(cache=True)
 def needed(chosen: Ints, stations: int, lines: Lines, stock: Stock) -> tuple[Ints, Ints, Ints]:
-    """Return the SKUs that chosen orders (place, station) want, items by station and SKU, and those on pods by SKU."""
+    """Return the SKUs that chosen orders (row, station) want, items by station and SKU, and those on pods by SKU."""
     wanted, is_wanted = np.zeros((len(lines.number), stations), np.int64), np.zeros(len(lines.number), np.bool_)
     for pair in range(len(chosen)):
         for line in range(lines.begin[chosen[pair, 0]], lines.begin[chosen[pair, 0] + 1]):
@@ -43,8 +43,8 @@ def needed(chosen: Ints, stations: int, lines: Lines, stock: Stock) -> tuple[Int
     skus = np.flatnonzero(is_wanted)
     need, held = wanted[skus].T.copy(), np.zeros((len(stock.at), len(skus)), np.int64)
     for column in range(len(skus)):
-        for place in range(stock.of_sku[skus[column]], stock.of_sku[skus[column] + 1]):
-            held[stock.pod[stock.by_sku[place]], column] = stock.items[stock.by_sku[place]]
+        for index in range(stock.of_sku[skus[column]], stock.of_sku[skus[column] + 1]):
+            held[stock.pod[stock.by_sku[index]], column] = stock.items[stock.by_sku[index]]
     return skus, need, held
 
 

@@ -62,5 +62,5 @@ class TwoStage(ByPeriods):
         first = period.filled([], oldest=self.first_orders == "oldest", until=until)
         sent = period.pods_for(first, by_worth=True)
         late_ones = {*late(warehouse, self.max_wait_s)}
-        second = period.completed(first, sent) if late_ones <= {place for place, _ in first} else []
+        second = period.completed(first, sent) if late_ones <= {row for row, _ in first} else []
         return period.decision([*first, *second], sent)

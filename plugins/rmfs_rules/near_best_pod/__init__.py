@@ -43,10 +43,10 @@ class NearBestPod(PairOptions):
         lines, stock = warehouse.lines, warehouse.stock
         best: dict[int, NDArray[np.int64]] = {}
 
-        def drive(place: int, station: Station) -> int:
-            if place not in best:
-                best[place] = with_most(stock, lines.of_order(place))
-            return int(ticks_from(warehouse, stock.cell[best[place]], station).min()) if len(best[place]) else 0
+        def drive(row: int, station: Station) -> int:
+            if row not in best:
+                best[row] = with_most(stock, lines.of_order(row))
+            return int(ticks_from(warehouse, stock.cell[best[row]], station).min()) if len(best[row]) else 0
 
         return self.assign(warehouse, rng, prefer=drive)
 

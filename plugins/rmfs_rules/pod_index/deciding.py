@@ -41,8 +41,8 @@ def ticks_to(stations: Sequence[Station], warehouse: WarehouseView) -> Ints:
 
 def told(warehouse: WarehouseView, without: Station | None = None) -> Stations:
     """Return the stations as compiled code takes them; ``without`` takes nothing now."""
-    room, inbound = warehouse.room, [len(station.inbound_pods) for station in warehouse.stations]
-    free, load, capacity, counts = (room[name].copy() for name in ("free", "load", "capacity", "counts_orders"))
+    capacities, inbound = warehouse.capacities, [len(station.inbound_pods) for station in warehouse.stations]
+    free, load, capacity, counts = (capacities[name].copy() for name in ("free", "load", "capacity", "counts_orders"))
     if without is not None:
         free[without.id] = 0
     return Stations(free, load, capacity, np.array(inbound, np.int64), counts, (free > 0).astype(np.int64))
@@ -66,11 +66,11 @@ def decision(
         if station.counts_orders:
             n_orders = len(lines.items) + 1  # the last one for those that are not there
             ids = {request.order.id for request in station.open_requests}
-            places += [(station.id, order) for order in ids if order < len(lines.place)]
+            places += [(station.id, order) for order in ids if order < len(lines.row)]
     placed = np.zeros((number, n_orders), np.bool_)
     if places:
         at, orders = np.array(places).T
-        placed[at, lines.place[orders]] = True
+        placed[at, lines.row[orders]] = True
     packing = 0 if packing_capacity is None else packing_capacity - warehouse.split_orders_open
     columns = tuple(lines), tuple(warehouse.stock), tuple(waiting(warehouse, weights)), tuple(stations)
     takes, sends, until = decide(*columns, placed, ticks, warehouse.now_tick, packing)

@@ -43,8 +43,8 @@ class PodMatch(PairOptions):
         """Assign the best matching pairs of order and station."""
         taken = Counter[tuple[int, int]]()  # items by pod and SKU that go to orders of this decision
 
-        def take(pairs: Pairs, station: Station, place: int) -> None:
-            for sku, quantity in pairs.lines.of_order(place):
+        def take(pairs: Pairs, station: Station, row: int) -> None:
+            for sku, quantity in pairs.lines.of_order(row):
                 wanted = quantity
                 for pod in station.inbound_pods:
                     items = min(wanted, pod.free_items(sku) - taken[pod.id, sku])

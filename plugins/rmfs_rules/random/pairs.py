@@ -44,15 +44,15 @@ def draw_pairs(warehouse: WarehouseView, rng: np.random.Generator, max_wait_s: f
             return False
         lot = int(rng.integers(up_to[-1]))
         at = int(up_to.searchsorted(lot, side="right"))
-        places = np.flatnonzero(fits[at])
-        places = places[np.lexsort((lines.order_id[places], lines.items[places]))]
-        place = places[lot - up_to[at]]  # counted from the last one
-        drawn.append(OrderAssignment(int(lines.order_id[place]), at))
-        free[at] -= sizes[at, place]
-        left[place] = False
+        rows = np.flatnonzero(fits[at])
+        rows = rows[np.lexsort((lines.order_id[rows], lines.items[rows]))]
+        row = rows[lot - up_to[at]]  # counted from the last one
+        drawn.append(OrderAssignment(int(lines.order_id[row]), at))
+        free[at] -= sizes[at, row]
+        left[row] = False
         return True
 
-    assign_late(warehouse, max_wait_s, free, lambda place: draw(left & (np.arange(len(left)) == place)))
+    assign_late(warehouse, max_wait_s, free, lambda row: draw(left & (np.arange(len(left)) == row)))
     while draw(left):
         pass
     return drawn

@@ -53,7 +53,7 @@ class Wanted(NamedTuple):
     lines
         Them as columns.
     each
-        What an item of an order is worth, by place.
+        What an item of an order is worth, by row.
     """
 
     lines: Lines
@@ -168,7 +168,7 @@ class PodScores:
                 number=of_sku,
                 listed_order=order[by_sku],
                 listed_items=items[by_sku],
-                place=np.zeros(0, np.int64),
+                row=np.zeros(0, np.int64),
             )
             for column in lines:
                 column.setflags(write=False)  # as those of the backlog: one type for compiled code
@@ -186,12 +186,12 @@ class PodScores:
         return np.bincount(lines.sku, lines.quantity, self._warehouse.n_skus).astype(np.int64)
 
     def _each(self, lines: Lines, begun: Iterable[int]) -> Values:
-        """Return what an item of each order is worth, by place; of those that are begun some items may be picked."""
+        """Return what an item of each order is worth, by row; of those that are begun some items may be picked."""
         value, unpicked = self._weights.value, np.maximum(lines.items, 1)
         if value == "picks":
             return np.ones(len(unpicked))
-        for place in begun:
-            unpicked[place] = self._warehouse.order(int(lines.order_id[place])).unpicked_items
+        for row in begun:
+            unpicked[row] = self._warehouse.order(int(lines.order_id[row])).unpicked_items
         since_s = lines.due_s if value == "lateness" else lines.arrival_s
         each: Values = np.maximum(self._warehouse.now_s - since_s, 0.0) / unpicked
         return each

@@ -97,10 +97,10 @@ class StationQueue:
         self.queue_of |= {joined.order: joined.station for joined in queues.assign()}
 
     def _queueing(self, warehouse: WarehouseView) -> Ints:
-        """Return the places of the orders that queue; a filter may leave out some of them."""
-        place = warehouse.lines.place
-        places: Ints = place[[order for order in self.queue_of if order < len(place)]]
-        return places[places >= 0]
+        """Return the rows of the orders that queue; a filter may leave out some of them."""
+        row = warehouse.lines.row
+        rows: Ints = row[[order for order in self.queue_of if order < len(row)]]
+        return rows[rows >= 0]
 
     def _drain(self, candidates: WarehouseView, available: Ints, oversize: Flags) -> list[OrderAssignment]:
         """Let stations with room take from their queues, and empty ones orders larger than any."""

@@ -44,8 +44,8 @@ class Workload(PairOptions):
         orders = [{request.order.id for request in station.open_requests} for station in warehouse.stations]
         extra = np.array([sign * len(of_station) for of_station in orders])
 
-        def take(pairs: Pairs, station: Station, place: int) -> None:
-            orders[station.id].add(int(pairs.lines.order_id[place]))  # one that is begun may be there already
+        def take(pairs: Pairs, station: Station, row: int) -> None:
+            orders[station.id].add(int(pairs.lines.order_id[row]))  # one that is begun may be there already
             extra[station.id] = sign * len(orders[station.id])
 
         return self.assign(warehouse, rng, take=take, extra=extra)

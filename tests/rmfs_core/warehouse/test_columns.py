@@ -33,19 +33,19 @@ def hold_lines(lines: Lines, orders: Sequence[Order]) -> None:
     due_s = [math.inf if order.due_s is None else order.due_s for order in orders]
     told = [(order.id, order.arrival_s, due, [*order.open_lines]) for order, due in zip(orders, due_s, strict=True)]
     assert tell(lines) == told
-    places = [int(lines.place[order.id]) for order in orders]
-    assert places == np.flatnonzero(lines.open_lines).tolist()
-    assert lines.priority[places].tolist() == [order.priority for order in orders]
-    assert lines.items[places].tolist() == [order.open_items for order in orders]
-    assert lines.open_lines[places].tolist() == [len(order.open_lines) for order in orders]
+    rows = [int(lines.row[order.id]) for order in orders]
+    assert rows == np.flatnonzero(lines.open_lines).tolist()
+    assert lines.priority[rows].tolist() == [order.priority for order in orders]
+    assert lines.items[rows].tolist() == [order.open_items for order in orders]
+    assert lines.open_lines[rows].tolist() == [len(order.open_lines) for order in orders]
     assert lines.items.sum() == lines.quantity.sum()
-    assert lines.begun.tolist() == [places[i] for i, one in enumerate(orders) if len(one.open_lines) < len(one.lines)]
+    assert lines.begun.tolist() == [rows[i] for i, one in enumerate(orders) if len(one.open_lines) < len(one.lines)]
     for sku in range(len(lines.first)):
         there = slice(lines.first[sku], lines.first[sku] + lines.number[sku])
         listed = [*zip(lines.listed_order[there].tolist(), lines.listed_items[there].tolist(), strict=True)]
         assert listed == [
-            (place, line.quantity)
-            for place, order in zip(places, orders, strict=True)
+            (row, line.quantity)
+            for row, order in zip(rows, orders, strict=True)
             for line in order.open_lines
             if line.sku == sku
         ]
@@ -71,6 +71,9 @@ def hold_stock(stock: Stock, world: Warehouse) -> None:
         return STORED if pod.location is not None and not pod.bound_for else BUSY
 
     assert stock.at.tolist() == [at(pod) for pod in world.pods]
+    assert stock.bound.tolist() == [
+        ([-1] + [i for i in pod.bound_for if i < len(world.picking)])[-1] for pod in world.pods
+    ]
     assert stock.location.tolist() == [-1 if pod.location is None else pod.location for pod in world.pods]
     assert stock.space.tolist() == [pod.free_space for pod in world.pods]
     sent = [pod.id for pod in world.pods if at(pod) != BUSY]
@@ -98,6 +101,7 @@ class Run(RuleBasedStateMachine):
         if finite:
             self.world.claims = Claims(self.world.pods)
         self.coming = [*self.world.orders]
+        self.seen: dict[object, object] = {}
 
     @rule(number=st.integers(1, 20), tick=st.integers(0, 3))
     @precondition(lambda self: self.coming)
@@ -143,10 +147,22 @@ class Run(RuleBasedStateMachine):
             self.world.fulfil(served[0], pod)
         else:
             self.world.leave(robot, pod, station)
-            cell = self.world.free_locations[0]
-            self.world.reserve(cell)
-            self.world.move(robot, cell, 0)
-            self.world.store(robot, pod)
+
+    @rule(which=st.integers(0, 99))
+    @precondition(lambda self: self.world.stations[0].line)
+    def secure(self, which: int) -> None:
+        station, pod = self.world.stations[0], self.world.pods[self.world.robots[0].task or 0]
+        able = [request for request in station.open_requests if request.pod and request.sku in pod.contents]
+        if able and pod.contents[able[which % len(able)].sku]:
+            self.world.promises.secure(able[which % len(able)], pod)
+
+    @rule()
+    @precondition(lambda self: self.world.robots[0].task is not None and not self.world.stations[0].line)
+    def put_down(self) -> None:
+        robot, cell = self.world.robots[0], self.world.free_locations[0]
+        self.world.reserve(cell)
+        self.world.move(robot, cell, 0)
+        self.world.store(robot, self.world.pods[robot.task or 0])
 
     @rule(which=st.integers(0, 9), sku=st.integers(0, 3), lacking=st.booleans(), items=st.integers(1, 5))
     @precondition(lambda self: not self.world.unlimited_stock)
@@ -177,6 +193,19 @@ class Run(RuleBasedStateMachine):
         free, stock = view.free_items, view.stock
         assert (free.pod.tolist(), free.sku.tolist()) == (stock.pod.tolist(), stock.sku.tolist())
         assert free.number.tolist() == stock.items.tolist()
+        assert view.capacities.tolist() == [
+            (one.free_capacity, one.load, one.capacity, one.counts_orders) for one in view.stations
+        ]
+        at = [pod for pod in stock.at.tolist() if pod < 0]
+        what = (
+            tell(lines),
+            view.capacities.tolist(),
+            view.available().tolist(),
+            stock.items.tolist(),
+            at,
+            stock.bound.tolist(),
+        )
+        assert self.seen.setdefault((view.version, view.leaving_pods), what) == what
 
 
 def test_columns_are_the_objects(monkeypatch: pytest.MonkeyPatch) -> None:

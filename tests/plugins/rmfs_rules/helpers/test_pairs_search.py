@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rmfs_commands.testing import small_world
-from rmfs_core.warehouse import ROOM, UNLIMITED, WarehouseView
+from rmfs_core.warehouse import CAPACITY, UNLIMITED, WarehouseView
 from rmfs_rules.helpers.pairs_search import (
     HEAD,
     SHARE,
@@ -90,7 +90,7 @@ def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, dat
     given = np.array([[score(place, at) for place in range(number)] for at in range(stations)], np.float64)
     for scored in (np.zeros((stations, 0)), given):
         zeros = np.zeros(number)
-        room = np.array([*zip(free, load, capacity, counts, strict=True)], ROOM)
+        room = np.array([*zip(free, load, capacity, counts, strict=True)], CAPACITY)
         heads, entries = np.zeros(stations, HEAD), (stock.of_pod, stock.sku, left)
         heads["pod"] = pod
         told = Stations(room, heads, largest, queued, extra, placed, kept, np.zeros((0, 0), np.bool_), *entries)
@@ -109,7 +109,7 @@ def test_completed_orders_are_found(orders: list[dict[str, int]], left: list[int
     stock, none = view.stock, np.zeros((0, 0))
     entries = stock.of_pod, stock.sku, np.array(left)
     flags = none.astype(np.bool_)
-    stations = Stations(np.zeros(0, ROOM), np.zeros(0, HEAD), 9, False, np.zeros(0), flags, 0, flags, *entries)
+    stations = Stations(np.zeros(0, CAPACITY), np.zeros(0, HEAD), 9, False, np.zeros(0), flags, 0, flags, *entries)
     whole = [
         place
         for place in range(len(named))

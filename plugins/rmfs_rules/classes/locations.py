@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 
 @frozen(eq=False)
-class Places:
+class Locations:
     """The storage locations of a warehouse that hold no empty pod.
 
     Parameters
@@ -35,7 +35,7 @@ class Places:
     ticks: NDArray[np.int64]
 
     @classmethod
-    def of(cls, warehouse: WarehouseView) -> Places:
+    def of(cls, warehouse: WarehouseView) -> Locations:
         """Look up the driving times."""
         blocked = set(warehouse.blocked_locations)
         cells = [cell for cell in sorted(warehouse.travel.layout.storage_locations) if cell not in blocked]
@@ -49,11 +49,11 @@ class Places:
         return nearest
 
     def ranks(self) -> Ids:
-        """Return the rank of each, 0 for the best; places with the same driving time have the same rank."""
+        """Return the rank of each, 0 for the best; locations with the same driving time have the same rank."""
         return np.unique(self.nearest_ticks, return_inverse=True)[1].astype(np.int64)
 
     def by_cell(self, values: Ids, other: int) -> Ids:
-        """Return values of the places by cell, and another one for cells between them and for cell -1."""
+        """Return values of the locations by cell, and another one for cells between them and for cell -1."""
         found = np.full(int(self.cells.max(initial=0)) + 2, other)
         found[self.cells] = values
         return found
@@ -61,29 +61,29 @@ class Places:
     def caches(self, share: float) -> Ids:
         """Return whose cache each belongs to: a station, or none.
 
-        A share of all places is divided among the stations; again and again the place goes to the station that is the
-        shortest drive of all from it to a station whose cache is not complete.
+        A share of all locations is divided among the stations: again and again the location and the station that are
+        the shortest drive apart, of the stations whose cache is not complete.
         """
         stations, number = self.ticks.shape
         room = np.full(stations, math.ceil(share * number / stations))
         owner = np.full(number, NO_STATION)
         for pair in np.argsort(self.ticks, axis=None, kind="stable").tolist():
-            station, place = divmod(pair, number)
-            if room[station] and owner[place] == NO_STATION:
-                owner[place] = station
+            station, location = divmod(pair, number)
+            if room[station] and owner[location] == NO_STATION:
+                owner[location] = station
                 room[station] -= 1
         return owner
 
 
 class Kept(Generic[T]):
-    """The places, and what is made of them, once in a run."""
+    """The locations, and what is made of them, once in a run."""
 
     def __init__(self) -> None:
         self._robots: tuple[Robot, ...] | None = None  # whose run it is
 
-    def of(self, warehouse: WarehouseView, make: Callable[[Places], T]) -> tuple[Places, T]:
-        """Return the places, and what was made of them when the run was first looked at."""
+    def of(self, warehouse: WarehouseView, make: Callable[[Locations], T]) -> tuple[Locations, T]:
+        """Return the locations, and what was made of them when the run was first looked at."""
         if self._robots is not warehouse.robots:
-            places = Places.of(warehouse)
-            self._robots, self._made = warehouse.robots, (places, make(places))
+            locations = Locations.of(warehouse)
+            self._robots, self._made = warehouse.robots, (locations, make(locations))
         return self._made
