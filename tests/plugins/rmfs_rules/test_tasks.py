@@ -72,6 +72,18 @@ def test_a_station_without_robots_is_served_all_the_same() -> None:
     assert decide(world, rule) == [(0, 1)]
 
 
+def test_without_help_a_pod_waits_for_a_robot_of_its_station() -> None:
+    world = world_with(0, 2, 2, 2)
+    rule, helping = Balanced(help_others=False), Balanced()
+    for either in (rule, helping):
+        either.assign_tasks(WarehouseView(world))
+    own = [robot for robot, station in rule.station_of.items() if station == 2]
+    world.take_task(world.robots[own[0]], world.pods[0])
+    world.take_task(world.robots[own[1]], world.pods[1])
+    assert decide(world, rule) == []
+    assert [pod for _, pod in decide(world, helping)] == [2, 3]
+
+
 def test_shares_are_kept_for_a_while() -> None:
     """Station 1 becomes active; it gets its share when 30 s have passed, and again 30 s after that at the earliest."""
     world = world_with(0)

@@ -165,6 +165,16 @@ def test_both_stages_by_hand() -> None:
     assert given == ([("1", 0), ("2", 0), ("4", 0), ("5", 0)], [("p", 0), ("q", 0)])
 
 
+def test_finite_stock_is_not_given_away_twice() -> None:
+    """p, which goes to both stations, has three items of a: after the first stage one is left, for one order of two."""
+    orders = {"1": {"a": 1, "b": 1}, "2": {"a": 1, "c": 1}, "3": ["a"], "4": ["a"]}
+    world = small_world(orders, {"p": {"a": 3, "b": 1, "c": 1}, "r": {"a": 1}}, capacities=[3, 3])
+    taken, trips = decide(TwoStage(first_share=0.5), world)
+    assert len(taken) == 3
+    assert ("r", 0) not in trips
+    assert ("r", 1) not in trips
+
+
 def test_two_stages_are_never_below_the_optimum() -> None:
     """On random periods, where the kernel would take each decision; with the whole capacity it is close."""
     whole, half = (
