@@ -1,5 +1,7 @@
 """Options that several commands have in common, and what the shell completes."""
 
+from __future__ import annotations
+
 import os
 import subprocess
 import sys
