@@ -1,7 +1,5 @@
 """Fixtures for tests of several packages."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import subprocess
@@ -78,18 +76,10 @@ def tiny() -> RunInfo:
 
 @frozen
 class Environment:
-    """A folder, and beside it an environment whose programs are called there.
+    """A folder, and beside it an environment whose programs are called there."""
 
-    Parameters
-    ----------
-    folder
-        Where they are called.
-    programs
-        The environment's programs.
-    """
-
-    folder: Path
-    programs: Path
+    folder: Path  # where they are called
+    programs: Path  # the environment's programs
 
     def run(self, *command: str, within: str = ".") -> subprocess.CompletedProcess[str]:
         """Call a program of the environment; return how it ended and what it printed."""

@@ -1,7 +1,5 @@
 """Nothing that a user meets is undocumented: hooks, rules, commands, scenario keys, needs."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import re
@@ -34,7 +32,6 @@ GENERATED: dict[str, Any] = runpy.run_path(str(DOCS / "generate.py"), run_name="
 
 
 def page(name: str) -> str:
-    """Return the text of a page."""
     return (DOCS / name).read_text(encoding="utf-8")
 
 
@@ -43,7 +40,6 @@ EVERYTHING = "".join(path.read_text(encoding="utf-8") for path in sorted(DOCS.rg
 
 # Hooks
 def hooks_of(*groups: type) -> dict[str, str]:
-    """Return the docstring of each hook."""
     return {
         name: inspect.getdoc(hook) or ""
         for group in groups
@@ -59,7 +55,6 @@ EXAMPLES = {hook: f"@define\n{code}" for hook, code in zip(HOOKS, _EXAMPLES, str
 
 
 def gaps_in_hooks(hooks: dict[str, str]) -> list[str]:
-    """List hooks without a description or an example."""
     gaps = []
     for name, doc in hooks.items():
         description = re.split(r"\n\n(?:Parameters\n---|Returns\n---)", doc)[0]
@@ -134,7 +129,6 @@ def test_an_example_that_does_not_work_is_found() -> None:
 
 # Rules
 def squeezed(text: str) -> str:
-    """Return a text with every run of blanks as one, wherever its lines end."""
     return " ".join(text.split())
 
 
@@ -163,13 +157,11 @@ SHIPPED = {rule.name: rule for rule in installed_rules() if rule.distribution ==
 
 @pytest.fixture(scope="module")
 def reference() -> str:
-    """Return the reference of the rules."""
     return str(GENERATED["rules"]())
 
 
 @pytest.fixture(scope="module")
 def listed() -> str:
-    """Return what `rmfs rules` prints."""
     return CliRunner().invoke(rmfs, ["rules"], catch_exceptions=False, env={"COLUMNS": "160"}).stdout
 
 
@@ -301,7 +293,6 @@ def test_a_gap_in_the_keys_is_found() -> None:
 
 # Needs and the conformance suite
 def gaps_in_needs(needs: Any, text: str) -> list[str]:
-    """List needs that have no row in a text."""
     return [need for need in needs if f'| `"{need}"` |' not in text]
 
 
@@ -407,7 +398,6 @@ def names_in(file: Path) -> set[str]:
 
 
 def wrong_places(table: str, root: Path) -> list[str]:
-    """List the files of a page's tables that are not there, and the names that are in the code of none of them."""
     wrong = []
     for line in table.splitlines():
         codes = re.findall(r"`([^`\s]+)`", line)

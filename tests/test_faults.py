@@ -1,7 +1,5 @@
 """Disks that are full, names that are too long, and other reasons why nothing can be written: nothing is lost."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal
@@ -13,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.reproduction import choose_parts, reproduce
 from rmfs_core.errors import InputError
@@ -38,7 +37,6 @@ LIMIT = 100
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the current folder, with a scenario and an experiment."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "tiny.toml").write_text(TINY, encoding="utf-8")
     (tmp_path / "trial.toml").write_text(TRIAL, encoding="utf-8")
@@ -47,7 +45,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def small_files() -> Iterator[None]:
-    """Let no file become larger than the limit."""
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, hard))
     yield
@@ -55,7 +52,6 @@ def small_files() -> Iterator[None]:
 
 
 def exit_code(*arguments: str) -> int:
-    """Run ``rmfs`` and return how it exits."""
     try:
         main([*arguments])
     except SystemExit as stop:
@@ -64,7 +60,6 @@ def exit_code(*arguments: str) -> int:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Return every file below a folder with what is in it."""
     return {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
@@ -99,10 +94,7 @@ def test_what_does_not_fit_is_told_and_loses_nothing(
 
 
 @pytest.mark.parametrize("name", ["run", "compare", "generate"])
-@pytest.mark.parametrize(
-    ("out", "text"),
-    [("x" * 300, "File name too long"), ("tiny.toml", "expected a folder"), ("tiny.toml/a", "expected")],
-)
+@cases("out text", ("x" * 300, "File name too long"), ("tiny.toml", "expected a folder"), ("tiny.toml/a", "expected"))
 def test_where_nothing_can_be_written_is_told_at_once(
     name: str, out: str, text: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

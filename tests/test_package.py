@@ -1,7 +1,5 @@
 """The distribution as it is released: what wheel and sdist hold, and whether an index would take them."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

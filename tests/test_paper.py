@@ -1,7 +1,5 @@
 """What the paper says of the sequential rules, held against runs (Xie, Thieme, Krenzler, Li, arXiv:1902.03092)."""
 
-from __future__ import annotations
-
 from itertools import product
 from statistics import mean
 

@@ -1,7 +1,5 @@
 """The warehouse that RAWSim-O has run, too: items per hour compared with its own."""
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 from statistics import mean

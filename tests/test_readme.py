@@ -1,7 +1,5 @@
 """What the README shows works, and where it and its neighbours lead to is there."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import subprocess

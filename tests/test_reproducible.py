@@ -1,7 +1,5 @@
 """Same scenario, same seed, same versions: the same bytes."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

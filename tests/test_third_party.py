@@ -1,7 +1,5 @@
 """What rmfs's own tools do, a third party's do: a distribution of one's own, built, installed and used beside rmfs."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Runs in several threads of one process: each writes the bytes that it writes alone."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -53,7 +51,6 @@ def hasty(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def written(name: str, out: Path) -> dict[str, bytes]:
-    """Run a scenario; return what it writes but for wall-clock figures."""
     scenario, *overrides = RUNS[name]
     rmfs_core.run(scenario, overrides=overrides, out=out, record=["trace"])
     return {file: (out / file).read_bytes() for file in FILES}

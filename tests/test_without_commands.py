@@ -1,7 +1,5 @@
 """The kernel needs no tools: where every command but `rmfs run` and its neighbours is gone, a run is the same."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The notebook of the tutorial: it runs from top to bottom, and ends each part with what its text says is shown."""
 
-from __future__ import annotations
-
 import ast
 import json
 from collections.abc import Iterator
@@ -21,7 +19,6 @@ CELLS: list[dict[str, Any]] = json.loads(FILE.read_text(encoding="utf-8"))["cell
 
 @pytest.fixture
 def drawing() -> Iterator[None]:
-    """Draw on no screen, and leave no figure open."""
     before = plt.get_backend()
     plt.switch_backend("agg")
     yield

@@ -1,7 +1,5 @@
 """What tutorial and how-to pages say happens: every file is written, every command run, its output compared."""
 
-from __future__ import annotations
-
 import runpy
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Rules that do wrong, for tests of what the kernel says of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

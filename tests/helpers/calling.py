@@ -1,7 +1,5 @@
 """The command line, called in this process, and what a call is refused with."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

@@ -1,7 +1,5 @@
 """Policies that choose as shipped rules do, by the features of an environment."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

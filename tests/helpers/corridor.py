@@ -1,7 +1,5 @@
 """A lane that robots cannot pass each other in, and rules that heed nobody, for tests of driving."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from rmfs_commands.layouts import parse_map
@@ -24,7 +22,6 @@ from rmfs_core import Leg, Path, hookimpl
 @define
 class Mine:
     reserves = {reserves!r}
-
     @hookimpl
     def plan_path(self, warehouse, robot, goal, traffic):
         start = traffic.query

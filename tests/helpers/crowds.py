@@ -1,7 +1,5 @@
 """Random robots with committed paths: traffic for tests and benchmarks of planners."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rmfs_commands.layouts import block_map, parse_map

@@ -1,7 +1,5 @@
 """Damage to a trace in one place: an event changed, left out, told twice or too early."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeVar
 

@@ -3,8 +3,6 @@
 It arrives at the same tick; where several paths do, it may take another one.
 """
 
-from __future__ import annotations
-
 from heapq import heappop, heappush
 
 from rmfs_core.clock import UNREACHABLE

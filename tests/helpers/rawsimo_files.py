@@ -1,7 +1,5 @@
 """Files of RAWSim-O as tests need them: instance files written from layouts, settings, SKUs, lists of orders."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from xml.sax.saxutils import quoteattr

@@ -1,7 +1,5 @@
 """What benchmarks took in releases, in yardsticks, and whether one has become slower since."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

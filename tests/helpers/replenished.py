@@ -1,7 +1,5 @@
 """Tiny warehouses with a picking station in the east (id 0) and a replenishment station in the west (id 1)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path

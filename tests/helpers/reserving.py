@@ -1,7 +1,5 @@
 """Reservations of single cells that end."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rmfs_core.traffic import Occupancy, Reservations

@@ -1,7 +1,5 @@
 """A rule that keeps robots on the move: the more they drive, the sooner their batteries run down."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

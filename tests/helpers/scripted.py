@@ -1,7 +1,5 @@
 """A rule that answers what a test tells it to, in every role of a run, and keeps what it was asked."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -20,28 +18,20 @@ from rmfs_core import hookimpl
 class Scripted:
     answers: dict = field(init=False, factory=dict)
     asked: list = field(init=False, factory=list)
-
     def told(self, hook, default, **arguments):
         self.asked.append((hook, arguments))
         answer = self.answers[hook].pop(0) if self.answers.get(hook) else default
         return answer(arguments) if callable(answer) else answer
-
     @hookimpl
-    def assign_orders(self, warehouse, rng):
-        return self.told("assign_orders", (), warehouse=warehouse, rng=rng)
-
+    def assign_orders(self, warehouse, rng): return self.told("assign_orders", (), warehouse=warehouse, rng=rng)
     @hookimpl
     def select_pods(self, warehouse, max_fetches):
         return self.told("select_pods", (), warehouse=warehouse, max_fetches=max_fetches)
-
     @hookimpl
     def choose_storage_location(self, warehouse, pod):
         return self.told("choose_storage_location", -1, warehouse=warehouse, pod=pod)
-
     @hookimpl
-    def assign_tasks(self, warehouse):
-        return self.told("assign_tasks", (), warehouse=warehouse)
-
+    def assign_tasks(self, warehouse): return self.told("assign_tasks", (), warehouse=warehouse)
     @hookimpl
     def plan_path(self, warehouse, robot, goal, traffic):
         return self.told("plan_path", None, warehouse=warehouse, robot=robot, goal=goal, traffic=traffic)
@@ -59,10 +49,8 @@ class Second(First):
 @define
 class Waking(First):
     also: int = 0
-
     @hookimpl
-    def wake_at(self, warehouse):
-        return self.told("wake_at", None, now_s=warehouse.now_s)
+    def wake_at(self, warehouse): return self.told("wake_at", None, now_s=warehouse.now_s)
 
 @define
 class Joint(Scripted):

@@ -1,7 +1,5 @@
 """A pod that stands at a station."""
 
-from __future__ import annotations
-
 from rmfs_core.warehouse import Warehouse
 
 

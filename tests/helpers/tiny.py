@@ -1,7 +1,5 @@
 """A scenario that is over at once."""
 
-from __future__ import annotations
-
 TINY = """
 [instance]
 orders = 6

@@ -1,7 +1,5 @@
 """What installed distributions offer."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable
@@ -9,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from cases import cases
 from rmfs_core.entrypoints import COMMANDS, RULES, load, offers, origin
 from rmfs_core.errors import InputError
 from saying import said
@@ -32,14 +31,12 @@ def test_what_is_offered_is_imported(install: Install) -> None:
     assert load(offers(GROUP)["seven"], "here", "number") == [7]
 
 
-@pytest.mark.parametrize(
-    ("source", "cause"),
-    [
-        ("", "AttributeError: module 'acme_broken' has no attribute 'Thing'"),
-        ("import acme_nowhere", "ModuleNotFoundError: No module named 'acme_nowhere'"),
-        ("raise ValueError('two\\n  lines')", "ValueError: two lines"),
-        ("raise SystemExit", "SystemExit"),
-    ],
+@cases(
+    "source cause",
+    ("", "AttributeError: module 'acme_broken' has no attribute 'Thing'"),
+    ("import acme_nowhere", "ModuleNotFoundError: No module named 'acme_nowhere'"),
+    ("raise ValueError('two\\n  lines')", "ValueError: two lines"),
+    ("raise SystemExit", "SystemExit"),
 )
 def test_what_cannot_be_imported_is_one_sentence(install: Install, source: str, cause: str) -> None:
     install("acme", {"thing": "acme_broken:Thing"}, group=GROUP, acme_broken=source)

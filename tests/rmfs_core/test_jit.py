@@ -1,7 +1,5 @@
 """Compiled code that numba keeps on disk, and when it compiles anew."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -9,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
+from cases import cases
 
 OLD = """
 import typing
@@ -41,10 +41,6 @@ def test_an_old_cache_is_compiled_anew(tmp_path: Path, run_cached: Callable[[str
     for file in (tmp_path / "cache").rglob("*.nbc"):
         file.write_bytes(file.read_bytes().replace(b"before", b"beside"))
     assert run_cached(OLD) == "6\n"
-
-
-def test_a_cache_of_names_that_are_gone_is_compiled_anew(run_cached: Callable[[str], str]) -> None:
-    """As after an upgrade, when the old version's compiled code is still there: numba would fail at its index."""
     assert run_cached(OLD) == "6\n"
     assert run_cached(OLD.replace("Pair", "Couple")) == "6\n"
 
@@ -72,15 +68,13 @@ def near_to(place):
 """
 
 
-@pytest.mark.parametrize(
-    ("edit", "told"),
-    [
-        (("10", "20"), "40 0\n"),
-        (("2, 0", "3, 0"), "30 0\n"),
-        (("2, 0", "2, 7"), "27 0\n"),
-        (("return 0 if", "return 5 if"), "25 0\n"),
-        (("def again(number): return 1", "def again(number): return 2"), "20 1\n"),
-    ],
+@cases(
+    "edit told",
+    (("10", "20"), "40 0\n"),
+    (("2, 0", "3, 0"), "30 0\n"),
+    (("2, 0", "2, 7"), "27 0\n"),
+    (("return 0 if", "return 5 if"), "25 0\n"),
+    (("def again(number): return 1", "def again(number): return 2"), "20 1\n"),
     ids=["what it calls", "a constant", "a constant of a module", "what is made by another function", "nothing of it"],
 )
 def test_what_another_file_brings_is_part_of_the_code(

@@ -1,7 +1,5 @@
 """Ticks, motion, random numbers, and what holds at which time of the day."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 
@@ -10,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cases import cases
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
@@ -26,14 +25,12 @@ def test_no_tick_is_lost_on_the_way_to_seconds_and_back(ticks: int) -> None:
     assert to_ticks(to_seconds(ticks)) == ticks
 
 
-@pytest.mark.parametrize(
-    ("metres", "seconds"),
-    [
-        (1, 2.0),  # triangular: 2 sqrt(1)
-        (2, 2 * math.sqrt(2)),
-        (2.25, 3.0),  # reaches 1.5 m/s for an instant
-        (9, 3 + (9 - 2.25) / 1.5),
-    ],
+@cases(
+    "metres seconds",
+    (1, 2.0),  # triangular: 2 sqrt(1)
+    (2, 2 * math.sqrt(2)),
+    (2.25, 3.0),  # reaches 1.5 m/s for an instant
+    (9, 3 + (9 - 2.25) / 1.5),
 )
 def test_run_times_of_the_paper(metres: float, seconds: float) -> None:
     """With 1 m/s^2 and 1.5 m/s a run takes 3 + (D - 2.25)/1.5 s from 2.25 m on, and 2 sqrt(D) s below."""
@@ -59,14 +56,11 @@ def test_positions_follow_the_speed_profile(acceleration: float, speed: float, m
         assert -1e-9 <= after - before <= speed * total / parts + 1e-9
 
 
-def test_streams_depend_on_seed_and_purpose_only() -> None:
+def test_every_name_has_a_stream() -> None:
     draws = stream(1, "orders").random(5).tolist()
     assert draws == stream(1, "orders").random(5).tolist()
     assert draws != stream(1, "pods").random(5).tolist()
     assert draws != stream(2, "orders").random(5).tolist()
-
-
-def test_any_name_has_a_stream() -> None:
     assert stream(1, "rule x\udcff").random() != stream(1, "rule x").random()
 
 
@@ -78,39 +72,24 @@ def timetable(*spans: Span, most: int | None = None, zero: int = 0) -> Timetable
     return Timetable(read_spans(spans, most), zero)
 
 
-def test_a_span_begins_with_its_first_tick_and_ends_before_its_last() -> None:
+def test_spans() -> None:
     hours = timetable(("06:00", "22:00"))
     at = [6 * HOUR - 1, 6 * HOUR, 22 * HOUR - 1, 22 * HOUR, DAY + 6 * HOUR]
     assert [hours.at(tick) for tick in at] == [0, 1, 1, 0, 1]
     assert hours.next_change(0) == 6 * HOUR
     assert hours.next_change(6 * HOUR) == 22 * HOUR
     assert hours.next_change(22 * HOUR) == DAY + 6 * HOUR
-
-
-def test_a_span_may_go_past_midnight() -> None:
     night = timetable(("22:00", "06:00"))
     assert [night.at(hour * HOUR) for hour in (0, 5, 6, 21, 22, 24, 30)] == [1, 1, 0, 0, 1, 1, 0]
-
-
-def test_the_largest_number_counts_where_spans_overlap() -> None:
     hours = timetable(("06:00", "18:00"), ("18:00", "06:00", 3), ("18:00", "20:00", 5), most=8)
     assert [hours.at(hour * HOUR) for hour in (5, 6, 17, 18, 19, 20)] == [3, 8, 8, 5, 5, 3]
     assert hours.next_change(17 * HOUR) == 18 * HOUR
-
-
-def test_spans_that_touch_are_no_change() -> None:
     shifts = timetable(("06:00", "14:00"), ("14:00", "22:00"))
     assert shifts.next_change(6 * HOUR) == 22 * HOUR
     assert timetable(("00:00", "24:00")).next_change(0) is None
     assert timetable(("22:00", "06:00"), ("06:00", "22:00")).next_change(5) is None
-
-
-def test_a_run_may_begin_at_any_time_of_the_day() -> None:
     hours = timetable(("06:00", "22:00"), zero=5 * HOUR + 30 * MINUTE)
     assert (hours.at(0), hours.next_change(0)) == (0, 30 * MINUTE)
-
-
-def test_a_scenario_with_fewer_robots_than_its_night_shift_has_all_of_them_there() -> None:
     assert timetable(("22:00", "06:00", 9), most=8).at(0) == 8
 
 
@@ -129,12 +108,10 @@ def test_between_changes_nothing_changes(seed: int) -> None:
     assert found == changes
 
 
-@pytest.mark.parametrize(
+@cases(
     "span",
-    [
-        *(("06:00",), ("6:00", "22:00"), ("06:00", "24:01"), ("06:60", "22:00"), ("06:00", "06:00"), ("06:00", 22)),
-        *(("06:00", "22:00", "x"), ("06:00", "22:00", -1), ("06:00", "22:00", 1, 1), ()),
-    ],
+    *(("06:00",), ("6:00", "22:00"), ("06:00", "24:01"), ("06:60", "22:00"), ("06:00", "06:00"), ("06:00", 22)),
+    *(("06:00", "22:00", "x"), ("06:00", "22:00", -1), ("06:00", "22:00", 1, 1), ()),
 )
 def test_what_is_no_span_is_told(span: Span) -> None:
     expected = r'expected spans of two times .*"06:00", "22:00".* whole number >= 0; found \['
@@ -147,18 +124,16 @@ def test_stations_have_no_number() -> None:
         read_spans([("06:00", "07:00", 1)])
 
 
-@pytest.mark.parametrize(
-    ("stations", "robots", "first"),
-    [
-        ([ALWAYS], [ALWAYS], 0),
-        ([timetable(("06:00", "10:00"))], [ALWAYS], 6 * HOUR),
-        ([timetable(("06:00", "10:00"))], [timetable(("09:00", "16:00"), most=4)], 9 * HOUR),
-        ([timetable(("06:00", "10:00"))], [timetable(("10:00", "06:00"), most=4)], None),
-        ([timetable(("06:00", "10:00")), ALWAYS], [timetable(("10:00", "06:00"), most=4)], 0),
-        ([ALWAYS], [timetable(("06:00", "10:00", 0), most=4)], None),
-        ([timetable(("06:00", "10:00")), timetable(("22:00", "02:00"))], [timetable(("01:00", "03:00"))], HOUR),
-        ([timetable(("06:00", "10:00"), zero=8 * HOUR)], [timetable(("05:00", "07:00"), zero=8 * HOUR)], 22 * HOUR),
-    ],
+@cases(
+    "stations robots first",
+    ([ALWAYS], [ALWAYS], 0),
+    ([timetable(("06:00", "10:00"))], [ALWAYS], 6 * HOUR),
+    ([timetable(("06:00", "10:00"))], [timetable(("09:00", "16:00"), most=4)], 9 * HOUR),
+    ([timetable(("06:00", "10:00"))], [timetable(("10:00", "06:00"), most=4)], None),
+    ([timetable(("06:00", "10:00")), ALWAYS], [timetable(("10:00", "06:00"), most=4)], 0),
+    ([ALWAYS], [timetable(("06:00", "10:00", 0), most=4)], None),
+    ([timetable(("06:00", "10:00")), timetable(("22:00", "02:00"))], [timetable(("01:00", "03:00"))], HOUR),
+    ([timetable(("06:00", "10:00"), zero=8 * HOUR)], [timetable(("05:00", "07:00"), zero=8 * HOUR)], 22 * HOUR),
 )
 def test_when_one_of_each_is_there_first(stations: list[Timetable], robots: list[Timetable], first: int | None) -> None:
     assert first_common(stations, robots) == first

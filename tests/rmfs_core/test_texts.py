@@ -1,7 +1,5 @@
 """Sentences for people, errors by who has to mend them, and where Ctrl-C is raised."""
 
-from __future__ import annotations
-
 import signal
 import time
 from collections.abc import Iterator
@@ -9,6 +7,7 @@ from types import ModuleType
 
 import pytest
 
+from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_core import interrupts
 from rmfs_core.errors import InputError, RmfsError, RuleError, RunError, StandstillError, is_interrupt
@@ -34,47 +33,39 @@ def test_names_are_listed_as_in_a_sentence(names: list[str], text: str) -> None:
     assert listed(iter(names), "or") == text.replace(" and ", " or ")
 
 
-def test_long_lists_are_cut_short() -> None:
+def test_what_is_named() -> None:
     assert first_few(list("abcdefg")) == "a, b, c, d, e and 2 more"
     assert first_few(list("abcde")) == "a, b, c, d and e"
-
-
-LATE = ["late_percent", "late_orders", "late_x_and_long", "late_y_and_longer", "other"]
-
-
-@pytest.mark.parametrize(
-    ("name", "names", "offered"),
-    [
-        ("cuont", ["count", "lift_s"], "`count`"),
-        ("paper-25", ["paper-2000", "paper-250", "x"], "`paper-250` or `paper-2000`"),
-        ("aaaa", ["aaab", "aaac", "aaad", "aaae"], "`aaae`, `aaad` or `aaac`"),
-        ("fracht", ["FRACHT", "frachts"], "`FRACHT`"),  # the same in other letters, alone
-        ("MUG", ["mug", "MUGS"], "`mug`"),
-        ("late", LATE, "`late_orders`, `late_percent` or `late_x_and_long`"),  # none is near: what begins so
-        ("A4", ["A4094", "A2", "B"], "`A4094`"),
-        ("l", LATE, ""),  # one letter is no beginning
-        ("", LATE, ""),
-        ("xyzzy", ["count"], ""),
-    ],
-)
-def test_near_names_are_offered_and_far_ones_are_not(name: str, names: list[str], offered: str) -> None:
-    assert did_you_mean(name, names) == (f" (did you mean {offered}?)" if offered else "")
-
-
-def test_where_none_is_near_all_are_named() -> None:
     assert nearest("cuont", ["lift_s", "count"]) == " (did you mean `count`?)"
     assert nearest("xyzzy", ["lift_s", "count"]) == "; expected one of `count`, `lift_s`"
     assert nearest("xyzzy", []) == ""
-
-
-def test_an_exception_is_one_line() -> None:
     assert one_line(ValueError("two\n   lines")) == "ValueError: two lines"
     assert one_line(KeyError("a")) == "KeyError: 'a'"
     assert one_line(SystemExit()) == "SystemExit"
     assert len(one_line(ValueError(5_000 * "word "))) < 540
 
 
-def test_a_value_that_cannot_be_shown_has_its_type() -> None:
+LATE = ["late_percent", "late_orders", "late_x_and_long", "late_y_and_longer", "other"]
+
+
+@cases(
+    "name names offered",
+    ("cuont", ["count", "lift_s"], "`count`"),
+    ("paper-25", ["paper-2000", "paper-250", "x"], "`paper-250` or `paper-2000`"),
+    ("aaaa", ["aaab", "aaac", "aaad", "aaae"], "`aaae`, `aaad` or `aaac`"),
+    ("fracht", ["FRACHT", "frachts"], "`FRACHT`"),  # the same in other letters, alone
+    ("MUG", ["mug", "MUGS"], "`mug`"),
+    ("late", LATE, "`late_orders`, `late_percent` or `late_x_and_long`"),  # none is near: what begins so
+    ("A4", ["A4094", "A2", "B"], "`A4094`"),
+    ("l", LATE, ""),  # one letter is no beginning
+    ("", LATE, ""),
+    ("xyzzy", ["count"], ""),
+)
+def test_near_names_are_offered_and_far_ones_are_not(name: str, names: list[str], offered: str) -> None:
+    assert did_you_mean(name, names) == (f" (did you mean {offered}?)" if offered else "")
+
+
+def test_messages_can_be_shown() -> None:
     class Mute:
         def __repr__(self) -> str:
             raise RuntimeError
@@ -85,10 +76,6 @@ def test_a_value_that_cannot_be_shown_has_its_type() -> None:
     assert shown_short(Mute()) == "a Mute"
     assert shown_short(object()) == "<object object>", "in every run"
     assert shown_short(nested) == "a list with hundreds in one another"
-
-
-def test_a_message_is_one_line_that_can_be_shown() -> None:
-    """Line breaks become blanks, what a terminal would obey is escaped, a long quotation loses its middle."""
     assert sentence("Error: x.toml: found \x1b[31m\n\t\ud800é") == "Error: x.toml: found \\x1b[31m \\ud800é"
     cut = sentence(f"Error: found {'9' * 5000}; expected a number")
     assert len(cut) < 1200
@@ -109,14 +96,11 @@ def test_a_long_value_is_shortened(value: str) -> None:
         assert " ... " in told
 
 
-def test_what_is_not_long_stays() -> None:
+def test_what_is_long_or_steers_a_terminal_is_changed() -> None:
     text = "; ".join(f"`{name}` and \"{name}\", the rules' own, do not know what isn't there" for name in "abcdefgh")
     assert len(text) > 400
     assert shortened(text) == text
     assert shortened("short") == "short"
-
-
-def test_signs_that_would_steer_a_terminal_show() -> None:
     assert visible("a\x1b[31m\x07\u202e\x9b\x7f") == r"a\x1b[31m\x07\u202e\x9b\x7f"
     assert visible("größe\tΩ 東\nnext") == "größe\tΩ 東\nnext"
 
@@ -195,9 +179,6 @@ def test_an_interrupt_waits_until_a_library_has_returned(library: ModuleType) ->
     with pytest.raises(KeyboardInterrupt):
         assert library.call(pressed) == "whole"
         time.sleep(5)
-
-
-def test_an_interrupt_elsewhere_is_raised_at_once(library: ModuleType) -> None:
     with pytest.raises(KeyboardInterrupt):
         pressed()
 

@@ -1,7 +1,5 @@
 """What rules decide and return, what observers are told, and names that lead elsewhere."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 from pathlib import Path as File
@@ -16,6 +14,7 @@ import rmfs_core.rule_helpers
 import rmfs_core.rule_helpers as offered
 import rmfs_core.testing
 import rmfs_rules.helpers
+from cases import cases
 from rmfs_core import events
 from rmfs_core.decisions import JointDecision, Leg, OrderAssignment, Path, PodTrip, SolveReport
 from rmfs_core.events import Event, ItemPicked, OrderCompleted, PodLifted
@@ -24,16 +23,13 @@ from rmfs_core.rules.hooks import ARGUMENTS
 from rmfs_core.scenario.model import RulesSection
 
 
-def test_any_sequence_of_parts_will_do() -> None:
+def test_any_sequence_will_do() -> None:
     assignments, trips = [OrderAssignment(0, 1)], [PodTrip(2, 1)]
     decision = JointDecision(assignments, (trip for trip in trips))  # type: ignore[arg-type]
     assert decision == JointDecision((OrderAssignment(0, 1),), (PodTrip(2, 1),))
     assignments.append(OrderAssignment(5, 5))
     assert decision.assignments == (OrderAssignment(0, 1),)
     assert Path([Leg(3), Leg(4, 10)]).legs == (Leg(3, 0), Leg(4, 10))  # type: ignore[arg-type]
-
-
-def test_a_path_may_be_given_as_an_array() -> None:
     legs = (Leg(3), Leg(4, 10))
     path = Path(np.array([(3, 0), (4, 10)]))
     assert (path.legs, repr(path)) == (legs, repr(Path(legs)))
@@ -42,48 +38,36 @@ def test_a_path_may_be_given_as_an_array() -> None:
     assert all(type(number) is int for leg in path.legs for number in (leg.to, leg.wait_ticks))
     for values in (np.array([3, 0]), np.array([(3.0, 0.0)]), np.array([(3, 0, 0)])):
         assert not any(isinstance(leg, Leg) for leg in Path(values).legs)
-
-
-def test_what_is_no_sequence_is_kept_for_the_check_that_names_it() -> None:
-    """The kernel's sentence has the rule in it; a TypeError from in here would not."""
     assert Path(Leg(3)).legs == (Leg(3),)  # type: ignore[arg-type]
     assert JointDecision(7).assignments == (7,)  # type: ignore[arg-type, comparison-overlap]
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"objective": "4"}, "objective is '4'; expected a number or None"),
-        ({"objective": True}, "objective is True; expected a number or None"),
-        ({"bound": [3]}, r"bound is \[3\]; expected a number or None"),
-        ({"stopped_early": 1}, "'stopped_early' must be <class 'bool'>"),
-        ({"status": None}, "'status' must be <class 'str'>"),
-    ],
+@cases(
+    "values message",
+    ({"objective": "4"}, "objective is '4'; expected a number or None"),
+    ({"objective": True}, "objective is True; expected a number or None"),
+    ({"bound": [3]}, r"bound is \[3\]; expected a number or None"),
+    ({"stopped_early": 1}, "'stopped_early' must be <class 'bool'>"),
+    ({"status": None}, "'status' must be <class 'str'>"),
 )
 def test_a_report_has_numbers_in_it(values: dict[str, Any], message: str) -> None:
     with pytest.raises(TypeError, match=message):
         SolveReport(**({"status": "optimal"} | values))
 
 
-def test_a_report_may_leave_numbers_out() -> None:
+def test_reports_and_events() -> None:
     report = SolveReport("stopped", objective=4, bound=3.5, stopped_early=True)
     assert (report.objective, report.bound, report.stopped_early) == (4, 3.5, True)
     assert (SolveReport("optimal").objective, SolveReport("optimal").stopped_early) == (None, False)
-
-
-KINDS = [kind for kind in vars(events).values() if isinstance(kind, type) and issubclass(kind, Event)]
-
-
-def test_an_event_tells_its_time_in_seconds_too() -> None:
     assert OrderCompleted(tick=12_345, order=0).time_s == 12.345
-
-
-def test_nothing_changes_an_event() -> None:
     event = OrderCompleted(tick=1, order=0)
     with pytest.raises(attrs.exceptions.FrozenInstanceError):
         event.order = 1  # type: ignore[misc]
     assert event == OrderCompleted(tick=1, order=0)
     assert event != OrderCompleted(tick=1, order=1)
+
+
+KINDS = [kind for kind in vars(events).values() if isinstance(kind, type) and issubclass(kind, Event)]
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
@@ -111,9 +95,6 @@ def test_every_role_has_its_key_its_hook_and_its_label() -> None:
     assert (f"{Role.POA_PPS}", Role.POA_PPS.label, Role("poa_pps")) == ("poa_pps", "POA+PPS", Role.POA_PPS)
     with pytest.raises(ValueError, match="no role is called 'poa'"):
         Role.labelled("poa")
-
-
-def test_a_joint_rule_excludes_the_two_it_stands_for() -> None:
     excludes = {role: role.excludes for role in Role if role.excludes}
     assert excludes == {
         Role.POA: (Role.POA_PPS,),
@@ -128,23 +109,16 @@ def test_a_joint_rule_excludes_the_two_it_stands_for() -> None:
 def test_it_offers_the_functions_themselves() -> None:
     assert set(rmfs_rules.helpers.__all__) <= set(dir(offered))
     assert all(getattr(offered, name) is getattr(rmfs_rules.helpers, name) for name in rmfs_rules.helpers.__all__)
-
-
-def test_editors_and_type_checkers_are_told_the_same_names() -> None:
     stub = ast.parse(File(offered.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
     assert [ast.unparse(node) for node in stub.body] == ["from rmfs_rules.helpers import *"]
-
-
-def test_a_misspelt_function_is_an_error_as_of_any_module() -> None:
-    """So that ``from rmfs_core.rule_helpers import ...`` fails where it stands."""
-    with pytest.raises(AttributeError, match="send_pod"):
-        _ = offered.send_pod  # type: ignore[attr-defined]
-    with pytest.raises(ImportError):
-        exec("from rmfs_core.rule_helpers import send_pod")
-
-
-def test_the_tools_are_there_once() -> None:
     assert rmfs_core.testing.check_rule is rmfs_commands.testing.check_rule
     for name in ("rmfs_core.testing.worlds", "rmfs_core.rule_helpers.trips"):
         with pytest.raises(ModuleNotFoundError, match=f"No module named '{name}'"):
             importlib.import_module(name)
+
+
+def test_a_misspelt_function_is_an_error_as_of_any_module() -> None:
+    with pytest.raises(AttributeError, match="send_pod"):
+        _ = offered.send_pod  # type: ignore[attr-defined]
+    with pytest.raises(ImportError):
+        exec("from rmfs_core.rule_helpers import send_pod")

@@ -1,7 +1,5 @@
 """Tools that keep pages, pictures, tables of results and benchmarks as they should be."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os
@@ -19,6 +17,7 @@ import psutil
 import pytest
 from PIL import Image
 
+from cases import cases
 from lowest import constraints, main
 
 PAGES: dict[str, Any] = runpy.run_path(
@@ -334,17 +333,15 @@ def test_benchmarks_that_come_and_go(tmp_path: Path) -> None:
     assert out.splitlines() == ["only before: b", "only after: c", "1 benchmarks in both: 0 slower, 0 faster, 1 same."]
 
 
-@pytest.mark.parametrize(
-    ("before", "problem"),
-    [
-        ("{", "before.json: this is no JSON"),
-        ([], "before.json: expected a result that pytest-benchmark saved"),
-        ({"a": {"rounds": 9}}, "before.json, benchmarks[0]: this is no saved benchmark: 'median'"),
-        ({"a": stats(0.0)}, "median and quartiles are no positive numbers in order"),
-        ({"a": stats(1.0) | {"q1": 2.0}}, "median and quartiles are no positive numbers in order"),
-        ({"a": stats(1.0) | {"q3": "many"}}, "this is no saved benchmark"),
-        ({"a": stats(1.0) | {"rounds": "many"}}, "this is no saved benchmark"),
-    ],
+@cases(
+    "before problem",
+    ("{", "before.json: this is no JSON"),
+    ([], "before.json: expected a result that pytest-benchmark saved"),
+    ({"a": {"rounds": 9}}, "before.json, benchmarks[0]: this is no saved benchmark: 'median'"),
+    ({"a": stats(0.0)}, "median and quartiles are no positive numbers in order"),
+    ({"a": stats(1.0) | {"q1": 2.0}}, "median and quartiles are no positive numbers in order"),
+    ({"a": stats(1.0) | {"q3": "many"}}, "this is no saved benchmark"),
+    ({"a": stats(1.0) | {"rounds": "many"}}, "this is no saved benchmark"),
 )
 def test_files_that_are_no_results(tmp_path: Path, before: Any, problem: str) -> None:
     code, out, err = compare(tmp_path, before, {})

@@ -1,7 +1,5 @@
 """The studies that take long: what they count and say, on tiny cases."""
 
-from __future__ import annotations
-
 import os
 import re
 import runpy
@@ -15,6 +13,7 @@ import numpy as np
 import pytest
 
 import mutants
+from cases import cases
 from fuzzing.bases import Bases, make_bases
 from fuzzing.surfaces import SURFACES, make_case
 from random_worlds import assigning_rules, failure, failures, joint_rules, main, random_world
@@ -54,7 +53,6 @@ fuzz.report(found, seed=5, wall_s=1.0)
 
 @pytest.fixture(scope="module")
 def bases() -> Bases:
-    """Return what cases are made of."""
     return make_bases(compiled=False)
 
 
@@ -122,13 +120,11 @@ def test_each_change_is_of_one_expression(tmp_path: Path, monkeypatch: pytest.Mo
     }
 
 
-@pytest.mark.parametrize(
-    ("file", "tests"),
-    [
-        ("rmfs_core/world/travel.py", "tests/rmfs_core/world"),
-        ("rmfs_core/wording.py", "tests/rmfs_core"),
-        ("plugins/rmfs_rules/due/__init__.py", "tests/plugins/rmfs_rules/test_orders_to_stations.py"),
-    ],
+@cases(
+    "file tests",
+    ("rmfs_core/world/travel.py", "tests/rmfs_core/world"),
+    ("rmfs_core/wording.py", "tests/rmfs_core"),
+    ("plugins/rmfs_rules/due/__init__.py", "tests/plugins/rmfs_rules/test_orders_to_stations.py"),
 )
 def test_tests_are_found_by_folder_or_by_the_name_of_a_rule(file: str, tests: str) -> None:
     assert tests in mutants.tests_of(file)
@@ -183,8 +179,7 @@ from rmfs_core import hookimpl
 @define
 class Idle:
     @hookimpl
-    def assign_orders(self):
-        return []
+    def assign_orders(self): return []
 """
 
 
@@ -287,14 +282,12 @@ Status code distribution:
 
 @pytest.fixture
 def with_hey(tmp_path: Path) -> dict[str, str]:
-    """Return an environment with a `hey` that has measured before it was asked."""
     (tmp_path / "hey").write_text(f"#!/bin/sh\ncat <<'END'\n{PRINTED}\nEND\n", encoding="utf-8")
     (tmp_path / "hey").chmod(0o755)
     return {**os.environ, "PATH": f"{tmp_path}{os.pathsep}{os.environ.get('PATH', '')}"}
 
 
 def load(environment: dict[str, str], *arguments: str) -> tuple[int, str]:
-    """Return exit code and output of the tool."""
     done = subprocess.run(
         (sys.executable, str(LOAD), *arguments), env=environment, capture_output=True, text=True, check=False
     )

@@ -1,7 +1,5 @@
 """What is done with bundles."""
 
-from __future__ import annotations
-
 from corruptions.raw import Line, NotThereError, Raw, changed, doubled, dropped, kind, made
 
 ARRIVED, ASSIGNED, BOUND, STORED = "bundle_arrived", "bundle_assigned", "bundle_bound", "bundle_stored"

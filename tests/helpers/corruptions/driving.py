@@ -1,7 +1,5 @@
 """How a run ends, and how robots drive."""
 
-from __future__ import annotations
-
 from corruptions.raw import STEPS, Line, NotThereError, Raw, changed, doubled, dropped, kind, made
 
 # How it ends

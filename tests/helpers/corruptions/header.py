@@ -1,7 +1,5 @@
 """What the header says: layout, what stands where, orders, pods, stations, scenario."""
 
-from __future__ import annotations
-
 from corruptions.raw import STEPS, NotThereError, Raw, kind, made, next_of, scenario_says
 
 # The header: the layout

@@ -1,7 +1,5 @@
 """What is done: pods lifted and set down, lines and visits, picks, orders, decisions."""
 
-from __future__ import annotations
-
 from corruptions.driving import MOVED
 from corruptions.raw import Line, NotThereError, Raw, Where, changed, doubled, dropped, kind, next_of
 

@@ -1,7 +1,5 @@
 """Literal versions of the rules that assign whole orders and select pods together."""
 
-from __future__ import annotations
-
 from collections import Counter
 from typing import Any
 
@@ -22,18 +20,10 @@ MILLION = 1_000_000
 
 @define
 class Left:
-    """What pods have left while orders are chosen; below 0 what they have to bring yet.
+    """What pods have left while orders are chosen; below 0 what they have to bring yet."""
 
-    Parameters
-    ----------
-    now
-        The moment.
-    sent
-        Pods that are sent besides those that are at or bound for stations.
-    """
-
-    now: Moment
-    sent: Sent
+    now: Moment  # the moment
+    sent: Sent  # pods that are sent besides those that are at or bound for stations
     at: dict[int, Counter[int]] = field(init=False)
     supply: Counter[int] = field(init=False)
 
@@ -108,12 +98,7 @@ class Places(Greedy):
 
 
 def fill(
-    now: Moment,
-    sent: Sent,
-    *,
-    max_wait_s: float | None = None,
-    oldest: bool = False,
-    first_share: float | None = None,
+    now: Moment, sent: Sent, *, max_wait_s: float | None = None, oldest: bool = False, first_share: float | None = None
 ) -> Places:
     """Choose the orders with the fewest missing lines for each place; or the oldest, where fewest lines are missing.
 
@@ -212,12 +197,7 @@ def improving(now: Moment, rounds: int, weight: float, max_wait_s: float | None)
 
 
 def alternating(
-    now: Moment,
-    told: Any,
-    *,
-    rounds: int = 10,
-    unused_capacity_weight: float = 2.0,
-    max_wait_s: float | None = None,
+    now: Moment, told: Any, *, rounds: int = 10, unused_capacity_weight: float = 2.0, max_wait_s: float | None = None
 ) -> JointDecision:
     """Orders and pods in turn."""
     costs, chosen, sent = improving(now, rounds, unused_capacity_weight, max_wait_s)

@@ -1,7 +1,5 @@
 """Literal versions of the rules that assign whole orders, and of filters."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
@@ -110,7 +108,6 @@ class Greedy:
         return self.now.backlog[age], self.now.stations[at]
 
     def take(self, order: Order, station: Station) -> None:
-        """Apply a choice."""
         self.chosen.append((order, station))
         for pod in self.there.values():
             if station.id in pod.bound_for and not self.now.world.unlimited_stock:
@@ -176,7 +173,6 @@ def by_pairs(
 
 
 def first_come(now: Moment, told: Any, **options: Any) -> list[OrderAssignment]:
-    """The oldest order goes to the station with the lowest load."""
     return by_pairs(now, **options)
 
 

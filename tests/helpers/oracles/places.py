@@ -38,7 +38,6 @@ def reached_first(now: Moment, cells: Iterable[int]) -> int:
 
 
 def nearest(now: Moment, told: Any) -> int:
-    """The free location with the shortest loaded driving time."""
     return reached_first(now, now.world.free_locations)
 
 
@@ -49,7 +48,6 @@ def fixed(now: Moment, told: Any) -> int:
 
 
 def drawn(now: Moment, told: Any, *, max_wait_s: float | None = None) -> int:
-    """One by lot."""
     return now.world.free_locations[int(now.rng.integers(len(now.world.free_locations)))]
 
 
@@ -119,18 +117,10 @@ def paused(decide: Callable[..., list[PodMove]]) -> Callable[..., list[PodMove]]
 
 @define
 class Caches:
-    """Whose cache each location belongs to.
+    """Whose cache each location belongs to."""
 
-    Parameters
-    ----------
-    owner
-        Station, or `NOWHERE`, by location.
-    free
-        Free locations.
-    """
-
-    owner: dict[int, int]
-    free: list[int]
+    owner: dict[int, int]  # station, or `NOWHERE`, by location
+    free: list[int]  # free locations
 
     @classmethod
     def of(cls, now: Moment, share: float) -> Caches:
@@ -213,18 +203,10 @@ def cache_moves(
 
 @define
 class Ranks:
-    """Ranks of locations by their drives, and the rank that each pod belongs to.
+    """Ranks of locations by their drives, and the rank that each pod belongs to."""
 
-    Parameters
-    ----------
-    of_cell
-        Rank by location, those with the same drive together.
-    own
-        Rank by pod.
-    """
-
-    of_cell: dict[int, int]
-    own: dict[Pod, int]
+    of_cell: dict[int, int]  # rank by location, those with the same drive together
+    own: dict[Pod, int]  # rank by pod
 
     @classmethod
     def of(cls, now: Moment, buffer: float, weight_speed: float, weight_demand: float) -> Ranks:

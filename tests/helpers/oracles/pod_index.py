@@ -1,7 +1,5 @@
 """A literal version of pod-index, after the formulas of its docstring, one line and one pod after another."""
 
-from __future__ import annotations
-
 import math
 from math import exp
 from typing import Any
@@ -165,7 +163,6 @@ class Literal:
         return [], None
 
     def take(self, line: Line, station: int) -> None:
-        """Assign a line."""
         order, sku, items = line
         places = items
         if self.stations[station].counts_orders:

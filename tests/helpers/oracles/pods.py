@@ -1,7 +1,5 @@
 """Literal versions of the rules that select pods for stations, and stations and pods for bundles."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -92,7 +90,6 @@ def completed(wanted: Iterable[Counter[int]], items: Counter[int]) -> list[bool]
 
 
 def nearest(now: Moment) -> Score:
-    """Less the seconds of loaded driving."""
     return lambda pod, station: -now.ticks(pod, station) / 1000
 
 
@@ -193,12 +190,10 @@ def most_wanted(now: Moment, told: Sequence[PodTrip]) -> list[PodTrip]:
 
 
 def nearest_pod(now: Moment, told: Sequence[PodTrip]) -> list[PodTrip]:
-    """The nearest pod."""
     return lexicographic(now, told, scores=("nearest",))
 
 
 def drawn(now: Moment, told: Sequence[PodTrip], *, max_wait_s: float | None = None) -> list[PodTrip]:
-    """A pod by lot."""
     return trips(now, lambda _, able: able[int(now.rng.integers(len(able)))])
 
 

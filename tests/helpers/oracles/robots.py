@@ -1,7 +1,5 @@
 """Literal versions of the rules for robots and for stations that are active."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
@@ -111,7 +109,6 @@ def share_out(now: Moment, station_of: dict[int, int], active: set[int]) -> None
 
 
 def stay(now: Moment, told: Any) -> list[RobotMove]:
-    """Nobody goes anywhere."""
     return []
 
 
@@ -171,7 +168,6 @@ def charge_when_low(now: Moment, told: Any, *, low: float = 0.3, full: float = 0
 
 
 def activate_all(now: Moment, told: Any) -> list[int]:
-    """All of them."""
     return [station.id for station in now.stations]
 
 
@@ -186,12 +182,7 @@ def constant_ratio(now: Moment, told: Any, *, ratio: float = 0.5) -> list[int]:
 
 
 def backlog_threshold(
-    now: Moment,
-    told: Any,
-    *,
-    open_above: int = 50,
-    timeout_s: float = 600.0,
-    least: int = 1,
+    now: Moment, told: Any, *, open_above: int = 50, timeout_s: float = 600.0, least: int = 1
 ) -> list[int]:
     """One more while many orders wait, one fewer while there is little to do."""
     working = [station for station in staffed(now) if station.active]

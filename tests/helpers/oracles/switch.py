@@ -1,7 +1,5 @@
 """Literal version of the rule that asks others."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

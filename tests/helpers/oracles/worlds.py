@@ -1,7 +1,5 @@
 """Random small worlds in the middle of a run, the same ones for the same seed."""
 
-from __future__ import annotations
-
 import random
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -24,31 +22,15 @@ T = TypeVar("T")
 
 @define(eq=False)
 class Moment:
-    """What a rule is asked about; the world of a literal version changes with its choices.
+    """What a rule is asked about; the world of a literal version changes with its choices."""
 
-    Parameters
-    ----------
-    world
-        The world.
-    hidden
-        Ids of the orders that a filter leaves out.
-    rng
-        What the rule draws from.
-    memory
-        What a literal version remembers from one moment of a run to the next.
-    max_fetches, max_moves
-        How many stored pods may be sent or moved.
-    chosen
-        Number that chooses a pod or robot that the rule is asked about.
-    """
-
-    world: Warehouse
-    hidden: frozenset[int]
-    rng: np.random.Generator
-    memory: dict[str, Any]
-    max_fetches: int
+    world: Warehouse  # the world
+    hidden: frozenset[int]  # ids of the orders that a filter leaves out
+    rng: np.random.Generator  # what the rule draws from
+    memory: dict[str, Any]  # what a literal version remembers from one moment of a run to the next
+    max_fetches: int  # how many stored pods may be sent or moved
     max_moves: int
-    chosen: int
+    chosen: int  # number that chooses a pod or robot that the rule is asked about
 
     @cached_property
     def free(self) -> dict[Pod, Counter[int]]:
@@ -70,43 +52,35 @@ class Moment:
 
     @property
     def backlog(self) -> list[Order]:
-        """Orders that are shown and have open lines, oldest first."""
         return [order for order in self.world.backlog.orders if order.id not in self.hidden]
 
     @property
     def orders(self) -> list[Order]:
-        """What a filter is given."""
         return self.backlog
 
     @property
     def now_s(self) -> float:
-        """Seconds."""
         return self.world.now / 1000
 
     @property
     def stations(self) -> tuple[Station, ...]:
-        """Picking stations."""
         return self.world.picking
 
     @property
     def pod(self) -> Pod:
-        """A pod that a robot carries."""
         carried = [pod for pod in self.world.pods if pod.location is None]
         return carried[self.chosen % len(carried)]
 
     @property
     def robot(self) -> Robot:
-        """A robot."""
         return self.world.robots[self.chosen % len(self.world.robots)]
 
     @property
     def goal(self) -> int:
-        """Where the robot goes."""
         cells = [*self.world.travel.layout.storage_locations, *(station.cell for station in self.world.stations)]
         return cells[self.chosen % len(cells)]
 
     def ticks(self, pod: Pod, station: Station) -> int:
-        """Loaded driving time of a pod to a station."""
         return int(self.world.travel.times_to(station.cell, True)[pod.cell].min())
 
     def turned_ticks(self, pod: Pod, cell: int) -> int:
@@ -124,33 +98,15 @@ def standing(world: Warehouse, station: Station) -> Pod | None:
 
 @frozen
 class Run:
-    """A run: what happens in it is drawn from a seed, whatever a rule decides.
+    """A run: what happens in it is drawn from a seed, whatever a rule decides."""
 
-    Parameters
-    ----------
-    seed
-        What everything is drawn from.
-    size
-        How large it is: 0 to 4.
-    filtered
-        Whether orders are hidden at some moments.
-    crowded
-        Whether robots and pods are many.
-    stocked
-        Whether bundles are many.
-    batteries
-        Whether robots have batteries.
-    single
-        Whether lines want one item each where stock is finite.
-    """
-
-    seed: int
-    size: int
-    filtered: bool = False
-    crowded: bool = False
-    stocked: bool = False
-    batteries: bool = False
-    single: bool = False
+    seed: int  # what everything is drawn from
+    size: int  # how large it is: 0 to 4
+    filtered: bool = False  # whether orders are hidden at some moments
+    crowded: bool = False  # whether robots and pods are many
+    stocked: bool = False  # whether bundles are many
+    batteries: bool = False  # whether robots have batteries
+    single: bool = False  # whether lines want one item each where stock is finite
 
     def moment(self, world: Warehouse, phase: int, memory: dict[str, Any]) -> Moment:
         """Return what a rule is asked about after a phase."""
@@ -284,7 +240,6 @@ def assign(world: Warehouse, lots: random.Random, period: int) -> None:
 
 
 def bind(world: Warehouse, lots: random.Random, _: int) -> None:
-    """Send a pod to a station."""
     pod, station = lots.choice(world.pods), lots.choice(world.picking)
     going_away = pod.location is None and not pod.bound_for
     if station.id not in pod.bound_for and not going_away:
@@ -319,7 +274,6 @@ def leave(world: Warehouse, lots: random.Random, _: int) -> None:
 
 
 def put_down(world: Warehouse, lots: random.Random, _: int) -> None:
-    """Put down a pod that has left."""
     away = [pod for pod in world.pods if pod.location is None and not pod.bound_for]
     for pod in one_of(lots, away):
         robot = world.robots[pod.robot or 0]
@@ -328,7 +282,6 @@ def put_down(world: Warehouse, lots: random.Random, _: int) -> None:
 
 
 def fetch(world: Warehouse, lots: random.Random, _: int) -> None:
-    """Let a robot fetch a pod."""
     for pod in one_of(lots, world.waiting.values()):
         for robot in one_of(lots, world.idle):
             world.take_task(robot, pod)
@@ -356,7 +309,6 @@ def bundle(world: Warehouse, lots: random.Random, _: int) -> None:
 
 
 def shut(world: Warehouse, lots: random.Random, _: int) -> None:
-    """Close or open a station."""
     station = lots.choice(world.picking)
     if lots.random() < 0.5:
         world.staff(station, not station.staffed or lots.random() < 0.5, None)

@@ -1,7 +1,5 @@
 """What users import: one package, whose names are those of the packages behind it."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from importlib import import_module

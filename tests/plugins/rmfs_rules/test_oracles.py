@@ -1,7 +1,5 @@
 """Each shipped rule, with all its parameters, against a literal version of its definition on random worlds."""
 
-from __future__ import annotations
-
 import inspect
 import random
 from collections.abc import Iterator
@@ -13,6 +11,7 @@ import attrs
 import pytest
 from attrs import frozen
 
+from cases import cases
 from oracles import joint, orders, places, pod_index, pods, robots
 from oracles.switch import next_case, switched
 from oracles.worlds import Run
@@ -75,35 +74,19 @@ POD_INDEX: dict[str, Any] = {
 
 @frozen
 class Oracle:
-    """Literal versions of what a rule decides.
+    """Literal versions of what a rule decides."""
 
-    Parameters
-    ----------
-    rule
-        Its name.
-    literals
-        By hook. A hook is asked after those before it; all share what they remember.
-    parameters
-        What is tried of each of its parameters.
-    run
-        What kind of run.
-    every
-        Of so many runs one is tried.
-    """
-
-    rule: str
-    literals: dict[str, Any]
-    parameters: dict[str, Any]
-    run: dict[str, Any]
-    every: int = 1
+    rule: str  # its name
+    literals: dict[str, Any]  # by hook. A hook is asked after those before it; all share what they remember
+    parameters: dict[str, Any]  # what is tried of each of its parameters
+    run: dict[str, Any]  # what kind of run
+    every: int = 1  # of so many runs one is tried
 
     @property
     def kind(self) -> Any:
-        """The class of the rule."""
         return RuleSources(".").find(self.rule, "rule").target
 
     def drawn(self, lots: random.Random) -> dict[str, Any]:
-        """Draw parameters; those with a default may be left out."""
         required = {one.name for one in attrs.fields(self.kind) if one.default is attrs.NOTHING}
         given = [name for name in self.parameters if name in required or lots.random() < 0.6]
         return {name: lots.choice(self.parameters[name]) for name in given}
@@ -125,7 +108,6 @@ class Oracle:
 
 
 def rules_for(hook: str, rules: dict[str, tuple[Any, dict[str, Any]]], **run: Any) -> list[Oracle]:
-    """Return the oracles of rules that answer a hook."""
     return [Oracle(name, {hook: literal}, parameters, run) for name, (literal, parameters) in rules.items()]
 
 
@@ -157,11 +139,7 @@ ORACLES: list[Oracle] = [
             "random": (orders.drawn, MAX_WAIT_S),
             "station-queue": (
                 orders.station_queue,
-                {
-                    "queue_length": range(1, 5),
-                    "urgent_s": (0.0, 300.0, 600.0),
-                    "fast_lane": range(3),
-                },
+                {"queue_length": range(1, 5), "urgent_s": (0.0, 300.0, 600.0), "fast_lane": range(3)},
             ),
         },
         filtered=True,
@@ -214,11 +192,7 @@ ORACLES: list[Oracle] = [
         },
         stocked=True,
     ),
-    *rules_for(
-        "assign_bundles_and_pods",
-        {"pod-first": (pods.pod_first, {"pod": (*pods.COSTS,)})},
-        stocked=True,
-    ),
+    *rules_for("assign_bundles_and_pods", {"pod-first": (pods.pod_first, {"pod": (*pods.COSTS,)})}, stocked=True),
     *rules_for(
         "choose_storage_location",
         {
@@ -245,10 +219,7 @@ ORACLES: list[Oracle] = [
             "nearest-robot": (robots.nearest_robot, {}),
             "random": (robots.drawn, MAX_WAIT_S),
             "assignment": (robots.assignment, {"defer_s": (0.0, 3.0, 30.0)}),
-            "balanced": (
-                robots.balanced,
-                {"reallocation_s": (0.0, 100.0, 500.0), "help_others": (False, True)},
-            ),
+            "balanced": (robots.balanced, {"reallocation_s": (0.0, 100.0, 500.0), "help_others": (False, True)}),
         },
         crowded=True,
     ),
@@ -263,12 +234,7 @@ ORACLES: list[Oracle] = [
     ),
     *rules_for(
         "idle_robots",
-        {
-            "charge-when-low": (
-                robots.charge_when_low,
-                {"low": (0.0, 0.2, 0.3), "full": (0.5, 0.8, 1.0)},
-            ),
-        },
+        {"charge-when-low": (robots.charge_when_low, {"low": (0.0, 0.2, 0.3), "full": (0.5, 0.8, 1.0)})},
         crowded=True,
         batteries=True,
     ),
@@ -279,11 +245,7 @@ ORACLES: list[Oracle] = [
             "constant-ratio": (robots.constant_ratio, {"ratio": (0.1, 0.34, 0.5, 0.67, 1.0)}),
             "backlog-threshold": (
                 robots.backlog_threshold,
-                {
-                    "open_above": range(5),
-                    "timeout_s": (0.0, 100.0, 600.0),
-                    "least": range(1, 4),
-                },
+                {"open_above": range(5), "timeout_s": (0.0, 100.0, 600.0), "least": range(1, 4)},
             ),
         },
     ),
@@ -293,11 +255,7 @@ ORACLES: list[Oracle] = [
             "alternating": (joint.alternating, JOINT | {"rounds": range(1, 5)}),
             "two-stage": (
                 joint.two_stage,
-                MAX_WAIT_S
-                | {
-                    "first_share": (0.2, 0.5, 0.75, 1.0),
-                    "first_orders": ("cheapest", "oldest"),
-                },
+                MAX_WAIT_S | {"first_share": (0.2, 0.5, 0.75, 1.0), "first_orders": ("cheapest", "oldest")},
             ),
             "lns": (joint.lns, JOINT | {"iterations": range(6), "share": (0.3, 0.7, 1.0)}),
         },
@@ -317,9 +275,7 @@ ORACLES: list[Oracle] = [
 ]
 
 
-@pytest.mark.parametrize(
-    "seeds", [range(200), pytest.param(range(200, 3000), marks=pytest.mark.slow)], ids=["some", "many"]
-)
+@cases("seeds", range(200), pytest.param(range(200, 3000), marks=pytest.mark.slow), ids=["some", "many"])
 @pytest.mark.parametrize("oracle", ORACLES, ids=lambda oracle: f"{oracle.rule}-{next(iter(oracle.literals))}")
 def test_a_rule_decides_as_its_definition_says(oracle: Oracle, seeds: range) -> None:
     """In runs of all sizes; a rule that is slow to check by hand in fewer of them."""
@@ -333,7 +289,6 @@ def test_a_rule_decides_as_its_definition_says(oracle: Oracle, seeds: range) -> 
 
 
 def test_lns_looks_at_few_of_many_orders(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As if more than three were many."""
     monkeypatch.setattr("rmfs_rules.joint.lns.MOST_ORDERS", 3)
     monkeypatch.setattr(joint, "MOST_ORDERS", 3)
     (oracle,) = (oracle for oracle in ORACLES if oracle.rule == "lns")
@@ -342,7 +297,6 @@ def test_lns_looks_at_few_of_many_orders(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def shipped() -> Iterator[tuple[str, set[str], set[str]]]:
-    """Yield the names of the rules that are installed with rmfs, the hooks that they answer, and their parameters."""
     for point in entry_points(group="rmfs.rules"):
         if point.dist is not None and point.dist.name == "rmfs" and point.name not in ELSEWHERE:
             kind = point.load()

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import plain_sipp as plain
+from cases import cases
 from crowds import crowd, newcomer, paper_roads, two_way
 from reserving import hold_until, stay
 from rmfs_commands.layouts import parse_map
@@ -103,7 +104,7 @@ def _corridor() -> tuple[Roads, Layout]:
     return roads_on(travel_on(layout, EVEN)), layout
 
 
-def test_it_waits_until_the_goal_is_free_for_good() -> None:
+def test_reservations_are_waited_for() -> None:
     roads, _ = _corridor()
     table = Reservations(roads.cells)
     hold_until(table, 1, 4, 30_000, 50_000)
@@ -113,6 +114,22 @@ def test_it_waits_until_the_goal_is_free_for_good() -> None:
     table.hold(1, 4, 60_000)
     assert Sipp().search(roads, table, Query(0, 0, 0, 0, 4)) is None
     assert plain.search(roads, table, Query(0, 0, 0, 0, 4)) is None
+    roads, _ = _corridor()
+    table, query = Reservations(roads.cells), Query(0, 0, 0, 1, 4)
+    hold_until(table, 1, 1, 0, 30 * 86_400_000)
+    path, expected = Sipp().search(roads, table, query), plain.search(roads, table, query)
+    assert path is not None
+    assert expected is not None
+    assert path.end_tick == expected.end_tick > 1 << 31
+    roads, _ = _corridor()
+    table = Reservations(roads.cells)
+    table.hold(0, 0, 0)
+    hold_until(table, 0, 3, 0, 9000)
+    path = Sipp().search(roads, table, Query(0, 0, 0, 0, 4))
+    assert path is not None
+    assert path.end_tick == 4000
+    table.commit(0, occupancy(roads, path))
+    assert table.blocker(3, 0) == 0
 
 
 @pytest.mark.parametrize(("speed", "width"), [(1.0, 4), (1e-6, 8)])
@@ -124,29 +141,6 @@ def test_no_path_is_no_path_however_long_ways_take(speed: float, width: int) -> 
     table.hold(1, 2, 0)
     assert Sipp().plan_path(Traffic(roads, table, query)) is None
     assert Sipp().search(roads, table, query) is None
-
-
-def test_it_waits_for_weeks() -> None:
-    """A number of four bytes would not hold it."""
-    roads, _ = _corridor()
-    table, query = Reservations(roads.cells), Query(0, 0, 0, 1, 4)
-    hold_until(table, 1, 1, 0, 30 * 86_400_000)
-    path, expected = Sipp().search(roads, table, query), plain.search(roads, table, query)
-    assert path is not None
-    assert expected is not None
-    assert path.end_tick == expected.end_tick > 1 << 31
-
-
-def test_ones_own_reservations_are_no_obstacle() -> None:
-    roads, _ = _corridor()
-    table = Reservations(roads.cells)
-    table.hold(0, 0, 0)
-    hold_until(table, 0, 3, 0, 9000)
-    path = Sipp().search(roads, table, Query(0, 0, 0, 0, 4))
-    assert path is not None
-    assert path.end_tick == 4000
-    table.commit(0, occupancy(roads, path))
-    assert table.blocker(3, 0) == 0
 
 
 def test_who_is_there_already_stays() -> None:
@@ -247,7 +241,6 @@ def test_no_path_arrives_earlier(data: st.DataObject) -> None:
 @given(robots=st.integers(1, 12), seed=st.integers(0, 1000), motion=st.sampled_from([Motion(), Motion(0.5, 2.0, 3.3)]))
 @settings(deadline=None, max_examples=40)
 def test_compiled_and_plain_arrive_together(robots: int, seed: int, motion: Motion) -> None:
-    """Among robots with committed paths, the compiled search arrives at the same tick as the plain one."""
     roads = roads_on(travel_on(small_layout(stations=2), motion))
     planner = Sipp()
     table, _ = crowd(roads, planner, robots, seed)
@@ -339,9 +332,6 @@ def test_the_last_run_decides() -> None:
     assert path is not None
     assert path.end_tick > 60_000
     assert limits(roads, table, query, compiled.LABELS)[0] == path.end_tick
-
-
-def test_no_way_in_after_others_have_come_to_stay() -> None:
     roads, table = roads_on(travel_on(LANE, Motion())), Reservations(30)
     hold_until(table, 1, 1, 9_000, FOREVER)
     assert Sipp().search(roads, table, Query(0, 3, 2, 0, 11, True)) is not None
@@ -398,9 +388,6 @@ def test_the_sum_of_arrivals_is_never_worse_and_sometimes_better() -> None:
 
 def test_it_is_a_rule_like_any_other() -> None:
     assert check_rule(Pbs()).findings == ()
-
-
-def test_wrong_parameters_are_refused() -> None:
     with pytest.raises(ValueError, match="most_nodes"):
         Pbs(most_nodes=-1)
 
@@ -455,6 +442,8 @@ def test_waits_are_of_two_seconds() -> None:
     assert first is not None
     assert other is not None
     assert (first.legs[0].wait_ticks, other.legs[0].wait_ticks) == (3100, 4000)
+    roads = roads_on(travel_on(CORRIDOR, Motion()))
+    assert WhcaN(max_nodes=1).search(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 4)) is None
 
 
 def test_a_way_that_stays_blocked_is_waited_for_within_the_window_only() -> None:
@@ -468,20 +457,13 @@ def test_a_way_that_stays_blocked_is_waited_for_within_the_window_only() -> None
     assert WhcaN(window_s=math.inf).search(roads, table, Query(0, 0, 0, 0, 4)) is None
 
 
-def test_a_search_gives_up() -> None:
-    roads = roads_on(travel_on(CORRIDOR, Motion()))
-    assert WhcaN(max_nodes=1).search(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 4)) is None
-
-
-@pytest.mark.parametrize(
-    ("values", "problem"),
-    [
-        ({"window_s": 0.0}, "expected a number > 0"),
-        ({"window_s": math.nan}, "expected a number > 0"),
-        ({"wait_s": 0.0}, r"expected a number >= 0\.001"),
-        ({"wait_s": math.inf}, r"expected a number >= 0\.001"),
-        ({"max_nodes": 0}, "must be >= 1"),
-    ],
+@cases(
+    "values problem",
+    ({"window_s": 0.0}, "expected a number > 0"),
+    ({"window_s": math.nan}, "expected a number > 0"),
+    ({"wait_s": 0.0}, r"expected a number >= 0\.001"),
+    ({"wait_s": math.inf}, r"expected a number >= 0\.001"),
+    ({"max_nodes": 0}, "must be >= 1"),
 )
 def test_impossible_parameters_are_refused(values: dict[str, float], problem: str) -> None:
     with pytest.raises(ValueError, match=problem):
@@ -491,9 +473,7 @@ def test_impossible_parameters_are_refused(values: dict[str, float], problem: st
 YARD = parse_map("......\n@@@..#\nqO....", "yard")
 
 
-@pytest.mark.parametrize(
-    ("robots", "seed"), [(8, 0), (16, 1), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((32, 2), (48, 3)))]
-)
+@cases("robots seed", (8, 0), (16, 1), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((32, 2), (48, 3))))
 def test_sipp_never_arrives_later(robots: int, seed: int) -> None:
     roads, sipp, whca = paper_roads(), Sipp(), WhcaN(window_s=math.inf)
     table, _ = crowd(roads, sipp, robots, seed)
@@ -516,7 +496,6 @@ def test_sipp_never_arrives_later(robots: int, seed: int) -> None:
 @given(robots=st.integers(1, 15), seed=st.integers(0, 1000), window_s=st.floats(1, 60))
 @settings(deadline=None, max_examples=60)
 def test_windowed_paths_end_where_they_can_be_held(robots: int, seed: int, window_s: float) -> None:
-    """A path ends at the goal or not before the window, and the table has room for it, hold and all."""
     roads = roads_on(travel_on(small_layout(stations=2), Motion()))
     table, _ = crowd(roads, Sipp(), robots, seed)
     query = newcomer(roads, table, 1000, 5000, np.random.default_rng(seed))
@@ -537,16 +516,13 @@ def rows(
     return None if found is None else found.tolist()
 
 
-def test_rows_are_the_legs_of_the_path() -> None:
+def test_rows_and_windows() -> None:
     roads = roads_on(travel_on(YARD, EVEN))
     table = Reservations(roads.cells)
     assert rows(table, roads, 9, FOREVER) == [[3, 0], [9, 0]]  # east, a quarter turn, south
     hold_until(table, 1, 1, 0, 3000)
     assert rows(table, roads, 9, FOREVER) == [[3, 4000], [9, 0]]  # two waits make 4 s
     assert rows(table, roads, 0, FOREVER) == []
-
-
-def test_a_window_ends_a_path_with_a_wait() -> None:
     roads = roads_on(travel_on(parse_map("......\n@@@@@#\nqO....", "corridor"), EVEN))
     table = Reservations(roads.cells)
     hold_until(table, 1, 1, 0, 9000)
@@ -555,9 +531,6 @@ def test_a_window_ends_a_path_with_a_wait() -> None:
     hold_until(table, 1, 0, 12_000, 20_000)
     hold_until(table, 1, 4, 0, 30_000)
     assert rows(table, roads, 4, 20_000) == [[3, 10_000], [3, 8000]]
-
-
-def test_a_search_ends_with_its_nodes_or_without_a_way() -> None:
     roads = roads_on(travel_on(YARD, EVEN))
     table = Reservations(roads.cells)
     assert rows(table, roads, 9, FOREVER, max_nodes=1) is None

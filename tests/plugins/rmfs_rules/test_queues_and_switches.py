@@ -1,9 +1,6 @@
 """Rules that keep something from call to call: queues at stations, and which rule decides by now."""
 
-from __future__ import annotations
-
 import inspect
-from collections import Counter
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
@@ -13,6 +10,7 @@ import numpy as np
 import pytest
 
 import rmfs_core
+from cases import cases
 from rmfs_commands.testing import check_rule, small_world
 from rmfs_core import InputError, hookimpl, load_scenario, run
 from rmfs_core.info import Question
@@ -34,13 +32,12 @@ def decide(world: Warehouse, rule: Any, view: WarehouseView | None = None) -> li
 
 
 def assign(world: Warehouse, found: list[tuple[str, int]]) -> None:
-    """Carry out a decision."""
     for name, station in found:
         order = next(order for order in world.orders if order.name == name)
         world.assign(order, world.stations[station], [line.sku for line in order.open_lines])
 
 
-def test_orders_queue_where_their_items_are_and_stay_there() -> None:
+def test_orders_queue_where_their_items_are() -> None:
     orders = {"x": {"a": 2}, "1": ["a", "b"], "2": ["a"], "3": ["c"]}
     world = small_world(orders, {"p": ["a", "b"], "q": ["c"]}, capacities=[2, 2])
     world.bind(world.pods[0], world.stations[1])
@@ -50,40 +47,12 @@ def test_orders_queue_where_their_items_are_and_stay_there() -> None:
     assert rule.queue_of == {1: 1, 2: 1, 3: 0}
     assign(world, [("3", 0)])
     assert decide(world, rule) == []  # station 0 has a place free, but nobody queues for it
-
-
-def test_queues_have_an_end() -> None:
-    world = small_world({str(i): ["a"] for i in range(5)}, {"p": ["a"]}, capacities=[1, 1])
-    rule = StationQueue(queue_length=1)
-    assert decide(world, rule) == [("0", 0), ("1", 1)]
-    assert rule.queue_of == {0: 0, 1: 1}
-    assign(world, [("0", 0), ("1", 1)])
-    assert decide(world, rule) == []
-    assert rule.queue_of == {2: 0, 3: 1}
-
-
-def test_a_full_queue_takes_no_order_of_a_station_that_has_one_in_part() -> None:
-    """Order 1 has a place at the station, which counts orders, and its rest fills the queue."""
-    world = small_world({"1": ["a", "b"], "2": ["b"]}, {"p": ["a", "b"]}, capacities=[5], counts_orders=True)
-    world.assign(world.orders[0], world.stations[0], [0])
-    rule = StationQueue(queue_length=1, fast_lane=0)
-    assert decide(world, rule) == [("1", 0)]
-    assert decide(world, rule) == [("1", 0)]
-    assert rule.queue_of == {0: 0}
-
-
-def test_orders_that_queue_may_be_left_out_by_a_filter() -> None:
-    """The younger order queues and is hidden; it goes to its station as soon as it is shown again."""
     world, rule = small_world({"1": {"a": 2}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[2]), StationQueue()
     view = WarehouseView(world)
     rule.assign_orders(view.showing([]))
     assign(world, decide(world, rule))
     assert rule.queue_of == {0: 0, 1: 0}
     assert rule.assign_orders(view.showing([])) == []
-
-
-def test_what_is_urgent_then_what_the_pod_at_the_station_completes_goes_first() -> None:
-    """At 400 s order `due` has 600 s left; `now` is on the pod at the station, `soon` on one that comes."""
     orders = {"old": ["z"], "soon": ["b"], "now": ["a"], "due": ["z"], "later": ["z"]}
     pods = {"p": ["a"], "q": ["b"], "r": ["z"]}
     world = small_world(orders, pods, capacities=[5], due_s={"due": 1000, "later": 1001})
@@ -92,28 +61,6 @@ def test_what_is_urgent_then_what_the_pod_at_the_station_completes_goes_first() 
     world.now = 400_000
     assert [name for name, _ in decide(world, StationQueue(fast_lane=0))] == ["due", "now", "soon", "old", "later"]
     assert decide(world, StationQueue(fast_lane=0, urgent_s=0))[0] == ("now", 0)
-
-
-def test_another_run_begins_with_empty_queues() -> None:
-    rule = StationQueue(queue_length=2)
-    for _ in range(2):
-        world = small_world({str(i): ["a"] for i in range(3)}, {"p": ["a"]}, capacities=[1])
-        assert decide(world, rule) == [("0", 0)]
-        assert rule.queue_of == {0: 0, 1: 0}
-
-
-def test_an_order_queues_only_where_it_fits() -> None:
-    world = small_world({"1": {"a": 3}, "2": {"a": 3}, "3": {"a": 9}}, {"p": ["a"]}, capacities=[2, 4])
-    rule = StationQueue()
-    assert decide(world, rule) == [("1", 1), ("3", 0)]
-    assert rule.queue_of == {0: 1, 1: 1}
-
-
-def test_a_place_is_kept_for_what_the_pod_completes() -> None:
-    world = small_world({"x": ["a"], "1": ["b"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[3])
-    put_at_station(world, 0, 0)
-    assign(world, [("x", 0)])
-    assert Counter(decide(world, StationQueue())) == {("1", 0): 1}
 
 
 @pytest.mark.parametrize("wrong", [{"queue_length": 0}, {"urgent_s": -1}, {"fast_lane": -1}])
@@ -140,16 +87,14 @@ class Doubter:
             self.orders += len(answer)
 
 
-@pytest.mark.parametrize(
+@cases(
     "overrides",
-    [
-        [],
-        ["instance.items_per_sku=3", "stations.order_capacity=4"],
-        ["instance.due={allowance_s=500,spread_s=400}", "rules.poa.urgent_s=100"],
-        ["stations.item_capacity=4", "rules.poa.queue_length=3"],  # some orders are larger than any station
-        ["instance.arrivals.process=refill", "instance.arrivals.backlog=30", "rules.poa.fast_lane=0"],
-        ['stations.open={"1"=[["08:00","18:00"]],"2"=[["00:00","00:05"],["00:08","00:00"]]}'],
-    ],
+    [],
+    ["instance.items_per_sku=3", "stations.order_capacity=4"],
+    ["instance.due={allowance_s=500,spread_s=400}", "rules.poa.urgent_s=100"],
+    ["stations.item_capacity=4", "rules.poa.queue_length=3"],  # some orders are larger than any station
+    ["instance.arrivals.process=refill", "instance.arrivals.backlog=30", "rules.poa.fast_lane=0"],
+    ['stations.open={"1"=[["08:00","18:00"]],"2"=[["00:00","00:05"],["00:08","00:00"]]}'],
     ids=", ".join,
 )
 def test_every_decision_of_a_run(overrides: list[str]) -> None:
@@ -186,26 +131,25 @@ def one_place(orders: int = 2) -> Warehouse:
     return small_world({name: ["a"] for name in names}, {"p": ["a"]}, capacities=[1], due_s={names[-1]: 9})
 
 
-def test_rules_decide_by_the_time() -> None:
-    """At 60 s the next one does."""
+def test_it_wakes_up_when_another_rule_is_to_decide() -> None:
     rule = Switch((Case("first-come", before_s=60), Case("earliest-due")))
     for now, expected in ((0, "0"), (59_999, "0"), (60_000, "1")):
         made = one_place()
         made.now = now
         assert decide(made, rule) == [(expected, 0)]
-
-
-def test_rules_decide_by_the_load() -> None:
-    rule = Switch((Case("first-come", backlog_below=4), Case("earliest-due")))
-    assert decide(one_place(3), rule) == [("0", 0)]
-    assert decide(one_place(4), rule) == [("3", 0)]
-
-
-def test_rules_have_their_parameters() -> None:
-    rule = Switch((Case("first-come", {"tie_break": "due"}, before_s=60), Case("first-come")))
-    late = one_place()
-    late.now = 60_000
-    assert (decide(one_place(), rule), decide(late, rule)) == ([("1", 0)], [("0", 0)])
+    rule = Switch((Case("first-come", before_s=60), Case("random", before_s=90), Case("first-come")))
+    made, rng = one_place(), np.random.default_rng(0)
+    answers = []
+    for now in (0, 59_999, 60_000, 90_000):
+        made.now = now
+        answers.append(rule.wake_at(WarehouseView(made), rng))
+    assert answers == [60, 60, 90, None]
+    rule = Switch((Case("station-queue", {"queue_length": 1}),))
+    assert [decide(one_place(3), rule), decide(one_place(2), rule)] == [[("2", 0)], [("1", 0)]]
+    rule = Switch((Case("assignment", before_s=60), Case("nearest-robot")))
+    assert rule.libraries == ("rmfs", "scipy")
+    assert (rule.needs, rule.splits_over_time) == ((), False)
+    assert [role.label for role in rule.decides] == ["TA"]
 
 
 def test_it_asks_as_the_rules_alone_are_asked(tmp_path: Path) -> None:
@@ -225,28 +169,17 @@ def test_it_asks_as_the_rules_alone_are_asked(tmp_path: Path) -> None:
     assert results["always"].versions["rmfs"] == results["alone"].versions["rmfs"]
 
 
-@pytest.mark.parametrize(
-    ("cases", "problem"),
-    [
-        ("[]", "of which the last one has neither before_s nor backlog_below"),
-        ('[{ rule = "first-come", before_s = 5 }]', "of which the last one has neither before_s nor backlog_below"),
-        ('[{ rule = "first-cone" }]', r'cases\[0\].rule: there is no rule "first-cone" \(did you mean'),
-        ('[{ rule = "./mine.py:Mine" }]', "expected an installed rule, found './mine.py:Mine'"),
-        ('[{ rule = "first-come", befor_s = 5 }]', "cases"),
-        (
-            '[{ rule = "first-come", parameters = { patience = 5 } }]',
-            r"cases\[0\].parameters.patience: .* no parameter",
-        ),
-        (
-            '[{ rule = "random", before_s = 5 }, { rule = "demand" }]',
-            r'rule "switch" \(.*\) decides PPS, .* expected POA',
-        ),
-        (
-            '[{ rule = "random", before_s = 5 }, { rule = "nearest" }, { rule = "demand" }]',
-            "rules that decide the same",
-        ),
-        ('[{ rule = "integrated" }]', r"expected rules that decide the same, .*decides POA\+PPS"),
-    ],
+@cases(
+    "cases problem",
+    ("[]", "of which the last one has neither before_s nor backlog_below"),
+    ('[{ rule = "first-come", before_s = 5 }]', "of which the last one has neither before_s nor backlog_below"),
+    ('[{ rule = "first-cone" }]', r'cases\[0\].rule: there is no rule "first-cone" \(did you mean'),
+    ('[{ rule = "./mine.py:Mine" }]', "expected an installed rule, found './mine.py:Mine'"),
+    ('[{ rule = "first-come", befor_s = 5 }]', "cases"),
+    ('[{ rule = "first-come", parameters = { patience = 5 } }]', r"cases\[0\].parameters.patience: .* no parameter"),
+    ('[{ rule = "random", before_s = 5 }, { rule = "demand" }]', r'rule "switch" \(.*\) decides PPS, .* expected POA'),
+    ('[{ rule = "random", before_s = 5 }, { rule = "nearest" }, { rule = "demand" }]', "rules that decide the same"),
+    ('[{ rule = "integrated" }]', r"expected rules that decide the same, .*decides POA\+PPS"),
 )
 def test_wrong_cases_are_refused(tmp_path: Path, cases: str, problem: str) -> None:
     (tmp_path / "s.toml").write_text(SCENARIO.format(f'{{ rule = "switch", cases = {cases} }}'))
@@ -255,40 +188,13 @@ def test_wrong_cases_are_refused(tmp_path: Path, cases: str, problem: str) -> No
     assert "rules.poa" in str(caught.value)
 
 
-def test_what_rules_declare_counts() -> None:
-    rule = Switch((Case("assignment", before_s=60), Case("nearest-robot")))
-    assert rule.libraries == ("rmfs", "scipy")
-    assert (rule.needs, rule.splits_over_time) == ((), False)
-    assert [role.label for role in rule.decides] == ["TA"]
-
-
-def test_it_is_tried_as_what_its_rules_decide() -> None:
-    """The conformance suite asks it nothing else."""
-    report = check_rule(Switch((Case("nearest-robot"),)))
-    assert (report.decides, report.findings) == (("TA",), ())
-
-
-def test_it_wakes_up_when_another_rule_is_to_decide() -> None:
-    """At 60 s, at 90 s, and then no more."""
-    rule = Switch((Case("first-come", before_s=60), Case("random", before_s=90), Case("first-come")))
-    made, rng = one_place(), np.random.default_rng(0)
-    answers = []
-    for now in (0, 59_999, 60_000, 90_000):
-        made.now = now
-        answers.append(rule.wake_at(WarehouseView(made), rng))
-    assert answers == [60, 60, 90, None]
-
-
 WATCHING = """
 @define
 class Waves:
     @hookimpl
-    def assign_orders(self, warehouse):
-        return []
-
+    def assign_orders(self, warehouse): return []
     @hookimpl
-    def on_event(self, event):
-        pass
+    def on_event(self, event): pass
 """
 
 
@@ -303,12 +209,9 @@ WAKING = """
 @define
 class Waves:
     @hookimpl
-    def assign_orders(self, warehouse):
-        return []
-
+    def assign_orders(self, warehouse): return []
     @hookimpl
-    def wake_at(self, warehouse):
-        return warehouse.now_s + 5
+    def wake_at(self, warehouse): return warehouse.now_s + 5
 """
 
 
@@ -321,11 +224,6 @@ def test_it_wakes_up_when_the_rule_that_decides_wants_to(install: Callable[..., 
     assert rule.wake_at(WarehouseView(made), rng) == 60
 
 
-def test_what_rules_remember_of_a_run_they_forget() -> None:
-    rule = Switch((Case("station-queue", {"queue_length": 1}),))
-    assert [decide(one_place(3), rule), decide(one_place(2), rule)] == [[("2", 0)], [("1", 0)]]
-
-
 def test_files_of_the_rules_parameters_are_beside_the_scenario(install: Callable[..., None], tmp_path: Path) -> None:
     source = """
 from pathlib import Path
@@ -334,7 +232,6 @@ from rmfs_core import OrderAssignment
 @define
 class Mine:
     file: Path
-
     @hookimpl
     def assign_orders(self, warehouse):
         orders = [order for order in warehouse.backlog if order.items <= warehouse.stations[0].free_capacity]

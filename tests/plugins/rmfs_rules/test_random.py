@@ -1,7 +1,5 @@
 """Rule random, in each of its roles."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from typing import Any
@@ -13,9 +11,10 @@ from scipy.stats import chi2_contingency
 from rmfs_commands.testing import small_world
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.roles import Role
-from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_core.warehouse import WarehouseView
 from rmfs_rules.helpers import assign_best_pairs
 from rmfs_rules.random import Random
+from standing import put_at_station
 
 
 def about_equal(drawn: Counter[object], number: int) -> bool:
@@ -23,7 +22,7 @@ def about_equal(drawn: Counter[object], number: int) -> bool:
     return len(drawn) == number and all(55 <= times <= 145 for times in drawn.values())
 
 
-def test_every_free_location_is_equally_likely(put_at_station: Callable[[Warehouse, int, int], None]) -> None:
+def test_every_free_location_is_equally_likely() -> None:
     """47 places in 4,700 draws; occupied ones never."""
     world = small_world({}, {"p": ["a"], "q": ["a"]})
     put_at_station(world, 0, 0)
@@ -34,26 +33,20 @@ def test_every_free_location_is_equally_likely(put_at_station: Callable[[Warehou
     assert about_equal(drawn, len(world.free_locations))
 
 
-def test_every_pair_of_order_and_station_that_fits_is_equally_likely() -> None:
-    """Four pairs, and one that does not fit: order 3 has three items."""
+def test_pairs_of_order_and_station_are_equally_likely() -> None:
     orders = {"1": {"a": 2}, "2": {"a": 1}, "3": {"a": 3}}
     view = WarehouseView(small_world(orders, {"p": ["a"]}, capacities=[2, 3]))
     rng = np.random.default_rng(2)
     first = Counter((one.order, one.station) for one, *_ in (Random().assign_orders(view, rng) for _ in range(500)))
     assert about_equal(first, 5)
     assert (2, 0) not in first
-
-
-def test_orders_are_drawn_until_nothing_fits() -> None:
-    """All places are taken, whatever is drawn."""
     view = WarehouseView(small_world({str(i): ["a"] for i in range(9)}, {"p": ["a"]}, capacities=[2, 3]))
     for seed in range(20):
         found = Random().assign_orders(view, np.random.default_rng(seed))
         assert Counter(one.station for one in found) == {0: 2, 1: 3}
 
 
-def test_every_pod_that_serves_something_is_equally_likely() -> None:
-    """Three have `a`, the fourth has not."""
+def test_pods_and_tasks_are_equally_likely() -> None:
     world = small_world({"1": ["a"]}, {"p": ["a"], "x": ["b"], "q": ["a", "b"], "r": ["a"]})
     world.assign(world.orders[0], world.stations[0], [0])
     rng = np.random.default_rng(3)
@@ -61,10 +54,6 @@ def test_every_pod_that_serves_something_is_equally_likely() -> None:
     drawn = Counter(Random().select_pods(view, 1, rng)[0].pod for _ in range(300))
     assert about_equal(drawn, 3)
     assert 1 not in drawn
-
-
-def test_every_pair_of_robot_and_pod_is_equally_likely() -> None:
-    """Two robots, three pods: six pairs, each in a third of the draws."""
     world = small_world({}, {"p": ["a"], "q": ["a"], "r": ["a"]})
     for pod in world.pods:
         world.bind(pod, world.stations[0])
@@ -76,7 +65,6 @@ def test_every_pair_of_robot_and_pod_is_equally_likely() -> None:
 
 @pytest.mark.parametrize("role", [Role.POA, Role.PPS, Role.PR, Role.TA])
 def test_the_same_stream_gives_the_same_decisions(role: Role) -> None:
-    """Nothing but the generator it is given decides."""
     world = small_world({str(i): ["a"] for i in range(9)}, {str(i): ["a"] for i in range(9)}, capacities=[3, 3])
     world.assign(world.orders[0], world.stations[0], [0])
     for pod in world.pods[:4]:

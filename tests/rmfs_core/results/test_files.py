@@ -1,7 +1,5 @@
 """Files appear whole or not at all; recorders, rows, wall-clock figures, and how metrics are shown."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -20,6 +18,7 @@ import numpy as np
 import pytest
 
 import rmfs_core
+from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.instances.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
 from rmfs_core import InputError
@@ -50,15 +49,12 @@ not_root = pytest.mark.skipif(
 )
 
 
-def test_a_file_is_replaced_as_a_whole(tmp_path: Path) -> None:
+def test_a_file_is_replaced_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     write_text(path, "first\n")
     write_text(path, "sec\u00f6nd\n")
     assert path.read_bytes() == "sec\u00f6nd\n".encode()
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_an_error_while_writing_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     write_text(path, "old")
     with pytest.raises(ZeroDivisionError), AtomicFile(path) as stream:
@@ -78,14 +74,11 @@ def test_the_new_file_is_not_there_before_it_is_whole(tmp_path: Path) -> None:
     assert path.read_text() == "new"
 
 
-def test_a_name_that_a_folder_has(tmp_path: Path) -> None:
+def test_what_no_file_can_be_is_named(tmp_path: Path) -> None:
     (tmp_path / "a").mkdir()
     with pytest.raises(InputError, match="a folder has that name"):
         write_text(tmp_path / "a", "text")
     assert list(tmp_path.iterdir()) == [tmp_path / "a"]
-
-
-def test_a_folder_that_is_missing(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be written") as caught:
         write_text(tmp_path / "none" / "a.txt", "text")
     assert caught.value.place.endswith("a.txt")
@@ -108,7 +101,7 @@ def test_what_does_not_fit_leaves_the_old_file(tmp_path: Path, small_files: int,
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_link_is_followed(tmp_path: Path) -> None:
+def test_links_pipes_and_devices_are_followed(tmp_path: Path) -> None:
     (tmp_path / "there").mkdir()
     for name in ("old", "new"):
         (tmp_path / "link").unlink(missing_ok=True)
@@ -118,9 +111,6 @@ def test_a_link_is_followed(tmp_path: Path) -> None:
         assert (tmp_path / "link").is_symlink()
         assert (tmp_path / "there" / name).read_text() == "mine"
     assert {path.name for path in (tmp_path / "there").iterdir()} == {"old", "new"}
-
-
-def test_a_pipe_is_written_to(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     read: list[str] = []
@@ -130,16 +120,10 @@ def test_a_pipe_is_written_to(tmp_path: Path) -> None:
     reader.join(timeout=10)
     assert read == ["text"]
     assert pipe.is_fifo()
-
-
-def test_a_device_is_written_to() -> None:
     write_text("/dev/null", "text")
     assert Path("/dev/null").is_char_device()
     with pytest.raises(InputError, match="/dev/full: cannot be written: No space left on device"):
         write_text("/dev/full", "text")
-
-
-def test_a_name_of_any_length(tmp_path: Path) -> None:
     write_text(tmp_path / ("\N{SNOWMAN}" * 85), "text")
     with pytest.raises(InputError, match="cannot be written: File name too long"):
         write_text(tmp_path / ("x" * 256), "text")
@@ -197,9 +181,18 @@ def test_what_was_whole_is_put_in_place_by_the_next(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["orders.csv", "result.json"]
 
 
-def test_output_folders_are_made(tmp_path: Path) -> None:
+def test_output_folders_are_made_and_empty_ones_removed(tmp_path: Path) -> None:
     assert output_folder(tmp_path / "a" / "b").is_dir()
     assert output_folder(tmp_path / "a" / "b").is_dir()
+    old, new, full = tmp_path / "old", tmp_path / "new", tmp_path / "full"
+    old.mkdir()
+    for folder in (old, new / "newer", full):
+        with pytest.raises(KeyboardInterrupt), removed_if_empty(folder):
+            output_folder(folder)
+            if folder is full:
+                (folder / "a").touch()
+            raise KeyboardInterrupt
+    assert [folder.exists() for folder in (old, new, full)] == [True, False, True]
 
 
 @pytest.mark.parametrize("name", ["file", "file/below"])
@@ -217,15 +210,16 @@ def test_a_folder_that_may_not_be_written_to(tmp_path: Path) -> None:
     tmp_path.chmod(0o700)
 
 
-def test_csv_fields() -> None:
+def test_csv_fields_and_json() -> None:
     rows = [{"a": None, "b": True, "c": 'x,"y"'}, {"a": 0.1, "b": False, "c": "z"}]
     assert to_csv(["a", "b", "c"], rows) == 'a,b,c\n,true,"x,""y"""\n0.1,false,z\n'
-
-
-def test_json_takes_what_a_run_may_hold() -> None:
     assert to_json({"b": np.int64(3), "a": (1, None)}) == '{"b":3,"a":[1,null]}'
     with pytest.raises(ValueError, match="JSON compliant"):
         to_json(float("nan"))
+    assert json_ready({"window_s": float("inf"), "list": [1.5, float("-inf")]}) == {
+        "window_s": "inf",
+        "list": [1.5, "-inf"],
+    }
 
 
 def test_half_a_character_is_escaped(tmp_path: Path) -> None:
@@ -233,30 +227,10 @@ def test_half_a_character_is_escaped(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "a.json").read_text(encoding="utf-8")) == {"name": "a\udc80"}
 
 
-def test_infinite_parameters_become_texts() -> None:
-    assert json_ready({"window_s": float("inf"), "list": [1.5, float("-inf")]}) == {
-        "window_s": "inf",
-        "list": [1.5, "-inf"],
-    }
-
-
-def test_a_new_folder_in_which_nothing_is_left_is_removed(tmp_path: Path) -> None:
-    old, new, full = tmp_path / "old", tmp_path / "new", tmp_path / "full"
-    old.mkdir()
-    for folder in (old, new / "newer", full):
-        with pytest.raises(KeyboardInterrupt), removed_if_empty(folder):
-            output_folder(folder)
-            if folder is full:
-                (folder / "a").touch()
-            raise KeyboardInterrupt
-    assert [folder.exists() for folder in (old, new, full)] == [True, False, True]
-
-
 RECORDER = """
 @define
 class Recorder:
     file = "acme.txt"
-
     @hookimpl
     def run_started(self, run):
         (run.out / self.file).write_text("recorded")
@@ -286,21 +260,19 @@ def test_only_recorders_that_are_switched_on_are_imported(install: Install, tmp_
     assert (tmp_path / "notes.txt").exists()
 
 
-@pytest.mark.parametrize(
-    ("source", "problem"),
-    [
-        ("import acme_missing", "cannot be imported from acme_log:Recorder: ModuleNotFoundError"),
-        ("raise SystemExit(1)", "cannot be imported from acme_log:Recorder: SystemExit: 1"),
-        ("Recorder = 3", "is no recorder: expected a class with the name of its file as `file`"),
-        ("class Recorder:\n    pass", "is no recorder: expected a class"),
-        ("class Recorder:\n    file = '../up.txt'", "is no recorder: expected a class"),
-        ("class Recorder:\n    file = 'result.json'", "is no recorder: expected a class"),
-        (
-            "class Recorder:\n    file = 'a.txt'\n    def __init__(self, path): pass",
-            "cannot be made: TypeError: Recorder.__init__() missing 1 required positional argument: 'path'",
-        ),
-        ("class Recorder:\n    file = 'a.txt'", "observer Recorder: it implements no observer hook"),
-    ],
+@cases(
+    "source problem",
+    ("import acme_missing", "cannot be imported from acme_log:Recorder: ModuleNotFoundError"),
+    ("raise SystemExit(1)", "cannot be imported from acme_log:Recorder: SystemExit: 1"),
+    ("Recorder = 3", "is no recorder: expected a class with the name of its file as `file`"),
+    ("class Recorder:\n    pass", "is no recorder: expected a class"),
+    ("class Recorder:\n    file = '../up.txt'", "is no recorder: expected a class"),
+    ("class Recorder:\n    file = 'result.json'", "is no recorder: expected a class"),
+    (
+        "class Recorder:\n    file = 'a.txt'\n    def __init__(self, path): pass",
+        "cannot be made: TypeError: Recorder.__init__() missing 1 required positional argument: 'path'",
+    ),
+    ("class Recorder:\n    file = 'a.txt'", "observer Recorder: it implements no observer hook"),
 )
 def test_a_broken_recorder_costs_one_sentence(
     source: str, problem: str, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -324,9 +296,8 @@ def test_a_recorder_that_raises_is_named(install: Install, tmp_path: Path) -> No
     assert (tmp_path / "result.json").exists()
 
 
-@pytest.mark.parametrize(
-    "file",
-    ["", ".", "..", "../up.txt", "/tmp.txt", "a/b.txt", "a/", ".hidden", "nul\0.txt", "a" * 300, "Orders.csv", 3],
+@cases(
+    "file", "", ".", "..", "../up.txt", "/tmp.txt", "a/b.txt", "a/", ".hidden", "nul\0.txt", "a" * 300, "Orders.csv", 3
 )
 def test_a_recorder_names_one_plain_file(file: object, install: Install) -> None:
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing(file))
@@ -335,7 +306,6 @@ def test_a_recorder_names_one_plain_file(file: object, install: Install) -> None
 
 
 def test_two_recorders_of_one_file_are_not_switched_on_together(install: Install, tmp_path: Path) -> None:
-    """One would replace what the other wrote."""
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing("trace.jsonl.gz"))
     expected = (
         r'recorder "trace" \(rmfs .*\) and recorder "acme-log" \(acme 1.0\) write the same file, trace.jsonl.gz; '
@@ -362,23 +332,17 @@ WATCHER = """from rmfs_core import hookimpl
 class Watcher:
     files = FILES
     @hookimpl
-    def measured(self):
-        return {"acme_one": 1}
+    def measured(self): return {"acme_one": 1}
 """
 
 
-@pytest.mark.parametrize(
-    ("source", "problem"),
-    [
-        ("import acme_missing", " cannot be imported from acme_watch:Watcher: ModuleNotFoundError"),
-        ("class Watcher:\n    def __init__(self, path): pass", " cannot be made: TypeError"),
-        (
-            WATCHER.replace("FILES", "'a.csv'"),
-            ": expected `files` to be a tuple of plain names, none that of a file of ",
-        ),
-        (WATCHER.replace("FILES", "('Result.json',)"), "results; found ('Result.json',)"),
-        (WATCHER.replace("FILES", "('../a.csv',)"), "results; found ('../a.csv',)"),
-    ],
+@cases(
+    "source problem",
+    ("import acme_missing", " cannot be imported from acme_watch:Watcher: ModuleNotFoundError"),
+    ("class Watcher:\n    def __init__(self, path): pass", " cannot be made: TypeError"),
+    (WATCHER.replace("FILES", "'a.csv'"), ": expected `files` to be a tuple of plain names, none that of a file of "),
+    (WATCHER.replace("FILES", "('Result.json',)"), "results; found ('Result.json',)"),
+    (WATCHER.replace("FILES", "('../a.csv',)"), "results; found ('../a.csv',)"),
 )
 def test_a_broken_observer_of_every_run_costs_a_sentence(
     source: str, problem: str, install: Install, capsys: pytest.CaptureFixture[str]
@@ -452,7 +416,7 @@ def test_an_order_that_was_split_and_one_that_never_left_the_backlog(tiny: RunIn
     assert list(first) == list(ORDER_COLUMNS)
 
 
-def test_visits_count_their_picks_and_may_be_open_at_the_end(tiny: RunInfo) -> None:
+def test_tables_of_visits_and_decisions(tiny: RunInfo) -> None:
     tables = Tables()
     tables.run_started(tiny)
     tables.on_event(VisitStarted(1000, 1, robot=1, pod=1, station=0))
@@ -463,9 +427,6 @@ def test_visits_count_their_picks_and_may_be_open_at_the_end(tiny: RunInfo) -> N
     assert list(first.values()) == [1, "q", "1", "2", 1.0, 8.0, 1]
     assert [second[key] for key in ("pod", "station", "robot", "end_s", "picks")] == ["p", "2", "1", None, 0]
     assert list(first) == list(VISIT_COLUMNS)
-
-
-def test_decisions_keep_what_the_rule_reported(tiny: RunInfo) -> None:
     tables = Tables()
     tables.run_started(tiny)
     tables.on_event(DecisionMade(3000, 4, Role.POA_PPS, "model", 2, 1, 1, "stopped", 3, -math.inf, True, 0.25))
@@ -486,89 +447,66 @@ def decided(period: int, seconds: float, time_s: float = 0.0) -> dict[str, Any]:
 PERIODS = [decided(1, 2.0), decided(1, 1.0), decided(2, 0.5, time_s=45.0)]
 
 
-def test_the_first_period_is_apart() -> None:
+def test_solve_times() -> None:
     found = timing(10.0, 70.0, 0, ORDERS, PERIODS)
     assert (found["decision_s_first"], found["decision_s_later"]) == (3.0, 0.5)
     assert found["decision_s_per_order"] == 0.25
     assert found["decision_percent_of_simulated"] == pytest.approx(100 * 0.5 / 70)
     assert (found["wall_s"], found["simulated_s_per_wall_s"]) == (10.0, 7.0)
-
-
-def test_what_comes_before_the_end_of_the_warm_up_does_not_count() -> None:
     found = timing(10.0, 70.0, 50, ORDERS, [*PERIODS, decided(3, 0.25, time_s=60.0)])
     assert (found["decision_s_first"], found["decision_s_later"]) == (3.0, 0.25)
     assert found["decision_s_per_order"] == 0.25
     assert found["decision_percent_of_simulated"] == 100 * 0.25 / 20
-
-
-def test_with_orders_left_the_run_was_simulated_to_its_end() -> None:
     found = timing(10.0, 100.0, 0, [*ORDERS, {"completed_s": None}], PERIODS)
     assert found["decision_percent_of_simulated"] == 0.5
     assert found["decision_s_per_order"] == 0.25
-
-
-def test_a_ratio_to_nothing_is_none() -> None:
     found = timing(0.0, 0.0, 0, [], [])
     assert {name for name, value in found.items() if value is None} == {
         "simulated_s_per_wall_s",
         "decision_s_per_order",
         "decision_percent_of_simulated",
     }
-
-
-def test_every_figure_is_in_the_catalogue() -> None:
     assert {metric.name for metric in TIMING} == timing(1.0, 0.0, 0, [], []).keys()
 
 
-@pytest.mark.parametrize(
-    ("metric", "value", "text"),
-    [
-        (Metric("walked_m", digits=1), 12345.678, "12,345.7"),
-        (Metric("walked_m"), 0.005, "0.01"),
-        (Metric("walks", digits=0), 12345, "12,345"),
-        (Metric("walks", digits=2), 7, "7"),  # a whole number is shown whole
-        (Metric("walks"), None, "-"),
-        (Metric("busy", unit="%", digits=1, scale=100), 0.4567, "45.7"),  # a share, shown in percent
-        (Metric("busy", scale=100), None, "-"),
-    ],
+@cases(
+    "metric value text",
+    (Metric("walked_m", digits=1), 12345.678, "12,345.7"),
+    (Metric("walked_m"), 0.005, "0.01"),
+    (Metric("walks", digits=0), 12345, "12,345"),
+    (Metric("walks", digits=2), 7, "7"),  # a whole number is shown whole
+    (Metric("walks"), None, "-"),
+    (Metric("busy", unit="%", digits=1, scale=100), 0.4567, "45.7"),  # a share, shown in percent
+    (Metric("busy", scale=100), None, "-"),
 )
 def test_values_are_shown_for_people(metric: Metric, value: float | None, text: str) -> None:
     assert show(metric, value) == text
 
 
-def test_every_figure_is_described_once() -> None:
+def test_every_figure_is_described_once_under_its_heading() -> None:
     names = [metric.name for metric in TIMING]
     assert len(names) == len(set(names))
     for metric in TIMING:
         assert re.fullmatch(r"[a-z][a-z0-9_]*", metric.name)
         assert metric.meaning.endswith("."), metric.name
-
-
-def test_a_metric_of_a_third_party_is_called_by_its_name_where_it_has_no_label() -> None:
-    assert Metric("queries").label == "queries"
-    assert Metric("queries", "Path queries").label == "Path queries"
-
-
-def test_observers_describe_what_they_measure() -> None:
-    walks, runs = Metric("walks"), Metric("runs")
-    found = described_by([object(), SimpleNamespace(measures=(walks,)), SimpleNamespace(measures=[runs])])
-    assert found == {"walks": walks, "runs": runs}
-
-
-def test_the_first_description_counts() -> None:
-    walks = Metric("walks", "Walks")
-    assert described_by([SimpleNamespace(measures=(walks,)), SimpleNamespace(measures=(Metric("walks"),))]) == {
-        "walks": walks
-    }
-
-
-def test_metrics_stand_under_their_headings() -> None:
     walks, runs = Metric("walks", group="Ways"), Metric("runs", group="Ways")
     hidden, absent = Metric("hidden", group=None), Metric("absent", group="Nowhere")
     described = {metric.name: metric for metric in (walks, runs, hidden, absent)}
     found = by_heading(["bare", "runs", "hidden", "walks"], described)
     assert found == {"Observers": [Metric("bare")], "Ways": [walks, runs]}
     assert list(found) == ["Observers", "Ways"]
+
+
+def test_observers_describe_what_they_measure() -> None:
+    walks, runs = Metric("walks"), Metric("runs")
+    found = described_by([object(), SimpleNamespace(measures=(walks,)), SimpleNamespace(measures=[runs])])
+    assert found == {"walks": walks, "runs": runs}
+    walks = Metric("walks", "Walks")
+    assert described_by([SimpleNamespace(measures=(walks,)), SimpleNamespace(measures=(Metric("walks"),))]) == {
+        "walks": walks
+    }
+    assert Metric("queries").label == "queries"
+    assert Metric("queries", "Path queries").label == "Path queries"
 
 
 @pytest.mark.parametrize("measures", ["walks", ("walks",), {"walks": 1}, Metric("walks")])
@@ -582,8 +520,8 @@ def test_a_wrong_description_is_refused(measures: object) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    "wrong", [{"label": 5}, {"unit": None}, {"label": "two\nlines"}, {"digits": -1}, {"digits": 10**9}, {"digits": "2"}]
+@cases(
+    "wrong", {"label": 5}, {"unit": None}, {"label": "two\nlines"}, {"digits": -1}, {"digits": 10**9}, {"digits": "2"}
 )
 def test_a_metric_is_shown_on_a_line(wrong: dict[str, object]) -> None:
     with pytest.raises(ValueError, match="expected texts of one line and 0 to 15 digits, found Metric"):

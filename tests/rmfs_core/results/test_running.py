@@ -1,7 +1,5 @@
 """Running a scenario through the library and into a folder, and the result's files."""
 
-from __future__ import annotations
-
 import gzip
 import hashlib
 import json
@@ -18,6 +16,7 @@ import pytest
 from attrs import define, evolve, field
 
 import rmfs_core
+from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.details.loading import load_result
 from rmfs_core import InputError, OrderAssignment, Result, RuleError, hookimpl, load_scenario
@@ -28,12 +27,18 @@ from rmfs_core.warehouse import WarehouseView
 from saying import said
 
 
-def test_results_never_replace_the_input(tmp_path: Path) -> None:
+def test_results_replace_neither_the_input_nor_what_is_no_result(tmp_path: Path) -> None:
     main(["generate", "examples/small", "--out", str(tmp_path / "data")])
     before = (tmp_path / "data" / "orders.csv").read_bytes()
     with pytest.raises(rmfs_core.InputError, match=r"results would replace `instance\.orders_file`, orders\.csv"):
         rmfs_core.run(tmp_path / "data" / "scenario.toml", out=tmp_path / "data")
     assert (tmp_path / "data" / "orders.csv").read_bytes() == before
+    (tmp_path / "orders.csv").write_text("mine", encoding="utf-8")
+    with pytest.raises(rmfs_core.InputError, match=r"found a file orders\.csv that no run of rmfs has written"):
+        rmfs_core.run("examples/small", out=tmp_path)
+    assert (tmp_path / "orders.csv").read_text(encoding="utf-8") == "mine"
+    for seed in (1, 2):
+        rmfs_core.run("examples/small", seed=seed, out=tmp_path / "new")
 
 
 def test_a_run_that_is_refused_leaves_no_folder(tmp_path: Path) -> None:
@@ -42,15 +47,6 @@ def test_a_run_that_is_refused_leaves_no_folder(tmp_path: Path) -> None:
         with pytest.raises(rmfs_core.InputError, match="robots"):
             rmfs_core.run("examples/small", overrides=["robots.count=1000"], out=tmp_path / folder)
     assert [path.name for path in tmp_path.iterdir()] == ["old"]
-
-
-def test_results_never_replace_what_is_no_result(tmp_path: Path) -> None:
-    (tmp_path / "orders.csv").write_text("mine", encoding="utf-8")
-    with pytest.raises(rmfs_core.InputError, match=r"found a file orders\.csv that no run of rmfs has written"):
-        rmfs_core.run("examples/small", out=tmp_path)
-    assert (tmp_path / "orders.csv").read_text(encoding="utf-8") == "mine"
-    for seed in (1, 2):
-        rmfs_core.run("examples/small", seed=seed, out=tmp_path / "new")
 
 
 def test_a_pod_more_than_needed_is_no_error(tmp_path: Path) -> None:
@@ -149,7 +145,6 @@ def test_a_run_whose_last_event_is_interrupted_is_complete() -> None:
 
 
 def interrupt_compiled() -> None:
-    """As Ctrl-C would within compiled code, whose result Python then refuses."""
     raise SystemError("<function> returned a result with an exception set") from KeyboardInterrupt()
 
 
@@ -213,18 +208,13 @@ def two_lines() -> None:
     raise LookupError("one\ntwo")
 
 
-@pytest.mark.parametrize(
-    ("act", "problem"),
-    [
-        (
-            lambda: Unreadable(a=1),
-            r"measured, at .* s: returned Unreadable \{'a': 1\}, which raised LookupError: not yet",
-        ),
-        (lambda: [1], r"measured, at .* s: returned list \[1\]; expected numbers by name"),
-        (lambda: {"a\n": 1}, r"named a metric 'a\\n'; expected letters"),
-        (speechless, "^Speechless$"),
-        (two_lines, "^LookupError: one two$"),
-    ],
+@cases(
+    "act problem",
+    (lambda: Unreadable(a=1), r"measured, at .* s: returned Unreadable \{'a': 1\}, which raised LookupError: not yet"),
+    (lambda: [1], r"measured, at .* s: returned list \[1\]; expected numbers by name"),
+    (lambda: {"a\n": 1}, r"named a metric 'a\\n'; expected letters"),
+    (speechless, "^Speechless$"),
+    (two_lines, "^LookupError: one two$"),
 )
 def test_what_cannot_be_measured_is_one_sentence(act: Callable[[], object], problem: str, tmp_path: Path) -> None:
     with pytest.raises((rmfs_core.RuleError, LookupError, Speechless)):
@@ -266,7 +256,7 @@ def test_a_rule_may_be_an_object(tmp_path: Path) -> None:
     main(["validate", str(tmp_path)])
 
 
-def test_an_installed_rules_object_gives_the_files_of_its_name(tmp_path: Path) -> None:
+def test_objects_of_installed_rules(tmp_path: Path) -> None:
     rule = import_module("rmfs_rules.random").Random()
     rmfs_core.run("examples/small", rules={"poa": rule}, out=tmp_path / "object", record=["trace"])
     rmfs_core.run("examples/small", overrides=["rules.poa=random"], out=tmp_path / "name", record=["trace"])
@@ -274,9 +264,6 @@ def test_an_installed_rules_object_gives_the_files_of_its_name(tmp_path: Path) -
         assert (tmp_path / "object" / file).read_bytes() == (tmp_path / "name" / file).read_bytes()
     again = rmfs_core.run(load_result(tmp_path / "object").scenario)
     assert again.metrics == load_result(tmp_path / "name").metrics
-
-
-def test_a_mistake_in_an_object_is_no_line_of_the_scenario() -> None:
     with pytest.raises(rmfs_core.InputError, match=r'^argument rules\.pps: rule "Oldest" .* does not decide PPS'):
         rmfs_core.run("examples/small", rules={"pps": Oldest()})
     with pytest.raises(rmfs_core.InputError, match=r"^argument rules: expected `poa` and `pps`.* found `poa` alone$"):
@@ -305,7 +292,6 @@ from rmfs_core import hookimpl
 class Reading:
     file: Path
     more: Path | None = None
-
     @hookimpl
     def choose_storage_location(self, warehouse):
         free = sorted(warehouse.free_storage_locations)
@@ -387,7 +373,6 @@ class Interrupting:
 
 @pytest.fixture
 def scenario_file(tmp_path: Path) -> Path:
-    """Return a small scenario's file, with a rule beside it that fails after the first pick."""
     (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
     path = tmp_path / "small.toml"
     path.write_text(SCENARIO, encoding="utf-8")
@@ -427,24 +412,29 @@ def test_saved_and_loaded(scenario_file: Path, tmp_path: Path) -> None:
     assert json.loads((tmp_path / "out" / "result.json").read_text())["scenario"]["stations"]["item_capacity"] == 15
 
 
-def test_same_seed_same_result_and_another_seed_another(scenario_file: Path) -> None:
+def test_files_of_an_earlier_run_are_replaced(scenario_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    rmfs_core.run(scenario_file, out=out, record=["trace"])
+    (out / "notes.txt").write_text("mine")
+    rmfs_core.run(scenario_file, out=out, seed=9)
+    assert {path.name for path in out.iterdir()} == FILES | {"notes.txt"}
+    assert load_result(out).seed == 9
+
+
+def test_seed_overrides_and_limit_count(scenario_file: Path) -> None:
     first = rmfs_core.run(scenario_file, seed=3)
     assert same(first, rmfs_core.run(load_scenario(scenario_file), seed=3))
     assert not same(first, rmfs_core.run(scenario_file, seed=4))
-
-
-def test_overrides_need_a_file(scenario_file: Path) -> None:
     assert rmfs_core.run(scenario_file, overrides=["instance.orders=4"]).metrics["orders_total"] == 4
     with pytest.raises(InputError, match="expected a scenario file"):
         rmfs_core.run(load_scenario(scenario_file), overrides=["seed=2"])
-
-
-def test_a_run_that_ends_before_its_orders_do(scenario_file: Path) -> None:
     scenario = evolve(load_scenario(scenario_file), run=RunSection(until_s=60.0))
     result = rmfs_core.run(scenario)
     assert (result.status, result.interrupted) == ("partial", False)
     assert (result.metrics["makespan_s"], result.metrics["simulated_s"]) == (None, 60.0)
     assert result.metrics["orders_completed"] < 10
+    with pytest.raises(InputError, match="folder"):
+        rmfs_core.run(scenario_file, record=["trace"])
 
 
 def test_no_orders_at_all(scenario_file: Path, tmp_path: Path) -> None:
@@ -495,20 +485,6 @@ def test_a_rule_from_the_current_folder_can_be_found_again(
     assert caught.value.result.versions == saved.versions
     with pytest.raises(InputError, match="--no-inline-rules refuses"):
         rmfs_core.run(saved.scenario, allow_inline_rules=False)
-
-
-def test_files_of_an_earlier_run_are_replaced(scenario_file: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    rmfs_core.run(scenario_file, out=out, record=["trace"])
-    (out / "notes.txt").write_text("mine")
-    rmfs_core.run(scenario_file, out=out, seed=9)
-    assert {path.name for path in out.iterdir()} == FILES | {"notes.txt"}
-    assert load_result(out).seed == 9
-
-
-def test_a_trace_needs_a_folder(scenario_file: Path) -> None:
-    with pytest.raises(InputError, match="folder"):
-        rmfs_core.run(scenario_file, record=["trace"])
 
 
 def shown_in_a_notebook(result: Result) -> list[str]:

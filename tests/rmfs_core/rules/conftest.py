@@ -1,7 +1,5 @@
 """Rule sets that are refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from attrs import define, evolve, field
 
+from cases import cases
 from installed import RMFS
 from rmfs_commands.testing import small_instance
 from rmfs_core import InputError, hookimpl
@@ -36,6 +37,25 @@ def test_wrong_role(refusal: Refusal) -> None:
     assert refusal(poa=RuleChoice("nearest")) == (
         f'rules.poa: rule "nearest" ({RMFS}) does not decide POA (hook `assign_orders`); class Nearest decides PR'
     )
+
+
+def test_argument_that_the_hook_does_not_have(refusal: Refusal, install: Install) -> None:
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=HOOK.format("assign_orders(self, warehose)"))
+    assert refusal(poa=RuleChoice("mine")) == (
+        "rules.poa: class Mine: hook `assign_orders` has no argument `warehose` (did you mean `warehouse`?); "
+        "valid arguments are warehouse and rng"
+    )
+
+
+def test_not_an_attrs_class(refusal: Refusal, install: Install) -> None:
+    """Parameters come from attrs fields, so nothing else will do."""
+    named = {"plain": "acme_rules:Plain", "number": "acme_rules:NUMBER"}
+    install("acme", named, acme_rules="class Plain:\n    pass\n\nNUMBER = 5\n")
+    for name, found in (("plain", "class Plain"), ("number", "5")):
+        assert refusal(poa=RuleChoice(name)) == (
+            f'rules.poa: rule "{name}" (acme 1.0) is no attrs class: expected a class decorated with @attrs.define, '
+            f"found {found}"
+        )
 
 
 def test_a_class_without_hooks(refusal: Refusal, install: Install) -> None:
@@ -63,25 +83,6 @@ def test_misspelt_hook(refusal: Refusal, install: Install) -> None:
         "assign_bundles, select_replenishment_pods, assign_bundles_and_pods, activate_stations, idle_robots, "
         "move_pods, filter_backlog, wake_at, run_started, on_event, rule_asked, rule_answered, measured and run_ended"
     )
-
-
-def test_argument_that_the_hook_does_not_have(refusal: Refusal, install: Install) -> None:
-    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=HOOK.format("assign_orders(self, warehose)"))
-    assert refusal(poa=RuleChoice("mine")) == (
-        "rules.poa: class Mine: hook `assign_orders` has no argument `warehose` (did you mean `warehouse`?); "
-        "valid arguments are warehouse and rng"
-    )
-
-
-def test_not_an_attrs_class(refusal: Refusal, install: Install) -> None:
-    """Parameters come from attrs fields, so nothing else will do."""
-    named = {"plain": "acme_rules:Plain", "number": "acme_rules:NUMBER"}
-    install("acme", named, acme_rules="class Plain:\n    pass\n\nNUMBER = 5\n")
-    for name, found in (("plain", "class Plain"), ("number", "5")):
-        assert refusal(poa=RuleChoice(name)) == (
-            f'rules.poa: rule "{name}" (acme 1.0) is no attrs class: expected a class decorated with @attrs.define, '
-            f"found {found}"
-        )
 
 
 @pytest.mark.parametrize("role", [role for role in Role if role is not Role.OBSERVER])
@@ -131,7 +132,7 @@ class Several:
         """Not marked."""
 
 
-def test_hooks_are_found_by_their_mark() -> None:
+def test_roles_follow_from_hooks() -> None:
     assert marked_methods(Several) == {
         "assign_orders": "decide",
         "filter_backlog": "filter_backlog",
@@ -140,16 +141,10 @@ def test_hooks_are_found_by_their_mark() -> None:
     assert marked_methods(Several()) == marked_methods(Several)
     check_hooks("here", Several, "Several")
     check_hooks("here", Several(), "Several")
-
-
-def test_roles_follow_from_hooks() -> None:
     assert roles_of(Several) == (Role.POA, Role.FILTER, Role.OBSERVER)
     assert roles_of(object) == ()
     assert decided(roles_of(Several)) == "POA, filter and observer"
     assert decided(()) == "nothing (it implements no hook)"
-
-
-def test_every_role_has_a_hook_that_exists() -> None:
     assert {hook for role in Role for hook in role.hooks} | OBSERVER_HOOKS | {WAKE} == set(ARGUMENTS)
 
 
@@ -182,46 +177,40 @@ class Mine:
     mode: str = field(default="slow")
     rest: float | None = field(default=None, metadata={"infinite": True})
     pair: tuple[int, str] = (1, "a")
-
     @mode.validator
     def _check_mode(self, attribute, value):
         if value not in ("slow", "fast"):
             raise ValueError('expected "slow" or "fast"')
-
     def __attrs_post_init__(self):
         if self.weight == 13:
             raise ValueError("expected a weight that is lucky, found 13")
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        return []
+    def assign_orders(self, warehouse): return []
 """
 
 
-@pytest.mark.parametrize(
-    ("parameters", "message"),
-    [
-        (
-            {"wieght": 1},
-            '.wieght: rule "mine" (acme 1.0) has no parameter `wieght` (did you mean `weight`?); valid parameters are '
-            "weight, share, names, mode, rest and pair",
-        ),
-        ({"weight": "1"}, '.weight: expected a whole number, found "1"'),  # a text is no number
-        ({"weight": True}, ".weight: expected a whole number, found true"),  # nor is true
-        ({"weight": 10**12}, ".weight: expected a whole number below 1e+12, found 1000000000000"),
-        ({"share": float("inf")}, ".share: expected a number below 1e+12, found inf"),
-        ({"share": 1e300}, ".share: expected a number below 1e+12, found 1e+300"),
-        ({"rest": float("nan")}, ".rest: expected a number or nothing below 1e+12, found nan"),
-        ({"weight": 1.0}, ".weight: expected a whole number, found 1.0"),
-        ({"share": "0.5"}, '.share: expected a number, found "0.5"'),
-        ({"rest": "x"}, '.rest: expected a number or nothing, found "x"'),
-        ({"names": ["a", 1]}, '.names: expected a list, each a text, found ["a", 1]'),
-        ({"names": "ab"}, '.names: expected a list, each a text, found "ab"'),
-        ({"pair": [1]}, ".pair: expected a list of a whole number and a text, found [1]"),
-        ({"share": -1.0}, ".share: expected a number >= 0, found -1.0"),  # a validator of attrs
-        ({"mode": "idle"}, '.mode: expected "slow" or "fast", found "idle"'),  # the rule's own validator
-        ({"weight": 13}, ': rule "mine" (acme 1.0): expected a weight that is lucky, found 13'),
-    ],
+@cases(
+    "parameters message",
+    (
+        {"wieght": 1},
+        '.wieght: rule "mine" (acme 1.0) has no parameter `wieght` (did you mean `weight`?); valid parameters are '
+        "weight, share, names, mode, rest and pair",
+    ),
+    ({"weight": "1"}, '.weight: expected a whole number, found "1"'),  # a text is no number
+    ({"weight": True}, ".weight: expected a whole number, found true"),  # nor is true
+    ({"weight": 10**12}, ".weight: expected a whole number below 1e+12, found 1000000000000"),
+    ({"share": float("inf")}, ".share: expected a number below 1e+12, found inf"),
+    ({"share": 1e300}, ".share: expected a number below 1e+12, found 1e+300"),
+    ({"rest": float("nan")}, ".rest: expected a number or nothing below 1e+12, found nan"),
+    ({"weight": 1.0}, ".weight: expected a whole number, found 1.0"),
+    ({"share": "0.5"}, '.share: expected a number, found "0.5"'),
+    ({"rest": "x"}, '.rest: expected a number or nothing, found "x"'),
+    ({"names": ["a", 1]}, '.names: expected a list, each a text, found ["a", 1]'),
+    ({"names": "ab"}, '.names: expected a list, each a text, found "ab"'),
+    ({"pair": [1]}, ".pair: expected a list of a whole number and a text, found [1]"),
+    ({"share": -1.0}, ".share: expected a number >= 0, found -1.0"),  # a validator of attrs
+    ({"mode": "idle"}, '.mode: expected "slow" or "fast", found "idle"'),  # the rule's own validator
+    ({"weight": 13}, ': rule "mine" (acme 1.0): expected a weight that is lucky, found 13'),
 )
 def test_wrong_parameter(refusal: Refusal, install: Install, parameters: dict[str, Any], message: str) -> None:
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=MINE)
@@ -237,13 +226,10 @@ def test_parameters_of_the_right_type_are_accepted(install: Install) -> None:
     assert (mine.share, mine.names, mine.rest, mine.mode, mine.pair) == (1.0, ("a",), float("inf"), "fast", (2, "b"))
 
 
-def test_a_rule_without_parameters_says_so(refusal: Refusal) -> None:
+def test_a_class_that_cannot_be_constructed(refusal: Refusal, install: Install) -> None:
     assert refusal(pp=RuleChoice("free-flow", {"speed": 1})) == (
         f'rules.pp.speed: rule "free-flow" ({RMFS}) has no parameter `speed`; it has no parameters'
     )
-
-
-def test_a_class_that_raises_at_construction(refusal: Refusal, install: Install) -> None:
     source = MINE.replace('raise ValueError("expected a weight that is lucky, found 13")', "{}['x']")
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
     assert refusal(poa=RuleChoice("mine", {"weight": 13})) == (
@@ -263,16 +249,17 @@ class Shelf:
 
 def test_parameters_are_the_fields_that_init_takes() -> None:
     assert list(parameters_of(Shelf)) == ["width", "depth", "labels", "anything", "doubled"]
-
-
-def test_a_class_is_built_from_its_parameters() -> None:
     shelf = build(Shelf, {"width": 3, "depth": 1, "anything": {"a": [1]}, "doubled": "4"}, "rules.pr", "rule")
     assert shelf == Shelf(width=3, depth=1.0, anything={"a": [1]}, doubled=4)
     assert "depth=1.0" in repr(shelf)
     assert build(Shelf, {"width": 1}, "p", "r").labels is not build(Shelf, {"width": 1}, "p", "r").labels
+    with pytest.raises(InputError, match=r"^here\.widht: it has no parameter `widht` \(did you mean `width`\?\)"):
+        build(Shelf, {"widht": 3}, "here", "it")
+    with pytest.raises(InputError, match=r"^here\.width: it needs the parameter `width`, which is missing$"):
+        build(Shelf, {"depth": 3.0}, "here", "it")
 
 
-def test_an_objects_parameters_are_told_as_a_scenario_has_them() -> None:
+def test_what_is_told_of_an_objects_parameters() -> None:
     shelf = Shelf(3, depth=2.5, labels=["a"], anything={"by": len, "pair": (1, 2), "file": Path("a/b")})
     assert values_of(shelf) == {
         "width": 3,
@@ -280,10 +267,6 @@ def test_an_objects_parameters_are_told_as_a_scenario_has_them() -> None:
         "anything": {"by": "<builtin_function_or_method>", "pair": [1, 2], "file": "a/b"},
         "doubled": 2,
     }
-
-
-def test_parameters_that_hold_themselves_are_told_as_types() -> None:
-    """From some depth on, so that a run with them ends."""
     around: list[object] = []
     around.append(around)
     told = values_of(Shelf(3, anything=around))["anything"]
@@ -292,28 +275,19 @@ def test_parameters_that_hold_themselves_are_told_as_types() -> None:
     assert told == "<list>"
 
 
-def test_what_is_unknown_is_said_before_what_is_missing() -> None:
-    with pytest.raises(InputError, match=r"^here\.widht: it has no parameter `widht` \(did you mean `width`\?\)"):
-        build(Shelf, {"widht": 3}, "here", "it")
-    with pytest.raises(InputError, match=r"^here\.width: it needs the parameter `width`, which is missing$"):
-        build(Shelf, {"depth": 3.0}, "here", "it")
-
-
-@pytest.mark.parametrize(
-    ("kind", "name"),
-    [
-        (int, "a whole number"),
-        (float | None, "a number or nothing"),
-        (Optional[str], "a text or nothing"),  # noqa: UP045 - the older spelling is another class
-        (Literal["slow", 3], 'one of "slow", 3'),
-        (list[bool], "a list, each true or false"),
-        (tuple[int, ...], "a list, each a whole number"),
-        (tuple[int, str], "a list of a whole number and a text"),
-        (list[tuple[int, int]], "a list, each a list of a whole number and a whole number"),
-        (Path | None, "the name of a file or nothing"),
-        (Shelf, "Shelf"),
-        (Any, "Any"),
-    ],
+@cases(
+    "kind name",
+    (int, "a whole number"),
+    (float | None, "a number or nothing"),
+    (Optional[str], "a text or nothing"),  # noqa: UP045 - the older spelling is another class
+    (Literal["slow", 3], 'one of "slow", 3'),
+    (list[bool], "a list, each true or false"),
+    (tuple[int, ...], "a list, each a whole number"),
+    (tuple[int, str], "a list of a whole number and a text"),
+    (list[tuple[int, int]], "a list, each a list of a whole number and a whole number"),
+    (Path | None, "the name of a file or nothing"),
+    (Shelf, "Shelf"),
+    (Any, "Any"),
 )
 def test_types_are_named_for_people(kind: Any, name: str) -> None:
     assert type_name(kind) == name
@@ -330,10 +304,8 @@ if TYPE_CHECKING:
 @define
 class Mine:
     weights: Path
-
     @hookimpl
-    def choose_storage_location(self, warehouse):
-        return min(warehouse.free_storage_locations)
+    def choose_storage_location(self, warehouse): return min(warehouse.free_storage_locations)
 """
 
 
@@ -355,7 +327,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_files_are_beside_the_scenario(folder: Path) -> None:
+def test_files_beside_the_scenario(folder: Path) -> None:
     values = {"one": "a.bin", "several": ["b.bin", "deep/a.bin"], "either": "a.bin", "converted": "b.bin", "text": "x"}
     with made_in(str(folder)) as parts:
         rule = build(Many, values, "rules.pr", "it")
@@ -365,19 +337,26 @@ def test_files_are_beside_the_scenario(folder: Path) -> None:
     assert sorted(one.name for one in parts.files) == ["a.bin", "a.bin", "b.bin", "b.bin", "deep/a.bin", "default.bin"]
     assert parts.files[-1].digest().startswith("sha256:")
     assert parts.classes == [Many]
+    (folder / "deep" / "only.bin").write_text("", encoding="utf-8")
+    with made_in(str(folder)) as parts:
+        assert find_file(GivenText("only.bin", str(folder / "deep"))) == folder / "deep" / "only.bin"
+    with made_in(str(folder / "deep")) as other:
+        find_file(GivenText("a.bin", str(folder)))
+    assert [one.name for one in (*parts.files, *other.files)] == ["deep/only.bin", str(folder / "a.bin")]
+    given = GivenText("b", "/there")
+    value = (RuleChoice("rule", {"x": [given, "c"], "y": 1}), "d")
+    assert with_given(value, str.upper) == (RuleChoice("rule", {"x": ["B", "c"], "y": 1}), "d")
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"one": "none.bin"}, "rules.pr.one: there is no file {folder}/none.bin"),
-        ({"several": ["a.bin", "none.bin"]}, "rules.pr.several: there is no file {folder}/none.bin"),
-        ({"either": "none.bin"}, "rules.pr.either: there is no file {folder}/none.bin"),
-        ({"one": "deep"}, "rules.pr.one: expected a file, found a folder, {folder}/deep"),
-        ({"one": "/dev/null"}, "rules.pr.one: expected a file, found a device, /dev/null"),
-        ({"one": "x" * 5000}, "rules.pr.one: there is no file {folder}/xxx"),
-        ({"one": 3}, "rules.pr.one: expected the name of a file or nothing, found 3"),
-    ],
+@cases(
+    "values message",
+    ({"one": "none.bin"}, "rules.pr.one: there is no file {folder}/none.bin"),
+    ({"several": ["a.bin", "none.bin"]}, "rules.pr.several: there is no file {folder}/none.bin"),
+    ({"either": "none.bin"}, "rules.pr.either: there is no file {folder}/none.bin"),
+    ({"one": "deep"}, "rules.pr.one: expected a file, found a folder, {folder}/deep"),
+    ({"one": "/dev/null"}, "rules.pr.one: expected a file, found a device, /dev/null"),
+    ({"one": "x" * 5000}, "rules.pr.one: there is no file {folder}/xxx"),
+    ({"one": 3}, "rules.pr.one: expected the name of a file or nothing, found 3"),
 )
 def test_what_is_no_file_is_refused(folder: Path, values: dict[str, Any], message: str) -> None:
     with made_in(str(folder)), pytest.raises(InputError) as caught:
@@ -387,21 +366,16 @@ def test_what_is_no_file_is_refused(folder: Path, values: dict[str, Any], messag
     assert len(str(caught.value)) < len(expected) + 1000
 
 
-def test_a_text_that_was_given_elsewhere_is_looked_up_there(folder: Path) -> None:
-    (folder / "deep" / "only.bin").write_text("", encoding="utf-8")
-    with made_in(str(folder)) as parts:
-        assert find_file(GivenText("only.bin", str(folder / "deep"))) == folder / "deep" / "only.bin"
-    with made_in(str(folder / "deep")) as other:
-        find_file(GivenText("a.bin", str(folder)))
-    assert [one.name for one in (*parts.files, *other.files)] == ["deep/only.bin", str(folder / "a.bin")]
-
-
-def test_outside_of_a_scenario_the_working_directory_counts(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_of_objects_and_outside_of_a_scenario(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     assert parts_now().folder == "."
     assert find_file("a.bin").samefile(folder / "a.bin")
     with pytest.raises(FileProblem):
         find_file("none.bin")
+    monkeypatch.chdir(folder / "deep")
+    with made_in(str(folder)) as parts:
+        add_paths({"x": [Path("a.bin"), Path("none.bin"), 3]})
+    assert [one.name for one in parts.files] == ["deep/a.bin"]
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="permissions do not hold the superuser")
@@ -409,19 +383,6 @@ def test_a_file_that_may_not_be_read(folder: Path) -> None:
     (folder / "a.bin").chmod(0)
     with pytest.raises(FileProblem, match="cannot be read: permission denied"):
         find_file(str(folder / "a.bin"))
-
-
-def test_an_object_has_its_files_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(folder / "deep")
-    with made_in(str(folder)) as parts:
-        add_paths({"x": [Path("a.bin"), Path("none.bin"), 3]})
-    assert [one.name for one in parts.files] == ["deep/a.bin"]
-
-
-def test_texts_are_changed_wherever_they_are() -> None:
-    given = GivenText("b", "/there")
-    value = (RuleChoice("rule", {"x": [given, "c"], "y": 1}), "d")
-    assert with_given(value, str.upper) == (RuleChoice("rule", {"x": ["B", "c"], "y": 1}), "d")
 
 
 def test_a_rule_set_knows_its_files(folder: Path, install: Callable[..., None]) -> None:
@@ -447,16 +408,16 @@ from rmfs_core import hookimpl
 @define
 class Mine:
     reserves = "paths"
-
     @hookimpl
-    def plan_path(self):
-        pass
+    def plan_path(self): pass
 """
 
 
-def test_what_is_left_out_has_its_default() -> None:
+def test_traits_have_defaults() -> None:
     assert RuleTraits.of(object(), "here", "it") == RuleTraits()
     assert RuleTraits.of(SimpleNamespace(reserves=None, packing_capacity=None), "here", "it") == RuleTraits()
+    (role,) = RuleTraits.of(SimpleNamespace(decides=("pps",)), "here", "it").decides
+    assert (role.label, role.hook) == ("PPS", "select_pods")
 
 
 def test_what_is_declared_is_read() -> None:
@@ -473,35 +434,28 @@ def test_what_is_declared_is_read() -> None:
     assert RuleTraits.of(SimpleNamespace(**declared), "here", "it") == RuleTraits(**declared)
 
 
-def test_roles_may_be_given_as_texts() -> None:
-    (role,) = RuleTraits.of(SimpleNamespace(decides=("pps",)), "here", "it").decides
-    assert (role.label, role.hook) == ("PPS", "select_pods")
-
-
-@pytest.mark.parametrize(
-    ("trait", "value", "expected"),
-    [
-        ("needs", "unlimited stock", NEEDED),  # a text is no tuple of them
-        ("needs", ("luck",), NEEDED),
-        ("libraries", ["highspy"], "a tuple of installed distributions' names"),
-        ("libraries", (1,), "a tuple of installed distributions' names"),
-        ("libraries", ("no-such-distribution",), "a tuple of installed distributions' names"),
-        ("libraries", ("",), "a tuple of installed distributions' names"),
-        ("decides", ("poa", "prices"), "a tuple of roles"),
-        ("splits_over_time", 1, "True or False"),
-        ("packing_capacity", -1, "a whole number >= 0, or None"),
-        ("packing_capacity", True, "a whole number >= 0, or None"),
-        ("reserves", "paths", "'full paths', 'windows', 'fleet' or None"),
-        ("prepare", "warm up", "a method"),
-        ("hears", 5, EVENTS),
-        ("hears", OrderCompleted, EVENTS),  # a class is no tuple of them
-        ("hears", ("OrderCompleted",), EVENTS),
-        ("hears", (int,), EVENTS),
-        ("hears", (Event,), EVENTS),  # nothing that happens is just an event
-        ("hears", {OrderCompleted: 3}, EVENTS),
-        ("hears", {OrderCompleted: [3]}, EVENTS),
-        ("hears", {int: [print]}, EVENTS),
-    ],
+@cases(
+    "trait value expected",
+    ("needs", "unlimited stock", NEEDED),  # a text is no tuple of them
+    ("needs", ("luck",), NEEDED),
+    ("libraries", ["highspy"], "a tuple of installed distributions' names"),
+    ("libraries", (1,), "a tuple of installed distributions' names"),
+    ("libraries", ("no-such-distribution",), "a tuple of installed distributions' names"),
+    ("libraries", ("",), "a tuple of installed distributions' names"),
+    ("decides", ("poa", "prices"), "a tuple of roles"),
+    ("splits_over_time", 1, "True or False"),
+    ("packing_capacity", -1, "a whole number >= 0, or None"),
+    ("packing_capacity", True, "a whole number >= 0, or None"),
+    ("reserves", "paths", "'full paths', 'windows', 'fleet' or None"),
+    ("prepare", "warm up", "a method"),
+    ("hears", 5, EVENTS),
+    ("hears", OrderCompleted, EVENTS),  # a class is no tuple of them
+    ("hears", ("OrderCompleted",), EVENTS),
+    ("hears", (int,), EVENTS),
+    ("hears", (Event,), EVENTS),  # nothing that happens is just an event
+    ("hears", {OrderCompleted: 3}, EVENTS),
+    ("hears", {OrderCompleted: [3]}, EVENTS),
+    ("hears", {int: [print]}, EVENTS),
 )
 def test_a_wrong_declaration_is_refused(trait: str, value: object, expected: str) -> None:
     assert (

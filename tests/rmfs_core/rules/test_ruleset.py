@@ -1,7 +1,5 @@
 """Discovery, selection and registration of rules, of a distribution or from a file beside the scenario."""
 
-from __future__ import annotations
-
 import gc
 import inspect
 import pickle
@@ -17,6 +15,7 @@ import pytest
 from attrs import define
 
 import rmfs_core
+from cases import cases
 from rmfs_commands.testing import small_world
 from rmfs_core import InputError, RunError, hookimpl
 from rmfs_core.entrypoints import RULES, offers
@@ -31,7 +30,6 @@ Install = Callable[..., None]
 
 
 def rules(**choices: Any) -> RulesSection:
-    """Return a rules section with the sequential rules, some replaced."""
     return RulesSection(**({"poa": RuleChoice("pod-match"), "pps": RuleChoice("demand")} | choices))
 
 
@@ -58,44 +56,19 @@ def test_a_rule_set_binds_each_role_to_its_rule() -> None:
     assert (loaded.poa_pps, loaded.filters, loaded.observers, loaded.inline_files) == (None, (), (), ())
 
 
-def test_distributions_name_everything_that_took_part(install: Install) -> None:
+def test_what_took_part_is_named(install: Install) -> None:
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules="@define\nclass Mine:\n" + POA.format(answer=1))
     found = load(poa=RuleChoice("mine")).distributions
     assert set(found) == {"acme", "attrs", "numba", "numpy", "pluggy", "python", "rmfs", "simpy"}
     assert found["acme"] == "1.0"
     assert found["numpy"] == version("numpy")
-
-
-def test_a_rule_s_own_libraries_took_part_too() -> None:
     loaded = load(poa=None, pps=None, poa_pps=RuleChoice("integrated"))
     assert {"highspy", "mip"} <= set(loaded.distributions)
     assert "mip" not in load().distributions
 
 
-def test_instances_are_new_for_each_rule_set() -> None:
+def test_instances_are_shared_by_roles_not_by_rule_sets(install: Install) -> None:
     assert load().ta.instance is not load().ta.instance
-
-
-BOTH = """
-@define
-class Both:
-    weight: int = 1
-
-    @hookimpl
-    def assign_orders(self, warehouse):
-        return ["orders", self.weight]
-
-    @hookimpl
-    def select_pods(self, warehouse, max_fetches):
-        return ["pods", max_fetches]
-"""
-
-
-def ask(rule: Any, **arguments: Any) -> Any:
-    return rule.hook(warehouse=None, rng=None, **arguments)
-
-
-def test_the_same_choice_for_two_roles_is_one_instance(install: Install) -> None:
     install("acme", {"both": "acme_rules:Both"}, acme_rules=BOTH)
     same = load(poa=RuleChoice("both", {"weight": 2}), pps=RuleChoice("both", {"weight": 2}))
     assert same.poa is not None
@@ -107,6 +80,21 @@ def test_the_same_choice_for_two_roles_is_one_instance(install: Install) -> None
     assert differs.pps is not None
     assert differs.poa.instance is not differs.pps.instance
     assert ask(differs.poa) == ["orders", 2]
+
+
+BOTH = """
+@define
+class Both:
+    weight: int = 1
+    @hookimpl
+    def assign_orders(self, warehouse): return ["orders", self.weight]
+    @hookimpl
+    def select_pods(self, warehouse, max_fetches): return ["pods", max_fetches]
+"""
+
+
+def ask(rule: Any, **arguments: Any) -> Any:
+    return rule.hook(warehouse=None, rng=None, **arguments)
 
 
 def test_a_rule_decides_only_what_it_was_selected_for(install: Install) -> None:
@@ -124,10 +112,8 @@ FILTER = """
 @define
 class Keep:
     n: int
-
     @hookimpl
-    def filter_backlog(self, warehouse, orders):
-        return orders[: self.n]
+    def filter_backlog(self, warehouse, orders): return orders[: self.n]
 """
 
 
@@ -223,9 +209,6 @@ def test_objects_are_the_rules_themselves() -> None:
     assert loaded.filters[0].instance is one
     assert loaded.filters[1].instance is other
     assert loaded.distributions["Both"] == f"object of {__name__}"
-
-
-def test_choices_that_objects_replace_are_not_looked_at() -> None:
     paired = rules(pr=RuleChoice("fixed"))
     joint = with_objects(paired, {"poa_pps": Both()})
     assert (joint.poa, joint.pps, joint.poa_pps, joint.pr) == (None, None, RuleChoice("Both"), RuleChoice("fixed"))
@@ -234,21 +217,19 @@ def test_choices_that_objects_replace_are_not_looked_at() -> None:
     assert with_objects(paired, {}) is paired
 
 
-@pytest.mark.parametrize(
-    ("objects", "message"),
-    [
-        ([Both()], '^argument rules: expected rules by what they decide, such as {"poa": MyRule\\(\\)}, found '),
-        (Both(), '^argument rules: .* such as {"poa": MyRule\\(\\)}, found Both\\(\\)'),
-        ({"paa": Both()}, "^argument rules: unknown key 'paa' \\(did you mean `poa`"),
-        ({"observers": [Both()]}, "^argument rules: unknown key 'observers'"),  # `run` has an argument for these
-        ({"poa": Both}, "^argument rules.poa: expected an object of a rule's class, such as MyRule.., found <class"),
-        ({"poa": "demand"}, "^argument rules.poa: expected an object .*, found 'demand'$"),
-        ({"poa": object()}, '^argument rules.poa: rule "object" .* is no attrs class'),
-        ({"pr": Both()}, '^argument rules.pr: rule "Both" .* does not decide PR .*; class Both decides POA, PPS and'),
-        ({"filters": Both()}, "^argument rules.filters: expected a list of rules, found Both"),
-        ({"filters": [Both(), None]}, r"^argument rules.filters\[1\]: expected an object .*, found None$"),
-        ({"poa": Both(), "poa_pps": Both()}, "^argument rules: expected either `poa_pps` or `poa` and `pps`, found"),
-    ],
+@cases(
+    "objects message",
+    ([Both()], '^argument rules: expected rules by what they decide, such as {"poa": MyRule\\(\\)}, found '),
+    (Both(), '^argument rules: .* such as {"poa": MyRule\\(\\)}, found Both\\(\\)'),
+    ({"paa": Both()}, "^argument rules: unknown key 'paa' \\(did you mean `poa`"),
+    ({"observers": [Both()]}, "^argument rules: unknown key 'observers'"),  # `run` has an argument for these
+    ({"poa": Both}, "^argument rules.poa: expected an object of a rule's class, such as MyRule.., found <class"),
+    ({"poa": "demand"}, "^argument rules.poa: expected an object .*, found 'demand'$"),
+    ({"poa": object()}, '^argument rules.poa: rule "object" .* is no attrs class'),
+    ({"pr": Both()}, '^argument rules.pr: rule "Both" .* does not decide PR .*; class Both decides POA, PPS and'),
+    ({"filters": Both()}, "^argument rules.filters: expected a list of rules, found Both"),
+    ({"filters": [Both(), None]}, r"^argument rules.filters\[1\]: expected an object .*, found None$"),
+    ({"poa": Both(), "poa_pps": Both()}, "^argument rules: expected either `poa_pps` or `poa` and `pps`, found"),
 )
 def test_what_is_no_rule_is_refused_as_in_a_scenario(objects: Any, message: str) -> None:
     with pytest.raises(InputError, match=message):
@@ -264,14 +245,10 @@ from rmfs_core import hookimpl
 @define
 class MyRule:
     answer: str = "mine"
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        return [self.answer]
-
+    def assign_orders(self, warehouse): return [self.answer]
     @hookimpl
-    def select_pods(self, warehouse):
-        return [self.answer]
+    def select_pods(self, warehouse): return [self.answer]
 """
 
 
@@ -288,7 +265,7 @@ def load_from(folder: Path, poa: str, *, pps: str = "demand", allow_inline: bool
     return RuleSet.load(RulesSection(poa=RuleChoice(poa), pps=RuleChoice(pps)), str(folder), allow_inline=allow_inline)
 
 
-def test_a_rule_from_a_file_decides(folder: Path) -> None:
+def test_a_rule_from_a_file(folder: Path) -> None:
     loaded = load_from(folder, "./my_rule.py:MyRule")
     assert loaded.poa is not None
     assert loaded.poa.hook(warehouse=None, rng=None) == ["mine"]
@@ -296,6 +273,16 @@ def test_a_rule_from_a_file_decides(folder: Path) -> None:
     assert loaded.inline_files == (str(folder / "my_rule.py"),)
     assert "my_rule.py" not in loaded.distributions
     assert sorted(file.name for file in folder.iterdir()) == ["my_rule.py", "rules"]
+    loaded = load_from(folder, f"{folder.parent}/outside.py:MyRule")
+    assert loaded.inline_files == (str(folder.parent / "outside.py"),)
+    (folder / "my_rule.py").write_text("raise ValueError('no luck')\n")
+    assert said(InputError, load_from, folder, "./my_rule.py:MyRule") == (
+        f'rules.poa: rule "./my_rule.py:MyRule": {folder}/my_rule.py cannot be loaded: ValueError: no luck'
+    )
+    (folder / "my_rule.py").write_text("raise SystemExit('was run')")
+    assert said(InputError, load_from, folder, "./my_rule.py:MyRule", allow_inline=False) == (
+        'rules.poa: rule "./my_rule.py:MyRule" would load code from a file, which --no-inline-rules refuses'
+    )
 
 
 def test_a_file_is_loaded_once_per_rule_set_and_anew_for_the_next(folder: Path) -> None:
@@ -310,50 +297,26 @@ def test_a_file_is_loaded_once_per_rule_set_and_anew_for_the_next(folder: Path) 
     assert second.inline_files == (str(folder / "my_rule.py"),)
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("./my_rule.py", 'expected "./file.py:Class" for a rule beside the scenario, found "./my_rule.py"'),
-        ("./my_rule:MyRule", 'expected "./file.py:Class" for a rule beside the scenario, found "./my_rule:MyRule"'),
-        ("./my_rule.py:MyRle", "{folder}/my_rule.py has no class `MyRle` (did you mean `MyRule`?)"),
-        ("./none.py:MyRule", 'rule "./none.py:MyRule": cannot read {folder}/none.py: No such file or directory'),
-        ("./a\0b.py:A", 'rule "./a\0b.py:A": cannot read {folder}/a\0b.py: embedded null byte'),
-        ("../outside.py:MyRule", 'rule "../outside.py:MyRule" is outside {folder}; move its file there'),
-        ("/none.py:MyRule", 'rule "/none.py:MyRule": cannot read /none.py: No such file or directory'),
-    ],
+@cases(
+    "name message",
+    ("./my_rule.py", 'expected "./file.py:Class" for a rule beside the scenario, found "./my_rule.py"'),
+    ("./my_rule:MyRule", 'expected "./file.py:Class" for a rule beside the scenario, found "./my_rule:MyRule"'),
+    ("./my_rule.py:MyRle", "{folder}/my_rule.py has no class `MyRle` (did you mean `MyRule`?)"),
+    ("./none.py:MyRule", 'rule "./none.py:MyRule": cannot read {folder}/none.py: No such file or directory'),
+    ("./a\0b.py:A", 'rule "./a\0b.py:A": cannot read {folder}/a\0b.py: embedded null byte'),
+    ("../outside.py:MyRule", 'rule "../outside.py:MyRule" is outside {folder}; move its file there'),
+    ("/none.py:MyRule", 'rule "/none.py:MyRule": cannot read /none.py: No such file or directory'),
 )
 def test_refused_names(folder: Path, name: str, message: str) -> None:
     assert said(InputError, load_from, folder, name) == f"rules.poa: {message.format(folder=folder)}"
 
 
-def test_an_absolute_path_leads_out_of_the_folder(folder: Path) -> None:
-    loaded = load_from(folder, f"{folder.parent}/outside.py:MyRule")
-    assert loaded.inline_files == (str(folder.parent / "outside.py"),)
-
-
-def test_a_file_that_cannot_be_loaded(folder: Path) -> None:
-    (folder / "my_rule.py").write_text("raise ValueError('no luck')\n")
-    assert said(InputError, load_from, folder, "./my_rule.py:MyRule") == (
-        f'rules.poa: rule "./my_rule.py:MyRule": {folder}/my_rule.py cannot be loaded: ValueError: no luck'
-    )
-
-
-def test_no_inline_rules(folder: Path) -> None:
-    (folder / "my_rule.py").write_text("raise SystemExit('was run')")
-    assert said(InputError, load_from, folder, "./my_rule.py:MyRule", allow_inline=False) == (
-        'rules.poa: rule "./my_rule.py:MyRule" would load code from a file, which --no-inline-rules refuses'
-    )
-
-
-def test_unknown_rule(refusal: Refusal) -> None:
+def test_what_is_no_rule(refusal: Refusal, tmp_path: Path) -> None:
     assert refusal(poa=RuleChoice("pod-mach")) == ('rules.poa: there is no rule "pod-mach" (did you mean `pod-match`?)')
     assert refusal(pr=RuleChoice("xyzzy")).startswith(
         'rules.pr: there is no rule "xyzzy"; expected one of `all`, `alternating`, `assignment`, '
     )
     assert refusal(filters=(RuleChoice("xyzzy"),)).startswith("rules.filters[0]: ")  # type: ignore[arg-type]
-
-
-def test_a_module_that_makes_names_up(refusal: Refusal, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text("def __getattr__(name):\n    raise RuntimeError(name)\n", encoding="utf-8")
     assert refusal(tmp_path, poa=RuleChoice("./mine.py:Mine")).endswith("mine.py has no class `Mine`")
 
@@ -403,7 +366,6 @@ class Mine:
 
 
 def modules_of_files() -> set[str]:
-    """Return the names of the modules that files of rules were loaded as."""
     return {name for name in sys.modules if name.startswith("rmfs_inline_")}
 
 
@@ -456,6 +418,7 @@ def test_two_scenarios_do_not_see_each_others_file(tmp_path: Path) -> None:
 
 def test_a_module_stays_as_long_as_its_rule(folder: Path) -> None:
     """Who has a rule without a run need not close anything."""
+    gc.collect()  # what other tests have left
     before = modules_of_files()
     source = RuleSources(str(folder)).find("./my_rule.py:MyRule", "place")
     assert len(modules_of_files() - before) == 1

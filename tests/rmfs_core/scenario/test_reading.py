@@ -1,7 +1,5 @@
 """Scenario files: what is read, and the one sentence that says what is wrong."""
 
-from __future__ import annotations
-
 import datetime
 import tomllib
 from collections.abc import Mapping
@@ -13,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cases import cases
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import RuleChoice, load_scenario, located, scenario_from_dict
 from rmfs_core.scenario.checks import (
@@ -161,13 +160,10 @@ def test_every_value_is_read(tmp_path: Path) -> None:
     assert scenario.folder == str(tmp_path)
 
 
-def test_windows_files_are_read(tmp_path: Path) -> None:
+def test_files_of_windows_and_of_another_encoding(tmp_path: Path) -> None:
     file = tmp_path / "windows.toml"
     file.write_bytes(b"\xef\xbb\xbf" + ("seed = 3\n" + RULES_TEXT).replace("\n", "\r\n").encode())
     assert load_scenario(file).seed == 3
-
-
-def test_a_file_in_another_encoding_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "latin.toml"
     file.write_bytes(b"# gr\xfc\xdfe\n")
     with pytest.raises(InputError, match=r"latin\.toml: expected UTF-8 text, found the byte 0xfc$"):
@@ -180,23 +176,22 @@ def test_shipped_scenarios_are_found_by_name(name: str | Path, tmp_path: Path, m
     assert load_scenario(name).rules.poa == RuleChoice("pod-match")
 
 
-def test_a_misspelt_file_names_the_nearest_scenario() -> None:
+def test_what_is_no_scenario_is_named(tmp_path: Path) -> None:
     assert said(InputError, load_scenario, "paper-25") == (
         "paper-25: there is no such file, and no shipped scenario of that name "
         "(did you mean `paper-250` or `paper-2000`?)"
     )
-
-
-def test_a_folder_is_no_scenario(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r": expected a scenario file, found a folder$"):
         load_scenario(tmp_path)
-
-
-def test_the_seed_can_be_replaced() -> None:
-    assert load_scenario("paper-250", ["seed=3"], seed=5).seed == 5
+    name = "a" * 300
+    with pytest.raises(InputError, match="there is no such file"):
+        load_scenario(f"{name}.toml")
+    with pytest.raises(InputError, match=r"there is no file `.*aaa"):
+        load_scenario("examples/small", [f"rules.poa=./{name}.py:Mine"])
 
 
 def test_tables_are_read_without_a_file() -> None:
+    assert load_scenario("paper-250", ["seed=3"], seed=5).seed == 5
     rules = {"poa": "pod-match", "pps": "demand"}
     assert scenario_from_dict({"rules": rules, "seed": 4}).seed == 4
     assert (
@@ -205,7 +200,7 @@ def test_tables_are_read_without_a_file() -> None:
     )
 
 
-def test_later_errors_get_the_line_of_their_key(tmp_path: Path) -> None:
+def test_errors_have_the_line_of_their_key(tmp_path: Path) -> None:
     file = tmp_path / "late.toml"
     file.write_text(RULES_TEXT + "[instance]\npods_at_stations = { 1 = ['9'] }\n", encoding="utf-8")
     scenario = load_scenario(file, ["robots.count=3"])
@@ -217,9 +212,6 @@ def test_later_errors_get_the_line_of_their_key(tmp_path: Path) -> None:
         with pytest.raises(InputError) as caught, located(scenario):
             raise InputError(place, "wrong")
         assert str(caught.value) == f"{expected}: wrong"
-
-
-def test_what_is_located_stays_so(tmp_path: Path) -> None:
     file = tmp_path / "run.toml"
     file.write_text("[instance]\norders = 7\n" + RULES_TEXT, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
@@ -230,36 +222,26 @@ def test_what_is_located_stays_so(tmp_path: Path) -> None:
     assert str(caught.value) == "run.toml, line 2, instance.orders: wrong"
 
 
-def test_a_name_too_long_for_a_file_is_a_file_that_is_not_there() -> None:
-    name = "a" * 300
-    with pytest.raises(InputError, match="there is no such file"):
-        load_scenario(f"{name}.toml")
-    with pytest.raises(InputError, match=r"there is no file `.*aaa"):
-        load_scenario("examples/small", [f"rules.poa=./{name}.py:Mine"])
-
-
 RULES = {"poa": "pod-match", "pps": "demand"}
 
 
-@pytest.mark.parametrize(
-    ("data", "path", "problem"),
-    [
-        ({"rules": RULES, "folder": "x"}, ("folder",), "unknown key; expected one of "),  # no key of the file
-        ({"rules": RULES, "seed": None}, ("seed",), "expected a whole number, found null"),
-        ({"rules": RULES, "robots": {"lift_s": float("nan")}}, ("robots", "lift_s"), "expected a finite number, found"),
-        ({"rules": RULES, "robots": {"lift_s": True}}, ("robots", "lift_s"), "expected a number, found true"),
-        (
-            {"rules": RULES, "instance": {"pods_at_stations": {"1": ["a", 2]}}},
-            ("instance", "pods_at_stations", "1", 1),
-            "expected a text in quotes, found 2",
-        ),
-        ({"rules": {**RULES, "filters": ["a", {}]}}, ("rules", "filters", 1), "expected a key `rule` with the name"),
-        ({"rules": {**RULES, "pr": ""}}, ("rules", "pr"), "expected the name of a rule or a table"),
-        ({"rules": {**RULES, "pr": {"rule": 3}}}, ("rules", "pr", "rule"), "expected a text in quotes, found 3"),
-        # the first in the order of the file, whatever the order of the class
-        ({"robots": {"lift_s": -1}, "seed": -1, "rules": {}}, ("robots", "lift_s"), "expected a number from 0"),
-        ({"seed": -1, "robots": {"lift_s": -1}, "rules": {}}, ("seed",), "expected a whole number >= 0, found -1"),
-    ],
+@cases(
+    "data path problem",
+    ({"rules": RULES, "folder": "x"}, ("folder",), "unknown key; expected one of "),  # no key of the file
+    ({"rules": RULES, "seed": None}, ("seed",), "expected a whole number, found null"),
+    ({"rules": RULES, "robots": {"lift_s": float("nan")}}, ("robots", "lift_s"), "expected a finite number, found"),
+    ({"rules": RULES, "robots": {"lift_s": True}}, ("robots", "lift_s"), "expected a number, found true"),
+    (
+        {"rules": RULES, "instance": {"pods_at_stations": {"1": ["a", 2]}}},
+        ("instance", "pods_at_stations", "1", 1),
+        "expected a text in quotes, found 2",
+    ),
+    ({"rules": {**RULES, "filters": ["a", {}]}}, ("rules", "filters", 1), "expected a key `rule` with the name"),
+    ({"rules": {**RULES, "pr": ""}}, ("rules", "pr"), "expected the name of a rule or a table"),
+    ({"rules": {**RULES, "pr": {"rule": 3}}}, ("rules", "pr", "rule"), "expected a text in quotes, found 3"),
+    # the first in the order of the file, whatever the order of the class
+    ({"robots": {"lift_s": -1}, "seed": -1, "rules": {}}, ("robots", "lift_s"), "expected a number from 0"),
+    ({"seed": -1, "robots": {"lift_s": -1}, "rules": {}}, ("seed",), "expected a whole number >= 0, found -1"),
 )
 def test_what_is_wrong_has_its_path(data: dict[str, Any], path: tuple[str | int, ...], problem: str) -> None:
     with pytest.raises(KeyProblem) as caught:
@@ -271,20 +253,18 @@ def test_what_is_wrong_has_its_path(data: dict[str, Any], path: tuple[str | int,
 STRICT = strict_converter()
 
 
-@pytest.mark.parametrize(
-    ("kind", "value", "expected"),
-    [
-        (int, 3, 3),
-        (float, 3, 3.0),
-        (float | None, None, None),
-        (int | tuple[int, ...], [1, 2], (1, 2)),
-        (int | str, "3", "3"),
-        (str | int, 3, 3),
-        (float | int, 3, 3),  # as it is written, not what comes first
-        (tuple[int, str], [1, "a"], (1, "a")),
-        (list[tuple[int, ...]], [[1], []], [(1,), ()]),
-        (Mapping[str, int | None], {"a": None}, {"a": None}),
-    ],
+@cases(
+    "kind value expected",
+    (int, 3, 3),
+    (float, 3, 3.0),
+    (float | None, None, None),
+    (int | tuple[int, ...], [1, 2], (1, 2)),
+    (int | str, "3", "3"),
+    (str | int, 3, 3),
+    (float | int, 3, 3),  # as it is written, not what comes first
+    (tuple[int, str], [1, "a"], (1, "a")),
+    (list[tuple[int, ...]], [[1], []], [(1,), ()]),
+    (Mapping[str, int | None], {"a": None}, {"a": None}),
 )
 def test_values_are_taken_as_they_are_written(kind: Any, value: object, expected: object) -> None:
     found = STRICT.structure(value, kind)
@@ -292,18 +272,16 @@ def test_values_are_taken_as_they_are_written(kind: Any, value: object, expected
     assert type(found) is type(expected)
 
 
-@pytest.mark.parametrize(
-    ("kind", "value", "problem"),
-    [
-        (int, "3", 'expected a whole number, found "3"'),
-        (int, 3.0, "expected a whole number, found 3.0"),
-        (bool, 1, "expected true or false, found 1"),
-        (str, 1, "expected a text in quotes, found 1"),
-        (float | None, "x", 'expected a number, found "x"'),
-        (int | tuple[int, ...], ["x"], 'expected a whole number, found "x"'),
-        (tuple[int, ...], {"a": 1}, "expected a list, found { a = 1 }"),
-        (Mapping[str, int], [], "expected a table, found []"),
-    ],
+@cases(
+    "kind value problem",
+    (int, "3", 'expected a whole number, found "3"'),
+    (int, 3.0, "expected a whole number, found 3.0"),
+    (bool, 1, "expected true or false, found 1"),
+    (str, 1, "expected a text in quotes, found 1"),
+    (float | None, "x", 'expected a number, found "x"'),
+    (int | tuple[int, ...], ["x"], 'expected a whole number, found "x"'),
+    (tuple[int, ...], {"a": 1}, "expected a list, found { a = 1 }"),
+    (Mapping[str, int], [], "expected a table, found []"),
 )
 def test_nothing_is_converted_in_silence(kind: Any, value: object, problem: str) -> None:
     """A text is no number, and 1 is not true."""
@@ -329,37 +307,33 @@ rule = "x"
 """
 
 
-@pytest.mark.parametrize(
-    ("path", "line"),
-    [
-        (("seed",), 2),
-        (("robots", "count"), 3),  # a dotted key
-        (("robots",), 3),  # a table that only a dotted key makes
-        (("instance",), 5),
-        (("instance", "orders"), 6),
-        (("instance", "arrivals", "process"), 7),  # within an inline table: the table's line
-        (("instance", "pods_at_stations", "1", 0), 8),  # a quoted key, a list over several lines
-        (("rules", "poa", "rule"), 13),  # a header with spaces
-        (("rules",), 12),  # a table that only a deeper header makes
-        (("instance", "skus"), 5),  # not there: the table it would be in
-        (("stations", "pick_s"), None),  # nothing of it there
-    ],
+@cases(
+    "path line",
+    (("seed",), 2),
+    (("robots", "count"), 3),  # a dotted key
+    (("robots",), 3),  # a table that only a dotted key makes
+    (("instance",), 5),
+    (("instance", "orders"), 6),
+    (("instance", "arrivals", "process"), 7),  # within an inline table: the table's line
+    (("instance", "pods_at_stations", "1", 0), 8),  # a quoted key, a list over several lines
+    (("rules", "poa", "rule"), 13),  # a header with spaces
+    (("rules",), 12),  # a table that only a deeper header makes
+    (("instance", "skus"), 5),  # not there: the table it would be in
+    (("stations", "pick_s"), None),  # nothing of it there
 )
 def test_a_key_is_found(path: tuple[str | int, ...], line: int | None) -> None:
     assert line_of(DOTTED, path) == line
 
 
-@pytest.mark.parametrize(
-    ("path", "line"),
-    [
-        (("sets",), 1),
-        (("sets", 0, "name"), 2),
-        (("sets", 1), 4),
-        (("sets", 1, "name"), 5),
-        (("sets", 1, "rules", "poa"), 7),  # a table within the last one before it
-        (("sets", 2, "name"), 9),  # not there: its table
-        (("others", 0, "name"), 11),
-    ],
+@cases(
+    "path line",
+    (("sets",), 1),
+    (("sets", 0, "name"), 2),
+    (("sets", 1), 4),
+    (("sets", 1, "name"), 5),
+    (("sets", 1, "rules", "poa"), 7),  # a table within the last one before it
+    (("sets", 2, "name"), 9),  # not there: its table
+    (("others", 0, "name"), 11),
 )
 def test_tables_of_a_list_are_told_apart(path: tuple[str | int, ...], line: int) -> None:
     text = '[[sets]]\nname = "a"\n\n[[sets]]\nname = "b"\n[sets.rules]\npoa = "x"\n\n[[sets]]\n[[ others ]]\nname = 1\n'
@@ -380,25 +354,23 @@ def refusal(check: Any, value: object) -> str | None:
 NO_CAPACITY = "expected a whole number from 1 to 1,000,000,000, or a list of them, one per station, found"
 
 
-@pytest.mark.parametrize(
-    ("check", "right", "wrong", "message"),
-    [
-        (at_least(1), 1, 0, "expected a whole number >= 1, found 0"),
-        (within(0.5, 2), 2, 2.5, "expected a number from 0.5 to 2, found 2.5"),
-        (within(0.5, 2), 0.5, 0.4, "expected a number from 0.5 to 2, found 0.4"),
-        (POSITIVE, 1e-9, 0, "expected a number > 0 up to 1e10, found 0"),
-        (POSITIVE, 1e10, 1.7e308, "expected a number > 0 up to 1e10, found 1.7e+308"),
-        (DURATION, 0.001, 0, "expected a number from 0.001 to 3600, found 0"),  # a tick at least
-        (MAYBE_NO_TIME, 0, -0.1, "expected a number from 0 to 3600, found -0.1"),
-        (MOVING, 1000, 1001, "expected a number from 0.001 to 1000, found 1001"),
-        (SHARE, 1, 0, "expected a number in (0, 1], found 0"),
-        (SHARE, 0.01, 1.01, "expected a number in (0, 1], found 1.01"),
-        (CAPACITY, 1, 0, f"{NO_CAPACITY} 0"),
-        (CAPACITY, (1, 2), (1, 0), f"{NO_CAPACITY} [1, 0]"),
-        (CAPACITY, (1,), (), f"{NO_CAPACITY} []"),
-        (OneOf("start", "poisson"), "start", "strat", 'found "strat" (did you mean `start`?)'),
-        (OneOf("start", "poisson"), "poisson", "x", 'found "x"; expected one of `poisson`, `start`'),
-    ],
+@cases(
+    "check right wrong message",
+    (at_least(1), 1, 0, "expected a whole number >= 1, found 0"),
+    (within(0.5, 2), 2, 2.5, "expected a number from 0.5 to 2, found 2.5"),
+    (within(0.5, 2), 0.5, 0.4, "expected a number from 0.5 to 2, found 0.4"),
+    (POSITIVE, 1e-9, 0, "expected a number > 0 up to 1e10, found 0"),
+    (POSITIVE, 1e10, 1.7e308, "expected a number > 0 up to 1e10, found 1.7e+308"),
+    (DURATION, 0.001, 0, "expected a number from 0.001 to 3600, found 0"),  # a tick at least
+    (MAYBE_NO_TIME, 0, -0.1, "expected a number from 0 to 3600, found -0.1"),
+    (MOVING, 1000, 1001, "expected a number from 0.001 to 1000, found 1001"),
+    (SHARE, 1, 0, "expected a number in (0, 1], found 0"),
+    (SHARE, 0.01, 1.01, "expected a number in (0, 1], found 1.01"),
+    (CAPACITY, 1, 0, f"{NO_CAPACITY} 0"),
+    (CAPACITY, (1, 2), (1, 0), f"{NO_CAPACITY} [1, 0]"),
+    (CAPACITY, (1,), (), f"{NO_CAPACITY} []"),
+    (OneOf("start", "poisson"), "start", "strat", 'found "strat" (did you mean `start`?)'),
+    (OneOf("start", "poisson"), "poisson", "x", 'found "x"; expected one of `poisson`, `start`'),
 )
 def test_a_wrong_value_is_one_sentence(check: Any, right: object, wrong: object, message: str) -> None:
     assert refusal(check, right) is None
@@ -438,43 +410,40 @@ def test_keys_read_back(key: str) -> None:
     assert tomllib.loads(f"{toml_key(key)} = 1") == {key: 1}
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (True, "true"),
-        (3, "3"),
-        (0.1, "0.1"),
-        ('a\n"b" ü', '"a\\n\\"b\\" ü"'),
-        ((1, "a"), '[1, "a"]'),
-        ({"rule": "x", "a b": [{}]}, '{ rule = "x", "a b" = [{}] }'),
-        (datetime.date(2026, 1, 31), "2026-01-31"),
-    ],
+@cases(
+    "value text",
+    (True, "true"),
+    (3, "3"),
+    (0.1, "0.1"),
+    ('a\n"b" ü', '"a\\n\\"b\\" ü"'),
+    ((1, "a"), '[1, "a"]'),
+    ({"rule": "x", "a b": [{}]}, '{ rule = "x", "a b" = [{}] }'),
+    (datetime.date(2026, 1, 31), "2026-01-31"),
 )
 def test_values_are_on_one_line(value: object, text: str) -> None:
     assert toml_value(value) == text
 
 
-def test_keys_are_quoted_only_where_they_must_be() -> None:
+def test_keys_and_values_are_shown() -> None:
     assert [toml_key(key) for key in ("pick_s", "a-1", "1", "a.b", "")] == ["pick_s", "a-1", "1", '"a.b"', '""']
     assert toml_text("a\x7fb") == '"a\\u007fb"'  # which JSON would leave as it is, and TOML forbids
-
-
-def test_messages_show_a_value_cut_short() -> None:
     assert shown(None) == "null"
     assert shown("x" * 58) == f'"{"x" * 58}"'
     cut = shown("x" * 59)
     assert (len(cut), cut[-4:]) == (60, "x...")
+    nested: list[Any] = []
+    for _ in range(990):
+        nested = [nested]
+    assert shown(nested) == "lists or tables in one another"
 
 
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("x = ", "Invalid value"),
-        (f"x = {'9' * 5000}", "found a number of more than 4,300 digits"),
-        (f"x = {'[' * 60}{']' * 60}", "found more than 50 lists or tables in one another"),
-        (f"x = {'{a = ' * 60}1{'}' * 60}", "found more than 50 lists or tables in one another"),
-        (f"x = {'[' * 2000}{']' * 2000}", "found more than 50 lists or tables in one another"),
-    ],
+@cases(
+    "text problem",
+    ("x = ", "Invalid value"),
+    (f"x = {'9' * 5000}", "found a number of more than 4,300 digits"),
+    (f"x = {'[' * 60}{']' * 60}", "found more than 50 lists or tables in one another"),
+    (f"x = {'{a = ' * 60}1{'}' * 60}", "found more than 50 lists or tables in one another"),
+    (f"x = {'[' * 2000}{']' * 2000}", "found more than 50 lists or tables in one another"),
     ids=["no value", "digits", "lists", "tables", "too many for Python"],
 )
 def test_what_cannot_be_read_is_a_value_error(text: str, problem: str) -> None:
@@ -485,10 +454,3 @@ def test_what_cannot_be_read_is_a_value_error(text: str, problem: str) -> None:
 
 def test_what_can_be_read_is_read() -> None:
     assert read_toml(f"x = {'[' * 40}{']' * 40}\n[a.b]\nc = 1")["a"] == {"b": {"c": 1}}
-
-
-def test_a_value_that_is_too_deep_is_shown_in_words() -> None:
-    nested: list[Any] = []
-    for _ in range(990):
-        nested = [nested]
-    assert shown(nested) == "lists or tables in one another"

@@ -1,7 +1,5 @@
 """Scenarios: sections and what does not go together, `--set`, names of rules, and what is written."""
 
-from __future__ import annotations
-
 import copy
 import json
 import pickle
@@ -16,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cases import cases
 from rmfs_commands.cli.toml_scenario import to_toml
 from rmfs_core.entrypoints import RULES as GROUP
 from rmfs_core.entrypoints import offers
@@ -68,30 +67,36 @@ def test_the_defaults_are_the_papers() -> None:
         assert getattr(robots, name) == getattr(Motion(), name)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Arrivals("start", 3.0), 'expected `orders_per_hour` with process "poisson", and only there'),
-        (lambda: InstanceSection(pods_file="p.csv"), "expected `orders_file` and `pods_file` together, or neither"),
-        (lambda: StationsSection(handle_s=6.9), "expected handle_s >= pick_s, found 6.9 < 7.0"),
-        (RulesSection, "expected `poa` and `pps`, or `poa_pps`"),
-        (lambda: RulesSection(pps=ONE), "expected `poa` and `pps`, or `poa_pps`, found `pps` alone"),
-        (lambda: RulesSection(poa_pps=ONE, pps=OTHER), "expected either `poa_pps` or `poa` and `pps`, found both"),
-    ],
+@cases(
+    "make message",
+    (lambda: Arrivals("start", 3.0), 'expected `orders_per_hour` with process "poisson", and only there'),
+    (lambda: InstanceSection(pods_file="p.csv"), "expected `orders_file` and `pods_file` together, or neither"),
+    (lambda: StationsSection(handle_s=6.9), "expected handle_s >= pick_s, found 6.9 < 7.0"),
+    (RulesSection, "expected `poa` and `pps`, or `poa_pps`"),
+    (lambda: RulesSection(pps=ONE), "expected `poa` and `pps`, or `poa_pps`, found `pps` alone"),
+    (lambda: RulesSection(poa_pps=ONE, pps=OTHER), "expected either `poa_pps` or `poa` and `pps`, found both"),
 )
 def test_what_does_not_go_together_is_refused(make: Callable[[], object], message: str) -> None:
     assert said(ValueError, make) == message
 
 
-def test_what_goes_together_is_accepted() -> None:
+def test_keys_that_take_the_place_of_others() -> None:
     InstanceSection(skus=3, skus_per_pod=3)
     InstanceSection(skus=2, skus_per_pod=3, orders_file="o.csv", pods_file="p.csv")
     StationsSection(pick_s=13.0)
     Arrivals("poisson", 60.0)
     RulesSection(poa_pps=ONE)
+    assert attrs.fields_dict(InstanceSection).keys() >= GENERATED
+    assert attrs.fields_dict(LayoutSection).keys() >= DRAWN
+    assert replaced_keys(InstanceSection(orders_file="o", pods_file="p")) == ("orders_file", GENERATED)
+    refilled = InstanceSection(orders_file="o", pods_file="p", arrivals=Arrivals("refill", backlog=3))
+    assert replaced_keys(refilled) == ("orders_file", GENERATED - {"arrivals"})
+    assert replaced_keys(LayoutSection(map_file="m")) == ("map_file", DRAWN)
+    for section in (InstanceSection(), LayoutSection(), RunSection()):
+        assert replaced_keys(section) == ("", frozenset())
 
 
-def keys() -> Iterator[tuple[str, attrs.Attribute[Any]]]:
+def keys() -> Iterator[tuple[str, "attrs.Attribute[Any]"]]:
     for section in (*SECTIONS, Scenario):
         for attribute in attrs.fields(section):
             if not attribute.metadata.get("internal"):
@@ -107,17 +112,6 @@ def test_every_key_is_documented_with_its_unit() -> None:
             assert attribute.metadata["unit"] == units[ending], name
 
 
-def test_keys_that_a_file_takes_the_place_of() -> None:
-    assert attrs.fields_dict(InstanceSection).keys() >= GENERATED
-    assert attrs.fields_dict(LayoutSection).keys() >= DRAWN
-    assert replaced_keys(InstanceSection(orders_file="o", pods_file="p")) == ("orders_file", GENERATED)
-    refilled = InstanceSection(orders_file="o", pods_file="p", arrivals=Arrivals("refill", backlog=3))
-    assert replaced_keys(refilled) == ("orders_file", GENERATED - {"arrivals"})
-    assert replaced_keys(LayoutSection(map_file="m")) == ("map_file", DRAWN)
-    for section in (InstanceSection(), LayoutSection(), RunSection()):
-        assert replaced_keys(section) == ("", frozenset())
-
-
 def test_another_seed_is_another_scenario_and_another_folder_is_not() -> None:
     scenario = Scenario(rules=RULES, seed=1)
     assert scenario.with_seed(2).seed == 2
@@ -126,21 +120,19 @@ def test_another_seed_is_another_scenario_and_another_folder_is_not() -> None:
     assert attrs.evolve(scenario, folder="elsewhere") == scenario
 
 
-@pytest.mark.parametrize(
-    ("setting", "problem"),
-    [
-        ("instance.orders=1000000000", "expected a whole number from 0 to 2,000,000, found 1000000000"),
-        ("instance.orders=1000000000000000000", "expected a whole number from 0 to 2,000,000"),
-        ("instance.pods=10000000000", "expected a whole number from 1 to 100,000"),
-        ("robots.count=10000000000", "expected a whole number from 1 to 100,000"),
-        ("layout.block_rows=100000", "expected at most 1,000,000 cells in all, found blocks and halls of about"),
-        ("instance.lines=[" + "0," * 999 + "1]", "`lines` with weights from 0 to 1e9, not all 0 up to"),
-        ("instance.items_per_sku=10000000000000000000", "expected a whole number from 1 to 1,000,000,000"),
-        ("stations.queue_length=1000000000", "expected a whole number from 1 to 10,000"),
-        ("layout.hall_width=1000000000000000000", "expected a whole number from 1 to 100,000"),
-        ("instance.max_lines=10000000000000000000", "expected a whole number from 1 to 2,000,000"),
-        ("instance.demand={exponent=1, groups=10000000000000000000}", "expected a whole number from 1 to 2,000,000"),
-    ],
+@cases(
+    "setting problem",
+    ("instance.orders=1000000000", "expected a whole number from 0 to 2,000,000, found 1000000000"),
+    ("instance.orders=1000000000000000000", "expected a whole number from 0 to 2,000,000"),
+    ("instance.pods=10000000000", "expected a whole number from 1 to 100,000"),
+    ("robots.count=10000000000", "expected a whole number from 1 to 100,000"),
+    ("layout.block_rows=100000", "expected at most 1,000,000 cells in all, found blocks and halls of about"),
+    ("instance.lines=[" + "0," * 999 + "1]", "`lines` with weights from 0 to 1e9, not all 0 up to"),
+    ("instance.items_per_sku=10000000000000000000", "expected a whole number from 1 to 1,000,000,000"),
+    ("stations.queue_length=1000000000", "expected a whole number from 1 to 10,000"),
+    ("layout.hall_width=1000000000000000000", "expected a whole number from 1 to 100,000"),
+    ("instance.max_lines=10000000000000000000", "expected a whole number from 1 to 2,000,000"),
+    ("instance.demand={exponent=1, groups=10000000000000000000}", "expected a whole number from 1 to 2,000,000"),
 )
 def test_what_no_memory_has_room_for_is_refused_at_once(setting: str, problem: str) -> None:
     started = time.perf_counter()
@@ -149,23 +141,17 @@ def test_what_no_memory_has_room_for_is_refused_at_once(setting: str, problem: s
     assert time.perf_counter() - started < 2
 
 
-def test_many_skus_on_many_pods_are_refused() -> None:
+def test_scenarios_of_no_use_are_refused() -> None:
     few = ["instance.skus=100000", "instance.skus_per_pod=100000"]
     assert load_scenario("examples/small", few).instance.skus == 100_000
     with pytest.raises(InputError, match="expected at most 8 GB of memory, found about 10 GB of"):
         load_scenario("examples/small", [*few, "instance.pods=400"])
-
-
-def test_many_lines_of_many_orders_are_refused() -> None:
     long = ["instance.skus=1000", f"instance.lines=[{'0,' * 999}1]"]
     assert load_scenario("examples/small", [*long, "instance.orders=20000"]).instance.orders == 20_000
     with pytest.raises(InputError, match="expected at most 8 GB of memory, found about 605 GB of"):
         load_scenario("examples/small", [*long, "instance.orders=2000000"])
     with pytest.raises(InputError, match="as `profile`, not all 0"):
         load_scenario("examples/poisson", [f"instance.arrivals.profile=[{'0,' * 23}1e308]"])
-
-
-def test_orders_that_arrive_over_centuries_are_refused() -> None:
     slow = "instance.arrivals.orders_per_hour=0.001"
     assert load_scenario("examples/poisson", [slow, "instance.orders=1000"]).instance.orders == 1000
     with pytest.raises(InputError, match="expected orders that arrive within 1,000,000 hours, found about 1,001,000"):
@@ -214,30 +200,18 @@ def test_a_wrong_override_is_one_sentence(overrides: list[str], problem: str) ->
     assert said(InputError, load_scenario, "paper-250", overrides) == f"--set {overrides[-1]}{problem}"
 
 
-def test_values_are_toml_or_plain_text() -> None:
+def test_overrides() -> None:
     values = ("instance.orders=50", "stations.item_capacity=[1, 2, 3, 4]", "instance.start=2026-03-02T06:00:00")
     scenario = load_scenario("paper-250", [*values, "rules.poa=first-come", 'rules.pps="nearest-pod"'])
     assert (scenario.instance.start, scenario.instance.orders) == ("2026-03-02T06:00:00", 50)
     assert scenario.stations.item_capacity == (1, 2, 3, 4)
     assert (scenario.rules.poa, scenario.rules.pps) == (RuleChoice("first-come"), RuleChoice("nearest-pod"))
-
-
-def test_a_parameter_is_added_to_a_rule_given_by_name() -> None:
     scenario = load_scenario("paper-250", ["rules.poa.x=1", "rules.pps.y=2", "rules.pps.rule=nearest-pod"])
     assert scenario.rules.poa == RuleChoice("pod-match", {"x": 1})
     assert scenario.rules.pps == RuleChoice("nearest-pod", {"y": 2})
-
-
-def test_one_kind_of_rules_takes_the_place_of_the_other() -> None:
-    joint = load_scenario("paper-250", ["rules.poa_pps=integrated"]).rules
-    assert (joint.poa, joint.pps, joint.poa_pps) == (None, None, RuleChoice("integrated"))
-    named = ["rules.poa.rule=first-come", "rules.pps=demand"]
-    two = load_scenario("paper-250-integrated", named).rules
-    assert (two.poa, two.pps, two.poa_pps) == (RuleChoice("first-come"), RuleChoice("demand"), None)
-    assert load_scenario("paper-250-integrated", ["rules.poa=", "rules.poa_pps.gap=0.1"]).rules.poa_pps is not None
-    assert said(InputError, load_scenario, "paper-250-integrated", ["rules.poa=pod-match"]) == (
-        "--set rules.poa=pod-match, rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone"
-    )
+    scenario = load_scenario("paper-250", ["rules.poa=", "rules.pps=", "rules.poa_pps=demand", "run.until_s="])
+    assert (scenario.rules.poa, scenario.rules.poa_pps) == (None, RuleChoice("demand"))
+    assert load_scenario("examples/poisson", ["instance.arrivals="]).instance.arrivals.process == "start"
 
 
 @pytest.mark.parametrize("nothing", ["", "None", "null"])
@@ -247,12 +221,6 @@ def test_nothing_takes_a_key_out(nothing: str) -> None:
     )
     assert scenario.robots.count == 8
     assert scenario.rules.poa == RuleChoice("pod-match", {"y": nothing})
-
-
-def test_an_empty_value_takes_a_key_out() -> None:
-    scenario = load_scenario("paper-250", ["rules.poa=", "rules.pps=", "rules.poa_pps=demand", "run.until_s="])
-    assert (scenario.rules.poa, scenario.rules.poa_pps) == (None, RuleChoice("demand"))
-    assert load_scenario("examples/poisson", ["instance.arrivals="]).instance.arrivals.process == "start"
 
 
 RULE_FILE = "from attrs import define\n\n\n@define\nclass X:\n    pass\n"
@@ -315,14 +283,11 @@ def test_files_of_data_are_looked_up_where_the_command_is(tmp_path: Path, monkey
     assert (whole.orders_file, whole.pods_file) == (str(tmp_path / "o.csv"), "p.csv")
 
 
-def test_a_file_of_orders_leaves_a_refilled_backlog_alone() -> None:
+def test_what_an_override_replaces() -> None:
     files = ["instance.orders_file=o.csv", "instance.pods_file=p.csv"]
     refilled = load_scenario("parity/rawsim-o", files).instance
     assert (refilled.orders_file, refilled.arrivals.backlog) == (str(Path("o.csv").resolve()), 200)
     assert load_scenario("examples/poisson", files).instance.arrivals.process == "start"
-
-
-def test_a_map_takes_the_place_of_a_block_layout() -> None:
     mapped = load_scenario("paper-250", ["layout.map_file=hall.txt"])
     assert (mapped.layout.map_file, mapped.layout.pod_fill) == (str(Path("hall.txt").resolve()), 0.85)
     assert (mapped.stations.queue_length, mapped.stations.pick_s) == (None, 7.0)
@@ -333,10 +298,18 @@ def test_a_map_takes_the_place_of_a_block_layout() -> None:
     for order in (1, -1):
         with pytest.raises(InputError, match=problem):
             load_scenario("paper-250", ["layout.block_rows=3", "layout.map_file=hall.txt"][::order])
+    joint = load_scenario("paper-250", ["rules.poa_pps=integrated"]).rules
+    assert (joint.poa, joint.pps, joint.poa_pps) == (None, None, RuleChoice("integrated"))
+    named = ["rules.poa.rule=first-come", "rules.pps=demand"]
+    two = load_scenario("paper-250-integrated", named).rules
+    assert (two.poa, two.pps, two.poa_pps) == (RuleChoice("first-come"), RuleChoice("demand"), None)
+    assert load_scenario("paper-250-integrated", ["rules.poa=", "rules.poa_pps.gap=0.1"]).rules.poa_pps is not None
+    assert said(InputError, load_scenario, "paper-250-integrated", ["rules.poa=pod-match"]) == (
+        "--set rules.poa=pod-match, rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone"
+    )
 
 
 def keys_of_files(section: type, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
-    """Yield the paths of the keys that say of themselves that they name a file."""
     for field in attrs.fields(section):
         inner = section_class(section, field.name)
         if inner is not None and attrs.has(inner):
@@ -385,12 +358,10 @@ def test_every_choice_has_its_path() -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("name", "inline"),
-    [
-        *((name, True) for name in ("./a.py:A", "../a.py:A", "/x/a.py:A", "a.py:A", "a.py", "./a", "rules/a.py:A")),
-        *((name, False) for name in ("pod-match", "acme.rule", "mypy", "a:b")),
-    ],
+@cases(
+    "name inline",
+    *((name, True) for name in ("./a.py:A", "../a.py:A", "/x/a.py:A", "a.py:A", "a.py", "./a", "rules/a.py:A")),
+    *((name, False) for name in ("pod-match", "acme.rule", "mypy", "a:b")),
 )
 def test_names_of_files_are_told_from_names_of_rules(name: str, inline: bool) -> None:
     """Also where the dot at the beginning, or the class at the end, was forgotten."""
@@ -410,18 +381,16 @@ def test_half_an_inline_name_is_refused(name: str) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("name", "there", "named"),
-    [
-        ("pod-match", "home", "pod-match"),  # no file: as it is
-        ("./a.py", "home", "./a.py"),  # wrong: left for the check to refuse
-        ("./a.py:A", "home", "./a.py:A"),
-        ("a.py:A", "home/sub", "./sub/a.py:A"),
-        ("../home/sub/../a.py:A", "other", "./a.py:A"),
-        ("./a.py:A", "other", "{tmp}/other/a.py:A"),
-        ("{tmp}/home/a.py:A", "other", "./a.py:A"),
-        ("{tmp}/homely/a.py:A", "home", "{tmp}/homely/a.py:A"),  # beside the folder, not in it
-    ],
+@cases(
+    "name there named",
+    ("pod-match", "home", "pod-match"),  # no file: as it is
+    ("./a.py", "home", "./a.py"),  # wrong: left for the check to refuse
+    ("./a.py:A", "home", "./a.py:A"),
+    ("a.py:A", "home/sub", "./sub/a.py:A"),
+    ("../home/sub/../a.py:A", "other", "./a.py:A"),
+    ("./a.py:A", "other", "{tmp}/other/a.py:A"),
+    ("{tmp}/home/a.py:A", "other", "./a.py:A"),
+    ("{tmp}/homely/a.py:A", "home", "{tmp}/homely/a.py:A"),  # beside the folder, not in it
 )
 def test_a_file_keeps_its_place_when_named_from_elsewhere(tmp_path: Path, name: str, there: str, named: str) -> None:
     tmp = str(tmp_path.resolve())
@@ -435,14 +404,12 @@ def test_rules_that_are_there_are_accepted(tmp_path: Path, install: Install) -> 
         check_rule_name(name, tmp_path, offers(GROUP))
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("demnd", 'there is no rule "demnd" (did you mean `demand`?)'),
-        ("./b.py:A", "there is no file `./b.py` in the scenario's folder ({folder})"),
-        ("/nowhere/b.py:A", "there is no file `/nowhere/b.py`"),
-        ("./b.py", 'expected "./file.py:Class" for a rule beside the scenario, found "./b.py"'),
-    ],
+@cases(
+    "name message",
+    ("demnd", 'there is no rule "demnd" (did you mean `demand`?)'),
+    ("./b.py:A", "there is no file `./b.py` in the scenario's folder ({folder})"),
+    ("/nowhere/b.py:A", "there is no file `/nowhere/b.py`"),
+    ("./b.py", 'expected "./file.py:Class" for a rule beside the scenario, found "./b.py"'),
 )
 def test_rules_that_are_not_there_are_refused(tmp_path: Path, name: str, message: str) -> None:
     assert said(KeyProblem, check_rule_name, name, tmp_path, offers(GROUP)) == message.format(folder=tmp_path)
@@ -465,9 +432,6 @@ def test_texts_of_parameters_know_where_they_were_given() -> None:
     assert given["poa"]["kept"].there == "/first"
     assert type(given_in(["a"], ("rules", "filters"), "/there")[0]) is str
     assert given_in("w", ("rules", "poa", "file"), "/there").there == "/there"
-
-
-def test_a_given_text_is_a_text() -> None:
     text = GivenText("x", "/there")
     assert (text, json.dumps([text]), repr(text)) == ("x", '["x"]', "'x' in /there")
     for same in (copy.deepcopy(text), pickle.loads(pickle.dumps(text))):
@@ -533,9 +497,6 @@ def test_every_key_is_written_with_its_meaning_and_unit() -> None:
     assert "# Time of picking a unit: holds the picker, the pod and its robot (s)\npick_s = 7.0\n" in text
     assert "hall_width = 5\n" in text
     assert "until_s" not in text
-
-
-def test_rules_are_written_as_short_as_they_can_be() -> None:
     tables: dict[str, Any] = scenario_to_dict(load_scenario("paper-250", ["rules.poa.x=1"]))
     assert tables["rules"]["poa"] == {"rule": "pod-match", "x": 1}
     assert tables["rules"]["pps"] == "demand"

@@ -1,7 +1,5 @@
 """What rules and observers raise, or take too long for, ends the run with their name."""
 
-from __future__ import annotations
-
 import os
 import signal
 import threading
@@ -16,6 +14,7 @@ from numba.core.compiler_lock import global_compiler_lock
 
 import rmfs_core
 from bad_rules import HOOKS, prepare_bad, what_ends
+from cases import cases
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core import hookimpl
 from rmfs_core.decisions import OrderAssignment, PodTrip
@@ -69,12 +68,10 @@ def test_a_rule_that_never_returns_is_ended(tiny_run: Prepare, tmp_path: Path, b
         run.simulation.run()
 
 
-@pytest.mark.parametrize(
-    ("body", "message"),
-    [
-        ("__iter__ = lambda self: 1 / 0", "returned a Monster, which raised ZeroDivisionError"),
-        ("__iter__ = lambda self: iter([1])", "returned a sequence with int 1 in it; expected PodTrip only"),
-    ],
+@cases(
+    "body message",
+    ("__iter__ = lambda self: 1 / 0", "returned a Monster, which raised ZeroDivisionError"),
+    ("__iter__ = lambda self: iter([1])", "returned a sequence with int 1 in it; expected PodTrip only"),
 )
 def test_an_answer_that_is_a_monster(tiny_run: Prepare, tmp_path: Path, body: str, message: str) -> None:
     made = f"type('Monster', (list,), {{'__iter__': {body.partition(' = ')[2]}, '__repr__': lambda self: exit()}})()"
@@ -101,7 +98,6 @@ def test_a_copy_that_a_rule_makes_does_not_simulate(copy: str, tmp_path: Path) -
 
 
 def observed(tiny_run: Prepare, folder: Path, method: str, head: str = "") -> ToldRun:
-    """Return a run of one order with an observer that has this method."""
     source = f"from attrs import define\nfrom rmfs_core import hookimpl\n{head}@define\nclass Bad:\n    @hookimpl\n"
     (folder / "bad.py").write_text(f"{source}    {method}\n", encoding="utf-8")
     return tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
@@ -119,12 +115,9 @@ def test_an_observer_that_cannot_say_what_is_wrong_is_named(tiny_run: Prepare, t
         observed(tiny_run, tmp_path, "def on_event(self): raise Speechless", head).done()
 
 
-def test_an_observer_changes_no_answer(tiny_run: Prepare, tmp_path: Path) -> None:
+def test_observers_hear_and_change_no_answer(tiny_run: Prepare, tmp_path: Path) -> None:
     method = "def rule_answered(self, answer): answer.clear() if isinstance(answer, list) else None"
     assert observed(tiny_run, tmp_path, method).done().simulation.status == "complete"
-
-
-def test_an_answer_comes_with_the_time_it_took(tmp_path: Path) -> None:
     run, rule = run_of(small_world({"1": ["a"]}, {"p": ["a"]}), tmp_path)
     rule.answers["plan_path"] = ["one", lambda _: time.sleep(0.02)]
     asker, arguments = run.asker, {"warehouse": run.view, "rng": None, "robot": 1, "goal": 2, "traffic": None}
@@ -188,17 +181,15 @@ def test_what_a_check_finds_is_the_rules_fault(tmp_path: Path) -> None:
         run.asker.apply(run.rules.ta, lambda: 1 // 0)
 
 
-@pytest.mark.parametrize(
-    ("answer", "problem"),
-    [
-        (None, "returned None; expected a sequence of PodTrip"),
-        ({PodTrip(0, 0)}, r"returned set \{PodTrip.*; expected a sequence of PodTrip"),
-        ("pods", "returned str 'pods'; expected a sequence of PodTrip"),
-        (b"", "returned bytes b''; expected a sequence of PodTrip"),
-        ([PodTrip(0, 0), None], "returned a sequence with None in it; expected PodTrip only"),
-        ([OrderAssignment(0, 0)], r"returned a sequence with OrderAssignment\(order=0.* in it; expected PodTrip only"),
-        (list(range(99)), "returned a sequence with int 0 in it; expected PodTrip only"),
-    ],
+@cases(
+    "answer problem",
+    (None, "returned None; expected a sequence of PodTrip"),
+    ({PodTrip(0, 0)}, r"returned set \{PodTrip.*; expected a sequence of PodTrip"),
+    ("pods", "returned str 'pods'; expected a sequence of PodTrip"),
+    (b"", "returned bytes b''; expected a sequence of PodTrip"),
+    ([PodTrip(0, 0), None], "returned a sequence with None in it; expected PodTrip only"),
+    ([OrderAssignment(0, 0)], r"returned a sequence with OrderAssignment\(order=0.* in it; expected PodTrip only"),
+    (list(range(99)), "returned a sequence with int 0 in it; expected PodTrip only"),
 )
 def test_only_sequences_of_the_right_kind_pass(answer: object, problem: str) -> None:
     with pytest.raises(ImpossibleError, match=f"^{problem}$"):
@@ -250,23 +241,23 @@ def end_with(folder: Path, *answers: object) -> tuple[dict[str, float | None], E
 def test_what_observers_measure_is_put_together(tmp_path: Path) -> None:
     found, error, _ = end_with(tmp_path, {"walks": 3, "mean_m": None}, {"runs": 2.5})
     assert (found, error) == ({"walks": 3, "mean_m": None, "runs": 2.5}, None)
+    _, error, _ = end_with(tmp_path, "no end", "no end", "no measure")
+    assert str(error).startswith("observer 2, run_ended, ")
 
 
-@pytest.mark.parametrize(
-    ("answer", "problem"),
-    [
-        (None, "returned None; expected numbers by name"),
-        ([("walks", 3)], "returned list [('walks', 3)]; expected numbers by name"),
-        ({"walks per h": 3}, "named a metric 'walks per h'; expected letters, digits and underscores"),
-        ({"größe": 3}, "named a metric 'größe'; expected letters, digits and underscores"),
-        ({3: 3}, "named a metric 3; expected letters, digits and underscores"),
-        ({"runs": 3}, "named a metric 'runs', which there is already"),
-        ({"walks": "3"}, "measured walks = '3'; expected an int or float below 2^63, or None"),
-        ({"walks": True}, "measured walks = True; expected an int or float below 2^63, or None"),
-        ({"walks": float("inf")}, "measured walks = inf; expected an int or float below 2^63, or None"),
-        ({"walks": float("nan")}, "measured walks = nan; expected an int or float below 2^63, or None"),
-        ({"walks": 2**63}, f"measured walks = {2**63}; expected an int or float below 2^63, or None"),
-    ],
+@cases(
+    "answer problem",
+    (None, "returned None; expected numbers by name"),
+    ([("walks", 3)], "returned list [('walks', 3)]; expected numbers by name"),
+    ({"walks per h": 3}, "named a metric 'walks per h'; expected letters, digits and underscores"),
+    ({"größe": 3}, "named a metric 'größe'; expected letters, digits and underscores"),
+    ({3: 3}, "named a metric 3; expected letters, digits and underscores"),
+    ({"runs": 3}, "named a metric 'runs', which there is already"),
+    ({"walks": "3"}, "measured walks = '3'; expected an int or float below 2^63, or None"),
+    ({"walks": True}, "measured walks = True; expected an int or float below 2^63, or None"),
+    ({"walks": float("inf")}, "measured walks = inf; expected an int or float below 2^63, or None"),
+    ({"walks": float("nan")}, "measured walks = nan; expected an int or float below 2^63, or None"),
+    ({"walks": 2**63}, f"measured walks = {2**63}; expected an int or float below 2^63, or None"),
 )
 def test_a_wrong_measurement_is_refused_and_the_others_stay(tmp_path: Path, answer: object, problem: str) -> None:
     found, error, _ = end_with(tmp_path, answer, {"runs": 2.5})
@@ -281,11 +272,6 @@ def test_an_observer_that_fails_at_the_end_keeps_nothing_from_others(tmp_path: P
         assert found == {"runs": 1}
         number = answers.index(failing) + 1
         assert str(error).startswith(f"observer {number}, {hook}, at 5.000 s: raised OSError: disk full (")
-
-
-def test_of_several_errors_at_the_end_the_first_is_handed_back(tmp_path: Path) -> None:
-    _, error, _ = end_with(tmp_path, "no end", "no end", "no measure")
-    assert str(error).startswith("observer 2, run_ended, ")
 
 
 def test_an_observer_hears_what_it_listens_to() -> None:

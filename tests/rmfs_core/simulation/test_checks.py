@@ -1,7 +1,5 @@
 """What makes a decision impossible: each ends the run with one sentence."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

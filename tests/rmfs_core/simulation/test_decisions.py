@@ -1,7 +1,5 @@
 """A decision round: who is asked when, what becomes of the answers, and what the parts of a run share."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +10,7 @@ import pytest
 from attrs import define
 
 from bad_rules import prepare_bad
+from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core import hookimpl
@@ -138,7 +137,7 @@ def test_filters_show_the_rule_what_they_leave(tmp_path: Path) -> None:
     assert world.backlog.orders == (one, two, three)
 
 
-def test_what_a_filter_was_not_given_it_may_not_return(tmp_path: Path) -> None:
+def test_what_filters_leave(tmp_path: Path) -> None:
     world = small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, capacities=[5])
     run, _ = run_of(world, tmp_path, filters=(scripted("First"), scripted("Second")))
     first, second = (bound.instance for bound in run.rules.filters)
@@ -146,9 +145,6 @@ def test_what_a_filter_was_not_given_it_may_not_return(tmp_path: Path) -> None:
     second.answers = {"filter_backlog": [world.orders]}
     with pytest.raises(RuleError, match=r"py:Second.*filter_backlog.*: returned order 2, which it was not given\.$"):
         decisions(run)[0].round()
-
-
-def test_filters_that_leave_nothing_end_the_orders_part(tmp_path: Path) -> None:
     world = small_world({"1": ["a"]}, {"p": ["a"]}, capacities=[5])
     run, rule = run_of(world, tmp_path, filters=(scripted("First"),))
     run.rules.filters[0].instance.answers = {"filter_backlog": [[]]}
@@ -180,18 +176,14 @@ def waking(folder: Path, *answers: list[object]) -> tuple[RunContext, Decisions,
 
 
 def asked_at(rule: Any) -> list[float]:
-    """Return at what times a scripted rule was asked when to wake up."""
     return [told["now_s"] for hook, told in rule.asked if hook == "wake_at"]
 
 
-def test_the_earliest_time_makes_a_round(tmp_path: Path) -> None:
+def test_when_rules_wake_up(tmp_path: Path) -> None:
     run, deciding, (one, other) = waking(tmp_path, [7, None, np.int64(9)], [5.0001, np.float32(8), None])
     deciding.round()
     until_nothing_happens(run)
     assert asked_at(one) == asked_at(other) == [0.0, 5.001, 8.0, 9.0]
-
-
-def test_the_latest_answers_count(tmp_path: Path) -> None:
     run, deciding, (rule,) = waking(tmp_path, [100, 30, 30, None])
     deciding.round()
     for tick in (10_000, 20_000):
@@ -200,9 +192,6 @@ def test_the_latest_answers_count(tmp_path: Path) -> None:
         deciding.round()
     until_nothing_happens(run)
     assert asked_at(rule) == [0.0, 10.0, 20.0, 30.0]
-
-
-def test_a_rule_of_several_roles_is_asked_once_when_to_wake_up(tmp_path: Path) -> None:
     world = small_world({}, {"p": ["a"]}, capacities=[5])
     rules = dict.fromkeys(("poa", "pps", "pr", "ta", "pp"), scripted("Waking"))
     run, rule = run_of(world, tmp_path, **rules)
@@ -240,7 +229,6 @@ class Waking:
     @hookimpl
     def filter_backlog(self, warehouse, orders):
         {released}
-
     @hookimpl
     def wake_at(self, warehouse):
         {wakes}
@@ -277,20 +265,18 @@ def test_waking_up_for_nothing_stands_still(tiny_run: Prepare, tmp_path: Path, m
 FINITE = "; expected seconds after now, below 1e12, or None"
 
 
-@pytest.mark.parametrize(
-    ("wakes", "problem"),
-    [
-        ("return warehouse.now_s", f"wants to wake at 0.0{FINITE}"),
-        ("return -5", f"wants to wake at -5{FINITE}"),
-        ("return float('inf')", f"wants to wake at inf{FINITE}"),
-        ("return float('nan')", f"wants to wake at nan{FINITE}"),
-        ("return 1e18", f"wants to wake at 1e+18{FINITE}"),
-        ("return 10 ** 400", "wants to wake at 1000"),
-        ("return True", f"wants to wake at True{FINITE}"),
-        ("return 'soon'", f"wants to wake at 'soon'{FINITE}"),
-        ("raise RuntimeError('no idea')", "raised RuntimeError: no idea ("),
-        ("time.sleep(0.35)", "took "),
-    ],
+@cases(
+    "wakes problem",
+    ("return warehouse.now_s", f"wants to wake at 0.0{FINITE}"),
+    ("return -5", f"wants to wake at -5{FINITE}"),
+    ("return float('inf')", f"wants to wake at inf{FINITE}"),
+    ("return float('nan')", f"wants to wake at nan{FINITE}"),
+    ("return 1e18", f"wants to wake at 1e+18{FINITE}"),
+    ("return 10 ** 400", "wants to wake at 1000"),
+    ("return True", f"wants to wake at True{FINITE}"),
+    ("return 'soon'", f"wants to wake at 'soon'{FINITE}"),
+    ("raise RuntimeError('no idea')", "raised RuntimeError: no idea ("),
+    ("time.sleep(0.35)", "took "),
 )
 def test_no_time_to_wake_up_at_ends_the_run(tiny_run: Prepare, tmp_path: Path, wakes: str, problem: str) -> None:
     run = waking_run(tiny_run, tmp_path, "return orders", wakes, run=RunSection(decision_limit_s=0.3))
@@ -330,15 +316,12 @@ def test_an_order_is_assigned_whole_or_line_by_line() -> None:
     assert world.stations[0].load == 4
 
 
-def test_only_orders_that_were_shown_may_be_assigned() -> None:
+def test_joint_decisions() -> None:
     world = small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, capacities=[5])
     arguments = {"joint": False, "period": 1, "packing_capacity": None, "keep": [].append}
     apply_assignments(world, [OrderAssignment(1, 0)], shown={1}, **arguments)  # type: ignore[arg-type]
     with pytest.raises(ImpossibleError, match=r"order 1 \(id 0\) .* was not in the backlog it was shown"):
         apply_assignments(world, [OrderAssignment(0, 0)], shown={1}, **arguments)  # type: ignore[arg-type]
-
-
-def test_a_joint_decisions_trips_come_before_its_orders() -> None:
     world = small_world({"old": ["a"], "new": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5])
     station = world.stations[0]
     world.assign(world.orders[0], station, [0])  # uncovered, as other rules may leave it
@@ -415,16 +398,13 @@ def drawn(run: RunContext) -> list[float]:
     return [run.ask(poa)[0], *(run.ask(rule, orders=())[0] for rule in run.rules.filters)]
 
 
-def test_every_rule_draws_from_a_stream_of_its_own(tmp_path: Path) -> None:
+def test_streams_of_rules(tmp_path: Path) -> None:
     filters = (scripted("First"), scripted("Second"), scripted("Second"))
     numbers = drawn(context(tmp_path, filters=filters))
     assert len(set(numbers)) == 4
     assert drawn(context(tmp_path, filters=filters)) == numbers
     assert drawn(context(tmp_path, filters=filters[1:])) == [numbers[0], *numbers[2:]]
     assert not set(drawn(context(tmp_path, seed=2, filters=filters))) & set(numbers)
-
-
-def test_a_stream_goes_on_from_question_to_question(tmp_path: Path) -> None:
     run = context(tmp_path, filters=(scripted("First"),))
     (one, _), (two, _) = drawn(run), drawn(run)
     alone = context(tmp_path)

@@ -1,7 +1,5 @@
 """The simulation's story on instances small enough to work out by hand: time 0, step by step, and the end."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +10,7 @@ from attrs import evolve
 
 import rmfs_core
 from bad_rules import write_rule
+from cases import cases
 from installed import RMFS
 from rmfs_commands.testing import small_instance, small_layout
 from rmfs_core.errors import InputError, StandstillError
@@ -81,7 +80,6 @@ def test_the_picker_needs_thirteen_seconds_an_item(tiny_run: Prepare, release: s
 
 
 def test_places_may_be_given_back_when_items_are_handled(tiny_run: Prepare) -> None:
-    """An order is complete after 13 s in place of 7, and the next one is assigned only then; the pod leaves after 7."""
     instance = small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]})
     run = tiny_run(instance, capacity=1, change=release_when("handled")).done()
     first, second = run.of(ItemPicked)
@@ -90,9 +88,6 @@ def test_places_may_be_given_back_when_items_are_handled(tiny_run: Prepare) -> N
     assert run.of(OrderAssigned)[1].tick == first.picker_free_tick
     assert run.simulation.now == second.picker_free_tick
     assert run.simulation.status == "complete"
-
-
-def test_with_two_items_only_the_last_one_counts(tiny_run: Prepare) -> None:
     instance = small_instance({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]})
     run = tiny_run(instance, capacity=2, change=release_when("handled")).done()
     assert run.of(OrderAssigned)[1].tick == run.of(ItemPicked)[1].picker_free_tick
@@ -138,16 +133,12 @@ def test_a_pod_goes_on_to_the_next_station_it_is_bound_for(tiny_run: Prepare) ->
     assert sorted(lifted) == [0, 1, 2]
 
 
-def test_a_pod_is_put_back_and_the_robot_fetches_the_next(tiny_run: Prepare) -> None:
+def test_a_pod_is_put_back_and_later_orders_are_picked_later(tiny_run: Prepare) -> None:
     run = tiny_run(small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}), capacity=1).done()
     stored, lifted = run.of(PodStored), run.of(PodLifted)
     assert len(stored) == 1
     assert len(lifted) == 2
     assert stored[0].tick <= lifted[1].start_tick
-
-
-def test_orders_that_arrive_later_are_picked_later(tiny_run: Prepare) -> None:
-    """An order that arrives at 500 s is unknown before, and completed after."""
     instance = small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, arrivals_s={"2": 500})
     run = tiny_run(instance).done()
     assert [event.tick for event in run.of(OrderArrived)] == [0, 500_000]
@@ -155,7 +146,7 @@ def test_orders_that_arrive_later_are_picked_later(tiny_run: Prepare) -> None:
     assert [event.order for event in run.of(OrderCompleted)] == [0, 1]
 
 
-def test_pods_wait_for_room_in_the_queue(tiny_run: Prepare) -> None:
+def test_queues_have_room_for_so_many_and_block_no_others(tiny_run: Prepare) -> None:
     skus = list("abcdef")
     run = tiny_run(
         small_instance({str(i): [sku] for i, sku in enumerate(skus)}, {sku: [sku] for sku in skus}),
@@ -167,9 +158,6 @@ def test_pods_wait_for_room_in_the_queue(tiny_run: Prepare) -> None:
         under_way += isinstance(event, PodLifted) - isinstance(event, VisitEnded)
         assert under_way <= 2
     assert len(run.of(OrderCompleted)) == 6
-
-
-def test_full_queues_do_not_block_each_other(tiny_run: Prepare) -> None:
     run = tiny_run(
         small_instance(
             {"1": ["a", "b", "c", "d"], "2": ["a", "b", "c", "d"]}, {"p": ["a"], "q": ["b"], "r": ["c"], "s": ["d"]}
@@ -199,19 +187,16 @@ def test_a_station_takes_an_order_larger_than_it_is(tiny_run: Prepare) -> None:
     assert [event.order for event in run.of(OrderCompleted)] == [0, 1]
 
 
-@pytest.mark.parametrize(
-    ("line", "problem"),
-    [
-        ('stations.open = { 9 = [["06:00", "14:00"]] }', "stations.open.9: no station 9; expected 1 to 4"),
-        ("robots.count = 600", "robots.count: found 600 robots; the layout has 504 storage locations to park them"),
-        ("instance.pods = 600", "instance.pods: found 600 pods, but the layout has 504 storage locations"),
-        ("robots.battery.capacity_wh = 1", "robots.battery: expected a charger"),
-        ("layout.block_columns = 1", "instance.pods: found 100 pods, but the layout has 72 storage locations"),
-        ('rules.idle = "stay"\nlayout.chargers = 1\nrobots.battery.capacity_wh = 900', 'rules.idle: rule "stay" '),
-    ],
+@cases(
+    "line problem",
+    ('stations.open = { 9 = [["06:00", "14:00"]] }', "stations.open.9: no station 9; expected 1 to 4"),
+    ("robots.count = 600", "robots.count: found 600 robots; the layout has 504 storage locations to park them"),
+    ("instance.pods = 600", "instance.pods: found 600 pods, but the layout has 504 storage locations"),
+    ("robots.battery.capacity_wh = 1", "robots.battery: expected a charger"),
+    ("layout.block_columns = 1", "instance.pods: found 100 pods, but the layout has 72 storage locations"),
+    ('rules.idle = "stay"\nlayout.chargers = 1\nrobots.battery.capacity_wh = 900', 'rules.idle: rule "stay" '),
 )
 def test_what_is_found_when_a_warehouse_is_opened_names_file_and_line(tmp_path: Path, line: str, problem: str) -> None:
-    """As what is found when the scenario is read; a key that the file does not have is without a line."""
     file = tmp_path / "day.toml"
     file.write_text(f'# of a day\n{line}\nrules.poa = "pod-match"\nrules.pps = "demand"\n', encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -302,12 +287,9 @@ def test_places_that_nothing_can_stand_in_are_refused(tmp_path: Path) -> None:
     assert refusal(given) == "robots.count: found 2; robots.csv places 1"
 
 
-def test_more_pods_with_contents_than_the_share_all_stand_there() -> None:
+def test_where_pods_stand_at_the_start() -> None:
     world = open_warehouse(scenario(layout=LayoutSection(pod_fill=0.01)), PODS, small_layout(2)).warehouse
     assert (len(world.homes), world.blocked) == (3, ())
-
-
-def test_places_depend_on_the_seed_alone() -> None:
     layout = small_layout(2)
 
     def opened(given: Scenario) -> Warehouse:
@@ -330,14 +312,12 @@ def test_robots_move_as_the_scenario_says() -> None:
     assert opened.warehouse.travel.motion == motion
 
 
-@pytest.mark.parametrize(
-    ("stations", "expected"),
-    [
-        (StationsSection(queue_length=3, item_capacity=7), [(7, False), (7, False)]),
-        (StationsSection(queue_length=3, item_capacity=(7, 2)), [(7, False), (2, False)]),
-        (StationsSection(queue_length=3, item_capacity=7, order_capacity=4), [(4, True), (4, True)]),
-        (StationsSection(queue_length=3, order_capacity=(4, 5)), [(4, True), (5, True)]),
-    ],
+@cases(
+    "stations expected",
+    (StationsSection(queue_length=3, item_capacity=7), [(7, False), (7, False)]),
+    (StationsSection(queue_length=3, item_capacity=(7, 2)), [(7, False), (2, False)]),
+    (StationsSection(queue_length=3, item_capacity=7, order_capacity=4), [(4, True), (4, True)]),
+    (StationsSection(queue_length=3, order_capacity=(4, 5)), [(4, True), (5, True)]),
 )
 def test_stations_count_items_or_orders(stations: StationsSection, expected: list[tuple[int, bool]]) -> None:
     world = open_warehouse(scenario(stations=stations), PODS, small_layout(2)).warehouse
@@ -345,23 +325,21 @@ def test_stations_count_items_or_orders(stations: StationsSection, expected: lis
     assert [station.queue_length for station in world.stations] == [3, 3]
 
 
-@pytest.mark.parametrize(
-    ("sections", "message"),
-    [
-        ({"robots": RobotsSection(count=99)}, "robots.count: found 99 robots; the layout has 80 storage locations to "),
-        ({"stations": StationsSection(item_capacity=(1, 2, 3))}, "stations.item_capacity: found 3 capacities, "),
-        ({"stations": StationsSection(order_capacity=(1,))}, "stations.order_capacity: found 1 capacities, but the la"),
-        ({"instance": at(**{"3": "p"})}, "instance.pods_at_stations.3: no station 3; expected 1 to 2"),
-        ({"instance": at(west="p")}, "instance.pods_at_stations.west: no station west; expected 1 to 2"),
-        (
-            {"instance": at(**{"2": "pqr"}), "stations": StationsSection(queue_length=1)},
-            "instance.pods_at_stations.2: found 3 pods; the station and its queue hold 2",
-        ),
-        (
-            {"instance": at(**{"1": "p", "2": "q"}), "robots": RobotsSection(count=1)},
-            "instance.pods_at_stations: found 2 pods at stations, but robots.count = 1; each needs a robot",
-        ),
-    ],
+@cases(
+    "sections message",
+    ({"robots": RobotsSection(count=99)}, "robots.count: found 99 robots; the layout has 80 storage locations to "),
+    ({"stations": StationsSection(item_capacity=(1, 2, 3))}, "stations.item_capacity: found 3 capacities, "),
+    ({"stations": StationsSection(order_capacity=(1,))}, "stations.order_capacity: found 1 capacities, but the la"),
+    ({"instance": at(**{"3": "p"})}, "instance.pods_at_stations.3: no station 3; expected 1 to 2"),
+    ({"instance": at(west="p")}, "instance.pods_at_stations.west: no station west; expected 1 to 2"),
+    (
+        {"instance": at(**{"2": "pqr"}), "stations": StationsSection(queue_length=1)},
+        "instance.pods_at_stations.2: found 3 pods; the station and its queue hold 2",
+    ),
+    (
+        {"instance": at(**{"1": "p", "2": "q"}), "robots": RobotsSection(count=1)},
+        "instance.pods_at_stations: found 2 pods at stations, but robots.count = 1; each needs a robot",
+    ),
 )
 def test_what_has_no_place_is_refused(sections: dict[str, Any], message: str) -> None:
     assert refusal(scenario(**sections)).startswith(message)
@@ -378,7 +356,6 @@ COUNTS_ITEMS = """
 from attrs import define
 from rmfs_core import OrderAssignment, hookimpl
 
-
 @define
 class CountsItems:
     @hookimpl
@@ -388,12 +365,10 @@ class CountsItems:
 """
 
 
-@pytest.mark.parametrize(
-    ("orders", "left", "large"),
-    [
-        (1, "1 order is not complete (1 in the backlog;", "1 in the backlog has more than 1 item and fits"),
-        (2, "2 orders are not complete (2 in the backlog;", "2 in the backlog have more than 1 item and fit"),
-    ],
+@cases(
+    "orders left large",
+    (1, "1 order is not complete (1 in the backlog;", "1 in the backlog has more than 1 item and fits"),
+    (2, "2 orders are not complete (2 in the backlog;", "2 in the backlog have more than 1 item and fit"),
 )
 def test_a_standstill_says_what_is_left(tiny_run: Prepare, tmp_path: Path, orders: int, left: str, large: str) -> None:
     (tmp_path / "own.py").write_text(COUNTS_ITEMS, encoding="utf-8")
@@ -406,19 +381,12 @@ def test_a_standstill_says_what_is_left(tiny_run: Prepare, tmp_path: Path, order
     )
 
 
-@pytest.mark.parametrize(
-    ("stations", "robots", "until_s", "sentence"),
-    [
-        ((("06:00", "10:00"),), None, 3600.0, "no station is open before 21600.000 s."),
-        (None, (("12:00", "16:00"),), 3600.0, "no robot is on duty before 43200.000 s."),
-        (
-            (("00:00", "00:01"),),
-            (("00:01", "24:00"),),
-            61.0,
-            "no robot is on duty while a station is open at any time.",
-        ),
-        (None, None, 1.0, "1 of 1 order arrived, with 0 items picked."),
-    ],
+@cases(
+    "stations robots until_s sentence",
+    ((("06:00", "10:00"),), None, 3600.0, "no station is open before 21600.000 s."),
+    (None, (("12:00", "16:00"),), 3600.0, "no robot is on duty before 43200.000 s."),
+    ((("00:00", "00:01"),), (("00:01", "24:00"),), 61.0, "no robot is on duty while a station is open at any time."),
+    (None, None, 1.0, "1 of 1 order arrived, with 0 items picked."),
 )
 def test_why_no_order_is_complete_is_said(
     tiny_run: Prepare, stations: Any, robots: tuple[Span, ...] | None, until_s: float, sentence: str

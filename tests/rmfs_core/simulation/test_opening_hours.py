@@ -1,7 +1,5 @@
 """Stations that open and close, robots that come and go, and rules that say which stations are active."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ from attrs import evolve
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from cases import cases
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_commands.testing.traces import Recorder
 from rmfs_core.decisions import OrderAssignment
@@ -54,11 +53,11 @@ def test_nothing_is_assigned_before_a_station_opens(tiny_run: Prepare) -> None:
     assert [event.tick for event in run.of(StationOpened)] == [360 * MINUTE]
     assert [event.tick for event in run.of(OrderAssigned)] == [360 * MINUTE]
     assert run.simulation.status == "complete"
-
-
-def test_a_run_that_begins_at_another_time_of_the_day(tiny_run: Prepare) -> None:
     run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),), start="2024-03-01T05:30")).done()
     assert [event.tick for event in run.of(OrderAssigned)] == [30 * MINUTE]
+    instance = small_instance({str(i): ["a"] for i in range(4)}, {"p": ["a"], "q": ["a"]})
+    run = tiny_run(instance, capacity=(2, 2), robots=2, change=hours({"1": (("06:00", "22:00"),)})).done()
+    assert {event.station for event in run.of(OrderAssigned)} == {1}
 
 
 def test_a_station_that_closes_finishes_what_it_has(tiny_run: Prepare) -> None:
@@ -70,15 +69,6 @@ def test_a_station_that_closes_finishes_what_it_has(tiny_run: Prepare) -> None:
     assert len(first) == 10
     assert first[-1] > MINUTE
     assert run.simulation.status == "complete"
-
-
-def test_each_station_has_its_own_hours(tiny_run: Prepare) -> None:
-    instance = small_instance({str(i): ["a"] for i in range(4)}, {"p": ["a"], "q": ["a"]})
-    run = tiny_run(instance, capacity=(2, 2), robots=2, change=hours({"1": (("06:00", "22:00"),)})).done()
-    assert {event.station for event in run.of(OrderAssigned)} == {1}
-
-
-def test_the_view_tells_when_a_station_opens_and_closes(tiny_run: Prepare) -> None:
     run = tiny_run(ONE_ORDER, capacity=(2, 2), change=hours({"1": (("06:00", "22:00"),)}))
     first, second = run.warehouse.stations
     run.simulation.start()
@@ -104,25 +94,21 @@ def test_robots_off_duty_finish_their_task_and_take_no_other(tiny_run: Prepare) 
     assert run.simulation.status == "complete"
 
 
-def test_a_run_stands_still_when_a_whole_day_brings_nothing(tiny_run: Prepare) -> None:
+def test_when_a_run_stands_still(tiny_run: Prepare) -> None:
     change = hours((("06:00", "22:00"),), robots=(("08:00", "09:00", 0),))
     run = tiny_run(ONE_ORDER, change=change)
     with pytest.raises(StandstillError, match=r"stands still at .*: 1 order is not complete.*; \d+ robots? off duty"):
         run.simulation.run()
     assert run.simulation.now <= 4 * DAY
-
-
-def test_a_station_without_a_span_is_never_open(tiny_run: Prepare) -> None:
     run = tiny_run(ONE_ORDER, change=hours({})).done()
     assert run.simulation.status == "complete"
     with pytest.raises(InputError, match="found no span for any station; expected one that opens"):
         tiny_run(ONE_ORDER, change=hours({"1": ()}))
-
-
-def test_orders_days_apart_are_no_standstill(tiny_run: Prepare) -> None:
     instance = small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, arrivals_s={"2": 864_000})
     run = tiny_run(instance, change=hours((("06:00", "22:00"),))).done()
     assert run.of(OrderCompleted)[-1].tick > 10 * DAY
+    run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),)), run=RunSection(until_s=60)).done()
+    assert (run.simulation.status, run.simulation.now) == ("partial", MINUTE)
 
 
 def test_a_later_line_of_an_order_joins_its_place_at_a_closed_station() -> None:
@@ -142,10 +128,8 @@ from rmfs_core import hookimpl
 @define
 class Mine:
     body: str = "return [0]"
-
     @hookimpl
-    def activate_stations(self, warehouse, rng):
-        return {answer}
+    def activate_stations(self, warehouse, rng): return {answer}
 """
 
 
@@ -163,36 +147,23 @@ def test_a_rule_says_which_stations_are_active(tiny_run: Prepare, tmp_path: Path
     assert later == [(0, StationOpened), (1, StationClosed)]
     assigned = [(event.station, event.tick < 30_000) for event in run.of(OrderAssigned)]
     assert all(station == early for station, early in assigned)
-
-
-def test_what_is_active_is_open_within_its_hours_alone(tiny_run: Prepare, tmp_path: Path) -> None:
     run = activated(tiny_run, tmp_path, "[0, 1]", change=hours({"1": (("06:00", "22:00"),)})).done()
     assert {event.station for event in run.of(OrderAssigned)} == {1}
     assert not run.of(StationOpened)
-
-
-@pytest.mark.parametrize(
-    ("answer", "problem"),
-    [
-        ("[2]", "activate_stations, at 0.000 s: named station 2, which does not exist; ids are 0 to 1"),
-        ("[True]", "named station True; expected a whole number"),
-        ("None", "returned None; expected a sequence"),
-        ("'01'", "returned str '01'; expected a sequence"),
-    ],
-)
-def test_an_impossible_activation_ends_the_run(tiny_run: Prepare, tmp_path: Path, answer: str, problem: str) -> None:
-    with pytest.raises(RuleError, match=problem):
-        activated(tiny_run, tmp_path, answer).simulation.run()
-
-
-def test_a_rule_that_closes_everything_stands_still(tiny_run: Prepare, tmp_path: Path) -> None:
     with pytest.raises(StandstillError, match=r"4 in the backlog; 2 stations closed; .*asked last: rule .*Mine"):
         activated(tiny_run, tmp_path, "[]").simulation.run()
 
 
-def test_the_end_of_a_run_may_come_first(tiny_run: Prepare) -> None:
-    run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),)), run=RunSection(until_s=60)).done()
-    assert (run.simulation.status, run.simulation.now) == ("partial", MINUTE)
+@cases(
+    "answer problem",
+    ("[2]", "activate_stations, at 0.000 s: named station 2, which does not exist; ids are 0 to 1"),
+    ("[True]", "named station True; expected a whole number"),
+    ("None", "returned None; expected a sequence"),
+    ("'01'", "returned str '01'; expected a sequence"),
+)
+def test_an_impossible_activation_ends_the_run(tiny_run: Prepare, tmp_path: Path, answer: str, problem: str) -> None:
+    with pytest.raises(RuleError, match=problem):
+        activated(tiny_run, tmp_path, answer).simulation.run()
 
 
 TIMES = st.integers(0, 95).map(lambda quarter: f"{quarter // 4:02}:{quarter % 4 * 15:02}")

@@ -1,7 +1,5 @@
 """Bundles, from their arrival to the pod, in small warehouses and in random ones, and where they come from."""
 
-from __future__ import annotations
-
 import tempfile
 from collections import Counter
 from itertools import islice
@@ -14,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import rmfs_core
+from cases import cases
 from replenished import prepared, replenished_world, scenario_of
 from rmfs_commands.states.plain import BundleMemento, Memento
 from rmfs_commands.states.restoring import ContradictionError, restore
@@ -47,14 +46,12 @@ FILE = {"process": "file", "file": "bundles.csv"}
 
 
 def brought(instance: Instance, *bundles: tuple[float, int, int]) -> Instance:
-    """Return an instance with bundles, (seconds, SKU id, items) each, as if a file had them."""
     data = [BundleData(f"B{i}", round(s * 1000), sku, items) for i, (s, sku, items) in enumerate(bundles, 1)]
     return evolve(instance, bundles=tuple(data))
 
 
 # The state
 def at_station(warehouse: Warehouse, sku: int, items: int) -> Bundle:
-    """Let a bundle arrive and be assigned to the replenishment station."""
     bundle = warehouse.bundle_arrives(sku, items)
     warehouse.assign_bundle(bundle, warehouse.stations[1])
     return bundle
@@ -129,13 +126,11 @@ def test_a_memento_has_the_bundles() -> None:
     assert again.bundle_arrives(0, 1).id == 3
 
 
-@pytest.mark.parametrize(
+@cases(
     "wrong",
-    [
-        BundleMemento(0, "x", 7, 1, 0),  # there is no such SKU
-        BundleMemento(0, "x", 0, 1, 0, station=0),  # nothing is stored there
-        BundleMemento(0, "x", 0, 1, 0, station=1, pod=0),  # the pod is bound nowhere
-    ],
+    BundleMemento(0, "x", 7, 1, 0),  # there is no such SKU
+    BundleMemento(0, "x", 0, 1, 0, station=0),  # nothing is stored there
+    BundleMemento(0, "x", 0, 1, 0, station=1, pod=0),  # the pod is bound nowhere
 )
 def test_bundles_that_cannot_be_are_refused(wrong: BundleMemento) -> None:
     warehouse = replenished_world({}, {"p": {"a": 3}})
@@ -147,7 +142,6 @@ def test_bundles_that_cannot_be_are_refused(wrong: BundleMemento) -> None:
 
 # Decisions
 def waiting_and_assigned() -> Warehouse:
-    """Return a warehouse with bundles 0 and 1 at a station that holds two, and 2, which waits; pods of 6."""
     warehouse = replenished_world({}, {"p": {"a": 3}, "q": {"b": 6}, "r": {"a": 1}}, pod_capacity=6)
     at_station(warehouse, 0, 2)
     at_station(warehouse, 1, 2)
@@ -156,21 +150,19 @@ def waiting_and_assigned() -> Warehouse:
     return warehouse
 
 
-@pytest.mark.parametrize(
-    ("role", "answer", "problem"),
-    [
-        (Role.ROA, [BundleAssignment(2, 1)], "(id 2) to station 2 (id 1), but all 2 places for bundles are taken"),
-        (Role.ROA, [BundleAssignment(2, 0)], "bundle 3 (id 2) to station 1 (id 0), but it stores none"),
-        (Role.ROA, [BundleAssignment(0, 1)], "assigned bundle 0 to station 2 (id 1), but no such bundle waits"),
-        (Role.ROA, [BundleAssignment(2, 5)], "named station 5, which does not exist"),
-        (Role.ROA, [StoreBundle(0, 0)], "expected BundleAssignment only"),
-        (Role.RPS, [StoreBundle(2, 0)], "no such bundle is at a station without a pod"),
-        (Role.RPS, [StoreBundle(0, 0), StoreBundle(0, 2)], "no such bundle is at a station without a pod"),
-        (Role.RPS, [StoreBundle(0, 1)], "which takes 2 of space; the pod has 0 left"),
-        (Role.RPS, [StoreBundle(0, 0), StoreBundle(1, 0)], "which takes 2 of space; the pod has 1 left"),
-        (Role.RPS, [StoreBundle(0, "p")], "named pod 'p'; expected a whole number"),
-        (Role.ROA_RPS, [StoreBundle(0, 0)], "expected BundleDecision"),
-    ],
+@cases(
+    "role answer problem",
+    (Role.ROA, [BundleAssignment(2, 1)], "(id 2) to station 2 (id 1), but all 2 places for bundles are taken"),
+    (Role.ROA, [BundleAssignment(2, 0)], "bundle 3 (id 2) to station 1 (id 0), but it stores none"),
+    (Role.ROA, [BundleAssignment(0, 1)], "assigned bundle 0 to station 2 (id 1), but no such bundle waits"),
+    (Role.ROA, [BundleAssignment(2, 5)], "named station 5, which does not exist"),
+    (Role.ROA, [StoreBundle(0, 0)], "expected BundleAssignment only"),
+    (Role.RPS, [StoreBundle(2, 0)], "no such bundle is at a station without a pod"),
+    (Role.RPS, [StoreBundle(0, 0), StoreBundle(0, 2)], "no such bundle is at a station without a pod"),
+    (Role.RPS, [StoreBundle(0, 1)], "which takes 2 of space; the pod has 0 left"),
+    (Role.RPS, [StoreBundle(0, 0), StoreBundle(1, 0)], "which takes 2 of space; the pod has 1 left"),
+    (Role.RPS, [StoreBundle(0, "p")], "named pod 'p'; expected a whole number"),
+    (Role.ROA_RPS, [StoreBundle(0, 0)], "expected BundleDecision"),
 )
 def test_impossible_decisions_are_refused(role: Role, answer: Any, problem: str) -> None:
     assert problem in said(
@@ -210,16 +202,13 @@ def test_storing_holds_pod_and_worker() -> None:
     assert run.simulation.status == "complete"
 
 
-def test_a_pod_picks_and_replenishes_on_one_way() -> None:
+def test_a_pod_picks_and_replenishes() -> None:
     orders, pods = {"1": {"a": 1}, "2": {"b": 1}}, {"p": {"a": 1}}
     instance = brought(small_instance(orders, pods, arrivals_s={"2": 200}), (5, 1, 1))
     run = prepared(scenario_of(FILE, robots=1), instance).done()
     assert [event.station for event in run.of(VisitStarted)[:2]] == [0, 1]
     assert run.of(VisitEnded)[0].next_station == 1
     assert run.simulation.status == "complete"
-
-
-def test_pick_and_replenish_at_one_station() -> None:
     supply = {"replenishment": {"process": "file", "file": "b"}}
     layout = {"replenishment_west": 1}
     scenario = scenario_of({}, instance=supply, stations={"also_replenish": True, "queue_length": 3}, layout=layout)
@@ -230,13 +219,10 @@ def test_pick_and_replenish_at_one_station() -> None:
     assert run.simulation.status == "complete"
 
 
-def test_the_run_waits_for_stock_that_is_to_come() -> None:
+def test_a_run_waits_for_stock_or_names_what_has_no_room() -> None:
     run = prepared(scenario_of(FILE), brought(small_instance({"1": {"a": 1}}, {"p": {"b": 1}}), (36_000, 1, 1))).done()
     assert run.of(BundleArrived)[0].tick == 36_000_000
     assert len(run.of(OrderCompleted)) == 1
-
-
-def test_a_standstill_names_the_bundles_without_room() -> None:
     instance = brought(small_instance({"1": {"a": 1}}, {"p": {"b": 3}}), (0, 1, 1))
     run = prepared(scenario_of(FILE, instance={"pod_capacity": 3, "replenishment": FILE}), instance)
     with pytest.raises(StandstillError, match=r"no pod has room for bundles: B1\."):
@@ -296,36 +282,30 @@ REORDER = {"process": "reorder-point", "reorder_point": 1, "order_up_to": 4}
 
 
 def refusal(**instance: Any) -> str:
-    """Return why a scenario with these keys of its instance cannot be run."""
     keys = {"orders": 5, "skus": 4, "pods": 4, "skus_per_pod": 1} | instance
     return said(InputError, lambda: make_instance(scenario_of({}, instance=keys)))
 
 
-@pytest.mark.parametrize(
-    ("instance", "problem"),
-    [
-        ({"replenishment": {"process": "poisson"}}, "expected `bundles_per_hour` and `bundle_items`"),
-        ({"replenishment": {"process": "reorder-point"}}, "expected a number, or one for SKU 1 in the file"),
-        ({"replenishment": {"process": "file"}}, 'expected `file` with process "file"'),
-        ({"replenishment": REORDER | {"order_up_to": 1}}, "expected order_up_to > reorder_point, found 1 <= 1"),
-        ({"replenishment": REORDER | {"unit": "crates"}}, 'found "crates"'),
-        ({"replenishment": REORDER, "items_per_sku": 9, "pod_capacity": 8}, "found 8; expected at least 9, what pod 1"),
-    ],
+@cases(
+    "instance problem",
+    ({"replenishment": {"process": "poisson"}}, "expected `bundles_per_hour` and `bundle_items`"),
+    ({"replenishment": {"process": "reorder-point"}}, "expected a number, or one for SKU 1 in the file"),
+    ({"replenishment": {"process": "file"}}, 'expected `file` with process "file"'),
+    ({"replenishment": REORDER | {"order_up_to": 1}}, "expected order_up_to > reorder_point, found 1 <= 1"),
+    ({"replenishment": REORDER | {"unit": "crates"}}, 'found "crates"'),
+    ({"replenishment": REORDER, "items_per_sku": 9, "pod_capacity": 8}, "found 8; expected at least 9, what pod 1"),
 )
 def test_what_cannot_be_replenished_is_refused(instance: dict[str, Any], problem: str) -> None:
     assert problem in refusal(**instance)
 
 
-def test_a_process_needs_rules() -> None:
+def test_a_process_needs_rules_and_a_station() -> None:
     tables = {"rules": {"poa": "pod-match", "pps": "demand"}, "instance": {"replenishment": REORDER}}
     with pytest.raises(InputError, match=r'`rules.roa` and `rules.rps`, or `rules.roa_rps`, .* "reorder-point"'):
         scenario_from_dict(tables)
     tables["rules"]["roa"] = "first-bundle"
     with pytest.raises(InputError, match="expected `roa` and `rps`, or `roa_rps`, found `roa`"):
         scenario_from_dict(tables)
-
-
-def test_a_process_needs_a_station() -> None:
     scenario = scenario_of(REORDER, layout={"replenishment_west": 0}, instance={"pods": 9, "replenishment": REORDER})
     with pytest.raises(InputError, match=r"found no replenishment station; expected `I` in the map"):
         open_warehouse(scenario, make_instance(scenario), make_layout(scenario))
@@ -455,7 +435,7 @@ LOW = Instance(
 )
 
 
-def test_what_has_run_low_is_ordered_up_to_the_level_once() -> None:
+def test_what_has_run_low_or_is_waited_for_is_ordered() -> None:
     supply = Supply(scenario_of(FROM_TWO_TO_SEVEN), LOW)
     assert [supply.order(sku) for sku in range(3)] == [[], [], [5]]
     supply.picked(0)
@@ -463,9 +443,6 @@ def test_what_has_run_low_is_ordered_up_to_the_level_once() -> None:
     supply.picked(0)
     assert supply.order(0) == [5]
     assert supply.order(0) == []
-
-
-def test_what_an_order_waits_for_is_ordered() -> None:
     supply, wanted = Supply(scenario_of(FROM_TWO_TO_SEVEN), LOW), [OrderLine(0, 9)]
     supply.waits(wanted)
     assert supply.order(0) == [12]
@@ -475,19 +452,17 @@ def test_what_an_order_waits_for_is_ordered() -> None:
     assert supply.order(0) == []
 
 
-@pytest.mark.parametrize(
-    ("instance", "largest"),
-    [
-        ({"replenishment": FROM_TWO_TO_SEVEN | {"bundle_items": 2}}, [2, 2, 1]),
-        ({"replenishment": FROM_TWO_TO_SEVEN, "pod_capacity": 4}, [4, 1]),
-    ],
+@cases(
+    "instance largest",
+    ({"replenishment": FROM_TWO_TO_SEVEN | {"bundle_items": 2}}, [2, 2, 1]),
+    ({"replenishment": FROM_TWO_TO_SEVEN, "pod_capacity": 4}, [4, 1]),
 )
 def test_large_orders_come_in_several_bundles(instance: dict[str, object], largest: list[int]) -> None:
     supply = Supply(scenario_of(FROM_TWO_TO_SEVEN, instance=instance), LOW)
     assert supply.order(2) == largest
 
 
-def test_chance_brings_what_is_wanted() -> None:
+def test_chance_and_files_bring_bundles() -> None:
     given = {"process": "poisson", "bundles_per_hour": 10.0, "bundle_items": 4}
     drawn = list(islice(Supply(scenario_of(given), LOW).coming(), 400))
     skus = [bundle.sku for bundle in drawn]
@@ -496,9 +471,6 @@ def test_chance_brings_what_is_wanted() -> None:
     assert {bundle.items for bundle in drawn} == {4}
     assert 36 < drawn[-1].arrival_tick / 3_600_000 < 44
     assert drawn == list(islice(Supply(scenario_of(given), LOW).coming(), 400))
-
-
-def test_a_file_brings_what_it_says() -> None:
     bundles = (BundleData("x", 5, 0, 1), BundleData("y", 9, 1, 2))
     supply = Supply(scenario_of({"process": "file", "file": "b"}), evolve(LOW, bundles=bundles, levels=()))
     assert tuple(supply.coming()) == bundles

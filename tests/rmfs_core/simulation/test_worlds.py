@@ -1,7 +1,5 @@
 """What holds in every run, whatever rules and worlds: invariants, and that none stands still under `sipp`."""
 
-from __future__ import annotations
-
 import tempfile
 from collections import Counter
 from pathlib import Path
@@ -422,7 +420,6 @@ def test_no_robot_of_many_strands(attack: tuple[Scenario, Instance, Layout]) -> 
 @given(attack=with_batteries(max_robots=6, pp="free-flow"))
 @settings(max_examples=10, **ANYTHING_GOES)
 def test_no_robot_strands_without_traffic(attack: tuple[Scenario, Instance, Layout]) -> None:
-    """The same where robots do not see each other."""
     completes(*attack)
 
 

@@ -1,12 +1,11 @@
 """Passing times of runs, paths with their times and cells, and what planning needs to know of a layout."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_core.clock import UNREACHABLE, far, to_seconds
 from rmfs_core.decisions import Leg, Path
@@ -21,13 +20,15 @@ MOTIONS = st.builds(
 )
 
 
-def test_a_run_of_three_cells() -> None:
-    """With 1 m/s^2 and 1.5 m/s: 3.5 s; the second cell is passed after sqrt(2) s, the third as long before the end."""
+def test_runs_and_turns() -> None:
     passing = PassingTimes(Motion(), 5)
     assert Motion().run_ticks(3) == 3500
     assert passing.leave[3, 0] == 1415
     assert list(passing.enter[3, :4]) == [0, 0, 1414, 2085]
     assert list(passing.leave[3, :3]) == [1415, 2086, 3500]
+    run = Motion().run_ticks(1)
+    ends = [timed_path(OPEN, Query(0, 6, heading, 0, 7), (Leg(7),)).end_tick - run for heading in range(4)]
+    assert ends == [0, 625, 1250, 625]
 
 
 @given(motion=MOTIONS, cells=st.integers(1, 30))
@@ -61,20 +62,10 @@ def test_a_path_occupies_its_cells() -> None:
     assert taken.cells.tolist() == [5, 6, 7, 2]
     assert taken.since.tolist() == [-50, 1000, 2414, 4953]
     assert taken.until.tolist() == [2415, 3829, 6953, FOREVER]
-
-
-def test_the_decision_is_what_is_driven() -> None:
     legs = (Leg(7), Leg(2))
     assert timed_path(OPEN, Query(0, 5, EAST, 0, 2), legs).path == Path(legs)
     still = timed_path(OPEN, Query(0, 5, WEST, 70, 5), ())
     assert (still.end, still.end_heading, still.end_tick) == (5, WEST, 70)
-
-
-def test_a_turn_is_as_long_either_way_round() -> None:
-    """A quarter takes 0.625 s, half a turn twice that, to the left as to the right."""
-    run = Motion().run_ticks(1)
-    ends = [timed_path(OPEN, Query(0, 6, heading, 0, 7), (Leg(7),)).end_tick - run for heading in range(4)]
-    assert ends == [0, 625, 1250, 625]
 
 
 def test_what_is_no_straight_run_is_refused() -> None:
@@ -104,27 +95,22 @@ LAYOUT = parse_map("#.#...\n......\n.qqO..\n......", "row")
 ROADS = roads_on(travel_on(LAYOUT, Motion()))
 
 
-def test_a_run_has_one_object() -> None:
+def test_a_run_has_one_object_and_passing_times_reach_across_the_grid() -> None:
     travel = travel_on(LAYOUT, Motion())
     assert roads_on(travel) is roads_on(travel)
     assert roads_on(travel_on(LAYOUT, Motion())) is not roads_on(travel)
-
-
-def test_passing_times_reach_across_the_grid() -> None:
     assert (ROADS.cells, len(ROADS.passing.common)) == (24, 7)
     tall = parse_map("#\n.\n" + ".\n" * 7, "tall")
     assert len(Roads(travel_on(tall, Motion())).passing.common) == 10
     assert ROADS.turns == (0, 625, 1250, 625)
 
 
-@pytest.mark.parametrize(
-    ("goal", "loaded", "storage", "queue"),
-    [
-        (2, False, True, False),  # without a pod under stored ones; no queue on the way to storage
-        (2, True, False, False),
-        (15, True, False, True),  # the station: its queue may be crossed
-        (13, False, True, True),  # a place in it
-    ],
+@cases(
+    "goal loaded storage queue",
+    (2, False, True, False),  # without a pod under stored ones; no queue on the way to storage
+    (2, True, False, False),
+    (15, True, False, True),  # the station: its queue may be crossed
+    (13, False, True, True),  # a place in it
 )
 def test_tracks_say_what_may_be_crossed(goal: int, loaded: bool, storage: bool, queue: bool) -> None:
     tracks = ROADS.tracks(goal, loaded)

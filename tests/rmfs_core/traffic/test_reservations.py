@@ -1,7 +1,5 @@
 """The reservation table."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -40,7 +38,7 @@ def test_gaps_are_what_reservations_leave() -> None:
     assert table.blocker(1, 30, owner=9) is None
 
 
-def test_what_another_has_is_refused_whole() -> None:
+def test_a_commit_replaces_what_was_there_and_takes_nothing_of_others() -> None:
     table = Reservations(3)
     table.hold(1, 2, 5)
     table.commit(0, occupy((0, 0, 10)))
@@ -49,9 +47,6 @@ def test_what_another_has_is_refused_whole() -> None:
     assert (refused.value.cell, refused.value.owner) == (2, 1)
     assert table.reserved(0) == [(0, 0, 10)]
     assert table.reserved(1) == []
-
-
-def test_a_commit_replaces_what_was_there() -> None:
     table = Reservations(4)
     table.commit(0, occupy((0, 0, 10), (1, 5, FOREVER)))
     table.commit(0, occupy((1, 5, 20), (2, 15, FOREVER)))
@@ -92,7 +87,7 @@ def test_a_path_is_settled_as_it_is_committed(paths: list[tuple[int, int, int, l
         assert all(one.reserved(cell) == two.reserved(cell) for cell in range(OPEN.cells))
 
 
-def test_a_copy_is_a_table_of_its_own() -> None:
+def test_who_copies_or_seizes() -> None:
     table = Reservations(3)
     table.commit(1, occupy((0, 5, 9)))
     other = table.copy()
@@ -104,9 +99,6 @@ def test_a_copy_is_a_table_of_its_own() -> None:
     assert [table.reserved(cell) for cell in range(3)] == [[(1, 5, 9)], [(3, 0, FOREVER)], []]
     assert len(other.reserved(0)) == 100
     assert other.reserved(1) == []
-
-
-def test_who_seizes_cells_takes_them_from_others() -> None:
     table = Reservations(4)
     table.commit(1, occupy((0, 0, 10), (1, 8, 20), (2, 18, FOREVER)))
     table.commit(2, occupy((1, 20, 30), (3, 28, FOREVER)))
@@ -117,9 +109,6 @@ def test_who_seizes_cells_takes_them_from_others() -> None:
     ]  # fmt: skip
     table.release(1)
     assert (table.reserved(0), table.reserved(2)) == ([], [])
-
-
-def test_the_past_is_forgotten() -> None:
     table = Reservations(2)
     table.commit(0, occupy((0, 0, 10), (0, 20, 30), (1, 5, 11)))
     table.forget_before(10)
@@ -174,9 +163,6 @@ def test_the_pool_grows() -> None:
         hold_until(table, i % 7, i % 2, 10 * ((i * 37) % 500), 10 * ((i * 37) % 500) + 5)
     assert table.arrays.count.sum() == 500
     assert [a for _, a, _ in table.reserved(0)] == sorted(10 * ((i * 37) % 500) for i in range(0, 500, 2))
-
-
-def test_the_pool_grows_for_a_path() -> None:
     table = Reservations(OPEN.cells)
     table.hold(9, 19, 0)
     for i in range(300):

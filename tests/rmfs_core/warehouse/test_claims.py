@@ -1,7 +1,5 @@
 """Orders that the stock can serve, and those that wait for it."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import pytest
@@ -27,7 +25,6 @@ SLOW = ("integrated", "split-among-stations", "split-over-time", "alternating", 
 
 
 def bring(world: Warehouse, sku: int, items: int) -> list[str]:
-    """Store a bundle on the first pod; return the names of the orders that wait no more."""
     bundle = world.bundle_arrives(sku, items)
     world.assign_bundle(bundle, world.stations[1])
     world.bind_bundle(bundle, world.pods[0])
@@ -38,7 +35,7 @@ def names(view: WarehouseView) -> tuple[list[str], list[str]]:
     return [order.name for order in view.backlog], [order.name for order in view.orders_waiting_for_stock]
 
 
-def test_the_oldest_orders_take_their_share_first() -> None:
+def test_orders_wait_for_their_share_of_stock() -> None:
     orders = {"1": {"a": 1}, "2": {"a": 1, "b": 1}, "3": {"a": 1}, "4": {"a": 1}}
     view = WarehouseView(world := replenished_world(orders, {"p": {"a": 2}}, wait_for_stock=True))
     assert names(view) == (["1", "3"], ["2", "4"])
@@ -47,9 +44,6 @@ def test_the_oldest_orders_take_their_share_first() -> None:
     assert [order.name for order in view.orders_since(2)] == ["3", "4"]
     assert world.claims is not None
     assert world.claims.missing == [0, 1]
-
-
-def test_orders_are_looked_at_again_when_there_is_more_of_what_they_lack() -> None:
     orders = {"1": {"a": 3}, "2": {"a": 1, "b": 1}, "3": {"a": 1}, "4": {"c": 1}}
     view = WarehouseView(world := replenished_world(orders, {"p": {"c": 1}}, wait_for_stock=True))
     assert names(view) == (["4"], ["1", "2", "3"])
@@ -145,7 +139,6 @@ def unclaimed(world: Warehouse) -> Counter[int]:
 
 
 def without_lamps(*bundles: BundleData) -> Instance:
-    """Return six orders, of which the first two want a SKU that is on no pod."""
     orders = {"gone-1": {"lamp": 1}, "gone-2": {"lamp": 1}}
     orders |= {f"ok-{i}": {"mug" if i < 3 else "tea": 1} for i in range(1, 5)}
     return evolve(small_instance(orders, {"A1": {"mug": 20}, "A2": {"tea": 20}}), bundles=bundles)
@@ -168,7 +161,7 @@ def test_orders_that_stock_cannot_serve_take_no_places(rule: str) -> None:
     assert told == [(0, stored.tick), (1, stored.tick)]
 
 
-def test_every_order_is_shown_at_once_where_that_is_told() -> None:
+def test_what_a_run_says_of_orders_that_wait() -> None:
     scenario = scenario_of(
         {"process": "file", "file": "bundles.csv"},
         stations={"order_capacity": 2, "queue_length": 3},
@@ -177,9 +170,6 @@ def test_every_order_is_shown_at_once_where_that_is_told() -> None:
     run = prepared(scenario, without_lamps(BundleData("D-1", 600_000, 2, 5))).done()
     assert [event.order for event in run.of(OrderAssigned)][:2] == [0, 1]
     assert run.of(OrderInStock) == []
-
-
-def test_a_run_says_which_orders_wait_for_stock_at_its_end() -> None:
     run = prepared(scenario_of({"process": "file", "file": "bundles.csv"}), without_lamps())
     with pytest.raises(StandstillError, match="2 orders wait for stock of"):
         run.simulation.run()

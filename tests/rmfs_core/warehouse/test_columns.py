@@ -1,7 +1,5 @@
 """Columns against the objects that they follow, whatever happens to a warehouse."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
@@ -22,7 +20,6 @@ SKUS = "abcd"
 
 
 def tell(lines: Lines) -> list[tuple[int, float, float, list[tuple[int, int]]]]:
-    """Return the orders that are there as columns tell them: id, arrival, due time, open lines."""
     return [
         (lines.order_id.item(at), lines.arrival_s.item(at), lines.due_s.item(at), lines.of_order(at))
         for at in np.flatnonzero(lines.open_lines).tolist()

@@ -1,7 +1,5 @@
 """Items of a line are counted, not kept one by one: with the same promises, and no more work for long lines."""
 
-from __future__ import annotations
-
 import random
 import sys
 from itertools import pairwise
@@ -39,11 +37,9 @@ class ItemByItem:
         self.made = 0
 
     def free(self, pod: int, sku: int) -> int:
-        """Items of a pod that are not promised."""
         return self.stock[pod].get(sku, 0) - sum(i.pod == pod and i.sku == sku for items in self.items for i in items)
 
     def assign(self, order: int, lines: list[tuple[int, int]], station: int, period: int) -> None:
-        """Want items at a station."""
         for sku, quantity in lines:
             for _ in range(quantity):
                 item = Item(self.made, order, sku, period)
@@ -52,13 +48,11 @@ class ItemByItem:
                 self.cover(item, station, set())
 
     def bind(self, pod: int, station: int) -> None:
-        """Send a pod to a station."""
         self.bound[pod].append(station)
         self.inbound[station].append(pod)
         self.promise(pod, station)
 
     def promise(self, pod: int, station: int) -> None:
-        """Promise free items of a pod to the oldest uncovered items."""
         for item in self.items[station]:
             if item.pod is None and self.free(pod, item.sku) > 0:
                 item.pod = pod
@@ -103,12 +97,10 @@ class ItemByItem:
         self.stock[pod][item.sku] -= 1
 
     def told(self) -> list[tuple[int, int, int, int, int | None]]:
-        """Return station, number, order, SKU and pod of each item."""
         return [(at, i.number, i.order, i.sku, i.pod) for at, items in enumerate(self.items) for i in items]
 
 
 def told(world: Warehouse) -> list[tuple[int, int, int, int, int | None]]:
-    """Return the same of the warehouse, item by item."""
     return [
         (station.id, request.id + i, request.order.id, request.sku, None if request.pod is None else request.pod.id)
         for station in world.stations
@@ -119,7 +111,6 @@ def told(world: Warehouse) -> list[tuple[int, int, int, int, int | None]]:
 
 @pytest.mark.parametrize("seed", range(40))
 def test_promises_are_those_of_items_one_by_one(seed: int) -> None:
-    """Whatever is assigned, bound and picked, in whatever order; and what is alike and side by side is one request."""
     rng = random.Random(seed)
     stock = [
         {sku: rng.randint(1, 9) for sku in "abc" if rng.random() < 0.6} or {"a": 3} for _ in range(rng.randint(1, 5))
@@ -184,7 +175,6 @@ def calls(quantity: int) -> int:
 
 
 def number_left(left: int, quantity: int, first: bool) -> int:
-    """Return how many items the first pod, or both, have still to serve of 50."""
     return left - (quantity - 30 if first else quantity - 50)
 
 

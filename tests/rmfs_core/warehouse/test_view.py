@@ -1,7 +1,5 @@
 """Orders, pods, stations, robots and their batteries, as rules see them in the view."""
 
-from __future__ import annotations
-
 import pytest
 
 from rmfs_commands.testing import small_instance, small_world
@@ -25,9 +23,6 @@ def test_what_is_set_once_stays(world: Warehouse) -> None:
     for thing, name in zip(things, ("items", "name", "capacity", "id"), strict=True):
         with pytest.raises(AttributeError, match=rf"^{type(thing).__name__}\.{name} is read-only$"):
             setattr(thing, name, 3)
-
-
-def test_people_know_names_and_rules_return_ids() -> None:
     cells = StationCells(3, (4,))
     assert Order(7, OrderData("A-1", 0, ()), lambda: 0).label == "A-1 (id 7)"
     assert Station(0, cells, 5, False, 1).label == "1 (id 0)"
@@ -246,7 +241,7 @@ def test_locations_are_free_blocked_or_reserved() -> None:
     assert WarehouseView(blocked).blocked_locations == tuple(sorted((other, 3, 2)))
 
 
-def test_what_the_prefilters_left_is_the_backlog() -> None:
+def test_backlogs_of_views() -> None:
     world = small_world({"1": ["a"], "2": {"b": 2}, "3": ["a", "b"]}, {"p": ["a", "b"]}, capacities=[5])
     whole = WarehouseView(world)
     assert (whole.filtered, [order.name for order in whole.backlog]) == (False, ["1", "2", "3"])
@@ -258,8 +253,6 @@ def test_what_the_prefilters_left_is_the_backlog() -> None:
     assert left.backlog_lines is lines
     assert left.orders == whole.orders == world.orders
 
-
-def test_a_view_of_some_orders_is_of_the_same_kind() -> None:
     class Reduced(WarehouseView):
         __slots__ = ()
 
@@ -269,7 +262,7 @@ def test_a_view_of_some_orders_is_of_the_same_kind() -> None:
     assert (shown.backlog, shown.backlog_size, shown.filtered) == (world.orders[1:], 1, True)
 
 
-def test_demand_is_what_is_not_picked_yet() -> None:
+def test_demand_and_what_was_ordered() -> None:
     world = small_world({"1": {"a": 2}, "2": ["a", "b"]}, {"p": {"a": 4, "b": 1}, "q": {"b": 3}}, capacities=[5, 5])
     view, (here, there), (p, q) = WarehouseView(world), world.stations, world.pods
     assert view.open_demand().tolist() == [3, 1]
@@ -283,6 +276,9 @@ def test_demand_is_what_is_not_picked_yet() -> None:
     assert view.available().tolist() == [[2, 1], [0, 3]]  # the other item is still promised
     assert (view.n_skus, view.unlimited_stock) == (2, False)
     assert (view.pods_with(1), view.pods_with(0)) == ((p, q), (p,))
+    world = small_world({"1": {"a": 3}, "2": {"b": 1, "a": 1}}, {"p": {"a": 2, "b": 1}})
+    world.assign(world.orders[0], world.stations[0], [0])
+    assert WarehouseView(world).ordered().tolist() == [4, 1]
 
 
 def test_an_order_fits_where_there_is_room_for_what_is_open() -> None:
@@ -315,12 +311,6 @@ def test_what_is_available_follows_pods_and_promises() -> None:
     assert view.available()[1, 1] == 2
 
 
-def test_items_ordered_until_now_are_counted() -> None:
-    world = small_world({"1": {"a": 3}, "2": {"b": 1, "a": 1}}, {"p": {"a": 2, "b": 1}})
-    world.assign(world.orders[0], world.stations[0], [0])
-    assert WarehouseView(world).ordered().tolist() == [4, 1]
-
-
 BATTERY = BatterySection(capacity_wh=10, empty_w=100, idle_w=20, charging_w=500)
 FULL_J = 36_000.0
 
@@ -334,29 +324,18 @@ def battery(low_j: float = 0.0, charge: float = 1.0) -> tuple[Battery, Clock]:
     return Battery(BATTERY, low_j, lambda: clock.tick, charge), clock
 
 
-def test_standing_takes_the_idle_draw() -> None:
-    """20 W for 100 s."""
+def test_batteries() -> None:
     one, _ = battery()
     assert one.left_j(100_000, charging=False) == FULL_J - 2000
-
-
-def test_a_robot_that_stands_sleeps_where_it_has_no_more_than_it_keeps() -> None:
     one, _ = battery(low_j=35_000)
     assert one.left_j(40_000, charging=False) == FULL_J - 800
     assert one.left_j(10_000_000, charging=False) == 35_000
     less, _ = battery(low_j=35_000, charge=0.5)
     assert less.left_j(10_000_000, charging=False) == FULL_J / 2
-
-
-def test_work_is_counted_after_standing() -> None:
-    """5 s of driving end at 25 s: 20 s of standing were before."""
     one, clock = battery()
     clock.tick = 25_000
     one.work(5_000, BATTERY.empty_w, charging=False)
     assert one.left_j(25_000, charging=False) == FULL_J - 20 * 20 - 5 * 100
-
-
-def test_a_charger_fills_it_and_no_more() -> None:
     one, clock = battery(charge=0.5)
     assert one.left_j(10_000, charging=True) == FULL_J / 2 + 5000
     assert one.left_j(10_000_000, charging=True) == FULL_J

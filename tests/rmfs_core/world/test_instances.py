@@ -1,12 +1,11 @@
 """The data that a run starts from, held against the scenario that they shall run in."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from cases import cases
 from rmfs_core import run
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
@@ -14,18 +13,18 @@ from rmfs_core.world import Instance, OrderData, PodData, make_instance
 from saying import said
 
 
-def test_an_orders_items_are_the_sum_of_its_lines() -> None:
+def test_what_instances_tell() -> None:
     assert OrderData("1", 0, ((0, 2), (3, 5))).items == 7
+    with pytest.raises(InputError, match=r"has no meaning beside `instance.orders_file`"):
+        load_scenario("examples/from-csv", ["instance.generator=paper"])
 
 
-@pytest.mark.parametrize(
-    ("contents", "unlimited"),
-    [
-        ([((0, None), (1, None)), ((2, None),)], True),
-        ([((0, None), (1, 3)), ((2, None),)], False),  # a single number is enough
-        ([((0, 0),)], False),  # none left is a number, too
-        ([()], True),
-    ],
+@cases(
+    "contents unlimited",
+    ([((0, None), (1, None)), ((2, None),)], True),
+    ([((0, None), (1, 3)), ((2, None),)], False),  # a single number is enough
+    ([((0, 0),)], False),  # none left is a number, too
+    ([()], True),
 )
 def test_stock_is_unlimited_where_no_pod_has_a_number(
     contents: list[tuple[tuple[int, int | None], ...]], unlimited: bool
@@ -140,16 +139,14 @@ def replenished(folder: Path, replenishment: str, skus: str = "", more: str = ""
     return folder / "scenario.toml"
 
 
-@pytest.mark.parametrize(
-    ("levels", "skus", "expected"),
-    [
-        ("reorder_point = 9\norder_up_to = 20", "", ((9, 20), (9, 20))),
-        # s is at least what lets an order line of six items not wait for ever
-        ("reorder_point = 2\norder_up_to = 4", "", ((5, 6), (2, 4))),
-        # 8 items of a and 1 of b within two days: 4 and 0.5 a day
-        ('unit = "days"\nreorder_point = 2\norder_up_to = 5.1', "", ((8, 21), (1, 3))),
-        ("reorder_point = 9\norder_up_to = 20", "sku,reorder_point,order_up_to\nb,1,3\nc,5,6\n", ((9, 20), (1, 3))),
-    ],
+@cases(
+    "levels skus expected",
+    ("reorder_point = 9\norder_up_to = 20", "", ((9, 20), (9, 20))),
+    # s is at least what lets an order line of six items not wait for ever
+    ("reorder_point = 2\norder_up_to = 4", "", ((5, 6), (2, 4))),
+    # 8 items of a and 1 of b within two days: 4 and 0.5 a day
+    ('unit = "days"\nreorder_point = 2\norder_up_to = 5.1', "", ((8, 21), (1, 3))),
+    ("reorder_point = 9\norder_up_to = 20", "sku,reorder_point,order_up_to\nb,1,3\nc,5,6\n", ((9, 20), (1, 3))),
 )
 def test_reorder_levels(tmp_path: Path, levels: str, skus: str, expected: tuple[tuple[int, int], ...]) -> None:
     file = replenished(tmp_path, f'process = "reorder-point"\n{levels}\n', skus)
@@ -159,14 +156,12 @@ def test_reorder_levels(tmp_path: Path, levels: str, skus: str, expected: tuple[
     assert not instance.unlimited_stock
 
 
-@pytest.mark.parametrize(
-    ("levels", "skus", "problem"),
-    [
-        ("", "sku,reorder_point,order_up_to\nb,5,3\n", "expected order_up_to > reorder_point, found 3 <= 5 for SKU b"),
-        ("", "sku,reorder_point\na,20\n", "expected order_up_to > reorder_point, found 20 <= 20 for SKU a"),
-        ("bundle_items = 1", "sku,order_up_to\nb,99981\n", r"found levels of about 100,001 bundles in all; expected"),
-        ("bundle_items = 3", "sku,size,order_up_to\nb,20,200000\n", r"found levels of about 100,007 bundles in all"),
-    ],
+@cases(
+    "levels skus problem",
+    ("", "sku,reorder_point,order_up_to\nb,5,3\n", "expected order_up_to > reorder_point, found 3 <= 5 for SKU b"),
+    ("", "sku,reorder_point\na,20\n", "expected order_up_to > reorder_point, found 20 <= 20 for SKU a"),
+    ("bundle_items = 1", "sku,order_up_to\nb,99981\n", r"found levels of about 100,001 bundles in all; expected"),
+    ("bundle_items = 3", "sku,size,order_up_to\nb,20,200000\n", r"found levels of about 100,007 bundles in all"),
 )
 def test_levels_that_make_no_sense_are_refused(tmp_path: Path, levels: str, skus: str, problem: str) -> None:
     supply = f'process = "reorder-point"\nreorder_point = 9\norder_up_to = 20\n{levels}\n'
@@ -185,14 +180,12 @@ def test_orders_that_no_process_can_complete_are_refused(tmp_path: Path) -> None
     assert make_instance(load_scenario(file)).bundles == ()
 
 
-@pytest.mark.parametrize(
-    ("capacity", "skus", "problem"),
-    [
-        (2, "sku,size\na,3\n", r"found 2; expected at least 21, the size of bundle B \(the largest of 3 that are too"),
-        (4, "sku\na\n", r"found 4; expected at least 7, the size of bundle B$"),
-        (8, "sku,size\na,2\n", "found 8; expected at least 14, the size of bundle B"),
-        (20, "sku,size\nb,21\n", "found 20; expected at least 21, the size of bundle C"),
-    ],
+@cases(
+    "capacity skus problem",
+    (2, "sku,size\na,3\n", r"found 2; expected at least 21, the size of bundle B \(the largest of 3 that are too"),
+    (4, "sku\na\n", r"found 4; expected at least 7, the size of bundle B$"),
+    (8, "sku,size\na,2\n", "found 8; expected at least 14, the size of bundle B"),
+    (20, "sku,size\nb,21\n", "found 20; expected at least 21, the size of bundle C"),
 )
 def test_what_no_pod_has_room_for_is_refused(tmp_path: Path, capacity: int, skus: str, problem: str) -> None:
     (tmp_path / "bundles.csv").write_text("bundle,arrival_s,sku,items\nB,9,a,7\nC,5,b,1\n", encoding="utf-8")
@@ -260,25 +253,23 @@ def test_a_scenario_names_the_generator_of_its_instance(install: Callable[..., N
     assert "acme" not in run("examples/small", overrides=["instance.orders=1"]).versions
 
 
-@pytest.mark.parametrize(
-    ("name", "problem"),
-    [
-        ("single", 'there is no generator "single" (did you mean `singles`?)'),
-        ("fails", 'generator "fails" (acme 1.0) raised KeyError: 50'),
-        ("nothing", 'generator "nothing" (acme 1.0) returned None; expected an Instance'),
-        ("ends", 'generator "ends" (acme 1.0) raised SystemExit: 3'),
-        ("no_tuple", f"{WITH} `orders` None; expected a tuple of OrderData"),
-        ("early", f"{WITH} `arrival_tick` -50 of order 1; expected an int of at least 0, {ARRIVALS}"),
-        ("half", f"{WITH} `arrival_tick` 0.5 of order 1; expected an int of at least 0, {ARRIVALS}"),
-        ("unsorted", f"{WITH} `arrival_tick` 3 of order 2; expected an int of at least 9, {ARRIVALS}"),
-        ("no_sku", f"{WITH} `lines` ((5, 1),) of order 1; {LINES}"),
-        ("no_items", f"{WITH} `lines` ((0, 0),) of order 1; {LINES}"),
-        ("no_lines", f"{WITH} `lines` () of order 1; {LINES}"),
-        ("same_sku", f"{WITH} `lines` ((0, 1), (0, 2)) of order 1; {LINES}"),
-        ("same_name", f"{WITH} two or more orders 1; expected each name once"),
-        ("no_name", f"{WITH} order 1; expected a name, a str"),
-        ("bad_pod", f"{WITH} `contents` ((0, 1.5),) of pod p; expected (SKU id, items or None) of each SKU, each once"),
-    ],
+@cases(
+    "name problem",
+    ("single", 'there is no generator "single" (did you mean `singles`?)'),
+    ("fails", 'generator "fails" (acme 1.0) raised KeyError: 50'),
+    ("nothing", 'generator "nothing" (acme 1.0) returned None; expected an Instance'),
+    ("ends", 'generator "ends" (acme 1.0) raised SystemExit: 3'),
+    ("no_tuple", f"{WITH} `orders` None; expected a tuple of OrderData"),
+    ("early", f"{WITH} `arrival_tick` -50 of order 1; expected an int of at least 0, {ARRIVALS}"),
+    ("half", f"{WITH} `arrival_tick` 0.5 of order 1; expected an int of at least 0, {ARRIVALS}"),
+    ("unsorted", f"{WITH} `arrival_tick` 3 of order 2; expected an int of at least 9, {ARRIVALS}"),
+    ("no_sku", f"{WITH} `lines` ((5, 1),) of order 1; {LINES}"),
+    ("no_items", f"{WITH} `lines` ((0, 0),) of order 1; {LINES}"),
+    ("no_lines", f"{WITH} `lines` () of order 1; {LINES}"),
+    ("same_sku", f"{WITH} `lines` ((0, 1), (0, 2)) of order 1; {LINES}"),
+    ("same_name", f"{WITH} two or more orders 1; expected each name once"),
+    ("no_name", f"{WITH} order 1; expected a name, a str"),
+    ("bad_pod", f"{WITH} `contents` ((0, 1.5),) of pod p; expected (SKU id, items or None) of each SKU, each once"),
 )
 def test_a_generator_that_cannot_be_had_is_one_sentence(install: Callable[..., None], name: str, problem: str) -> None:
     install("acme", GENERATORS, group="rmfs.instances", acme_days=SINGLES)
@@ -288,8 +279,3 @@ def test_a_generator_that_cannot_be_had_is_one_sentence(install: Callable[..., N
     if problem.startswith(WITH):
         problem = f'generator "{name}" (acme 1.0) {problem}'
     assert str(caught.value) == f"--set instance.generator={name}: {problem}"
-
-
-def test_a_generator_has_no_meaning_beside_files() -> None:
-    with pytest.raises(InputError, match=r"has no meaning beside `instance.orders_file`"):
-        load_scenario("examples/from-csv", ["instance.generator=paper"])

@@ -1,7 +1,5 @@
 """Cells of layouts and what is next to them, layouts of scenarios, and what makes one unfit for use."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +9,7 @@ import numpy as np
 import pytest
 from attrs import evolve
 
+from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_core import run
 from rmfs_core.errors import InputError
@@ -26,55 +25,38 @@ TWO_STATIONS = parse_map("#..#\nqqO.\n....\n.Oqq\n#...", "two stations")
 """Four columns, five rows; a queue of two cells west of the first station and one east of the second."""
 
 
-def test_cells_are_counted_row_by_row_from_the_north_west() -> None:
+def test_cells_headings_and_distances() -> None:
     assert (TWO_STATIONS.width, TWO_STATIONS.height) == (4, 5)
     assert TWO_STATIONS.storage_locations == (0, 3, 16)
     assert TWO_STATIONS.stations == (StationCells(6, (5, 4)), StationCells(13, (14, 15)))
+    assert [TWO_STATIONS.may_step(6, heading) for heading in range(4)] == [True, True, False, True]
+    assert [TWO_STATIONS.may_step(5, heading) for heading in range(4)] == [True, False, False, False]
+    assert [TWO_STATIONS.distance(0, cell) for cell in (0, 3, 4, 7, 19)] == [0, 3, 1, 4, 7]
+    assert TWO_STATIONS.distance(19, 0) == 7
+    assert TWO_STATIONS.where(0) == "row 1, column 1"
+    assert TWO_STATIONS.where(7) == where(7, 4) == "row 2, column 4"
 
 
-@pytest.mark.parametrize(
-    ("cell", "neighbours"),
-    [(0, [1, None, None, 4]), (3, [None, None, 2, 7]), (9, [10, 5, 8, 13]), (16, [17, 12, None, None])],
+@cases(
+    "cell neighbours", (0, [1, None, None, 4]), (3, [None, None, 2, 7]), (9, [10, 5, 8, 13]), (16, [17, 12, None, None])
 )
 def test_neighbours_end_at_the_edge(cell: int, neighbours: list[int | None]) -> None:
     assert [TWO_STATIONS.neighbour(cell, heading) for heading in (EAST, NORTH, WEST, SOUTH)] == neighbours
     assert TWO_STATIONS.beside(cell) == [(heading, one) for heading, one in enumerate(neighbours) if one is not None]
 
 
-def test_moves_are_bits_of_headings() -> None:
-    assert [TWO_STATIONS.may_step(6, heading) for heading in range(4)] == [True, True, False, True]
-    assert [TWO_STATIONS.may_step(5, heading) for heading in range(4)] == [True, False, False, False]
-
-
-def test_every_cell_of_a_station_is_in_its_lane() -> None:
-    """The station and its queue, by the station's id; all else in none."""
+def test_lanes_and_their_entries() -> None:
     lane = TWO_STATIONS.lane
     assert np.flatnonzero(lane == 0).tolist() == [4, 5, 6]
     assert np.flatnonzero(lane == 1).tolist() == [13, 14, 15]
     assert (lane == -1).sum() == 14
     with pytest.raises(ValueError, match="read-only"):
         lane[0] = 1
-
-
-def test_places_beyond_the_queue_are_its_entry() -> None:
     cells = TWO_STATIONS.stations[0]
     assert [cells.slot(place) for place in range(5)] == [6, 5, 4, 4, 4]
-
-
-def test_nobody_waits_in_cells_that_are_kept_clear() -> None:
     cells = StationCells(9, (8, 7, 6, 5), clear=1)
     assert [cells.slot(place) for place in range(5)] == [9, 7, 6, 5, 5]
     assert (cells.places, StationCells(9, (8, 7)).places) == (3, 2)
-
-
-def test_distances_are_along_rows_and_columns() -> None:
-    assert [TWO_STATIONS.distance(0, cell) for cell in (0, 3, 4, 7, 19)] == [0, 3, 1, 4, 7]
-    assert TWO_STATIONS.distance(19, 0) == 7
-
-
-def test_people_count_from_one() -> None:
-    assert TWO_STATIONS.where(0) == "row 1, column 1"
-    assert TWO_STATIONS.where(7) == where(7, 4) == "row 2, column 4"
 
 
 def test_the_nearest_of_some_floor_cells_to_a_goal() -> None:
@@ -85,7 +67,7 @@ def test_the_nearest_of_some_floor_cells_to_a_goal() -> None:
     assert layout.nearest({5, 11, 16}, [0]) == (16, 0)  # a queue cell is none
 
 
-def test_a_notebook_shows_every_cell_to_scale() -> None:
+def test_notebooks_show_layouts_to_scale() -> None:
     layout = parse_map("#..#\nqqO.\n....\n.Oqq\n#..@", "two stations")
     (shown,) = ElementTree.fromstring(str(layout._repr_html_())).iter("svg")
     assert shown.get("viewBox") == "0 0 4 5"
@@ -95,40 +77,35 @@ def test_a_notebook_shows_every_cell_to_scale() -> None:
     assert lengths == {DRAWN[kind][0]: int((layout.kind == kind).sum()) for kind in DRAWN}
     assert [path.get("d") for path in shown.iter("path")][-1] == "M2 1h1v1h-1zM1 3h1v1h-1z"
     assert "3 storage locations, " in re.sub("<[^>]*>", "", str(layout._repr_html_()))
-
-
-def test_a_notebook_shows_no_layout_that_it_could_not_draw() -> None:
     side = 501
     none = np.zeros(side * side, np.int8)
     assert Layout(side, side, none, none, ())._repr_html_() is None
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (
-            "..#\n.qO\n..@\n@@.",
-            "map: found cells that cannot be reached over the floor from row 1, column 2: row 4, column 3",
-        ),
-        (
-            "..#@\n.qO.\n@@@@\n....",  # four of a kind: three are named
-            "map: found cells that cannot be reached over the floor from row 1, column 2: row 4, column 1; "
-            "row 4, column 2; row 4, column 3 and 1 more",
-        ),
-        (
-            "#...>.\n.qO..@\n......",  # a pocket that is entered by a one-way cell and never left
-            "map: found cells that have no way over the floor to row 1, column 2: row 1, column 5; row 1, column 6",
-        ),
-        (
-            ".#.\n###\n.qO\n...",
-            "map: found cells that have no floor beside them, so no pod gets in or out: row 2, column 2",
-        ),
-        ("#.\n..", "map: the layout has no picking station; expected at least one (`O` in a map)"),
-        (".qO\n...", "map: the layout has no storage location; expected some (`#` in a map)"),
-        ("###\n#qO", "map: the layout has no floor; expected aisles (`.` in a map)"),
-        ("#@@@\n.@qO\n.<┘<", "map, row 2, column 3: no aisle leads into the end of this queue"),
-        ("..#\n.qO", "map, row 2, column 3: no floor beside the station to leave it"),
-    ],
+@cases(
+    "text message",
+    (
+        "..#\n.qO\n..@\n@@.",
+        "map: found cells that cannot be reached over the floor from row 1, column 2: row 4, column 3",
+    ),
+    (
+        "..#@\n.qO.\n@@@@\n....",  # four of a kind: three are named
+        "map: found cells that cannot be reached over the floor from row 1, column 2: row 4, column 1; "
+        "row 4, column 2; row 4, column 3 and 1 more",
+    ),
+    (
+        "#...>.\n.qO..@\n......",  # a pocket that is entered by a one-way cell and never left
+        "map: found cells that have no way over the floor to row 1, column 2: row 1, column 5; row 1, column 6",
+    ),
+    (
+        ".#.\n###\n.qO\n...",
+        "map: found cells that have no floor beside them, so no pod gets in or out: row 2, column 2",
+    ),
+    ("#.\n..", "map: the layout has no picking station; expected at least one (`O` in a map)"),
+    (".qO\n...", "map: the layout has no storage location; expected some (`#` in a map)"),
+    ("###\n#qO", "map: the layout has no floor; expected aisles (`.` in a map)"),
+    ("#@@@\n.@qO\n.<┘<", "map, row 2, column 3: no aisle leads into the end of this queue"),
+    ("..#\n.qO", "map, row 2, column 3: no floor beside the station to leave it"),
 )
 def test_a_map_that_cannot_be_driven_on_is_refused_with_its_cells(text: str, message: str) -> None:
     assert said(InputError, check_layout, parse_map(text, "map"), "map") == message
@@ -148,7 +125,7 @@ def scenario_with_map(folder: Path, text: str) -> Path:
     return folder / "s.toml"
 
 
-def test_a_map_is_read_from_the_scenarios_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_map_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
     file = scenario_with_map(tmp_path, MAP)
@@ -156,10 +133,14 @@ def test_a_map_is_read_from_the_scenarios_folder(tmp_path: Path, monkeypatch: py
     assert (layout.width, layout.storage_locations, layout.stations[0].queue) == (5, (2,), (7, 6))
     scenario_with_map(tmp_path, MAP.replace("..#", ".##"))
     assert make_layout(load_scenario(file)).storage_locations == (1, 2)
-
-
-def test_a_byte_order_mark_is_no_cell(tmp_path: Path) -> None:
     assert make_layout(load_scenario(scenario_with_map(tmp_path, f"\ufeff{MAP}"))).width == 5
+    file = scenario_with_map(tmp_path, MAP)
+    (tmp_path / "map.txt").write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match=r"map\.txt: cannot read the map: .*utf-8"):
+        make_layout(load_scenario(file))
+    (tmp_path / "map.txt").unlink()
+    with pytest.raises(InputError, match=r"map\.txt cannot be read: No such file"):
+        make_layout(load_scenario(file))
 
 
 def test_the_same_layout_is_the_same_object(tmp_path: Path) -> None:
@@ -181,9 +162,6 @@ def test_a_map_says_how_long_its_queues_are(tmp_path: Path) -> None:
     assert queue_length(mapped, make_layout(mapped)) == 12
     drawn = load_scenario("examples/small")
     assert (drawn.stations.queue_length, queue_length(drawn, make_layout(drawn))) == (None, 12)
-
-
-def test_a_queue_that_is_too_short_for_the_scenario_is_refused(tmp_path: Path) -> None:
     file = scenario_with_map(tmp_path, MAP)
     assert said(InputError, make_layout, load_scenario(file, ["stations.queue_length=3"])) == (
         f"stations.queue_length: found 3, but the queue of station 1 in {tmp_path}/map.txt has 2 cells; "
@@ -191,22 +169,10 @@ def test_a_queue_that_is_too_short_for_the_scenario_is_refused(tmp_path: Path) -
     )
 
 
-def test_a_map_that_cannot_be_read_is_named(tmp_path: Path) -> None:
-    file = scenario_with_map(tmp_path, MAP)
-    (tmp_path / "map.txt").write_bytes(b"\xff\xfe")
-    with pytest.raises(InputError, match=r"map\.txt: cannot read the map: .*utf-8"):
-        make_layout(load_scenario(file))
-    (tmp_path / "map.txt").unlink()
-    with pytest.raises(InputError, match=r"map\.txt cannot be read: No such file"):
-        make_layout(load_scenario(file))
-
-
-@pytest.mark.parametrize(
-    ("name", "problem"),
-    [
-        ("a\0b", r"^layout\.map_file: .* cannot be read: embedded null byte$"),
-        ("/dev/zero", r"^/dev/zero: found a map of [\d,]+ x 1 cells; expected at most 5,000"),  # goes on for ever
-    ],
+@cases(
+    "name problem",
+    ("a\0b", r"^layout\.map_file: .* cannot be read: embedded null byte$"),
+    ("/dev/zero", r"^/dev/zero: found a map of [\d,]+ x 1 cells; expected at most 5,000"),  # goes on for ever
 )
 def test_a_map_file_that_is_none_is_named(tmp_path: Path, name: str, problem: str) -> None:
     scenario = load_scenario(scenario_with_map(tmp_path, MAP))
@@ -260,18 +226,16 @@ RETURNED = 'layout.generator: layout generator "{}" (acme 1.0) returned a Layout
 CELLS = "; expected cells from 0 to 26, and a place in its queue"
 
 
-@pytest.mark.parametrize(
-    ("name", "problem"),
-    [
-        ("line", 'layout.generator: there is no generator "line" (did you mean `lane`?)'),
-        ("nothing", 'layout.generator: layout generator "nothing" (acme 1.0) returned None; expected a Layout'),
-        ("fails", 'layout.generator: layout generator "fails" (acme 1.0) raised KeyError: 9'),
-        ("row_by_row", f"{RETURNED.format('row_by_row')} `kind` [0, 1]; expected an array of int8, shape (27,)"),
-        ("outside", f"{RETURNED.format('outside')} station 1 StationCells(station=99, queue=(5, 6), clear=0){CELLS}"),
-        ("no_queue", f"{RETURNED.format('no_queue')} station 1 StationCells(station=17, queue=(), clear=0){CELLS}"),
-        ("shut", "layout: found cells that have no floor beside them, so no pod gets in or out: row 1, column 1"),
-        ("text-map", "layout.map_file: expected the text map that the layout generator `text-map` reads"),
-    ],
+@cases(
+    "name problem",
+    ("line", 'layout.generator: there is no generator "line" (did you mean `lane`?)'),
+    ("nothing", 'layout.generator: layout generator "nothing" (acme 1.0) returned None; expected a Layout'),
+    ("fails", 'layout.generator: layout generator "fails" (acme 1.0) raised KeyError: 9'),
+    ("row_by_row", f"{RETURNED.format('row_by_row')} `kind` [0, 1]; expected an array of int8, shape (27,)"),
+    ("outside", f"{RETURNED.format('outside')} station 1 StationCells(station=99, queue=(5, 6), clear=0){CELLS}"),
+    ("no_queue", f"{RETURNED.format('no_queue')} station 1 StationCells(station=17, queue=(), clear=0){CELLS}"),
+    ("shut", "layout: found cells that have no floor beside them, so no pod gets in or out: row 1, column 1"),
+    ("text-map", "layout.map_file: expected the text map that the layout generator `text-map` reads"),
 )
 def test_a_layout_that_cannot_be_had_is_one_sentence(install: Install, name: str, problem: str) -> None:
     install("acme", GENERATORS, group="rmfs.layouts", acme_halls=LAYOUTS)

@@ -1,7 +1,5 @@
 """Travel times and fastest paths; the compiled searches on grids small enough to work out by hand."""
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Iterator
 from itertools import pairwise
@@ -13,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from cases import cases
 from rmfs_commands.layouts import block_map, parse_map
 from rmfs_commands.plan.movingai import open_layout
 from rmfs_commands.testing import small_layout
@@ -75,15 +74,10 @@ def dijkstra(layout: Layout, motion: Motion, goal: int, loaded: bool) -> dict[tu
     return {(c, h): shortest(c, h) for c in cells if layout.kind[c] != CellKind.WALL for h in range(4)}
 
 
-def test_a_straight_run_costs_no_turn() -> None:
-    """Seven cells straight ahead take 7/1.5 + 1.5 s; facing the other way costs half a turn more."""
+def test_ways_by_hand() -> None:
     travel = Travel(OPEN, Motion())
     assert travel.ticks(0, EAST, 7, loaded=False) == 6167
     assert travel.ticks(0, WEST, 7, loaded=False) == 6167 + 1250
-
-
-def test_the_way_to_a_station_is_the_shortest_through_its_queue() -> None:
-    """With RAWSim-O's queue 7 m from the aisle and 5 m from the ring in place of 13 m; to a place in line likewise."""
 
     def metres(queue: str, row: int, place: int) -> int:
         layout = parse_map(block_map(LayoutSection(queue=queue), 12), "map")
@@ -95,9 +89,6 @@ def test_the_way_to_a_station_is_the_shortest_through_its_queue() -> None:
     assert [metres("plain", 0, place) for place in (0, 1, 4, 8, 12)] == [13, 12, 9, 5, 1]
     assert [metres("shortcut", 0, place) for place in (0, 1, 4, 8, 12)] == [7, 6, 9, 5, 1]
     assert [metres("shortcut", 2, place) for place in (0, 1, 4)] == [5, 4, 1]
-
-
-def test_a_pod_is_not_carried_over_storage_locations() -> None:
     layout = parse_map("##.#.\n.....\n.qO..\n.....", "row")
     travel = Travel(layout, Motion())
     empty, loaded = travel.ticks(0, EAST, 3, loaded=False), travel.ticks(0, EAST, 3, loaded=True)
@@ -105,15 +96,13 @@ def test_a_pod_is_not_carried_over_storage_locations() -> None:
     assert loaded > empty
 
 
-@pytest.mark.parametrize(
-    ("goal_kind", "loaded"),
-    [
-        (CellKind.STORAGE, False),
-        (CellKind.STORAGE, True),
-        (CellKind.STATION, True),
-        (CellKind.QUEUE, True),
-        (CellKind.FLOOR, True),
-    ],
+@cases(
+    "goal_kind loaded",
+    (CellKind.STORAGE, False),
+    (CellKind.STORAGE, True),
+    (CellKind.STATION, True),
+    (CellKind.QUEUE, True),
+    (CellKind.FLOOR, True),
 )
 def test_tables_equal_a_plain_search(goal_kind: CellKind, loaded: bool) -> None:
     layout = small_layout(block_columns=1)
@@ -145,15 +134,12 @@ def test_a_table_for_who_is_near_is_right_as_far_as_it_says(data: st.DataObject)
         assert ((table == right) | (table + there >= within)).all()
 
 
-def test_who_is_near_is_given_a_whole_table_that_is_there() -> None:
+def test_tables_of_what_is_near() -> None:
     travel = Travel(small_layout(), Motion())
     first, second = travel.layout.storage_locations[:2]
     kept, station = travel.ways_to(first, True), travel.layout.stations[0].station
     assert travel.times_near(second, 0, first, True) == (kept, UNREACHABLE)
     assert travel.times_near(second, 0, station, True) == (travel.ways_to(station, True), UNREACHABLE)
-
-
-def test_a_table_of_what_is_near_outlasts_those_of_other_cells() -> None:
     travel = Travel(small_layout(), Motion())
     first, second, third = travel.layout.storage_locations[:3]
     near, _ = travel.times_near(first, 0, second, True)
@@ -162,15 +148,12 @@ def test_a_table_of_what_is_near_outlasts_those_of_other_cells() -> None:
     assert (near == before).all()
 
 
-def test_nothing_is_longer_than_a_long_way() -> None:
+def test_long_ways_and_runs() -> None:
     travel = Travel(small_layout(), Motion())
     first, second = travel.layout.storage_locations[:2]
     near, within = travel.times_near(first, 0, second, True, (1 << 31) - 1)
     assert within == UNREACHABLE
     assert (near == travel.ways_to(second, True)).all()
-
-
-def test_a_run_may_be_longer_than_two_bytes_count() -> None:
     width = 65_537
     free = np.array([[True] * width, [False] * (width - 1) + [True]])
     travel, motion = Travel(open_layout(free), Motion()), Motion()
@@ -188,11 +171,14 @@ def test_the_nearest_stop_is_that_of_the_fewest_ticks(stops: list[tuple[int, int
     assert Travel(travel.layout, travel.motion).nearest(stops, goal, loaded) == ticks.index(min(ticks))
 
 
-def test_stops_without_a_way_are_not_the_nearest() -> None:
+def test_no_way_is_said() -> None:
     layout = parse_map("#@#..\n.@.qO\n.@...", "split")
     travel = Travel(layout, Motion())
     assert travel.nearest([(0, EAST), (7, NORTH)], 2, loaded=True) == 1
     assert travel.nearest([(5, EAST), (0, NORTH)], 2, loaded=True) == 0
+    layout = parse_map("#.@#\n.qO.\n....\n@@@@\n#...", "split")
+    with pytest.raises(ValueError, match="no way from row 1, column 1 to row 5, column 1"):
+        Travel(layout, Motion()).fastest_path(0, NORTH, 16, loaded=False)
 
 
 @pytest.mark.parametrize("loaded", [True, False])
@@ -236,7 +222,7 @@ def test_impossible_runs_are_named() -> None:
     assert "no robot may go" in str(travel.run_problem(0, 0, 1, 1, loaded=False))
 
 
-def test_tables_are_kept_within_their_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tables_are_shared_and_kept_within_their_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     layout = small_layout()
     travel = Travel(layout, Motion())
     first = travel.times_to(layout.storage_locations[0], False).copy()
@@ -245,9 +231,6 @@ def test_tables_are_kept_within_their_memory(monkeypatch: pytest.MonkeyPatch) ->
     kept = [location for location in reversed(tables) if travel.times_to(location, False) is tables[location]]
     assert kept == list(reversed(tables))[:3]
     assert (travel.times_to(layout.storage_locations[0], False) == first).all()
-
-
-def test_runs_share_tables_and_no_array_that_a_search_writes_on() -> None:
     layout = small_layout()
     one, other = travel_on(layout, Motion()), travel_on(layout, Motion())
     station, near, far_off = layout.stations[0].station, layout.storage_locations[0], layout.storage_locations[-1]
@@ -256,12 +239,6 @@ def test_runs_share_tables_and_no_array_that_a_search_writes_on() -> None:
     other.times_near(station, 0, far_off, True)
     assert (times == found).all()
     assert one.times_to(near, False) is other.times_to(near, False)
-
-
-def test_no_way_is_said() -> None:
-    layout = parse_map("#.@#\n.qO.\n....\n@@@@\n#...", "split")
-    with pytest.raises(ValueError, match="no way from row 1, column 1 to row 5, column 1"):
-        Travel(layout, Motion()).fastest_path(0, NORTH, 16, loaded=False)
 
 
 HORSESHOE = parse_map("....\n.@@.\n.##.", "horseshoe")
@@ -282,7 +259,6 @@ TURNS = column(0, 3, 6, 3)
 
 
 def floor_of(layout: Layout, *but: int) -> NDArray[np.bool_]:
-    """Return which cells may be crossed: all but the walls and some."""
     cells: NDArray[np.bool_] = layout.kind > 0
     cells[list(but)] = False
     cells.setflags(write=False)
@@ -305,7 +281,6 @@ def times_to(goal: int, *arrays: Any) -> NDArray[np.int64]:
 
 
 def times_from(start: int, heading: int, lane: NDArray[np.int64], *arrays: Any) -> NDArray[np.int64]:
-    """Return the ticks of the search of that name by cell, as `times_to` does."""
     times = np.empty(4 * len(arrays[0]), times_on(len(arrays[0]), *arrays[3:5]))
     return travel_search.times_from(start, heading, times, lane, *arrays)  # type: ignore[no-any-return]
 
@@ -324,15 +299,12 @@ def test_a_search_for_who_is_near_ends_early() -> None:
     assert (wide(times).reshape(-1, 4) == times_to(8, *arrays, WORK)).all()
 
 
-def test_a_queue_is_not_entered_on_the_way_elsewhere() -> None:
+def test_paths_are_read_off_the_table() -> None:
     row = parse_map(".....", "row")
     lane = column(-1, -1, 0, -1, -1)
     arrays = row.moves, floor_of(row), column(1, -5, -1, 5), RUNS, TURNS, work_on(1, 5, RUNS, TURNS)
     assert times_from(0, EAST, lane, *arrays).tolist() == [0, 10, FAR, FAR, FAR]
     assert times_from(2, EAST, lane, *arrays).tolist() == [6 + 14, 6 + 10, 0, 10, 14]
-
-
-def test_a_path_is_read_off_the_table() -> None:
     crossed = floor_of(HORSESHOE, 9, 10)
     table = times_to(11, *grid(crossed), WORK)
     table.setflags(write=False)

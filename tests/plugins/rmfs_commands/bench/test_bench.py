@@ -1,7 +1,5 @@
 """`rmfs bench`: the worlds that are timed, and the report of the times."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +9,7 @@ import pytest
 
 import rmfs_core
 from calling import exit_code, refusal
+from cases import cases
 from rmfs_commands.bench import command
 from rmfs_commands.bench.bench import QUALITY, WARM_UP_ORDERS, bench, contestant
 from rmfs_commands.bench.command import ROLES
@@ -29,34 +28,25 @@ from pathlib import Path
 @define
 class Counts:
     "PR: the first free location; notes how many orders its run has."
-
     file: str
-
     @hookimpl
     def run_started(self, run):
         with Path(self.file).open("a") as file:
             file.write(f"{len(run.instance.orders)} {run.scenario.seed}\\n")
-
     @hookimpl
-    def choose_storage_location(self, warehouse):
-        return min(warehouse.free_storage_locations)
-
+    def choose_storage_location(self, warehouse): return min(warehouse.free_storage_locations)
 
 @define
 class Both:
     "POA and PPS, and neither well."
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        return []
-
+    def assign_orders(self, warehouse): return []
     @hookimpl
-    def select_pods(self, warehouse):
-        return []
+    def select_pods(self, warehouse): return []
 """
 
 
-def test_a_contestant_says_what_it_decides() -> None:
+def test_a_contestant_says_what_it_decides(install: Callable[..., None]) -> None:
     first, joint, pps = (contestant(name, RuleChoice(name)) for name in ("first-come", "integrated", "demand"))
     assert [(one.role, one.decides, one.field) for one in (first, joint, pps)] == [
         (Role.POA, "POA", "POA, POA+PPS"),
@@ -64,9 +54,6 @@ def test_a_contestant_says_what_it_decides() -> None:
         (Role.PPS, "PPS", "PPS"),
     ]
     assert first.distribution == "rmfs"
-
-
-def test_a_rule_for_several_decisions_is_told_in_which(install: Callable[..., None]) -> None:
     install("acme", {"both": "acme_rules:Both"}, acme_rules=COUNTING)
     assert contestant("both", RuleChoice("both"), decides=Role.PPS).role is Role.PPS
     with pytest.raises(InputError, match="decides POA and PPS; say which of them is asked"):
@@ -84,9 +71,6 @@ def test_every_rule_runs_in_every_world_with_every_seed() -> None:
     ]
     assert told == [f"small: {run.rule}, seed {run.seed}" for run in runs]
     assert all(run.calls > 0 and run.seconds > 0 and run.error is None for run in runs)
-
-
-def test_what_is_measured_is_what_a_run_reports() -> None:
     (run,) = bench([contestant("random", RuleChoice("random"), decides=Role.PR)], ["small"], [5], overrides=FEW)
     rules = ("poa=pod-match", "pps=demand", "pr=random", "ta=nearest-robot", "pp=free-flow")
     expected = rmfs_core.run("examples/small", seed=5, overrides=[*FEW, *(f"rules.{rule}" for rule in rules)])
@@ -114,14 +98,12 @@ def test_a_failed_run_is_measured_too(install: Callable[..., None]) -> None:
     assert run.metrics["psv_per_order"] is None
 
 
-@pytest.mark.parametrize(
-    ("rules", "override", "key"),
-    [
-        (["pod-match", "first-come"], "rules.poa=first-come", "poa"),
-        (["integrated"], "rules.pps=demand", "pps"),
-        (["integrated", "demand"], "rules.pps.rule=demand", "pps"),
-        (["most-covered"], "rules.filters=[]", "filters"),
-    ],
+@cases(
+    "rules override key",
+    (["pod-match", "first-come"], "rules.poa=first-come", "poa"),
+    (["integrated"], "rules.pps=demand", "pps"),
+    (["integrated", "demand"], "rules.pps.rule=demand", "pps"),
+    (["most-covered"], "rules.filters=[]", "filters"),
 )
 def test_an_override_that_no_run_would_show_is_refused(rules: list[str], override: str, key: str) -> None:
     parameters = {"most-covered": {"n": 2}}
@@ -157,17 +139,15 @@ PLAIN = {
 }
 
 
-@pytest.mark.parametrize(
-    ("role", "changed"),
-    [
-        (Role.POA, {"poa": "new"}),
-        (Role.PPS, {"pps": "new"}),
-        (Role.PR, {"pr": "new"}),
-        (Role.TA, {"ta": "new"}),
-        (Role.PP, {"pp": "new"}),
-        (Role.FILTER, {"filters": ["new"]}),
-        (Role.POA_PPS, {"poa_pps": "new", "poa": None, "pps": None}),
-    ],
+@cases(
+    "role changed",
+    (Role.POA, {"poa": "new"}),
+    (Role.PPS, {"pps": "new"}),
+    (Role.PR, {"pr": "new"}),
+    (Role.TA, {"ta": "new"}),
+    (Role.PP, {"pp": "new"}),
+    (Role.FILTER, {"filters": ["new"]}),
+    (Role.POA_PPS, {"poa_pps": "new", "poa": None, "pps": None}),
 )
 def test_a_rule_takes_its_place_and_no_other(role: Role, changed: dict[str, object]) -> None:
     assert names("small", role) == PLAIN | changed
@@ -175,13 +155,11 @@ def test_a_rule_takes_its_place_and_no_other(role: Role, changed: dict[str, obje
     assert keys_of(role)[0] == role.key
 
 
-@pytest.mark.parametrize(
-    ("role", "changed"),
-    [
-        (Role.ROA, {"roa": "new", "rps": "emptiest-pod"}),
-        (Role.RPS, {"roa": "first-bundle", "rps": "new"}),
-        (Role.ROA_RPS, {"roa_rps": "new"}),
-    ],
+@cases(
+    "role changed",
+    (Role.ROA, {"roa": "new", "rps": "emptiest-pod"}),
+    (Role.RPS, {"roa": "first-bundle", "rps": "new"}),
+    (Role.ROA_RPS, {"roa_rps": "new"}),
 )
 def test_a_rule_for_bundles_has_bundles_to_decide_about(role: Role, changed: dict[str, object]) -> None:
     assert names("small", role) == PLAIN | changed
@@ -205,11 +183,15 @@ def test_a_world_is_its_scenario_with_fixed_rules(world: str) -> None:
     assert FIXED.keys() == {Role.POA, Role.PPS, Role.PR, Role.TA, Role.PP}
 
 
-def test_overrides_change_the_world_or_a_fixed_rule() -> None:
+def test_worlds_and_rules_can_be_chosen() -> None:
     scenario = world_with("small", Role.POA, RuleChoice("new"), ["instance.orders=3", "rules.pp=sipp"])
     assert (scenario.instance.orders, scenario.rules.pp) == (3, RuleChoice("sipp"))
     with pytest.raises(InputError, match="unknown key"):
         world_with("small", Role.POA, RuleChoice("new"), ["instance.order=3"])
+    assert tuple(WORLDS) == command.WORLDS
+    robots_and_orders = ["POA", "PPS", "POA+PPS", "PR", "TA", "PP"]
+    others = ["ROA", "RPS", "ROA+RPS", "activation", "idle", "repositioning", "filter"]
+    assert [role.label for role in ROLES] == [*robots_and_orders, *others]
 
 
 def test_rules_from_files_are_looked_up_where_the_command_is_given(
@@ -224,41 +206,31 @@ RULES = """
 @define
 class Nothing:
     "POA: assigns nothing, so the run stands still."
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        return []
-
+    def assign_orders(self, warehouse): return []
 
 INTERRUPTS = iter([KeyboardInterrupt])
-
 
 @define
 class Interrupted:
     "POA: somebody presses Ctrl-C while it thinks for the first time."
-
     @hookimpl
     def assign_orders(self, warehouse):
         for interrupt in INTERRUPTS:
             raise interrupt
         return []
 
-
 @define
 class Endless(Nothing):
     "POA: needs unlimited stock."
-
     needs = ("unlimited stock",)
-
 
 @define
 class Both:
     "POA and PPS: the first of everything."
-
     @hookimpl
     def assign_orders(self, warehouse):
         return assign_best_pairs(warehouse, lambda _: np.zeros(len(warehouse.backlog), dtype=np.int64))
-
     @hookimpl
     def select_pods(self, warehouse, max_fetches):
         return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
@@ -274,17 +246,9 @@ def called(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, st
 
 @pytest.fixture
 def acme(install: Any) -> None:
-    """Install the rules above, as another distribution."""
     head = "import numpy as np\nfrom rmfs_core.rule_helpers import assign_best_pairs, send_pods\n"
     names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Endless", "Both")}
     install("acme", names, acme_rules=head + RULES)
-
-
-def test_what_can_be_chosen() -> None:
-    assert tuple(WORLDS) == command.WORLDS
-    robots_and_orders = ["POA", "PPS", "POA+PPS", "PR", "TA", "PP"]
-    others = ["ROA", "RPS", "ROA+RPS", "activation", "idle", "repositioning", "filter"]
-    assert [role.label for role in ROLES] == [*robots_and_orders, *others]
 
 
 def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
@@ -326,9 +290,8 @@ def test_long_names_of_rules_are_whole(
     assert sum(line.strip().startswith(name) for line in out.splitlines()) == 1
 
 
-@pytest.mark.parametrize(
-    ("rule", "field"),
-    [("fixed", "PR"), ("balanced", "TA"), ("sipp", "PP"), ('{ rule = "most-covered", n = 2 }', "filter")],
+@cases(
+    "rule field", ("fixed", "PR"), ("balanced", "TA"), ("sipp", "PP"), ('{ rule = "most-covered", n = 2 }', "filter")
 )
 def test_every_kind_of_rule(capsys: pytest.CaptureFixture[str], rule: str, field: str) -> None:
     code, out, _ = called(capsys, rule, *SHORT, "--seed", "1")
@@ -345,33 +308,28 @@ def test_rules_of_other_distributions(acme: None, capsys: pytest.CaptureFixture[
     assert "decides POA and PPS; say which of them is asked" in err
 
 
-def test_a_run_that_fails(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
+def test_runs_that_fail_or_are_interrupted(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, err = called(capsys, "nothing", "first-come", *SHORT, "--seed", "1")
     assert code == 1
     assert "nothing 1 of 1 failed - - -" in out
     assert next(line for line in out.splitlines() if line.startswith("first-come")).count("-") == 1
     assert "nothing, small, seed 1 failed: The run stands still" in err
-
-
-def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, err = called(capsys, "interrupted", "first-come", *SHORT)
     assert (code, out) == (130, "")
     assert "Interrupted." in err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "problem"),
-    [
-        (("first-comes",), "did you mean `first-come`"),
-        (("endless", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
-        (("integrated", "--set", "instance.order=5"), "unknown key"),
-        (("pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
-        (("pod-match", "--set", "rules.poa.name=first-come"), "takes the place of `rules.poa`"),
-        (("integrated", "pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
-        (("demand", "--world", "tiny"), "Invalid value for '--world'"),
-        (("./x.py:X", "--no-inline-rules"), "--no-inline-rules refuses"),
-        ((), "Missing argument"),
-    ],
+@cases(
+    "arguments problem",
+    (("first-comes",), "did you mean `first-come`"),
+    (("endless", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
+    (("integrated", "--set", "instance.order=5"), "unknown key"),
+    (("pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
+    (("pod-match", "--set", "rules.poa.name=first-come"), "takes the place of `rules.poa`"),
+    (("integrated", "pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
+    (("demand", "--world", "tiny"), "Invalid value for '--world'"),
+    (("./x.py:X", "--no-inline-rules"), "--no-inline-rules refuses"),
+    ((), "Missing argument"),
 )
 def test_wrong_input(acme: None, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
     code, out, err = called(capsys, *arguments)
@@ -385,13 +343,12 @@ def test_a_table_for_a_paper(name: str, row: str, tmp_path: Path) -> None:
     assert row in (tmp_path / name).read_text(encoding="utf-8")
 
 
-def test_a_table_in_no_folder_is_refused_before_the_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_table_that_cannot_be_written_is_refused_before_the_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert exit_code("bench", "pod-match", *SHORT, "--table", str(tmp_path / "none" / "all.csv")) == 2
     said = capsys.readouterr()
     assert "expected a file in a folder that is there" in said.err
     assert said.out == ""
-
-
-def test_a_table_of_another_kind_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("bench", "pod-match", *SHORT, "--table", str(tmp_path / "all.xls")) == 2
     assert "expected a name that ends in .tex or .csv, found all.xls" in capsys.readouterr().err

@@ -1,7 +1,5 @@
 """Lower bounds on pod visits and on the way of robots, and `rmfs bound`."""
 
-from __future__ import annotations
-
 import json
 import random
 from collections import Counter
@@ -16,6 +14,7 @@ from attrs import evolve
 from highspy import Highs, HighsStatus
 
 from calling import exit_code
+from cases import cases
 from rmfs_commands.bounds import BOUNDED, bounds_of, find_bounds
 from rmfs_commands.bounds.cover import cheapest_cover
 from rmfs_commands.bounds.slots import Servers, shortest_remaining_first
@@ -50,7 +49,6 @@ TWO_ORDERS = small_instance({"1": ["a"], "2": {"b": 2}}, {"p": ["a"], "q": ["b"]
 
 
 def values(scenario: Scenario, instance: Instance) -> dict[str, float | None]:
-    """Return the bounds by metric."""
     found = {bound.metric: bound.value for bound in find_bounds(scenario, instance, LANE)}
     assert tuple(found) == BOUNDED
     return found
@@ -83,19 +81,12 @@ def test_a_percentile_leaves_out_one_in_twenty() -> None:
     assert values(ONE_ROBOT, apart)["turnover_p95_s"] == 7.0
 
 
-def test_more_robots_bring_no_pod_back() -> None:
+def test_robots_and_the_last_arrival() -> None:
     assert values(evolve(ONE_ROBOT, robots=RobotsSection(count=2)), TWO_ORDERS)["distance_m"] == 15
-
-
-def test_the_last_arrival_counts() -> None:
     late = small_instance({"1": ["a"], "2": {"b": 2}}, {"p": ["a"], "q": ["b"]}, arrivals_s={"2": 100})
     found = values(ONE_ROBOT, late)
     assert found["makespan_s"] == 120.0
     assert found["turnover_s"] == pytest.approx((15.367 + 20) / 2)
-
-
-def test_robots_can_be_the_bottleneck() -> None:
-    """One robot, two stations: it holds one pod at a time, for 7 s an item, though two pickers would take 6.5 s."""
     two_stations = parse_map("#.....qO\n#..@@...\n@.@@@..@\n@......qO\n@.@@@....", "two stations")
     lone = small_instance({"1": {"a": 40}}, {"p": ["a"]})
     found = {bound.metric: bound.value for bound in find_bounds(ONE_ROBOT, lone, two_stations)}
@@ -115,7 +106,6 @@ def test_a_pod_at_the_station_need_not_come() -> None:
 
 
 def test_what_is_before_the_warm_up_counts_for_nothing() -> None:
-    """Visits and metres may be before it. Turn-over is that of orders that arrive after it; the makespan is of all."""
     warm = evolve(ONE_ROBOT, run=RunSection(warmup_s=50))
     found = values(warm, small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, arrivals_s={"2": 100}))
     assert {metric for metric, value in found.items() if value is None} == {*BOUNDED[:5]}
@@ -126,15 +116,11 @@ def test_what_is_before_the_warm_up_counts_for_nothing() -> None:
     assert values(warm, TWO_ORDERS)["turnover_s"] is None
 
 
-def test_where_stock_is_replenished_pods_may_come_to_hold_anything() -> None:
-    """Orders may want what is on no pod yet; whatever the rules, one visit may do, and its pod may be there at once."""
+def test_where_stock_is_replenished_or_moved_pods_may_come() -> None:
     stored = evolve(ONE_ROBOT, stations=evolve(ONE_ROBOT.stations, also_replenish=True))
     found = values(stored, evolve(small_instance({"1": ["a"], "2": {"b": 2}}, {"p": ["c"]}), restocked=True))
     assert {metric for metric, value in found.items() if value is None} == {*BOUNDED[:5]}
     assert (found["turnover_s"], found["makespan_s"]) == ((7 + 33) / 2, 33.0)
-
-
-def test_pods_may_be_moved_before_an_order_comes() -> None:
     moving = evolve(ONE_ROBOT, rules=evolve(ONE_ROBOT.rules, move=RuleChoice("utility")))
     late = small_instance({"1": ["a"]}, {"p": ["a"], "q": ["b"]}, arrivals_s={"1": 100})
     found, before = values(moving, late), values(ONE_ROBOT, late)
@@ -152,15 +138,11 @@ def test_orders_end_when_their_items_are_handled() -> None:
 
 
 def test_a_refilled_backlog_bounds_no_turn_over() -> None:
-    """Orders may come when they are assigned; all else holds, as if all were there at the start."""
     arrivals = Arrivals("refill", backlog=1)
     refilled = evolve(ONE_ROBOT, instance=evolve(ONE_ROBOT.instance, arrivals=arrivals))
     found, before = values(refilled, TWO_ORDERS), values(ONE_ROBOT, TWO_ORDERS)
     assert (found["turnover_s"], found["turnover_p95_s"]) == (None, None)
     assert found["makespan_s"] == before["makespan_s"]
-
-
-def test_without_orders() -> None:
     found = values(ONE_ROBOT, small_instance({}, {"p": ["a"]}))
     nothing = {"psv_per_order": None, "distance_per_order_m": None, "turnover_s": None, "turnover_p95_s": None}
     assert found == dict.fromkeys(BOUNDED, 0) | nothing
@@ -232,7 +214,6 @@ def test_no_run_beats_a_bound(name: str) -> None:
 
 
 def cheapest_of_all(instance: Instance, costs: list[int]) -> int:
-    """Try every choice of pods."""
     wanted = Counter[int]()
     for order in instance.orders:
         wanted.update(dict(order.lines))
@@ -276,19 +257,14 @@ def test_it_is_the_cheapest_of_all_choices(finite: bool) -> None:
 
 
 def test_stock_counts() -> None:
-    """Five items of which no pod has more than two need three pods; were the stock unlimited, one would do."""
     orders = {"1": {"a": 3}, "2": {"a": 2}}
     assert cheapest_cover(small_instance(orders, {p: {"a": 2} for p in "pqrs"}), [1] * 4).cost == 3
     assert cheapest_cover(small_instance(orders, {p: ["a"] for p in "pqrs"}), [1] * 4).cost == 1
-
-
-def test_what_nobody_wants_costs_nothing() -> None:
     assert cheapest_cover(small_instance({}, {"p": ["a"]}), [1]).cost == 0
     assert cheapest_cover(small_instance({"1": ["b"]}, {"p": ["a"], "q": ["b"]}), [5, 3]).cost == 3
 
 
 def test_a_limit_leaves_a_bound() -> None:
-    """Where the limit of nodes comes first, that is said; what was proven is no more than what a cover costs."""
     rng = random.Random("a hard cover")
     skus = [f"s{i}" for i in range(70)]
     pods = {f"p{i}": rng.sample(skus, 6) for i in range(70)} | {"rest": skus[:35], "rest 2": skus[35:]}
@@ -338,7 +314,6 @@ def test_other_solvers_of_the_process_keep_their_threads() -> None:
 
 
 def array(*values: int) -> np.ndarray:
-    """Return whole numbers as an array."""
     return np.array(values, dtype=np.int64)
 
 
@@ -360,27 +335,14 @@ def all_ways(servers: Servers, items: list[int], arrivals: list[int]) -> Iterato
     yield from serve(tuple(items), tuple(int(tick) for tick in servers.opens), (0,) * len(items))
 
 
-def test_the_last_of_many_items() -> None:
-    """Two who start at 0 and 5, an item every 10, picked after 4: starts 0, 5, 10, 15, 20; from 12 on 12, 12, 22."""
+def test_servers_by_hand() -> None:
     two = Servers(array(0, 5), 10, 4)
     assert two.last_done(array(1, 2, 3, 4, 5), 0).tolist() == [4, 9, 14, 19, 24]
     assert two.last_done(array(1, 2, 3), array(12, 12, 12)).tolist() == [16, 16, 26]
     assert two.last_done(array(2), array(3)).tolist() == [9]
-
-
-def test_the_shortest_goes_first() -> None:
-    """A job of 5 waits for those of 1 and 2 that come while it is served; it was served for 1 until then."""
     assert shortest_remaining_first(array(0, 1, 2), array(5, 2, 1)).tolist() == [3, 4, 8]
     assert shortest_remaining_first(array(10, 0), array(1, 2)).tolist() == [2, 11]
-
-
-def test_orders_that_arrive_together() -> None:
-    """Of 1, 2 and 4 items with two servers: after 1, 3 and 7 items, so after the starts at 0, 10 and 30."""
     assert Servers(array(0, 0), 10, 4).completions(array(4, 1, 2), array(0, 0, 0)).tolist() == [4, 14, 34]
-
-
-def test_one_at_a_time_is_as_fast_as_its_items() -> None:
-    """Orders far apart: each takes as long as its items do, shared among all servers."""
     three = Servers(array(0, 0, 0), 10, 4)
     assert three.completions(array(1, 7), array(100, 1000)).tolist() == [104, 1024]
 
@@ -404,28 +366,12 @@ def test_no_way_to_serve_is_faster() -> None:
     assert reached > 30
 
 
-def test_the_shortest_ways_by_hand() -> None:
+def test_drives_by_hand_and_none_shorter() -> None:
     ways = find_ways(travel_on(LANE, Motion()))
     north, south = LANE.storage_locations
     assert ways.metres[0, [north, south]].tolist() == [7, 8]
     assert ways.ticks[0, [north, south]].tolist() == [6167, 6167 + 2000]
     assert ways.back_m == 9
-
-
-def distances_driven(layout: Layout) -> list[tuple[int, int]]:
-    """Return the metres of a fastest path with a pod from each storage location, and the cells it goes between."""
-    travel, station = travel_on(layout, Motion()), layout.stations[0].station
-    found = []
-    for cell in layout.storage_locations:
-        at, metres = cell, 0
-        for leg in travel.fastest_path(cell, 1, station, loaded=True):
-            metres += layout.distance(at, leg.to)
-            at = leg.to
-        found.append((cell, metres))
-    return found
-
-
-def test_no_drive_is_shorter() -> None:
     layout = small_layout(2)
     travel = travel_on(layout, Motion())
     ways = find_ways(travel)
@@ -437,10 +383,22 @@ def test_no_drive_is_shorter() -> None:
     assert np.median([ways.metres[0, cell] / metres for cell, metres in distances_driven(layout)]) > 0.75
 
 
+def distances_driven(layout: Layout) -> list[tuple[int, int]]:
+    travel, station = travel_on(layout, Motion()), layout.stations[0].station
+    found = []
+    for cell in layout.storage_locations:
+        at, metres = cell, 0
+        for leg in travel.fastest_path(cell, 1, station, loaded=True):
+            metres += layout.distance(at, leg.to)
+            at = leg.to
+        found.append((cell, metres))
+    return found
+
+
 bound_command = partial(exit_code, "bound")
 
 
-def test_a_table(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tables_and_json(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "120")
     assert bound_command("examples/small", "--set", "instance.orders=5") == 0
     lines = capsys.readouterr().out.splitlines()
@@ -448,29 +406,22 @@ def test_a_table(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyP
     assert any(line.split()[:6] == ["Turn-over", "time,", "95", "%", "42.70", "s"] for line in lines)
     assert any(line.split()[:4] == ["Makespan", "55.70", "s", "pickers"] for line in lines)
 
-
-def test_json(capsys: pytest.CaptureFixture[str]) -> None:
     def bounds(*arguments: str) -> dict[str, float]:
         assert bound_command("examples/small", "--set", "instance.orders=20", "--json", *arguments) == 0
         return {one["metric"]: one["value"] for one in json.loads(capsys.readouterr().out)["bounds"]}
 
     assert bounds() == bounds("--set", "rules.poa_pps=split-over-time") != bounds("--seed", "2")
-
-
-def test_no_bound_has_its_reason(capsys: pytest.CaptureFixture[str]) -> None:
     assert bound_command("examples/small", "--set", "instance.orders=5", "--set", "run.warmup_s=60") == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Visits per order - none: what happens before run.warmup_s does not count" in out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (("examples/smal",), "smal"),
-        (("examples/small", "--set", "instance.ordrs=5"), "ordrs"),
-        (("examples/small", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
-        (("examples/from-csv", "--set", 'instance.pods_at_stations={"1"=["none"]}'), "there is no pod none"),
-    ],
+@cases(
+    "arguments sentence",
+    (("examples/smal",), "smal"),
+    (("examples/small", "--set", "instance.ordrs=5"), "ordrs"),
+    (("examples/small", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
+    (("examples/from-csv", "--set", 'instance.pods_at_stations={"1"=["none"]}'), "there is no pod none"),
 )
 def test_wrong_input_is_one_sentence(
     arguments: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]

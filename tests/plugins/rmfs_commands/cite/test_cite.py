@@ -1,7 +1,5 @@
 """`rmfs cite`: sources of rules as BibTeX."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
@@ -13,6 +11,7 @@ from hypothesis import strategies as st
 
 import rmfs_core
 from calling import exit_code
+from cases import cases
 from rmfs_commands.cite.bibtex import references_in, with_own_keys
 from rmfs_commands.cite.sources import cited
 from rmfs_commands.cli.main import main
@@ -22,21 +21,15 @@ from rmfs_core.scenario import load_scenario
 from rmfs_rules.switch import Case, Switch
 
 
-def test_bibtex(capsys: pytest.CaptureFixture[str]) -> None:
+def test_bibtex_json_and_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     main(["cite", "pod-index"])
     printed = capsys.readouterr().out
     assert printed.startswith("% rmfs\n@software{rmfs,\n  author = {{The rmfs authors}},\n")
     assert "% pod-index: how the largest ratio is found\n@article{dinkelbach1967nonlinear,\n" in printed
-
-
-def test_json(capsys: pytest.CaptureFixture[str]) -> None:
     main(["cite", "pod-index", "--json"])
     found = {one["key"]: one for one in json.loads(capsys.readouterr().out)}
     assert found["dinkelbach1967nonlinear"]["rules"] == {"pod-index": "how the largest ratio is found"}
     assert found["dinkelbach1967nonlinear"]["fields"]["year"] == "1967"
-
-
-def test_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("cite", "nothing-of-it") == 2
     assert capsys.readouterr().err == (
         'Error: rmfs cite: found "nothing-of-it"; expected the folder of a run, a scenario, or a rule\n'
@@ -84,30 +77,23 @@ from rmfs_core import hookimpl
 @define
 class Mine:
     """POA: my own.
-
     References
     ----------
     A. Bee: On honey. Hive 1, 2, 2001.
     """
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        return []
+    def assign_orders(self, warehouse): return []
 '''
 
 
 def keys(*what: str) -> dict[str, list[str]]:
-    """Return the rules that name each source, by its key."""
     return {one.reference.key: list(one.rules) for one in cited(what)}
 
 
-def test_rules_share_sources() -> None:
+def test_rules_of_scenarios_and_runs(tmp_path: Path) -> None:
     found = keys("pod-match", "demand", "pod-match")
     assert next(iter(found)) == "rmfs"
     assert found["xie2019efficient"] == found["merschformann2019decision"] == ["pod-match", "demand"]
-
-
-def test_a_scenario_names_its_rules(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
     switch = '{ rule = "switch", cases = [{ rule = "nearest-pod", before_s = 60 }, { rule = "demand" }] }'
     scenario = f'[rules]\npoa = "./mine.py:Mine"\npps = {switch}\n'
@@ -116,16 +102,10 @@ def test_a_scenario_names_its_rules(tmp_path: Path) -> None:
     assert len(found["bee2001honey"]) == 1
     assert {"nearest-pod", "demand"} <= {*found["merschformann2019decision"]}
     assert "switch" in found["merschformann2018rawsimo"]
-
-
-def test_the_folder_of_a_run(tmp_path: Path) -> None:
     rules = {"poa": "pod-match", "pps": "demand", "pr": "nearest", "ta": "nearest-robot", "pp": "sipp"}
     result = {"scenario": {"rules": rules}, "metrics": {}}
     (tmp_path / "result.json").write_text(json.dumps(result), encoding="utf-8")
     assert keys(str(tmp_path))["ma2019lifelong"] == ["sipp"]
-
-
-def test_a_run_whose_rule_is_gone(tmp_path: Path) -> None:
     rules = {"poa": "./gone.py:Mine", "pps": "demand", "pr": "nearest", "ta": "nearest-robot", "pp": "sipp"}
     (tmp_path / "result.json").write_text(json.dumps({"scenario": {"rules": rules}, "metrics": {}}), encoding="utf-8")
     with pytest.raises(InputError, match=rf"^{re.escape(str(tmp_path))}, rules\.poa: rule .*: cannot read .*gone\.py"):
@@ -174,42 +154,33 @@ ENTRY = """@article{smith1956various,
 """
 
 
-def test_a_journal() -> None:
+def test_kinds_of_sources() -> None:
     (found,) = references_in(JOURNAL)
     assert (found.bibtex(), found.note) == (ENTRY, "the idea")
+    (found,) = references_in("M. Merschformann, H. Li: RAWSim-O: a framework. Logistics 11, 8, 2018.")
+    assert "  author = {M. Merschformann and H. Li}," in found.bibtex()
+    assert "  title = {{RAWSim-O:} a framework}," in found.bibtex()
+    text = "A. Bee: On honey. Hive 1, 2, 2001.\n\nA. Bee: On honey. Hive 1, 2, 2001 (the idea).\n\n"
+    found = with_own_keys(references_in(f"{text}A. Bee: On honey and wax. Hive 1, 3, 2001."))
+    assert [reference.key for reference in found] == ["bee2001honey", "bee2001honeyb"]
 
 
-@pytest.mark.parametrize(
-    ("text", "kind", "fields"),
-    [
-        (
-            "L. Xie, H. Li: Efficient methods. arXiv:1902.03092, 2019. https://arxiv.org/abs/1902.03092",
-            "misc",
-            {"eprint": "1902.03092", "year": "2019", "url": "https://arxiv.org/abs/1902.03092"},
-        ),
-        ("H. Ma, S. Koenig: Lifelong planning. AAAI 2019.", "inproceedings", {"booktitle": "AAAI", "year": "2019"}),
-        ("J. R. Jackson: Tardiness. Report 43, Los Angeles, 1955.", "misc", {"howpublished": "Report 43, Los Angeles"}),
-        ("Found in a drawer. doi: 10.1/a", "misc", {"note": "Found in a drawer. doi: 10.1/a", "doi": "10.1/a"}),
-    ],
+@cases(
+    "text kind fields",
+    (
+        "L. Xie, H. Li: Efficient methods. arXiv:1902.03092, 2019. https://arxiv.org/abs/1902.03092",
+        "misc",
+        {"eprint": "1902.03092", "year": "2019", "url": "https://arxiv.org/abs/1902.03092"},
+    ),
+    ("H. Ma, S. Koenig: Lifelong planning. AAAI 2019.", "inproceedings", {"booktitle": "AAAI", "year": "2019"}),
+    ("J. R. Jackson: Tardiness. Report 43, Los Angeles, 1955.", "misc", {"howpublished": "Report 43, Los Angeles"}),
+    ("Found in a drawer. doi: 10.1/a", "misc", {"note": "Found in a drawer. doi: 10.1/a", "doi": "10.1/a"}),
 )
 def test_other_kinds(text: str, kind: str, fields: dict[str, str]) -> None:
     """Preprints, conferences, reports; what is written otherwise is a note as a whole."""
     (found,) = references_in(text)
     assert found.kind == kind
     assert {**found.fields, **fields} == found.fields
-
-
-def test_authors_and_titles_as_styles_want_them() -> None:
-    (found,) = references_in("M. Merschformann, H. Li: RAWSim-O: a framework. Logistics 11, 8, 2018.")
-    assert "  author = {M. Merschformann and H. Li}," in found.bibtex()
-    assert "  title = {{RAWSim-O:} a framework}," in found.bibtex()
-
-
-def test_every_source_once() -> None:
-    """The same title is the same source; others that would have its key get a letter."""
-    text = "A. Bee: On honey. Hive 1, 2, 2001.\n\nA. Bee: On honey. Hive 1, 2, 2001 (the idea).\n\n"
-    found = with_own_keys(references_in(f"{text}A. Bee: On honey and wax. Hive 1, 3, 2001."))
-    assert [reference.key for reference in found] == ["bee2001honey", "bee2001honeyb"]
 
 
 @given(st.text())

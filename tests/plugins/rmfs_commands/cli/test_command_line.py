@@ -1,7 +1,5 @@
 """The command line: light, with standard streams of its own, and unharmed by plugins that cannot be had."""
 
-from __future__ import annotations
-
 import io
 import json
 import os
@@ -23,6 +21,7 @@ from numba.core import caching, environment
 from rich.console import Console
 
 from calling import exit_code
+from cases import cases
 from rmfs_commands.cli.compiling import compiling_announced
 from rmfs_commands.cli.loading import loading_alone
 from rmfs_commands.cli.main import main, rmfs
@@ -50,7 +49,6 @@ def calls(command: click.Command, *words: str) -> list[list[str]]:
 
 
 def test_the_help_of_every_command_imports_nothing_slow() -> None:
-    """`rmfs --help` and `rmfs COMMAND --help` are there at once: what is slow is imported by what needs it."""
     asked = calls(rmfs)
     assert ["scenario", "check"] in asked
     code = (
@@ -85,17 +83,15 @@ def sentence(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return line
 
 
-@pytest.mark.parametrize(
-    ("target", "source", "problem"),
-    [
-        ("acme_missing:tool", "", "cannot be imported from acme_missing:tool: ModuleNotFoundError: No module named"),
-        ("acme_tool:tool", "import acme_missing", "cannot be imported from acme_tool:tool: ModuleNotFoundError"),
-        ("acme_tool:tool", "raise ValueError('two\\nlines')", "acme_tool:tool: ValueError: two lines"),
-        ("acme_tool:tool", "raise SystemExit(3)", "cannot be imported from acme_tool:tool: SystemExit: 3"),
-        ("acme_tool:tool", "", "cannot be imported from acme_tool:tool: AttributeError"),
-        ("acme_tool:tool", "def tool(): pass", "is function; expected a click.Command"),
-        ("acme_tool:tool", "import click\ntool = click.Command", "is type; expected a click.Command"),
-    ],
+@cases(
+    "target source problem",
+    ("acme_missing:tool", "", "cannot be imported from acme_missing:tool: ModuleNotFoundError: No module named"),
+    ("acme_tool:tool", "import acme_missing", "cannot be imported from acme_tool:tool: ModuleNotFoundError"),
+    ("acme_tool:tool", "raise ValueError('two\\nlines')", "acme_tool:tool: ValueError: two lines"),
+    ("acme_tool:tool", "raise SystemExit(3)", "cannot be imported from acme_tool:tool: SystemExit: 3"),
+    ("acme_tool:tool", "", "cannot be imported from acme_tool:tool: AttributeError"),
+    ("acme_tool:tool", "def tool(): pass", "is function; expected a click.Command"),
+    ("acme_tool:tool", "import click\ntool = click.Command", "is type; expected a click.Command"),
 )
 def test_a_broken_command_costs_one_sentence(
     target: str, source: str, problem: str, install: Install, capsys: pytest.CaptureFixture[str]
@@ -132,9 +128,15 @@ def test_commands_of_one_name_are_refused(install: Install, capsys: pytest.Captu
     assert "  run " in capsys.readouterr().out
 
 
-def test_an_unknown_command_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_and_unknown_commands(capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("valdate") == 2
     assert capsys.readouterr().err == 'Error: there is no command "valdate" (did you mean `validate`?)\n'
+    for arguments in ([], ["scenario"]):
+        with suppress(SystemExit):
+            main(arguments)
+        told = capsys.readouterr()
+        assert re.search(r"^Commands:\n  \w+", told.out + told.err, re.MULTILINE)
+        assert "Error:" not in told.err
 
 
 PRINTING = [
@@ -250,16 +252,14 @@ def test_a_command_that_cannot_say_what_it_does_is_listed(capsys: pytest.Capture
 FULL = "Error: output: cannot be written: No space left on device\n"
 
 
-@pytest.mark.parametrize(
-    ("call", "code", "said"),
-    [
-        ("--help >/dev/full", 2, FULL),
-        ("scenario list >/dev/full", 2, FULL),
-        ("scenario list >/dev/full 2>/dev/full", 2, ""),
-        ("nope 2>/dev/full", 2, ""),
-        ("--help >&-", 0, ""),
-        ("scenario list >&- 2>&-", 0, ""),
-    ],
+@cases(
+    "call code said",
+    ("--help >/dev/full", 2, FULL),
+    ("scenario list >/dev/full", 2, FULL),
+    ("scenario list >/dev/full 2>/dev/full", 2, ""),
+    ("nope 2>/dev/full", 2, ""),
+    ("--help >&-", 0, ""),
+    ("scenario list >&- 2>&-", 0, ""),
 )
 def test_output_that_cannot_be_written_is_no_traceback(call: str, code: int, said: str) -> None:
     program = f"{sys.executable} -c 'from rmfs_commands.cli.main import main; main()'"
@@ -323,10 +323,8 @@ from rmfs_core import hookimpl
 @frozen
 class Fails:
     "PPS: fails."
-
     @hookimpl
-    def select_pods(self, warehouse):
-        raise ValueError("no \x1b[31m idea")
+    def select_pods(self, warehouse): raise ValueError("no \x1b[31m idea")
 """
 
 
@@ -358,15 +356,6 @@ def test_an_interrupt_is_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
     }
 
 
-def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    for arguments in ([], ["scenario"]):
-        with suppress(SystemExit):
-            main(arguments)
-        told = capsys.readouterr()
-        assert re.search(r"^Commands:\n  \w+", told.out + told.err, re.MULTILINE)
-        assert "Error:" not in told.err
-
-
 NOTING = """
 import warnings
 import click
@@ -385,6 +374,8 @@ main()
 def test_what_users_have_to_know_is_a_note() -> None:
     done = subprocess.run([sys.executable, "-c", NOTING, "noting"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "Note: it goes\n")
+    done = subprocess.run([sys.executable, "-c", DROPPING], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("heard\n", "")
 
 
 FIRST = """
@@ -399,12 +390,9 @@ main()
 """
 
 
-def test_an_interrupt_while_it_is_imported() -> None:
+def test_it_calls_the_command_line() -> None:
     done = subprocess.run([sys.executable, "-c", FIRST], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "Interrupted.\n")
-
-
-def test_it_calls_the_command_line() -> None:
     call = [sys.executable, "-c", "from rmfs_commands.cli.start import main; main()", "--version"]
     assert subprocess.run(call, capture_output=True, text=True, check=True).stdout.startswith("-c, version ")
 
@@ -428,12 +416,6 @@ try:
 except KeyboardInterrupt:
     print("heard")
 """
-
-
-def test_an_interrupt_in_a_finalizer_is_heard() -> None:
-    """Python would drop it there, with a traceback."""
-    done = subprocess.run([sys.executable, "-c", DROPPING], capture_output=True, text=True, check=True)
-    assert (done.stdout, done.stderr) == ("heard\n", "")
 
 
 @pytest.mark.slow
@@ -473,7 +455,6 @@ from rmfs_core.decisions import OrderAssignment
 @frozen
 class Noisy:
     \"\"\"Prints, and reads what there is.\"\"\"
-
     @hookimpl
     def assign_orders(self, warehouse):
         print("ASKED", repr(sys.stdin.read()), os.read(0, 9))
@@ -642,7 +623,7 @@ def test_nothing_stays_changed() -> None:
     assert (caching.Cache.load_overload, environment.importlib) == before
 
 
-def test_it_is_said_once_and_only_when_something_is_compiled() -> None:
+def test_what_is_compiled_is_said_once() -> None:
     increased, doubled = njit(lambda number: number + 1), njit(lambda number: 2 * number)
     said = []
     for _ in range(2):
@@ -651,9 +632,6 @@ def test_it_is_said_once_and_only_when_something_is_compiled() -> None:
             assert doubled(increased(1)) == 4
         said.append(notes.file.getvalue())
     assert said == ["Compiling searches (once a rule; up to a minute) ...\n", ""]
-
-
-def test_what_is_compiled_elsewhere_is_not_announced() -> None:
     notes = Console(file=io.StringIO())
     with compiling_announced(notes):
         pass

@@ -12,6 +12,7 @@ import pytest
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 
+from cases import cases
 from rmfs_commands.cli.main import main, rmfs
 from rmfs_commands.cli.options import (
     NumberRange,
@@ -36,19 +37,17 @@ from rmfs_core.scenario import shipped_scenarios
 @dask_option
 @json_option
 def command(**given: object) -> None:
-    """Print what was given."""
     for name, value in sorted(given.items()):
         click.echo(f"{name}={value}")
 
 
 def given(*arguments: str) -> dict[str, str]:
-    """Return what the command was given, as texts."""
     done = CliRunner().invoke(command, arguments)
     assert done.exit_code == 0, done.output
     return dict(line.split("=", 1) for line in done.output.splitlines())
 
 
-def test_what_is_left_out() -> None:
+def test_what_is_given_or_left_out() -> None:
     assert given("paper-250") == {
         "scenario": "paper-250",
         "overrides": "()",
@@ -57,9 +56,6 @@ def test_what_is_left_out() -> None:
         "dask": "None",
         "as_json": "False",
     }
-
-
-def test_what_is_given() -> None:
     options = ("--set", "a.b=1", "--set", "c=", "--seed", "0", "-j", "2", "--dask", "tcp://host:1", "--json")
     assert given("x.toml", *options) == {
         "scenario": "x.toml",
@@ -71,14 +67,12 @@ def test_what_is_given() -> None:
     }
 
 
-@pytest.mark.parametrize(
-    ("arguments", "problem"),
-    [
-        ((), "Missing argument 'SCENARIO'"),
-        (("x", "--seed", "-1"), "'--seed': expected a whole number >= 0, found -1"),
-        (("x", "--jobs", "0"), "expected a whole number >= 1, found 0"),
-        (("x", "--seed", "one"), "expected a whole number >= 0, found one"),
-    ],
+@cases(
+    "arguments problem",
+    ((), "Missing argument 'SCENARIO'"),
+    (("x", "--seed", "-1"), "'--seed': expected a whole number >= 0, found -1"),
+    (("x", "--jobs", "0"), "expected a whole number >= 1, found 0"),
+    (("x", "--seed", "one"), "expected a whole number >= 0, found one"),
 )
 def test_what_is_wrong_is_said(arguments: tuple[str, ...], problem: str) -> None:
     done = CliRunner().invoke(command, arguments)
@@ -86,18 +80,16 @@ def test_what_is_wrong_is_said(arguments: tuple[str, ...], problem: str) -> None
     assert problem in done.output
 
 
-@pytest.mark.parametrize(
-    ("kind", "value", "problem"),
-    [
-        (NumberRange(min=0, min_open=True), "3x", "expected a number > 0, found 3x"),
-        (NumberRange(min=0, min_open=True), "nan", "expected a number > 0, found nan"),
-        (NumberRange(min=0, min_open=True), "0", "expected a number > 0, found 0"),
-        (NumberRange(50, 100, min_open=True, max_open=True), "100", "expected a number > 50 and < 100, found 100"),
-        (NumberRange(max=1.5), "2", "expected a number <= 1.5, found 2"),
-        (NumberRange(), "x", "expected a number, found x"),
-        (WholeNumberRange(2, 1000), "1.5", "expected a whole number from 2 to 1,000, found 1.5"),
-        (WholeNumberRange(2, 1000), "1001", "expected a whole number from 2 to 1,000, found 1001"),
-    ],
+@cases(
+    "kind value problem",
+    (NumberRange(min=0, min_open=True), "3x", "expected a number > 0, found 3x"),
+    (NumberRange(min=0, min_open=True), "nan", "expected a number > 0, found nan"),
+    (NumberRange(min=0, min_open=True), "0", "expected a number > 0, found 0"),
+    (NumberRange(50, 100, min_open=True, max_open=True), "100", "expected a number > 50 and < 100, found 100"),
+    (NumberRange(max=1.5), "2", "expected a number <= 1.5, found 2"),
+    (NumberRange(), "x", "expected a number, found x"),
+    (WholeNumberRange(2, 1000), "1.5", "expected a whole number from 2 to 1,000, found 1.5"),
+    (WholeNumberRange(2, 1000), "1001", "expected a whole number from 2 to 1,000, found 1001"),
 )
 def test_a_number_that_is_wrong_is_refused_with_what_is_right(
     kind: click.ParamType[float], value: str, problem: str
@@ -161,16 +153,20 @@ RULES = sorted(entrypoints.offers(entrypoints.RULES))
 
 
 def completed(*words: str) -> list[str]:
-    """Return what the last word can be completed to."""
     *before, incomplete = words
     return [
         item.value for item in ShellComplete(rmfs, {}, "rmfs", "_RMFS_COMPLETE").get_completions(before, incomplete)
     ]
 
 
-def test_commands() -> None:
+def test_words_are_completed() -> None:
     assert completed("r") == ["replay", "reproduce", "rules", "run"]
     assert completed("scenario", "") == ["check", "list", "map", "schema", "show"]
+    assert completed("run", "x", "--set", "rules.poa", "=", "pod-m") == ["pod-match"]
+    assert completed("run", "--set", "rules.poa", "=") == RULES
+    assert completed("run", "--set", "rules.poa", "=", "pod-m") == ["pod-match"]
+    assert completed("compare", "paper-p") == [name for name in shipped_experiments() if name.startswith("paper-p")]
+    assert completed("run", "x", "--record", "") == ["decisions", "trace"]
 
 
 @pytest.mark.parametrize("command", [("run",), ("generate",), ("scenario", "check"), ("scenario", "map")])
@@ -207,17 +203,6 @@ def test_keys_and_values_of_overrides() -> None:
     assert completed("run", "--set", "rules.pr=") == [f"rules.pr={name}" for name in RULES]
     for other in ("instance.orders=", "rules.filters=", "rules.observers="):  # the last two hold lists
         assert completed("run", "--set", other) == []
-
-
-def test_bash_splits_at_the_equals_sign() -> None:
-    assert completed("run", "x", "--set", "rules.poa", "=", "pod-m") == ["pod-match"]
-    assert completed("run", "--set", "rules.poa", "=") == RULES
-    assert completed("run", "--set", "rules.poa", "=", "pod-m") == ["pod-match"]
-
-
-def test_experiments_and_recorders() -> None:
-    assert completed("compare", "paper-p") == [name for name in shipped_experiments() if name.startswith("paper-p")]
-    assert completed("run", "x", "--record", "") == ["decisions", "trace"]
 
 
 def test_it_is_quick() -> None:

@@ -1,7 +1,5 @@
 """Rules: named on a command line, described, listed and asked outside a run."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from collections.abc import Callable
@@ -12,6 +10,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from calling import exit_code
+from cases import cases
 from installed import RMFS
 from rmfs_commands.cli.choices import option_named, parse_choice, with_parameters
 from rmfs_commands.cli.description import RuleDescription, installed_rules, sections
@@ -63,12 +62,10 @@ class Mine:
 
 
 def invoke(*arguments: str) -> Result:
-    """Call the command."""
     return CliRunner().invoke(rules, arguments)
 
 
 def as_json() -> dict[str, dict[str, Any]]:
-    """Return what the command prints for machines, by name of the rule."""
     return {rule["name"]: rule for rule in json.loads(invoke("--json").stdout)}
 
 
@@ -125,6 +122,14 @@ def test_the_details_of_one_rule(install: Install) -> None:
     assert "\nParameters\n" not in result.stdout  # they are told once
 
 
+def test_nothing_set_is_said_in_words(install: Install) -> None:
+    shown = invoke("integrated").stdout
+    assert "  # max_seconds = (not set)\n    # a number or nothing. " in shown
+    assert "None" not in invoke().stdout
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=DOCUMENTED)
+    assert "  names = []  # " in invoke("mine").stdout
+
+
 @pytest.mark.parametrize("name", ["integrated", "balanced", "common-lines", "sipp"])
 def test_parameters_are_shown_as_toml_has_them(name: str) -> None:
     choice = tomllib.loads(invoke(name).stdout.partition("In a scenario\n")[2])
@@ -156,27 +161,16 @@ def test_a_rule_that_cannot_be_imported_is_shown_with_its_error(install: Install
     assert as_json()["broken"]["error"] == problem
 
 
-def test_rules_that_clash_are_both_shown(install: Install) -> None:
+def test_rules_that_cannot_be_used_are_named(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("acme", "bolt"):
         install(name, {"mine": f"{name}_rules:Mine"}, **{f"{name}_rules": DOCUMENTED})
     result = invoke("--json")
     clash = [rule for rule in json.loads(result.stdout) if rule["name"].endswith("mine")]
     assert [(rule["name"], rule["error"]) for rule in clash] == [("acme:mine", None), ("bolt:mine", None)]
-
-
-def test_an_unknown_name_is_a_wrong_input(capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("rules", "balancd") == 2
     assert capsys.readouterr().err == (
         'Error: rmfs rules: unknown rule "balancd" (did you mean `balanced`?); `rmfs rules` lists all\n'
     )
-
-
-def test_nothing_set_is_said_in_words(install: Install) -> None:
-    shown = invoke("integrated").stdout
-    assert "  # max_seconds = (not set)\n    # a number or nothing. " in shown
-    assert "None" not in invoke().stdout
-    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=DOCUMENTED)
-    assert "  names = []  # " in invoke("mine").stdout
 
 
 @pytest.mark.parametrize("width", [80, 140])
@@ -204,18 +198,15 @@ def test_a_rule_in_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def described(name: str) -> RuleDescription:
-    """Return what is known of a rule."""
     (found,) = [rule for rule in installed_rules() if rule.name == name]
     return found
 
 
-@pytest.mark.parametrize(
-    ("source", "error"),
-    [
-        ("raise ImportError('no such thing')", "no such thing"),
-        ("class Mine: pass", "attrs"),
-        ("@define\nclass Mine:\n    @hookimpl\n    def asign_orders(self): pass", "did you mean `assign_orders`"),
-    ],
+@cases(
+    "source error",
+    ("raise ImportError('no such thing')", "no such thing"),
+    ("class Mine: pass", "attrs"),
+    ("@define\nclass Mine:\n    @hookimpl\n    def asign_orders(self): pass", "did you mean `assign_orders`"),
 )
 def test_a_rule_that_cannot_be_used_says_why(install: Callable[..., None], source: str, error: str) -> None:
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
@@ -235,7 +226,7 @@ def test_rules_are_sorted_by_what_they_decide() -> None:
     assert names == sorted(names)
 
 
-def test_references_without_a_number_are_shown_as_they_begin() -> None:
+def test_docstrings_and_references_are_shown() -> None:
     def shown(reference: str) -> str:
         return RuleDescription("x", "rmfs", "1", reference=reference).short_references()
 
@@ -244,9 +235,6 @@ def test_references_without_a_number_are_shown_as_they_begin() -> None:
         shown("arXiv:1706.09347. https://doi.org/10.1/a, doi:10.1/a. DOI: 10.2/b") == "arXiv:1706.09347\n10.1/a\n10.2/b"
     )
     assert shown("") == ""
-
-
-def test_sections_of_a_docstring() -> None:
     doc = "Summary.\n\nParameters\n----------\na\n    First.\n\nReferences\n----------\nSomebody."
     assert sections(doc) == {"Parameters": "a\n    First.", "References": "Somebody."}
     assert sections("Summary.") == {}
@@ -269,15 +257,13 @@ def test_choices() -> None:
             with_parameters(table, [wrong])
 
 
-@pytest.mark.parametrize(
-    ("place", "named"),
-    [
-        ("rule", "--rule mine"),
-        ("rule.x", "--set x = 2"),
-        ("rule.y", "--rule mine, y"),
-        ("rules", "rules"),
-        ("state.json", "state.json"),
-    ],
+@cases(
+    "place named",
+    ("rule", "--rule mine"),
+    ("rule.x", "--set x = 2"),
+    ("rule.y", "--rule mine, y"),
+    ("rules", "rules"),
+    ("state.json", "state.json"),
 )
 def test_an_error_names_what_was_typed(place: str, named: str) -> None:
     with pytest.raises(InputError) as caught, option_named("rule", "--rule mine", ["x=1", "x = 2"]):
@@ -293,23 +279,16 @@ from rmfs_core import hookimpl
 @attrs.define
 class Mine:
     @hookimpl
-    def filter_backlog(self, orders):
-        return orders
+    def filter_backlog(self, orders): return orders
 """
 
 
-def test_the_role_that_may_be_played_is_the_rules() -> None:
+def test_the_role_of_a_single_rule() -> None:
     rule = load_rule(RuleChoice("pod-index", {"near": 0.5}), (Role.POA_PPS, Role.POA, Role.PP))
     assert (rule.role, rule.name, rule.instance.near) == (Role.POA_PPS, "pod-index", 0.5)
-
-
-def test_a_rule_that_can_play_several_wants_a_preference() -> None:
     assert load_rule(RANDOM, tuple(Role), preferred=Role.PPS).role is Role.PPS
     with pytest.raises(InputError, match=r"^here: rule \"random\" .* say which of them is asked \(`decides`\)$"):
         load_rule(RANDOM, tuple(Role), place="here")
-
-
-def test_a_rule_for_something_else_is_refused() -> None:
     with pytest.raises(InputError, match=r"decides PP; expected a rule for POA or PPS$"):
         load_rule(RuleChoice("sipp"), (Role.POA, Role.PPS))
 

@@ -1,7 +1,5 @@
 """`rmfs scenario`: check, show, schema and list."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from pathlib import Path
@@ -11,6 +9,7 @@ from attrs import evolve
 from jsonschema import Draft202012Validator
 
 from calling import exit_code
+from cases import cases
 from installed import RMFS
 from rmfs_commands.cli.checking import check_scenario, load_checked
 from rmfs_commands.cli.main import main
@@ -28,7 +27,6 @@ RULES = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 
 
 def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    """Run a command; return its exit code, output and errors."""
     code = exit_code(*arguments)
     captured = capsys.readouterr()
     return code, captured.out, captured.err
@@ -83,18 +81,18 @@ def test_check_says_that_it_loads_code(tmp_path: Path, capsys: pytest.CaptureFix
     assert err.startswith(f"Error: {file}, line 2, rules.poa: ")
 
 
-def test_show_prints_the_resolved_scenario(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_the_resolved_scenario_and_the_schema(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     code, out, _ = run(capsys, "scenario", "show", "examples/small", "--set", "robots.count=3", "--seed", "9")
     assert code == 0
     assert tomllib.loads(out)["seed"] == 9
     (tmp_path / "again.toml").write_text(out, encoding="utf-8")
     assert load_scenario(tmp_path / "again.toml") == load_scenario("examples/small", ["robots.count=3"], 9)
-
-
-def test_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = run(capsys, "scenario", "schema")
     assert code == 0
     assert json.loads(out)["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    code, _, error = run(capsys, "scenario", "show", "small")
+    assert code == 2
+    assert error.endswith("no shipped scenario of that name (did you mean `examples/small`?)\n")
 
 
 def test_check_and_list_as_json(capsys: pytest.CaptureFixture[str]) -> None:
@@ -120,27 +118,18 @@ def test_a_map_reads_back_as_the_same_layout(name: str, capsys: pytest.CaptureFi
     assert (again.moves == layout.moves).all()
 
 
-def test_a_map_follows_overrides(capsys: pytest.CaptureFixture[str]) -> None:
+def test_overrides_count(capsys: pytest.CaptureFixture[str]) -> None:
     _, out, _ = run(capsys, "scenario", "map", "examples/small", "--set", "layout.stations_east=1")
     assert out.count("O") == 1
+    code, out, _ = run(capsys, "scenario", "check", "examples/small", "--set", "layout.stations_east=1")
+    valid = "examples/small is valid: 50 orders of 130 items, 20 SKUs, 30 pods, 1 station, 4 robots.\n"
+    assert (code, out.partition("Note:")[0]) == (0, valid)
 
 
 def test_the_shipped_text_map_is_used() -> None:
     assert "####.@@@@.####" in (shipped_folder() / "examples" / "text-map-hall.txt").read_text(encoding="utf-8")
     result = simulate("examples/text-map")
     assert (result.status, result.metrics["orders_completed"]) == ("complete", 40)
-
-
-def test_one_station_is_one_station(capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, _ = run(capsys, "scenario", "check", "examples/small", "--set", "layout.stations_east=1")
-    valid = "examples/small is valid: 50 orders of 130 items, 20 SKUs, 30 pods, 1 station, 4 robots.\n"
-    assert (code, out.partition("Note:")[0]) == (0, valid)
-
-
-def test_the_last_part_of_a_shipped_name_is_understood(capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, error = run(capsys, "scenario", "show", "small")
-    assert code == 2
-    assert error.endswith("no shipped scenario of that name (did you mean `examples/small`?)\n")
 
 
 @pytest.mark.parametrize("width", [60, 80, 140])
@@ -159,15 +148,12 @@ RULE = """
 from attrs import define
 from rmfs_core import hookimpl
 
-
 @define
 class Mine:
     size: int = 1
     needs = ("item capacity",)
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        return []
+    def assign_orders(self, warehouse): return []
 """
 
 WRONG = """\
@@ -194,7 +180,6 @@ filters = ["most-covered", { rule = "most-covred" }]
 
 
 def problems(path: Path | str, *overrides: str, allow_inline: bool = True) -> list[str]:
-    """Return place and problem of all that is wrong."""
     checked = check_scenario(str(path), overrides, None, allow_inline=allow_inline)
     return [f"{one['place']}: {one['problem']}" for one in checked.problems]
 
@@ -261,13 +246,11 @@ def test_what_only_follows_is_not_reported(tmp_path: Path) -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("overrides", "start"),
-    [
-        (["instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=-4"], "expected a number from 0.001"),
-        (["instance.due.allowance_s=x"], 'expected a number, found "x"'),
-        (["rules.poa_pps.urge_s=500"], "expected a key `rule`"),
-    ],
+@cases(
+    "overrides start",
+    (["instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=-4"], "expected a number from 0.001"),
+    (["instance.due.allowance_s=x"], 'expected a number, found "x"'),
+    (["rules.poa_pps.urge_s=500"], "expected a key `rule`"),
 )
 def test_one_cause_is_one_mistake(overrides: list[str], start: str) -> None:
     (found,) = problems("examples/small", *overrides)
@@ -330,16 +313,16 @@ def test_a_file_that_a_parameter_names_and_that_is_not_there(tmp_path: Path) -> 
     assert problems(file) == [f"{file}, line 3, rules.poa.size: there is no file {tmp_path}/w.txt"]
 
 
-def test_orders_that_a_rule_does_not_split_are_named_beside_other_mistakes() -> None:
+def test_what_cannot_be_checked(tmp_path: Path) -> None:
     found = problems("paper-250-integrated", "stations.item_capacity=3", "stations.oversize=refuse", "robots.count=0")
     assert found[0] == "--set robots.count=0: expected a whole number from 1 to 100,000, found 0"
     assert len(found) == 2
     assert "more than any station takes at a time (3); expected" in found[1]
-
-
-def test_a_file_that_cannot_be_read_is_the_only_problem(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="there is no such file"):
         check_scenario(str(tmp_path / "none.toml"), (), None, allow_inline=True)
+    found = check_scenario("paper-250", [f"rules.observers=[{2000 * '0,'}]"], None, allow_inline=False).problems
+    assert len(found) == 51
+    assert found[-1]["problem"] == "is checked no farther after 50 mistakes"
 
 
 def test_every_mistake_in_csv_files_is_named(tmp_path: Path) -> None:
@@ -381,24 +364,16 @@ def test_all_wrong_overrides_are_said_at_once(capsys: pytest.CaptureFixture[str]
     assert load_checked("paper-250", ("robots.count=3",)).robots.count == 3
 
 
-@pytest.mark.parametrize(
-    ("scenario", "overrides", "noted"),
-    [
-        ("paper-250", [], True),
-        ("paper-250", ["rules.poa.max_wait_s=600"], False),
-        ("paper-250", ["stations.order_capacity=6"], False),
-        ("paper-250-split-over-time", [], False),
-    ],
+@cases(
+    "scenario overrides noted",
+    ("paper-250", [], True),
+    ("paper-250", ["rules.poa.max_wait_s=600"], False),
+    ("paper-250", ["stations.order_capacity=6"], False),
+    ("paper-250-split-over-time", [], False),
 )
 def test_who_waits_for_room_for_items_is_noted(scenario: str, overrides: list[str], noted: bool) -> None:
     notes = check_scenario(scenario, overrides, None, allow_inline=False).notes
     assert [("`max_wait_s` of pod-match" in note) for note in notes] == [True] * noted
-
-
-def test_after_many_mistakes_it_is_enough() -> None:
-    found = check_scenario("paper-250", [f"rules.observers=[{2000 * '0,'}]"], None, allow_inline=False).problems
-    assert len(found) == 51
-    assert found[-1]["problem"] == "is checked no farther after 50 mistakes"
 
 
 def test_what_may_be_a_slip_is_noted(tmp_path: Path) -> None:
@@ -440,17 +415,13 @@ def test_what_may_be_a_slip_is_noted(tmp_path: Path) -> None:
     )
 
 
-def test_that_there_are_no_orders_is_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_may_be_a_surprise_is_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\n", encoding="utf-8")
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\n1,mug,5\n", encoding="utf-8")
     files = [f"instance.{what}_file={tmp_path}/{what}.csv" for what in ("orders", "pods")]
     assert check_scenario("examples/small", files, None, allow_inline=False).notes == ["Note: there are no orders."]
     main(["run", "examples/small", *(f"--set={file}" for file in files), "--out", str(tmp_path / "out")])
     assert "There were no orders" in capsys.readouterr().out
-
-
-def test_robots_and_stations_that_never_meet_are_noted() -> None:
-    """Nothing is wrong, since robots work off what stations took; but it is a surprise."""
     hours = ('stations.open=[["06:00", "10:00"]]', 'robots.available=[["12:00", "16:00"]]')
     (note,) = check_scenario("examples/small", hours, None, allow_inline=False).notes[-1:]
     assert note.startswith("Note: no robot is on duty while a station is open (`robots.available`, `stations.open`)")
@@ -471,6 +442,14 @@ NO_SCENARIOS = [
 
 def test_the_schema_is_a_schema() -> None:
     Draft202012Validator.check_schema(scenario_schema())
+    pick_s = scenario_schema()["properties"]["stations"]["properties"]["pick_s"]
+    assert pick_s == {
+        "type": "number",
+        "description": "Time of picking a unit: holds the picker, the pod and its robot (s)",
+        "minimum": 0.001,
+        "maximum": 3600,
+        "default": 7.0,
+    }
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
@@ -486,17 +465,6 @@ def test_mistakes_are_marked(change: dict[str, object]) -> None:
     assert not Draft202012Validator(scenario_schema()).is_valid({"rules": rules, **change})
 
 
-def test_keys_are_described() -> None:
-    pick_s = scenario_schema()["properties"]["stations"]["properties"]["pick_s"]
-    assert pick_s == {
-        "type": "number",
-        "description": "Time of picking a unit: holds the picker, the pod and its robot (s)",
-        "minimum": 0.001,
-        "maximum": 3600,
-        "default": 7.0,
-    }
-
-
 @pytest.fixture
 def files(tmp_path: Path) -> dict[str, Path]:
     """Return three files by name: two say what they are for, one does not."""
@@ -507,8 +475,9 @@ def files(tmp_path: Path) -> dict[str, Path]:
     return found
 
 
-def test_the_first_comment_says_what_a_file_is_for(files: dict[str, Path], tmp_path: Path) -> None:
-    """All of its first paragraph, and only where the file begins with it."""
+def test_names_and_summaries_of_files(
+    files: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert [summary(file) for file in files.values()] == ["What a is for.", "Another", ""]
     longer = tmp_path / "longer.toml"
     longer.write_text("# What it is\n# for.\n#\n# Details.\nseed = 1\n", encoding="utf-8")
@@ -516,9 +485,6 @@ def test_the_first_comment_says_what_a_file_is_for(files: dict[str, Path], tmp_p
     empty = tmp_path / "empty.toml"
     empty.write_text("", encoding="utf-8")
     assert summary(empty) == ""
-
-
-def test_names_and_summaries_are_in_columns(files: dict[str, Path], capsys: pytest.CaptureFixture[str]) -> None:
     print_shipped(files, as_json=False)
     assert capsys.readouterr().out == "a          What a is for.\nlong-name  Another\nnone\n"
     print_shipped({}, as_json=False)
@@ -533,7 +499,7 @@ def test_shipped_scenarios_read_back(name: str, tmp_path: Path) -> None:
     assert evolve(again, folder=scenario.folder, source=scenario.source) == scenario
 
 
-def test_comments_say_what_a_key_means() -> None:
+def test_scenarios_as_toml() -> None:
     scenario = load_scenario("examples/small")
     text = to_toml(scenario)
     lines = text.splitlines()
@@ -544,9 +510,6 @@ def test_comments_say_what_a_key_means() -> None:
     bare = to_toml(scenario, comments=False)
     assert "#" not in bare
     assert tomllib.loads(bare) == tomllib.loads(text)
-
-
-def test_what_is_not_set_is_left_out() -> None:
     rules = RulesSection(poa_pps=RuleChoice("integrated", {"time_limit_s": 5.0}))
     text = to_toml(Scenario(rules=rules), comments=False)
     table = tomllib.loads(text)["rules"]

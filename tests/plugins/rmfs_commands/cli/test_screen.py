@@ -1,7 +1,5 @@
 """What commands show: tables, progress, metrics and notes."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json
@@ -22,6 +20,7 @@ from rich.table import Table
 from rich.text import Text
 
 import rmfs_core
+from cases import cases
 from rmfs_commands.cli.display import duration
 from rmfs_commands.cli.grids import Grid, file_name, grid_csv, latex_text, to_latex, write_grid
 from rmfs_commands.cli.main import main
@@ -66,7 +65,6 @@ FIGURES = 6
 
 
 def printed(width: int, *, boxed: bool, names: tuple[str, ...] = NAMES) -> list[str]:
-    """Return the lines of a table with these names."""
     table = Table(box=box.SIMPLE_HEAD if boxed else None, title="Runs")
     table.add_column("Rule")
     for number in range(FIGURES):
@@ -318,7 +316,7 @@ CHARGING = (
 )
 
 
-def test_robots_that_charge_rest_move_pods_or_are_off_duty_do_not_fetch() -> None:
+def test_what_robots_and_stations_do_is_shown() -> None:
     hours = ("robots.available=[['00:00', '23:00', 3]]", "stations.open={2=[['00:03', '23:00']]}")
     seen = Watching()
     settings = ("instance.orders=40", "rules.pp=free-flow", "rules.move=utility", *CHARGING, *hours)
@@ -326,9 +324,6 @@ def test_robots_that_charge_rest_move_pods_or_are_off_duty_do_not_fetch() -> Non
     assert seen.robots >= {"fetch", "carry", "in line", "move pods", "go to rest", "charge", "off duty"}
     assert any(line.startswith("2 ") and line.endswith(" closed") for line in seen.shown)
     assert any(line.startswith("Robots ") and ", 1 off duty, " in line for line in seen.shown)
-
-
-def test_stations_that_store_are_shown() -> None:
     seen = Watching()
     run("examples/replenished", overrides=["rules.pp=free-flow", "instance.orders=60"], observers=[seen])
     assert any(line.startswith("3 ") and "1/10" in line for line in seen.shown)
@@ -339,12 +334,10 @@ def test_stations_that_store_are_shown() -> None:
 
 @pytest.fixture(scope="module")
 def result() -> Result:
-    """Return the result of a small run."""
     return rmfs_core.run("examples/small", overrides=["instance.orders=5", "rules.pp=free-flow"])
 
 
 def summary(result: Result, width: int = 100) -> str:
-    """Return what is printed on a console of this width."""
     console = Console(width=width, force_terminal=False)
     with console.capture() as capture:
         print_summary(console, "small", result)
@@ -361,20 +354,14 @@ def test_every_metric_has_its_place(result: Result, width: int) -> None:
     assert "small, seed 1: complete" in text
 
 
-def test_a_narrow_console_has_one_column(result: Result) -> None:
+def test_a_summary_shows_what_there_is(result: Result, capsys: pytest.CaptureFixture[str]) -> None:
     assert not re.search(r"Orders completed .* Picks ", summary(result, 60))
     assert any("Orders" in line and "Pods" in line for line in summary(result, 100).splitlines())
-
-
-def test_a_run_with_orders_left_has_no_makespan(result: Result) -> None:
     left = evolve(result, status="partial", metrics={**result.metrics, "makespan_s": None, "simulated_s": 99.5})
     text = summary(left)
     assert "Makespan" not in text
     assert re.search(r"Simulated time +99\.5 +s", text)
     assert "seed 1: partial" in text
-
-
-def test_figures_of_observers_are_shown_as_they_describe_them(result: Result) -> None:
     described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
     own = evolve(result, metrics={**result.metrics, "balance": 2.25, "bare": 3}, described=described)
     text = summary(own)
@@ -382,6 +369,11 @@ def test_figures_of_observers_are_shown_as_they_describe_them(result: Result) ->
     assert re.search(r"Balance of work +2\.2 +kJ", text)
     assert re.search(r"bare +3", text)
     assert "Observers" not in summary(result)
+    result = rmfs_core.run("examples/small", overrides=["instance.orders=2"], observers=[Marked()])
+    print_summary(Console(width=100), "small", result)
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "Waits" in line]
+    assert "Waits [s] [/nope]" in line
+    assert "[red]" in line
 
 
 def test_the_profile_says_where_the_time_went(result: Result) -> None:
@@ -403,48 +395,33 @@ class Marked:
 
     @rmfs_core.hookimpl
     def measured(self) -> dict[str, float | None]:
-        """Measure something."""
         return {"waits": 3}
 
 
-def test_a_label_is_no_markup(capsys: pytest.CaptureFixture[str]) -> None:
-    result = rmfs_core.run("examples/small", overrides=["instance.orders=2"], observers=[Marked()])
-    print_summary(Console(width=100), "small", result)
-    (line,) = [line for line in capsys.readouterr().out.splitlines() if "Waits" in line]
-    assert "Waits [s] [/nope]" in line
-    assert "[red]" in line
-
-
 def row(status: str, objective: float | None, bound: float | None) -> dict[str, object]:
-    """Return a decision's row of periods.csv."""
     return {"status": status, "objective": objective, "bound": bound, "stopped_early": status in ("effort", "stopped")}
 
 
-@pytest.mark.parametrize(
-    ("rows", "gaps"),
-    [
-        (
-            [row("optimal", 4, 4), row("effort", 10, 9), row("stopped", 8, 6), row("effort", 5, None)],
-            {"ended_at_effort": 2, "largest_gap": pytest.approx(25)},
-        ),
-        ([row("optimal", 4, 4), row("decided", None, None)], {}),
-        ([row("stopped", 4, None)], {"ended_at_effort": 0}),
-    ],
+@cases(
+    "rows gaps",
+    (
+        [row("optimal", 4, 4), row("effort", 10, 9), row("stopped", 8, 6), row("effort", 5, None)],
+        {"ended_at_effort": 2, "largest_gap": pytest.approx(25)},
+    ),
+    ([row("optimal", 4, 4), row("decided", None, None)], {}),
+    ([row("stopped", 4, None)], {"ended_at_effort": 0}),
 )
 def test_gaps_of_a_run(rows: list[dict[str, object]], gaps: dict[str, object]) -> None:
     assert gaps_of(rows) == gaps
 
 
-def test_orders_are_counted() -> None:
+def test_orders_that_waited_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     waits = StockWaits()
     assert waits.sentence == ""
     waits.on_event(OrderInStock(tick=5, order=2))
     assert waits.sentence == "1 order waited for stock (stock_s in delays.csv)."
     waits.on_event(OrderInStock(tick=5, order=3))
     assert waits.sentence == "2 orders waited for stock (stock_s in delays.csv)."
-
-
-def test_a_run_says_how_many(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scarce = ("--set", "instance.replenishment.reorder_point=1", "--set", "instance.replenishment.order_up_to=6")
     main(["run", "examples/replenished", *scarce, "--out", str(tmp_path)])
     with (tmp_path / "delays.csv").open(encoding="utf-8", newline="") as file:
@@ -456,7 +433,6 @@ def test_a_run_says_how_many(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 
 
 def trimmed_text(what: RenderableType, *, end: str = "\n", styled: bool = False, trimmed: bool = True) -> str:
-    """Return what a console of 20 columns prints."""
     stream = io.StringIO()
     console = Console(file=stream, width=20, force_terminal=styled, color_system="standard" if styled else None)
     if trimmed:
@@ -466,7 +442,6 @@ def trimmed_text(what: RenderableType, *, end: str = "\n", styled: bool = False,
 
 
 def table() -> Table:
-    """Return a table that rich fills up with blanks, one row of it empty."""
     made = Table("Rule", "Says", box=None, padding=(0, 1))
     for row in (("one", "yes"), ("", ""), ("another", "no")):
         made.add_row(*row)
@@ -480,26 +455,26 @@ def test_a_table_keeps_its_columns_and_loses_its_blanks() -> None:
     assert found.splitlines()[2] == ""
 
 
-@pytest.mark.parametrize(
-    ("what", "expected"),
-    [
-        (Text("  two  words  "), "  two  words\n"),
-        (Text("first \n\n  third "), "first\n\n  third\n"),
-        (Padding(Text("inside"), (1, 2)), "\n  inside\n\n"),
-        (Text(""), "\n"),
-    ],
+@cases(
+    "what expected",
+    (Text("  two  words  "), "  two  words\n"),
+    (Text("first \n\n  third "), "first\n\n  third\n"),
+    (Padding(Text("inside"), (1, 2)), "\n  inside\n\n"),
+    (Text(""), "\n"),
 )
 def test_blanks_before_and_between_words_stay(what: RenderableType, expected: str) -> None:
     assert trimmed_text(what) == expected
 
 
-def test_no_line_is_ended_that_was_not() -> None:
+def test_lines_and_styles_stay() -> None:
     assert trimmed_text(Text("asks: "), end="") == "asks:"
-
-
-def test_words_keep_their_style() -> None:
     words = Text.assemble(("red ", "red"), ("bold ", "bold"), ("   ", "underline"))
     assert trimmed_text(words, styled=True) == "\x1b[31mred \x1b[0m\x1b[1mbold\x1b[0m\n"
+    stream = io.StringIO()
+    console = Console(file=stream, force_terminal=True, color_system="standard")
+    console.push_render_hook(VisibleSigns())
+    console.print(Text("a\x1bb", style="red"))
+    assert stream.getvalue() == "\x1b[31ma\\x1bb\x1b[0m\n"
 
 
 EVIL = "\x1b[31mred\x1b]0;title\x07\u202egnp\x9b2J"
@@ -521,14 +496,6 @@ def test_no_name_steers_a_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     assert printed.err.rstrip("\n").replace("\n", "") == shown
     for sign in "\x1b\x07\u202e\x9b":
         assert sign not in printed.out + printed.err
-
-
-def test_what_styles_a_text_stays() -> None:
-    stream = io.StringIO()
-    console = Console(file=stream, force_terminal=True, color_system="standard")
-    console.push_render_hook(VisibleSigns())
-    console.print(Text("a\x1bb", style="red"))
-    assert stream.getvalue() == "\x1b[31ma\\x1bb\x1b[0m\n"
 
 
 @pytest.mark.parametrize("ends", ["2>/dev/full", "2>&-", "2>&1 >/dev/null | true"])
@@ -577,19 +544,11 @@ def test_no_text_is_a_command(text: str) -> None:
     assert not set(COMMANDS.sub("", latex_text(text))) & set("\\{}&%$#_^\n")
 
 
-def test_csv_has_the_cells_and_no_formula() -> None:
-    """A name that a spreadsheet would compute is a text; a figure with a sign is left as it is."""
+def test_files_of_grids(tmp_path: Path) -> None:
     grid = Grid("", (), ("Rule\nset", "p", "p"), [("=1+1", "+3 %", "-")], right=(1, 2))
     assert list(csv.reader(io.StringIO(grid_csv(grid)))) == [["Rule set", "p", "p"], ["'=1+1", "+3 %", "-"]]
-
-
-def test_the_ending_says_what_is_written(tmp_path: Path) -> None:
     for name, content in (("a.tex", to_latex(GRID)), ("a.csv", grid_csv(GRID))):
         write_grid(GRID, tmp_path / name)
         assert (tmp_path / name).read_text(encoding="utf-8") == content
-
-
-def test_files_are_named_after_what_comes_first() -> None:
-    """What follows a comma, a colon or a bracket would make names long."""
     assert file_name("Tables 1 and 2, Figure 9: instances (all)") == "tables-1-and-2"
     assert file_name("Section 4.2: picks") == "section-4-2"

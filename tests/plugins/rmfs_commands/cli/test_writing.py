@@ -1,7 +1,5 @@
 """Files that commands write: instances as CSV, layouts as text maps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -22,32 +20,23 @@ from rmfs_core.scenario import Arrivals, InstanceSection, load_scenario, shipped
 from rmfs_core.world import Instance, make_instance, make_layout, read_instance
 
 RULE = '''"""Orders and pods as listed in a file, or as they come."""
-
 from pathlib import Path
 
 from attrs import define
 
 from rmfs_core import hookimpl
 
-
 @define
 class Mine:
     """Reads a file, if there is one."""
-
     plan: Path | None = None
     note: str = ""
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        return []
-
+    def assign_orders(self, warehouse): return []
     @hookimpl
-    def select_pods(self, warehouse):
-        return []
-
+    def select_pods(self, warehouse): return []
     @hookimpl
-    def filter_backlog(self, warehouse, orders):
-        return orders
+    def filter_backlog(self, warehouse, orders): return orders
 '''
 
 
@@ -61,7 +50,7 @@ def test_the_written_scenario_has_the_same_instance(name: str, tmp_path: Path) -
     assert after.instance.pods_at_stations == before.instance.pods_at_stations
 
 
-def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_files_in_the_way(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "pods.csv").write_text("mine", encoding="utf-8")
     assert exit_code("generate", "examples/small", "--out", str(tmp_path)) == 2
     assert capsys.readouterr().err == (
@@ -71,10 +60,6 @@ def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFix
     main(["generate", "examples/small", "--out", str(tmp_path), "--force"])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["orders.csv", "pods.csv", "scenario.toml"]
     assert (tmp_path / "pods.csv").read_text(encoding="utf-8") != "mine"
-
-
-def test_a_file_in_the_way_of_the_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The output folder cannot be a file."""
     (tmp_path / "out").write_text("", encoding="utf-8")
     assert exit_code("generate", "examples/small", "--out", str(tmp_path / "out")) == 2
     assert "Traceback" not in capsys.readouterr().err
@@ -117,10 +102,8 @@ from pathlib import Path
 @define
 class Places:
     file: Path
-
     @hookimpl
-    def choose_storage_location(self, warehouse, pod):
-        return 0
+    def choose_storage_location(self, warehouse, pod): return 0
 """
     install("acme", {"places": "acme_rules:Places"}, acme_rules=source)
     old, new = tmp_path / "old", tmp_path / "new"
@@ -151,7 +134,6 @@ class Places:
 
 
 def read_back(instance: Instance, folder: Path) -> Instance:
-    """Write an instance and read it again."""
     (folder / "orders.csv").write_text(orders_csv(instance), encoding="utf-8")
     (folder / "pods.csv").write_text(pods_csv(instance), encoding="utf-8")
     return read_instance(folder / "orders.csv", folder / "pods.csv")
@@ -190,9 +172,6 @@ def test_files_are_written_with_their_folders(tmp_path: Path) -> None:
     assert not (tmp_path / "new" / "c.txt").exists()
     write_files(tmp_path / "new", {"a.txt": b"3"}, force=True)
     assert (tmp_path / "new" / "a.txt").read_bytes() == b"3"
-
-
-def test_a_folder_in_the_way_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.txt").mkdir()
     with pytest.raises(InputError, match="cannot be written: a folder has that name"):
         write_files(tmp_path, {"b.txt": b"", "a.txt": b""}, force=True)

@@ -1,7 +1,5 @@
 """Order lines: read or left out, brought together by order, joined with their headers."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -11,6 +9,7 @@ import pytest
 
 import rmfs_core
 from calling import refusal
+from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
 from rmfs_commands.convert.lines import OrderLines, Sku, Span
@@ -40,27 +39,35 @@ def read(tmp_path: Path) -> Iterator[Read]:
 
 
 def written(lines: OrderLines, start: int = 0) -> list[str]:
-    """Return the rows of the orders written, without the header."""
     stream = io.StringIO()
     lines.write(stream, start)
     return stream.getvalue().splitlines()[1:]
 
 
-def test_an_order_has_each_sku_once_and_its_earliest_time(read: Read) -> None:
+def test_orders_and_their_times(read: Read) -> None:
     lines = read(*(f"{row},," for row in ("B,tea,9,1", "A,jam,5,2", "B,tea,7,3", "B,jam,9,1", "C,tea,5,1")))
     assert lines.gather() == Moment(0)
     assert written(lines) == ["A,5,jam,2", "C,5,tea,1", "B,7,tea,4", "B,7,jam,1"]
     assert (lines.n_orders, lines.n_lines, lines.joined, lines.several["times"]) == (3, 4, 1, 1)
     assert lines.largest(2) == [("B", "tea", 4), ("A", "jam", 2)]
-
-
-def test_time_zero_is_chosen_when_writing(read: Read) -> None:
     lines = read("A,tea,10,2,,", "B,tea,12.5,1,,")
     assert lines.gather(Span(start=Moment(10_000))) == Moment(10_000)
     stream = io.StringIO()
     totals = lines.write(stream, 10_000)
     assert stream.getvalue() == "order,arrival_s,sku,quantity\nA,0,tea,2\nB,2.5,tea,1\n"
     assert (totals["items"], totals["last"]) == (3, 2500)
+    lines = read("A,tea,2024-07-01T06:00,1,,")
+    start = lines.cleaner.reader.clock.option("--start", "2024-07-01T07:00")
+    with pytest.raises(
+        InputError, match="--start: found 2024-07-01T07:00:00, but the first order arrives at 2024-07-01T06"
+    ):
+        lines.gather(Span(start=start))
+    columns = Columns("order", "sku", "time", "qty", time_of_day="due")
+    lines = read("A,tea,2024-03-01,1,06:10,", "B,tea, 20240301 ,1,061500,", "C,tea,2024-03-01,1,,", columns=columns)
+    assert written(lines, lines.gather().tick) == ["C,0,tea,1", "A,22200,tea,1", "B,22500,tea,1"]
+    lines = read("A,tea,x,x,,", "A,tea,x,x,,", columns=Columns("order", "sku"))
+    assert lines.gather() == Moment(0)
+    assert written(lines) == ["A,0,tea,2"]
 
 
 @pytest.mark.parametrize("rows", [(1, 0), (0, 1)])
@@ -73,43 +80,15 @@ def test_time_zero_is_midnight_by_the_clock_of_the_first_order(read: Read, rows:
     assert lines.offsets == [0, 7_200_000]
 
 
-def test_an_order_before_time_zero_is_refused(read: Read) -> None:
-    """Time 0 would have to be earlier."""
-    lines = read("A,tea,2024-07-01T06:00,1,,")
-    start = lines.cleaner.reader.clock.option("--start", "2024-07-01T07:00")
-    with pytest.raises(
-        InputError, match="--start: found 2024-07-01T07:00:00, but the first order arrives at 2024-07-01T06"
-    ):
-        lines.gather(Span(start=start))
-
-
-def test_the_time_of_the_day_may_be_in_a_column_of_its_own(read: Read) -> None:
-    columns = Columns("order", "sku", "time", "qty", time_of_day="due")
-    lines = read("A,tea,2024-03-01,1,06:10,", "B,tea, 20240301 ,1,061500,", "C,tea,2024-03-01,1,,", columns=columns)
-    assert written(lines, lines.gather().tick) == ["C,0,tea,1", "A,22200,tea,1", "B,22500,tea,1"]
-
-
-def test_columns_that_a_table_has_not(read: Read) -> None:
-    lines = read("A,tea,x,x,,", "A,tea,x,x,,", columns=Columns("order", "sku"))
-    assert lines.gather() == Moment(0)
-    assert written(lines) == ["A,0,tea,2"]
-
-
 def test_orders_outside_a_span_are_left_out_whole(read: Read) -> None:
     lines = read(*(f"{row},1,," for row in ("A,tea,4.999", "A,tea,6", "B,tea,5", "C,tea,7", "D,tea,8")))
     lines.gather(Span(Moment(5000), Moment(8000)))
     assert written(lines) == ["B,5,tea,1", "C,7,tea,1"]
     assert lines.left_out == {"a time outside the chosen span": 2}
     assert lines.cleaner.dropped.unasked == 0
-
-
-def test_a_span_without_orders_is_refused(read: Read) -> None:
     lines = read("A,tea,4,1,,", "B,tea,9,1,,")
     with pytest.raises(InputError, match=r"\(2\) are outside: from 4 s to 9 s; expected a span with"):
         lines.gather(Span(Moment(5000), Moment(8000)))
-
-
-def test_nothing_to_keep_is_refused(read: Read) -> None:
     with pytest.raises(
         InputError, match=r'could be kept: 2 rows with no SKU: row 1 "A", row 2 "B"; 1 row with no order: row 3$'
     ):
@@ -139,7 +118,7 @@ def test_an_order_that_loses_a_line_is_shortened(read: Read) -> None:
     assert lines.left_out["a line that is left out (--whole-orders)"] == 2
 
 
-def test_an_order_without_its_postage_is_whole(read: Read) -> None:
+def test_what_is_left_out_of_orders(read: Read) -> None:
     rows = ("A,tea,1,1,,", "A,post,1,1,,", "B,post,1,1,,", "C,tea,1,1,,", "C,post,1,1,,", "C,jam,1,0,,")
     lines = read(*rows, choice=Choice(leave_out=("post",)))
     lines.gather()
@@ -147,9 +126,6 @@ def test_an_order_without_its_postage_is_whole(read: Read) -> None:
     lines = read(*rows, choice=Choice(leave_out=("post",)))
     lines.gather(whole=True)
     assert written(lines) == ["A,1,tea,1"]
-
-
-def test_what_a_run_would_refuse_is_left_out(read: Read) -> None:
     lines = read(
         "A,tea,2024-03-01,600000,,", "A,tea,2024-03-01,600000,,", "B,tea,2024-03-02,1,,", "C,tea,2034-04-01,1,,"
     )
@@ -230,7 +206,7 @@ def test_each_row_left_out_has_its_reason() -> None:
     assert cleaner.dropped.unasked == 9
 
 
-def test_what_options_leave_out() -> None:
+def test_skus_to_leave_out_and_signs_are_looked_at() -> None:
     choice = Choice(("cafe\u0301",), most=8)
     cleaner, lines = cleaned(
         ("A", "caf\u00e9", "1", "1"), ("A", "tea", "1", "9"), ("A", "tea", "1", "8"), choice=choice
@@ -242,19 +218,12 @@ def test_what_options_leave_out() -> None:
     ]
     assert cleaner.dropped.unasked == 0
     cleaner.check_choice(list)
-
-
-def test_a_sku_to_leave_out_has_to_be_there() -> None:
-    """A slip of the pen would leave nothing out."""
     cleaner, _ = cleaned(("A", "FRACHT", "1", "1"), choice=Choice(("fracht",)))
     missing = r'^--leave-out-sku: no row has the SKU "fracht"'
     with pytest.raises(InputError, match=missing + r" \(did you mean `FRACHT`\?\); expected SKUs of the table$"):
         cleaner.check_choice(lambda: ["FRACHT", "tea"])
     with pytest.raises(InputError, match=f"{missing}; expected SKUs of the table$"):
         cleaner.check_choice(lambda: ["tea"])
-
-
-def test_the_other_decimal_sign_is_offered_where_it_reads_quantities() -> None:
     part = "1 row with a quantity that is no whole number from 1 on (returns, weights)"
     for given, text, end in ((".", "1,00", "; perhaps --decimal ,"), (".", "1,50", ""), (",", "x", "")):
         cleaner = Cleaner(Columns("o", "s", quantity="q"), Reader(quantities=Quantities(given)), Choice())
@@ -262,7 +231,7 @@ def test_the_other_decimal_sign_is_offered_where_it_reads_quantities() -> None:
         assert cleaner.left_out() == [f'{part}: row 1 "{text}"{end}']
 
 
-def test_fields_that_cannot_be_read_are_left_empty() -> None:
+def test_what_cannot_be_read_is_left_empty() -> None:
     cleaner, lines = cleaned(("A", "tea", "5", "1", "soon", "-1"), ("A", "tea", "5", "1", "9", str(10**10)))
     assert [line[5:7] for line in lines] == [(None, None), (9000, None)]
     assert [part for _, part in cleaner.emptied.parts()] == [
@@ -270,9 +239,6 @@ def test_fields_that_cannot_be_read_are_left_empty() -> None:
         '2 rows with a priority that is no whole number from 0 on: row 1 "-1", row 2 "10000000000"',
     ]
     assert not cleaner.dropped.reasons
-
-
-def test_a_due_time_that_stands_for_none_is_left_empty() -> None:
     cleaner, lines = cleaned(("A", "tea", "2024-03-01", "1", "9999-12-31"), ("A", "tea", "1900-01-01", "1", ""))
     assert [line[5] for line in lines] == [None]
     stands = "time that stands for none (before 1971 or after 2099)"
@@ -280,37 +246,30 @@ def test_a_due_time_that_stands_for_none_is_left_empty() -> None:
     assert cleaner.left_out() == [f'1 row with a {stands}: row 2 "1900-01-01"']
 
 
-@pytest.mark.parametrize(
-    ("rows", "problem"),
-    [
-        (
-            [("A", "tea", "4", "1"), ("B", "tea", "2024-03-01", "1")],
-            "row 2, time: found dates without an offset where the rows before have seconds",
-        ),
-        (
-            [("A", "tea", "2024-03-01", "1", "500")],
-            "row 1, due: found seconds where the rows before have dates without an offset",
-        ),
-    ],
+@cases(
+    "rows problem",
+    (
+        [("A", "tea", "4", "1"), ("B", "tea", "2024-03-01", "1")],
+        "row 2, time: found dates without an offset where the rows before have seconds",
+    ),
+    (
+        [("A", "tea", "2024-03-01", "1", "500")],
+        "row 1, due: found seconds where the rows before have dates without an offset",
+    ),
 )
 def test_times_of_two_kinds_are_refused(rows: list[tuple[str, ...]], problem: str) -> None:
     """With the row where the second kind begins: they have no time 0 in common."""
     assert refusal(lambda: cleaned(*rows)).startswith(f"lines.csv, {problem}")
 
 
-@pytest.mark.parametrize(
-    ("row", "question"),
-    [
-        (("A", "tea", "1", "1.000"), 'lines.csv, row 1, qty: found "1.000", which may be 1 or 1000; expected'),
-        (
-            ("A", "tea", "1", "1", "", "1,000"),
-            'lines.csv, row 1, prio: found "1,000", which may be 1000 or 1; expected',
-        ),
-        (
-            ("A", "tea", "20240229", "1"),
-            'lines.csv, time: found numbers such as "20240229" in row 1, which may be dates as',
-        ),
-    ],
+@cases(
+    "row question",
+    (("A", "tea", "1", "1.000"), 'lines.csv, row 1, qty: found "1.000", which may be 1 or 1000; expected'),
+    (("A", "tea", "1", "1", "", "1,000"), 'lines.csv, row 1, prio: found "1,000", which may be 1000 or 1; expected'),
+    (
+        ("A", "tea", "20240229", "1"),
+        'lines.csv, time: found numbers such as "20240229" in row 1, which may be dates as',
+    ),
 )
 def test_numbers_that_may_mean_two_things_are_asked_about(row: tuple[str, ...], question: str) -> None:
     cleaner, _ = cleaned(row)
@@ -347,7 +306,6 @@ FORMAT = ("--time-format", "%d.%m.%Y %H:%M")
 
 
 def convert(folder: Path, *options: str, heads: str = HEADS, lines: str = LINES) -> None:
-    """Convert two tables."""
     (folder / "heads.csv").write_text(heads, encoding="utf-8")
     (folder / "lines.csv").write_text(lines, encoding="utf-8")
     tables = [str(folder / "lines.csv"), "--orders", str(folder / "heads.csv")]
@@ -387,38 +345,36 @@ def test_orders_of_two_tables_run(tmp_path: Path) -> None:
     assert result.status == "complete"
 
 
-@pytest.mark.parametrize(
-    ("changed", "options", "sentence"),
-    [
-        (
-            {"lines": LINES.replace("\n", "\n0")[:-1]},
-            OF_HEADS,
-            'no order of {lines} has a header: found orders "07" and "08" there, and "7", "8" and "9" here',
-        ),
-        ({"heads": "Document;Created\n"}, OF_HEADS[:4], "heads.csv: has no header of an order that could be kept"),
-        ({}, OF_HEADS[2:], 'heads.csv, line 1: there is no column "Order"'),
-        ({}, (*OF_HEADS[:2], "--time", "Made"), 'heads.csv, line 1: there is no column "Made"'),
-        (
-            {"lines": LINES + "12;tea;1,000\n13;tea;1,000\n"},
-            OF_HEADS,
-            "lines.csv: 4 of 7 rows would be left out: 4 rows with no header in ",
-        ),
-        (
-            {"heads": "Document;Created;Promised;Urgency\n7;01.03.2024 06:10;2.3.;1\n8;01.03.2024 06:05;2.3.;2\n"},
-            OF_HEADS,
-            "heads.csv: would be left empty: 2 rows with a due time that cannot be read: row 1 ",
-        ),
-        (
-            {"heads": HEADS + "11;today;;\n12;today;;\n13;today;;\n"},
-            OF_HEADS,
-            "heads.csv: 5 of 9 rows would be left out: 4 rows with no time that can be read: ",
-        ),
-        (
-            {"heads": "Document;Created\n7;20240301\n8;20240302\n"},
-            (*OF_HEADS[:4], "--time-format", "seconds", "--due", "x"),
-            'there is no column "x"',
-        ),
-    ],
+@cases(
+    "changed options sentence",
+    (
+        {"lines": LINES.replace("\n", "\n0")[:-1]},
+        OF_HEADS,
+        'no order of {lines} has a header: found orders "07" and "08" there, and "7", "8" and "9" here',
+    ),
+    ({"heads": "Document;Created\n"}, OF_HEADS[:4], "heads.csv: has no header of an order that could be kept"),
+    ({}, OF_HEADS[2:], 'heads.csv, line 1: there is no column "Order"'),
+    ({}, (*OF_HEADS[:2], "--time", "Made"), 'heads.csv, line 1: there is no column "Made"'),
+    (
+        {"lines": LINES + "12;tea;1,000\n13;tea;1,000\n"},
+        OF_HEADS,
+        "lines.csv: 4 of 7 rows would be left out: 4 rows with no header in ",
+    ),
+    (
+        {"heads": "Document;Created;Promised;Urgency\n7;01.03.2024 06:10;2.3.;1\n8;01.03.2024 06:05;2.3.;2\n"},
+        OF_HEADS,
+        "heads.csv: would be left empty: 2 rows with a due time that cannot be read: row 1 ",
+    ),
+    (
+        {"heads": HEADS + "11;today;;\n12;today;;\n13;today;;\n"},
+        OF_HEADS,
+        "heads.csv: 5 of 9 rows would be left out: 4 rows with no time that can be read: ",
+    ),
+    (
+        {"heads": "Document;Created\n7;20240301\n8;20240302\n"},
+        (*OF_HEADS[:4], "--time-format", "seconds", "--due", "x"),
+        'there is no column "x"',
+    ),
 )
 def test_what_does_not_fit_together_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], changed: dict[str, str], options: tuple[str, ...], sentence: str

@@ -1,7 +1,5 @@
 """`rmfs convert orders`: from a table of order lines to files that a scenario runs on."""
 
-from __future__ import annotations
-
 import gzip
 import tomllib
 from pathlib import Path
@@ -12,6 +10,7 @@ import pytest
 
 import rmfs_core
 from calling import exit_code
+from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
 from rmfs_commands.convert.history import Learned
@@ -44,7 +43,6 @@ A-11,86399.5,lamp,1
 
 
 def table(folder: Path, text: str = LINES) -> Path:
-    """Write a table."""
     file = folder / "lines.csv"
     file.write_text(text, encoding="utf-8")
     return file
@@ -119,39 +117,33 @@ def test_the_least_that_is_needed(tmp_path: Path) -> None:
     ) == "order,arrival_s,sku,quantity\n1,0,a,1\n1,0,b,1\n2,0,a,1\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "options", "sentence"),
-    [
-        ("o,s\n1,a\n", ["--sku", "ss"], 'line 1: there is no column "ss" (did you mean `s`?); found o and s'),
-        ("o,s\n", [], "has no order line that could be kept: it has no rows"),
-        ("o,s\n1,\n", [], "has no order line that could be kept: 1 row with no SKU"),
-        ("o,s,t\n1,a,5\n", ["--time", "t", "--start", "9"], "--start: found 9 s, but the first order arrives at 5 s"),
-        ("o,s,d\n1,a,5\n", ["--due", "d"], "--due: found no --time; expected the column that the times are in"),
-        ("o,s,t\n1,a,5\n", ["--time", "t", "--from", "9"], "--from, --until: all orders (1) are outside"),
-        (
-            "o,s\n1,a\n1,b\n1,c\n",
-            ["--pods", "1", "--skus-per-pod", "2"],
-            "2 places for 3 SKUs; expected --skus-per-pod 3",
-        ),
-        *(
-            ("o,s\n1,a\n", [option, "2024-03-01"], f"{option}: found no --time; expected the column")
-            for option in ("--from", "--until", "--start")
-        ),
-        (
-            "o,s,t\n1,a,1709251200000000\n",
-            ["--time", "t"],
-            "has no order in time: 1 row with a time more than ten years after time 0 (0 s; --from leaves out what is "
-            'earlier): row 1 "1709251200000000 s"; expected another --start or --time-format',
-        ),
-        ("o,s\n1,a\n", ["--leave-out-sku", "b"], '--leave-out-sku: no row has the SKU "b"'),
-        (
-            "o,s,t\n1,a,13.03.2024\n2,a,14.03.2024\n3,a,2024-03-15\n",
-            ["--time", "t"],
-            "2 of 3 rows would be left out: 2 rows with no time that can be read: "
-            'row 1 "13.03.2024", row 2 "14.03.2024"; '
-            "perhaps --time-format %d.%m.%Y; expected at most half, or --force",
-        ),
-    ],
+@cases(
+    "text options sentence",
+    ("o,s\n1,a\n", ["--sku", "ss"], 'line 1: there is no column "ss" (did you mean `s`?); found o and s'),
+    ("o,s\n", [], "has no order line that could be kept: it has no rows"),
+    ("o,s\n1,\n", [], "has no order line that could be kept: 1 row with no SKU"),
+    ("o,s,t\n1,a,5\n", ["--time", "t", "--start", "9"], "--start: found 9 s, but the first order arrives at 5 s"),
+    ("o,s,d\n1,a,5\n", ["--due", "d"], "--due: found no --time; expected the column that the times are in"),
+    ("o,s,t\n1,a,5\n", ["--time", "t", "--from", "9"], "--from, --until: all orders (1) are outside"),
+    ("o,s\n1,a\n1,b\n1,c\n", ["--pods", "1", "--skus-per-pod", "2"], "2 places for 3 SKUs; expected --skus-per-pod 3"),
+    *(
+        ("o,s\n1,a\n", [option, "2024-03-01"], f"{option}: found no --time; expected the column")
+        for option in ("--from", "--until", "--start")
+    ),
+    (
+        "o,s,t\n1,a,1709251200000000\n",
+        ["--time", "t"],
+        "has no order in time: 1 row with a time more than ten years after time 0 (0 s; --from leaves out what is "
+        'earlier): row 1 "1709251200000000 s"; expected another --start or --time-format',
+    ),
+    ("o,s\n1,a\n", ["--leave-out-sku", "b"], '--leave-out-sku: no row has the SKU "b"'),
+    (
+        "o,s,t\n1,a,13.03.2024\n2,a,14.03.2024\n3,a,2024-03-15\n",
+        ["--time", "t"],
+        "2 of 3 rows would be left out: 2 rows with no time that can be read: "
+        'row 1 "13.03.2024", row 2 "14.03.2024"; '
+        "perhaps --time-format %d.%m.%Y; expected at most half, or --force",
+    ),
 )
 def test_what_is_wrong_is_said_in_a_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, options: list[str], sentence: str
@@ -246,6 +238,12 @@ def test_priorities_have_the_signs_of_quantities(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8").splitlines()[1] == "1,0,a,1,1000"
 
 
+def test_names_with_commas_and_quotes_are_quoted(tmp_path: Path) -> None:
+    converted(tmp_path, '1,"a, ""b""",5')
+    assert (tmp_path / "out" / "pods.csv").read_text(encoding="utf-8") == 'pod,sku,quantity\nP1,"a, ""b""",5\n'
+    assert '1,5,"a, ""b""",1\n' in (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8")
+
+
 def converted(folder: Path, *rows: str, pattern: str | None = None, start: str | None = None) -> list[str]:
     """Write what rows are (order, SKU, time) and return the names of the files."""
     file = folder / "lines.csv"
@@ -261,15 +259,13 @@ def converted(folder: Path, *rows: str, pattern: str | None = None, start: str |
     return sorted(path.name for path in (folder / "out").iterdir())
 
 
-@pytest.mark.parametrize(
-    ("time", "pattern", "given", "start"),
-    [
-        ("2024-07-01T06:00+02:00", None, None, "2024-07-01T00:00:00+02:00"),
-        ("2024-07-01T06:00", None, "2024-07-01T05:30", "2024-07-01T05:30:00"),
-        ("21600", None, None, None),
-        ("06:00", "%H:%M", None, None),
-        ("06:00", "%H:%M", "05:30", "2000-01-01T05:30:00"),
-    ],
+@cases(
+    "time pattern given start",
+    ("2024-07-01T06:00+02:00", None, None, "2024-07-01T00:00:00+02:00"),
+    ("2024-07-01T06:00", None, "2024-07-01T05:30", "2024-07-01T05:30:00"),
+    ("21600", None, None, None),
+    ("06:00", "%H:%M", None, None),
+    ("06:00", "%H:%M", "05:30", "2000-01-01T05:30:00"),
 )
 def test_time_zero_is_written_where_it_is_known(
     tmp_path: Path, time: str, pattern: str | None, given: str | None, start: str | None
@@ -312,12 +308,6 @@ def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         f"Wrote {tmp_path}/out/scenario.toml; run it with: rmfs run {tmp_path}/out/scenario.toml",
     ]
     assert told.err == f"Warning: 50 % of the rows of {tmp_path}/lines.csv are left out (2 of 4).\n"
-
-
-def test_names_with_commas_and_quotes_are_quoted(tmp_path: Path) -> None:
-    converted(tmp_path, '1,"a, ""b""",5')
-    assert (tmp_path / "out" / "pods.csv").read_text(encoding="utf-8") == 'pod,sku,quantity\nP1,"a, ""b""",5\n'
-    assert '1,5,"a, ""b""",1\n' in (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("pods", [1, 100, 5000])

@@ -1,7 +1,5 @@
 """`rmfs convert pods`, and SKUs on pods."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rmfs_core
+from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.convert import stock_table
 from rmfs_commands.convert.history import Learned, merged
@@ -31,7 +30,6 @@ PODS = "pod,sku,quantity\nA-1,tea,4\nA-1,mug,1\nA-2,mug,3\nA-3,spoon,0\n"
 
 
 def convert(folder: Path, *options: str, text: str = STOCK) -> Path:
-    """Convert a table; return the folder that was written to."""
     (folder / "stock.csv").write_text(text, encoding="utf-8")
     main(["convert", "pods", str(folder / "stock.csv"), *COLUMNS, "--out", str(folder / "out"), *options])
     return folder / "out"
@@ -71,19 +69,17 @@ def test_parquet_tables_give_the_same(tmp_path: Path) -> None:
     assert (tmp_path / "pods.csv").read_text(encoding="utf-8") == PODS
 
 
-@pytest.mark.parametrize(
-    ("text", "options", "sentence"),
-    [
-        (STOCK, ["--row", "y"], "--row: found no --column; expected both, or neither"),
-        (STOCK, ["--column", "x"], "--column: found no --row; expected both, or neither"),
-        ("Bin,Article,Qty\nA,tea,1\nB,tea,-1\nC,tea,x\n", [], "2 of 3 rows would be left out: 2 rows with a quantity"),
-        (STOCK, ["--start", "noon"], '--start: expected a time in ISO 8601, such as 2024-03-01T06:30, found "noon"'),
-        (
-            "Bin,Article,Qty\nA,tea,4\nB,tea,5\n",
-            ["--start", "2024-03-01", "--row", "Qty", "--column", "Qty"],
-            "--start: pods with places get no scenario.toml; expected no --start",
-        ),
-    ],
+@cases(
+    "text options sentence",
+    (STOCK, ["--row", "y"], "--row: found no --column; expected both, or neither"),
+    (STOCK, ["--column", "x"], "--column: found no --row; expected both, or neither"),
+    ("Bin,Article,Qty\nA,tea,1\nB,tea,-1\nC,tea,x\n", [], "2 of 3 rows would be left out: 2 rows with a quantity"),
+    (STOCK, ["--start", "noon"], '--start: expected a time in ISO 8601, such as 2024-03-01T06:30, found "noon"'),
+    (
+        "Bin,Article,Qty\nA,tea,4\nB,tea,5\n",
+        ["--start", "2024-03-01", "--row", "Qty", "--column", "Qty"],
+        "--start: pods with places get no scenario.toml; expected no --start",
+    ),
 )
 def test_what_is_wrong_is_said_in_a_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, options: list[str], sentence: str
@@ -130,11 +126,21 @@ def read(folder: Path, rows: Sequence[str], columns: StockColumns = UNPLACED, de
     return stock
 
 
-def test_rows_of_a_pod_are_brought_together(tmp_path: Path) -> None:
+def test_pods_of_tables(tmp_path: Path) -> None:
     stock = read(tmp_path, ["B;tea;1.200", "A;jam;3", "B;jam;2", "B; tea ;5"], decimal=",")
     assert list(stock.lines()) == [("pod", "sku", "quantity"), ("B", "tea", 1205), ("B", "jam", 2), ("A", "jam", 3)]
     assert list(stock.sentences()) == ["Read 4 rows.", "SKUs that a pod repeats: 1 row; quantities are added up."]
     assert stock.total() == "2 pods, 1,210 items of 2 SKUs"
+    stock = read(tmp_path, ["A;tea;0;1;2", "B;tea;0;3;4", "B;jam;1;3;4"], PLACED)
+    assert list(stock.lines()) == [
+        ("pod", "sku", "quantity", "row", "column"),
+        ("A", "tea", 0, 1, 2),
+        ("B", "jam", 1, 3, 4),
+    ]
+    assert "Empty: 1 pod." in list(stock.sentences())
+    stock = read(tmp_path, ["A;tea;7"], StockColumns("bin", "sku"))
+    assert list(stock.lines())[1:] == [("A", "tea", "")]
+    assert stock.total() == "1 pod, any number of items of 1 SKU"
 
 
 def test_each_row_left_out_has_its_reason(tmp_path: Path) -> None:
@@ -151,37 +157,15 @@ def test_each_row_left_out_has_its_reason(tmp_path: Path) -> None:
     assert list(stock.lines())[1:] == [("A", "tea", 4)]
 
 
-def test_pods_without_items_stay(tmp_path: Path) -> None:
-    stock = read(tmp_path, ["A;tea;0;1;2", "B;tea;0;3;4", "B;jam;1;3;4"], PLACED)
-    assert list(stock.lines()) == [
-        ("pod", "sku", "quantity", "row", "column"),
-        ("A", "tea", 0, 1, 2),
-        ("B", "jam", 1, 3, 4),
-    ]
-    assert "Empty: 1 pod." in list(stock.sentences())
-
-
-def test_without_quantities_nothing_runs_out(tmp_path: Path) -> None:
-    stock = read(tmp_path, ["A;tea;7"], StockColumns("bin", "sku"))
-    assert list(stock.lines())[1:] == [("A", "tea", "")]
-    assert stock.total() == "1 pod, any number of items of 1 SKU"
-
-
-@pytest.mark.parametrize(
-    ("rows", "columns", "sentence"),
-    [
-        (["A;tea;1;1;2", "A;jam;1;1;3"], PLACED, "row 2: found pod 'A' in row 1, column 3; expected row 1, column 2"),
-        (["A;tea;1;1;2", "B;jam;1;1;2"], PLACED, "row 2: found pods 'A' and 'B' in row 1, column 2; expected a place"),
-        (["A;tea;1;0;2"], PLACED, "row 1: found '0' and '2' as row and column; expected whole numbers from 1 on"),
-        (["A;tea;1;;2"], PLACED, "row 1: found nothing and '2' as row and column"),
-        (
-            ["A;tea;-1"],
-            UNPLACED,
-            "has no pod that could be kept: 1 row with a quantity that is no whole number from 0 on",
-        ),
-        ([], UNPLACED, "has no pod that could be kept: it has no rows"),
-        (["A;tea;1", "B;tea;1", "C;tea;1"], UNPLACED, "row 3: found more than 2 pods; expected at most that many"),
-    ],
+@cases(
+    "rows columns sentence",
+    (["A;tea;1;1;2", "A;jam;1;1;3"], PLACED, "row 2: found pod 'A' in row 1, column 3; expected row 1, column 2"),
+    (["A;tea;1;1;2", "B;jam;1;1;2"], PLACED, "row 2: found pods 'A' and 'B' in row 1, column 2; expected a place"),
+    (["A;tea;1;0;2"], PLACED, "row 1: found '0' and '2' as row and column; expected whole numbers from 1 on"),
+    (["A;tea;1;;2"], PLACED, "row 1: found nothing and '2' as row and column"),
+    (["A;tea;-1"], UNPLACED, "has no pod that could be kept: 1 row with a quantity that is no whole number from 0 on"),
+    ([], UNPLACED, "has no pod that could be kept: it has no rows"),
+    (["A;tea;1", "B;tea;1", "C;tea;1"], UNPLACED, "row 3: found more than 2 pods; expected at most that many"),
 )
 def test_what_run_would_refuse_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rows: list[str], columns: StockColumns, sentence: str
@@ -216,31 +200,28 @@ def test_every_sku_is_somewhere_and_no_pod_is_too_full(
     assert raised == sum(items > 3)
 
 
-def test_popularity_gives_fast_movers_more_pods() -> None:
+def test_where_history_puts_skus() -> None:
     skus = [Sku("fast", 80, 80), *(Sku(f"slow{i}", 5, 5) for i in range(5))]
     held = place(skus, 16, 2, "popularity", np.random.default_rng(1))
     copies = [sum(i in pod for pod in held) for i in range(6)]
     assert copies[0] in (12, 13)
     assert set(copies[1:]) <= {3, 4}
     assert sum(copies) == 32
-
-
-def test_what_is_bought_together_stands_together() -> None:
     skus = [Sku(name, 10, 10) for name in ("ale", "bun", "nut", "tea")]
     baskets = [["ale", "tea"], ["bun", "nut"]] * 10
     held = place(skus, 2, 2, "co-purchase", np.random.default_rng(1), baskets)
     assert sorted(held) == [[0, 3], [1, 2]]
-
-
-def test_skus_without_order_lines_stand_anywhere() -> None:
     skus = [*(Sku(f"known{i}", 10, 10) for i in range(8)), *(Sku(f"new{i}", 0, 1) for i in range(4))]
     held = place(skus, 4, 3, "co-purchase", np.random.default_rng(1), [["known0", "known1"], ["known2", "known3"]])
     assert [sum(sku >= 8 for sku in pod) for pod in held] == [1, 1, 1, 1]
+    past = [Sku("a", 9, 90), Sku("b", 3, 3)]
+    run = [Sku("c", 2, 7), Sku("b", 1, 4)]
+    assert merged(run, past) == [Sku("a", 9, 0), Sku("b", 3, 4), Sku("c", 0, 7)]
+    assert Learned("random", None).sentence() is None
 
 
 @pytest.mark.parametrize("placement", PLACEMENTS)
 def test_the_same_seed_places_alike(placement: str) -> None:
-    """The placement depends on the seed alone."""
     skus = [Sku(f"s{i}", 30 - i, 30 - i) for i in range(30)]
     one, two = (place(skus, 9, 7, placement, np.random.default_rng(5)) for _ in range(2))
     assert one == two
@@ -257,7 +238,6 @@ TODAY = "r1,ale,1,2024-03-03T06:00\nr1,nut,1,2024-03-03T06:00\nr2,new,5,2024-03-
 
 
 def placed_after(folder: Path, text: str, *options: str) -> list[set[str]]:
-    """Convert a table; return the SKUs of each pod."""
     (folder / "lines.csv").write_text("o,s,q,t\n" + text, encoding="utf-8")
     table, out = str(folder / "lines.csv"), str(folder / "out")
     main(["convert", "orders", table, *HISTORY_COLUMNS, *FEW_PODS, "--out", out, *options])
@@ -332,17 +312,15 @@ def test_a_placement_that_knows_its_orders_says_so(
     assert "placement" not in (tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        (["--history", "{past}", "--history-until", "2024-03-03T00:00"], "--history-until: found --history, too"),
-        (["--history", "{past}", "--placement", "random"], "--history: found --placement random, which learns nothing"),
-        (["--history-until", "2024-03-01T00:00"], "--from, --history-until: all orders (10) are outside: from 2024-0"),
-        (["--history-until", "2025-03-01T00:00"], "--history-until: all orders (10) are earlier, the last at 2024-0"),
-        (["--history-until", "soon"], '--history-until: found "soon"; expected a time such as'),
-        (["--history", "{past}"], "past.csv: all its orders (2) are run; expected other orders"),
-        (["--history", "{none}"], "none.csv: cannot be read: No such file or directory"),
-    ],
+@cases(
+    "options sentence",
+    (["--history", "{past}", "--history-until", "2024-03-03T00:00"], "--history-until: found --history, too"),
+    (["--history", "{past}", "--placement", "random"], "--history: found --placement random, which learns nothing"),
+    (["--history-until", "2024-03-01T00:00"], "--from, --history-until: all orders (10) are outside: from 2024-0"),
+    (["--history-until", "2025-03-01T00:00"], "--history-until: all orders (10) are earlier, the last at 2024-0"),
+    (["--history-until", "soon"], '--history-until: found "soon"; expected a time such as'),
+    (["--history", "{past}"], "past.csv: all its orders (2) are run; expected other orders"),
+    (["--history", "{none}"], "none.csv: cannot be read: No such file or directory"),
 )
 def test_history_that_says_nothing_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], sentence: str
@@ -357,14 +335,6 @@ def test_history_that_says_nothing_is_refused(
 
 
 def test_history_needs_pods(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Without them it would be ignored."""
     with pytest.raises(SystemExit):
         main(["convert", "orders", "x.csv", *HISTORY_COLUMNS, "--history", "y.csv", "--out", str(tmp_path)])
     assert "--history: found no --pods; expected both" in capsys.readouterr().err
-
-
-def test_skus_of_both_stand_on_pods() -> None:
-    past = [Sku("a", 9, 90), Sku("b", 3, 3)]
-    run = [Sku("c", 2, 7), Sku("b", 1, 4)]
-    assert merged(run, past) == [Sku("a", 9, 0), Sku("b", 3, 4), Sku("c", 0, 7)]
-    assert Learned("random", None).sentence() is None

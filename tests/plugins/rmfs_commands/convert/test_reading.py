@@ -1,7 +1,5 @@
 """Tables of any kind, read row by row: CSV, Parquet, and the columns in them."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import sqlite3
@@ -17,6 +15,7 @@ import pyarrow.parquet
 import pytest
 
 from calling import refusal
+from cases import cases
 from rmfs_commands.convert import loading, parquet_tables
 from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
 from rmfs_commands.convert.csv_tables import csv_rows
@@ -28,181 +27,23 @@ from rmfs_commands.convert.tables import Table
 from rmfs_core.errors import InputError
 
 
-def test_rows_are_counted_over_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_are_read_in_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parquet_tables, "ROWS_PER_BATCH", 4)
     file = tmp_path / "lines.parquet"
     pyarrow.parquet.write_table(pa.table({"order": [str(i) for i in range(10)]}), file)
     found = list(Table(file).rows(["order", None]))
     assert found == [(i, (str(i - 1), "")) for i in range(1, 11)]
+    monkeypatch.setattr(loading, "ROWS_PER_BATCH", 2)
+    lines, lost = loaded(tmp_path / "t.csv", "o,s,q\nA,tea,1\nB,tea,0\nC,jam,2\nD,,1\nE,rye,3\n")
+    assert lines == [("A", "tea", 1, 1), ("C", "jam", 2, 3), ("E", "rye", 3, 5)]
+    assert lost == [("B",), ("D",)]
 
 
-def test_the_kind_of_a_file_is_known_by_what_is_in_it(tmp_path: Path) -> None:
+def test_files_of_other_kinds(tmp_path: Path) -> None:
     pyarrow.parquet.write_table(pa.table({"o": [b"A1"]}), tmp_path / "one.dat")
     (tmp_path / "two.dat").write_bytes(gzip.compress(b"x;o\n1;A1\n"))
     for name in ("one.dat", "two.dat"):
         assert [(row, *fields) for row, fields in Table(tmp_path / name, ";").rows(["o"])] == [(1, "A1")]
-
-
-@pytest.mark.parametrize(
-    ("name", "problem"),
-    [
-        ("none.csv", "cannot be read: No such file or directory"),
-        ("none.parquet", "cannot be read: No such file or directory"),
-        (".", "cannot be read: Is a directory"),
-        ("a\0b", "cannot be read: no file can have that name"),
-        ("\udcff.csv", "cannot be read: No such file or directory"),
-    ],
-)
-def test_a_file_that_is_not_there_is_refused(tmp_path: Path, name: str, problem: str) -> None:
-    assert refusal(lambda: list(Table(tmp_path / name).rows(["o"]))) == f"{tmp_path / name}: {problem}"
-
-
-def test_names_that_are_no_text_are_refused(tmp_path: Path) -> None:
-    file = tmp_path / "lines.csv"
-    file.write_text("order,sku\n1,a\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"there is no column .*; found order and sku$"):
-        list(Table(file).rows(["sk\udcff"]))
-
-
-def rows(folder: Path, content: bytes, *columns: str, separator: str = ",", encoding: str = "utf-8") -> list[object]:
-    """Return the rows of a file with this content."""
-    file = folder / "t.csv"
-    file.write_bytes(content)
-    return [tuple(row) for row in csv_rows(file, columns or ("o", "s"), separator, encoding)]
-
-
-def test_texts_stay_as_they_are(tmp_path: Path) -> None:
-    content = b'o,s,q\r\n007,"x, ""y""",1.0\r\n\r\nB,,\r\n'
-    assert rows(tmp_path, content, "q", "o", "s", "o") == [("1.0", "007", 'x, "y"', "007"), ("", "B", "", "B")]
-
-
-def test_line_ends_within_quotes(tmp_path: Path) -> None:
-    file = tmp_path / "t.csv"
-    with file.open("w", newline="") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(["o", "note", "s"])
-        writer.writerows([f"O{i}", f"ring\nleave at {i}" + "." * 60, f"S{i % 7}"] for i in range(40_000))
-    found = list(csv_rows(file, ["o", None, "s"]))
-    assert len(found) == 40_000
-    assert found[-1] == ["O39999", "", "S1"]
-
-
-@pytest.mark.parametrize(
-    ("text", "encoding", "stored"),
-    [
-        ("o,s\n1,caf\u00e9\n", "utf-16", "utf-16"),
-        ("o,s\n1,caf\u00e9\n", "cp1252", "cp1252"),
-        ("o,s\n1,caf\u00e9\n", "utf-8", "utf-8-sig"),
-        ("sep=,\no,s\n1,caf\u00e9\n", "utf-8", "utf-8"),
-    ],
-)
-def test_encodings(tmp_path: Path, text: str, encoding: str, stored: str) -> None:
-    assert rows(tmp_path, text.encode(stored), encoding=encoding) == [("1", "caf\u00e9")]
-    assert rows(tmp_path, gzip.compress(text.encode(stored)), encoding=encoding) == [("1", "caf\u00e9")]
-
-
-@pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        # guesses: separators, encodings, both
-        (b"o;s\n1;a\n", ', line 1: there is no column "o"; found semicolons: say --separator semicolon; found o;s'),
-        (b"o|x\n1|a\n", ', line 1: there is no column "o"; found bars: say --separator bar; found o|x'),
-        (b"O\tS\n1\ta\n", ', line 1: there is no column "o"; found tabs: say --separator tab; found O\\tS'),
-        (
-            "o\ts\n1\tcaf\u00e9\n".encode("utf-16"),
-            ": expected UTF-8 text, found the byte 0xff in line 1; found UTF-16 text and tabs: "
-            "say --encoding utf-16 --separator tab",
-        ),
-        (
-            "o,s\n1,a\n".encode("utf-16-le"),
-            ', line 1: there is no column "o"; found UTF-16-LE text: say --encoding utf-16-le; '
-            "found o\\x00 and \\x00s\\x00",
-        ),
-        (
-            b"o,s\n1,a\n2,caf\xe9\n",
-            ": expected UTF-8 text, found the byte 0xe9 in line 3; found CP1252 text: say --encoding cp1252",
-        ),
-        # other files
-        (b"PK\x03\x04...", ": found a workbook or a zip archive; expected a table as CSV, .csv.gz or Parquet"),
-        (gzip.compress(b"o,s\n1,a\n", mtime=0)[:20], ": cannot be read: its compressed data are damaged or cut off"),
-        (b"\x1f\x8b", ": cannot be read: its compressed data are damaged or cut off"),
-        (b"", ', line 1: there is no column "o"; found nothing'),
-        # rows
-        (b"o,s\n1,a\n2,b,c\n", ", row 2: expected 2 fields as in the header, found 3: '2,b,c'"),
-        (b'o,s\n"1\n",a\n2\n', ", row 2: expected 2 fields as in the header, found 1: '2'"),
-        (
-            b'o,s\n1,a\n2,"b\n3,c\n',
-            ", line 3: found a quote that is never closed; expected another at the end of the field",
-        ),
-        (b'o,s\n1,"a"b\n', ", line 2: found a quote within a field in quotes; expected it doubled"),
-    ],
-)
-def test_what_is_no_such_table_is_refused(tmp_path: Path, content: bytes, problem: str) -> None:
-    """One sentence with file, line or row, and what would be right."""
-    assert refusal(lambda: rows(tmp_path, content)) == f"{tmp_path / 't.csv'}{problem}"
-
-
-def test_another_encoding_than_said(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"t.csv: expected UTF-16 text, found other; found UTF-8 text: say --encoding"):
-        rows(tmp_path, b"o,s\n1,a\n", encoding="utf-16")
-
-
-def test_a_device_without_line_ends_is_refused() -> None:
-    with pytest.raises(InputError, match=r"^/dev/zero, line 1: found a field of more than 131,072 characters"):
-        list(csv_rows(Path("/dev/zero"), ["o"]))
-
-
-def texts(folder: Path, column: Any, encoding: str = "utf-8") -> list[str]:
-    """Return the texts of a column of a file."""
-    file = folder / "t.parquet"
-    pyarrow.parquet.write_table(pa.table({"a.b": column}), file)
-    return [text for (text,) in parquet_rows(file, ["a.b"], encoding)]
-
-
-@pytest.mark.parametrize(
-    ("column", "expected"),
-    [
-        ([2.0, 2.5, None, 1.234, 1e20], ["2", "2.5", "", "1.2340", "100000000000000000000"]),
-        ([7, 8], ["7", "8"]),
-        ([Decimal("1.000"), Decimal("1.250")], ["1", "1.2500"]),
-        ([b"A1", None], ["A1", ""]),
-        (pa.array([b"A1"], pa.large_binary()), ["A1"]),
-        (pa.array(["x", "y", "x"]).dictionary_encode(), ["x", "y", "x"]),
-        ([date(2024, 3, 1)], ["2024-03-01"]),
-        ([time(6, 5)], ["06:05:00"]),
-        ([datetime(2024, 3, 1, 6, 5)], ["2024-03-01T06:05:00"]),
-        (pa.array([1_709_273_100_000_000_001], pa.timestamp("ns")), ["2024-03-01T06:05:00"]),
-        (
-            pa.array([datetime(2024, 7, 1, 6, tzinfo=UTC)], pa.timestamp("ms", "Europe/Berlin")),
-            ["2024-07-01T08:00:00+02:00"],
-        ),
-        (pa.array([None, None], pa.null()), ["", ""]),
-    ],
-)
-def test_values_are_texts(tmp_path: Path, column: Any, expected: list[str]) -> None:
-    assert texts(tmp_path, column) == expected
-
-
-def test_bytes_are_of_the_encoding(tmp_path: Path) -> None:
-    """What cannot be decoded is refused with its row."""
-    assert texts(tmp_path, [b"caf\xe9"], "cp1252") == ["caf\u00e9"]
-    with pytest.raises(InputError, match=r"t.parquet, row 2, a.b: expected utf-8 text, found the byte 0xe9$"):
-        texts(tmp_path, [b"tea", b"caf\xe9"])
-
-
-@pytest.mark.parametrize(
-    ("column", "problem"),
-    [
-        ([[1, 2]], "holds several values a row (list"),
-        ([{"x": 1}], "holds several values a row (struct"),
-        (pa.array([5], pa.duration("s")), "holds neither texts nor numbers nor times (duration[s]); expected one text"),
-    ],
-)
-def test_other_columns_are_refused(tmp_path: Path, column: Any, problem: str) -> None:
-    assert refusal(lambda: texts(tmp_path, column)).startswith(f"{tmp_path / 't.parquet'}, a.b: {problem}")
-
-
-def test_what_is_no_parquet_file_is_refused(tmp_path: Path) -> None:
     whole = tmp_path / "t.parquet"
     pyarrow.parquet.write_table(pa.table({"a": [1]}), whole)
     for content in (b"", b"o,s\n1,a\n", whole.read_bytes()[:-20]):
@@ -213,26 +54,158 @@ def test_what_is_no_parquet_file_is_refused(tmp_path: Path) -> None:
         )
 
 
-def test_a_name_that_comes_twice_is_refused(tmp_path: Path) -> None:
+@cases(
+    "name problem",
+    ("none.csv", "cannot be read: No such file or directory"),
+    ("none.parquet", "cannot be read: No such file or directory"),
+    (".", "cannot be read: Is a directory"),
+    ("a\0b", "cannot be read: no file can have that name"),
+    ("\udcff.csv", "cannot be read: No such file or directory"),
+)
+def test_a_file_that_is_not_there_is_refused(tmp_path: Path, name: str, problem: str) -> None:
+    assert refusal(lambda: list(Table(tmp_path / name).rows(["o"]))) == f"{tmp_path / name}: {problem}"
+
+
+def test_texts_of_files(tmp_path: Path) -> None:
+    file = tmp_path / "lines.csv"
+    file.write_text("order,sku\n1,a\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"there is no column .*; found order and sku$"):
+        list(Table(file).rows(["sk\udcff"]))
+    content = b'o,s,q\r\n007,"x, ""y""",1.0\r\n\r\nB,,\r\n'
+    assert rows(tmp_path, content, "q", "o", "s", "o") == [("1.0", "007", 'x, "y"', "007"), ("", "B", "", "B")]
+    file = tmp_path / "t.csv"
+    with file.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["o", "note", "s"])
+        writer.writerows([f"O{i}", f"ring\nleave at {i}" + "." * 60, f"S{i % 7}"] for i in range(40_000))
+    found = list(csv_rows(file, ["o", None, "s"]))
+    assert len(found) == 40_000
+    assert found[-1] == ["O39999", "", "S1"]
+
+
+def rows(folder: Path, content: bytes, *columns: str, separator: str = ",", encoding: str = "utf-8") -> list[object]:
+    file = folder / "t.csv"
+    file.write_bytes(content)
+    return [tuple(row) for row in csv_rows(file, columns or ("o", "s"), separator, encoding)]
+
+
+@cases(
+    "text encoding stored",
+    ("o,s\n1,caf\u00e9\n", "utf-16", "utf-16"),
+    ("o,s\n1,caf\u00e9\n", "cp1252", "cp1252"),
+    ("o,s\n1,caf\u00e9\n", "utf-8", "utf-8-sig"),
+    ("sep=,\no,s\n1,caf\u00e9\n", "utf-8", "utf-8"),
+)
+def test_encodings(tmp_path: Path, text: str, encoding: str, stored: str) -> None:
+    assert rows(tmp_path, text.encode(stored), encoding=encoding) == [("1", "caf\u00e9")]
+    assert rows(tmp_path, gzip.compress(text.encode(stored)), encoding=encoding) == [("1", "caf\u00e9")]
+
+
+@cases(
+    "content problem",
+    # guesses: separators, encodings, both
+    (b"o;s\n1;a\n", ', line 1: there is no column "o"; found semicolons: say --separator semicolon; found o;s'),
+    (b"o|x\n1|a\n", ', line 1: there is no column "o"; found bars: say --separator bar; found o|x'),
+    (b"O\tS\n1\ta\n", ', line 1: there is no column "o"; found tabs: say --separator tab; found O\\tS'),
+    (
+        "o\ts\n1\tcaf\u00e9\n".encode("utf-16"),
+        ": expected UTF-8 text, found the byte 0xff in line 1; found UTF-16 text and tabs: "
+        "say --encoding utf-16 --separator tab",
+    ),
+    (
+        "o,s\n1,a\n".encode("utf-16-le"),
+        ', line 1: there is no column "o"; found UTF-16-LE text: say --encoding utf-16-le; '
+        "found o\\x00 and \\x00s\\x00",
+    ),
+    (
+        b"o,s\n1,a\n2,caf\xe9\n",
+        ": expected UTF-8 text, found the byte 0xe9 in line 3; found CP1252 text: say --encoding cp1252",
+    ),
+    # other files
+    (b"PK\x03\x04...", ": found a workbook or a zip archive; expected a table as CSV, .csv.gz or Parquet"),
+    (gzip.compress(b"o,s\n1,a\n", mtime=0)[:20], ": cannot be read: its compressed data are damaged or cut off"),
+    (b"\x1f\x8b", ": cannot be read: its compressed data are damaged or cut off"),
+    (b"", ', line 1: there is no column "o"; found nothing'),
+    # rows
+    (b"o,s\n1,a\n2,b,c\n", ", row 2: expected 2 fields as in the header, found 3: '2,b,c'"),
+    (b'o,s\n"1\n",a\n2\n', ", row 2: expected 2 fields as in the header, found 1: '2'"),
+    (
+        b'o,s\n1,a\n2,"b\n3,c\n',
+        ", line 3: found a quote that is never closed; expected another at the end of the field",
+    ),
+    (b'o,s\n1,"a"b\n', ", line 2: found a quote within a field in quotes; expected it doubled"),
+)
+def test_what_is_no_such_table_is_refused(tmp_path: Path, content: bytes, problem: str) -> None:
+    """One sentence with file, line or row, and what would be right."""
+    assert refusal(lambda: rows(tmp_path, content)) == f"{tmp_path / 't.csv'}{problem}"
+
+
+def test_another_encoding_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"t.csv: expected UTF-16 text, found other; found UTF-8 text: say --encoding"):
+        rows(tmp_path, b"o,s\n1,a\n", encoding="utf-16")
+    assert texts(tmp_path, [b"caf\xe9"], "cp1252") == ["caf\u00e9"]
+    with pytest.raises(InputError, match=r"t.parquet, row 2, a.b: expected utf-8 text, found the byte 0xe9$"):
+        texts(tmp_path, [b"tea", b"caf\xe9"])
+
+
+def test_a_device_without_line_ends_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^/dev/zero, line 1: found a field of more than 131,072 characters"):
+        list(csv_rows(Path("/dev/zero"), ["o"]))
+
+
+def texts(folder: Path, column: Any, encoding: str = "utf-8") -> list[str]:
+    file = folder / "t.parquet"
+    pyarrow.parquet.write_table(pa.table({"a.b": column}), file)
+    return [text for (text,) in parquet_rows(file, ["a.b"], encoding)]
+
+
+@cases(
+    "column expected",
+    ([2.0, 2.5, None, 1.234, 1e20], ["2", "2.5", "", "1.2340", "100000000000000000000"]),
+    ([7, 8], ["7", "8"]),
+    ([Decimal("1.000"), Decimal("1.250")], ["1", "1.2500"]),
+    ([b"A1", None], ["A1", ""]),
+    (pa.array([b"A1"], pa.large_binary()), ["A1"]),
+    (pa.array(["x", "y", "x"]).dictionary_encode(), ["x", "y", "x"]),
+    ([date(2024, 3, 1)], ["2024-03-01"]),
+    ([time(6, 5)], ["06:05:00"]),
+    ([datetime(2024, 3, 1, 6, 5)], ["2024-03-01T06:05:00"]),
+    (pa.array([1_709_273_100_000_000_001], pa.timestamp("ns")), ["2024-03-01T06:05:00"]),
+    (
+        pa.array([datetime(2024, 7, 1, 6, tzinfo=UTC)], pa.timestamp("ms", "Europe/Berlin")),
+        ["2024-07-01T08:00:00+02:00"],
+    ),
+    (pa.array([None, None], pa.null()), ["", ""]),
+)
+def test_values_are_texts(tmp_path: Path, column: Any, expected: list[str]) -> None:
+    assert texts(tmp_path, column) == expected
+
+
+@cases(
+    "column problem",
+    ([[1, 2]], "holds several values a row (list"),
+    ([{"x": 1}], "holds several values a row (struct"),
+    (pa.array([5], pa.duration("s")), "holds neither texts nor numbers nor times (duration[s]); expected one text"),
+)
+def test_other_columns_are_refused(tmp_path: Path, column: Any, problem: str) -> None:
+    assert refusal(lambda: texts(tmp_path, column)).startswith(f"{tmp_path / 't.parquet'}, a.b: {problem}")
+
+
+def test_names_of_columns(tmp_path: Path) -> None:
     file = tmp_path / "t.parquet"
     pyarrow.parquet.write_table(pa.Table.from_arrays([pa.array([1]), pa.array([2])], ["q", "q"]), file)
     with pytest.raises(InputError, match=r't.parquet: found the column "q" 2 times; expected each once$'):
         list(parquet_rows(file, ["q"]))
-
-
-def test_names_are_compared_without_spaces_and_in_one_spelling() -> None:
     assert positions([" Order ", "Me\u0301nge", "x"], ["M\u00e9nge", "Order", "Order"], "t") == [1, 0, 0]
     assert plain(" e\u0301 ") == "\u00e9"
 
 
-@pytest.mark.parametrize(
-    ("header", "column", "problem"),
-    [
-        (["Order", "Qty", "Qty"], "Qty", 'found the column "Qty" 2 times; expected each once'),
-        (["Order", "Qty"], "Qtty", 'there is no column "Qtty" (did you mean `Qty`?); found Order and Qty'),
-        ([], "Qty", 'there is no column "Qty"; found nothing'),
-        ([f"c{i}" for i in range(40)], "Qty", 'there is no column "Qty"; found c0, c1, c2, c3, c4 and 35 more'),
-    ],
+@cases(
+    "header column problem",
+    (["Order", "Qty", "Qty"], "Qty", 'found the column "Qty" 2 times; expected each once'),
+    (["Order", "Qty"], "Qtty", 'there is no column "Qtty" (did you mean `Qty`?); found Order and Qty'),
+    ([], "Qty", 'there is no column "Qty"; found nothing'),
+    ([f"c{i}" for i in range(40)], "Qty", 'there is no column "Qty"; found c0, c1, c2, c3, c4 and 35 more'),
 )
 def test_a_column_that_is_not_there_once_is_refused(header: list[str], column: str, problem: str) -> None:
     assert refusal(lambda: positions(header, [column], "lines.csv, line 1")) == f"lines.csv, line 1: {problem}"
@@ -247,13 +220,6 @@ def loaded(file: Path, text: str) -> tuple[list[tuple[object, ...]], list[tuple[
     load(Table(file), cleaner, base, "line")
     assert cleaner.lost == []
     return base.execute("SELECT a, b, e, h FROM line").fetchall(), base.execute("SELECT name FROM lost").fetchall()
-
-
-def test_all_rows_are_loaded_in_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(loading, "ROWS_PER_BATCH", 2)
-    lines, lost = loaded(tmp_path / "t.csv", "o,s,q\nA,tea,1\nB,tea,0\nC,jam,2\nD,,1\nE,rye,3\n")
-    assert lines == [("A", "tea", 1, 1), ("C", "jam", 2, 3), ("E", "rye", 3, 5)]
-    assert lost == [("B",), ("D",)]
 
 
 def test_a_question_is_asked_before_all_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -287,53 +253,43 @@ def test_without_options() -> None:
     }
 
 
-@pytest.mark.parametrize(
-    ("arguments", "value"),
-    [
-        *((("--separator", text), "\t") for text in ("tab", "\t", "\\t")),
-        (("--separator", "semicolon"), ";"),
-        (("--separator", "|"), "|"),
-        (("--encoding", "UTF8"), "utf-8"),
-        (("--encoding", "latin-1"), "iso8859-1"),
-        (("--zone", "Europe/Berlin"), ZoneInfo("Europe/Berlin")),
-        (("--time-format", "unix"), "unix"),
-        (("--decimal", ","), ","),
-    ],
+@cases(
+    "arguments value",
+    *((("--separator", text), "\t") for text in ("tab", "\t", "\\t")),
+    (("--separator", "semicolon"), ";"),
+    (("--separator", "|"), "|"),
+    (("--encoding", "UTF8"), "utf-8"),
+    (("--encoding", "latin-1"), "iso8859-1"),
+    (("--zone", "Europe/Berlin"), ZoneInfo("Europe/Berlin")),
+    (("--time-format", "unix"), "unix"),
+    (("--decimal", ","), ","),
 )
 def test_values(arguments: tuple[str, str], value: object) -> None:
     assert given(*arguments)[arguments[0][2:].replace("-", "_")] == value
 
 
-@pytest.mark.parametrize(
-    ("arguments", "problem"),
-    [
-        *(
-            (
-                ("--separator", text),
-                f"found {text!r}; expected one sign of ASCII, such as ;, or one of comma, semicolon",
-            )
-            for text in ("\u00e9", "::", "", '"', "\n", "a")
-        ),
-        *(
-            (("--encoding", text), f"found {text!r}; expected utf-8, utf-16, cp1252 or the like")
-            for text in ("foo", "rot13", "", "a\0b")
-        ),
-        (("--zone", "Europe/Berln"), "there is no time zone 'Europe/Berln' (did you mean `Europe/Berlin`"),
-        (("--zone", "America"), "there is no time zone 'America'"),
-        (("--time-format", "%H:%M %Z"), "found %Z: names of zones are not the same everywhere"),
-    ],
+@cases(
+    "arguments problem",
+    *(
+        (("--separator", text), f"found {text!r}; expected one sign of ASCII, such as ;, or one of comma, semicolon")
+        for text in ("\u00e9", "::", "", '"', "\n", "a")
+    ),
+    *(
+        (("--encoding", text), f"found {text!r}; expected utf-8, utf-16, cp1252 or the like")
+        for text in ("foo", "rot13", "", "a\0b")
+    ),
+    (("--zone", "Europe/Berln"), "there is no time zone 'Europe/Berln' (did you mean `Europe/Berlin`"),
+    (("--zone", "America"), "there is no time zone 'America'"),
+    (("--time-format", "%H:%M %Z"), "found %Z: names of zones are not the same everywhere"),
 )
 def test_what_is_wrong_is_refused(arguments: tuple[str, str], problem: str) -> None:
     assert refusal(lambda: given(*arguments)).startswith(f"{arguments[0]}: {problem}")
 
 
-def test_quantities_have_two_signs() -> None:
+def test_options_of_quantities() -> None:
     assert quantities_of({"decimal": ",", "thousands": "."}).whole("1.000", 1) == 1000
     with pytest.raises(InputError, match=r'^--decimal, --thousands: found "," for both; expected two signs$'):
         quantities_of({"decimal": ",", "thousands": ","})
-
-
-def test_an_option_that_needs_another() -> None:
     for both in (
         {"order_key": "a", "orders": "b"},
         {"order_key": None, "orders": "b"},

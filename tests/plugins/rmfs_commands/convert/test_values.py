@@ -1,7 +1,5 @@
 """Times, quantities and names in the notations of many countries, and how many rows may be left out."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from zoneinfo import ZoneInfo
@@ -10,6 +8,7 @@ import pytest
 from attrs import define
 
 from calling import refusal
+from cases import cases
 from rmfs_commands.convert.names import Names
 from rmfs_commands.convert.numeric_dates import NumericDates, looks_of
 from rmfs_commands.convert.quantities import Quantities
@@ -34,16 +33,13 @@ MARCH = 1_709_251_200_000
 DATES = "dates without an offset"
 
 
-@pytest.mark.parametrize(
-    ("first", "then", "found", "before"),
-    [
-        ("5", "2024-03-01", DATES, "seconds"),
-        ("2024-03-01", "5", "seconds", DATES),
-        ("2024-03-01T00:00Z", "2024-03-01", DATES, "dates with an offset"),
-    ],
+@cases(
+    "first then found before",
+    ("5", "2024-03-01", DATES, "seconds"),
+    ("2024-03-01", "5", "seconds", DATES),
+    ("2024-03-01T00:00Z", "2024-03-01", DATES, "dates with an offset"),
 )
 def test_a_table_has_one_kind_of_time(first: str, then: str, found: str, before: str) -> None:
-    """Mixed, they could not be put in order."""
     clock = Clock()
     clock.read(first)
     with pytest.raises(ClockError) as caught:
@@ -61,16 +57,14 @@ def test_what_is_no_time_does_not_settle_the_kind() -> None:
     assert clock.read("7") == Moment(7000)
 
 
-@pytest.mark.parametrize(
-    ("text", "midnight", "shown"),
-    [
-        ("2024-03-01T06:05:30.5", MARCH, "2024-03-01T00:00:00"),
-        ("2024-03-01", MARCH, "2024-03-01T00:00:00"),
-        ("2024-02-29T23:59:59.999", MARCH - 86_400_000, "2024-02-29T00:00:00"),
-        ("2024-03-01T00:30+02:00", MARCH - 7_200_000, "2024-03-01T00:00:00+02:00"),
-        ("2024-02-29T23:30-03:30", MARCH - 86_400_000 + 12_600_000, "2024-02-29T00:00:00-03:30"),
-        ("90000", 0, "0 s"),
-    ],
+@cases(
+    "text midnight shown",
+    ("2024-03-01T06:05:30.5", MARCH, "2024-03-01T00:00:00"),
+    ("2024-03-01", MARCH, "2024-03-01T00:00:00"),
+    ("2024-02-29T23:59:59.999", MARCH - 86_400_000, "2024-02-29T00:00:00"),
+    ("2024-03-01T00:30+02:00", MARCH - 7_200_000, "2024-03-01T00:00:00+02:00"),
+    ("2024-02-29T23:30-03:30", MARCH - 86_400_000 + 12_600_000, "2024-02-29T00:00:00-03:30"),
+    ("90000", 0, "0 s"),
 )
 def test_days_begin_at_midnight_of_their_own_clock(text: str, midnight: int, shown: str) -> None:
     clock = Clock()
@@ -89,17 +83,15 @@ def test_times_as_text() -> None:
     assert offset(1_172_000) == "+00:19:32"
 
 
-@pytest.mark.parametrize(
-    ("pattern", "row", "text", "tick"),
-    [
-        (None, "2024-03-05", "2024-03-01T06:00", MARCH + 21_600_000),
-        ("%d.%m.%Y", "05.03.2024", "01.03.2024", MARCH),
-        ("%d.%m.%Y", "05.03.2024", "2024-03-01", MARCH),
-        (None, "2024-03-05T06:00Z", "2024-03-01T02:00+02:00", MARCH),
-        (None, "700", "60", 60_000),
-        (None, "2024-03-05 060000", "20240301", MARCH),
-        ("%Y%m%d %H%M%S", "20240305 060000", "20240301", MARCH),
-    ],
+@cases(
+    "pattern row text tick",
+    (None, "2024-03-05", "2024-03-01T06:00", MARCH + 21_600_000),
+    ("%d.%m.%Y", "05.03.2024", "01.03.2024", MARCH),
+    ("%d.%m.%Y", "05.03.2024", "2024-03-01", MARCH),
+    (None, "2024-03-05T06:00Z", "2024-03-01T02:00+02:00", MARCH),
+    (None, "700", "60", 60_000),
+    (None, "2024-03-05 060000", "20240301", MARCH),
+    ("%Y%m%d %H%M%S", "20240305 060000", "20240301", MARCH),
 )
 def test_a_time_of_an_option(pattern: str | None, row: str, text: str, tick: int) -> None:
     clock = Clock(pattern)
@@ -107,16 +99,15 @@ def test_a_time_of_an_option(pattern: str | None, row: str, text: str, tick: int
     assert clock.option("--from", text).tick == tick
 
 
-@pytest.mark.parametrize(
-    ("row", "text", "problem"),
-    [
+@cases(
+    "row text problem",
+
         ("2024-03-05", "5", f'found "5", but the times of the table are {DATES}; expected'),
         ("2024-03-05", "2024-03-01T06Z", f'found "2024-03-01T06Z", but the times of the table are {DATES}; expected'),
         ("2024-03-05T00:00Z", "2024-03-01", 'found "2024-03-01", but the times of the table are dates with an offset;'),
         ("7", "2024-03-01", 'found "2024-03-01", but the times of the table are seconds; expected'),
         ("7", "noon", 'found "noon"; expected a time such as 2024-03-01T06:00, or as --time-format has it'),
         ("7", "1900-01-01", 'found "1900-01-01"; expected a time such as 2024-03-01T06:00, or as --time-format has it'),
-    ],
 )  # fmt: skip
 def test_a_time_of_another_kind_than_the_table_is_refused(row: str, text: str, problem: str) -> None:
     clock = Clock()
@@ -139,18 +130,13 @@ def test_the_machine_has_no_time_zone(monkeypatch: pytest.MonkeyPatch, machine: 
         time.tzset()
 
 
-def test_an_offset_of_an_option_is_kept() -> None:
-    """Time 0 may have the clock after a change, so that hours of the day are those of the shifts of that day."""
+def test_offsets() -> None:
     clock = Clock("%Y%m%d %H%M%S", ZoneInfo("Europe/Berlin"))
     first = clock.read("20241027 003000")
     start = clock.option("--start", "2024-10-26T23:00+01:00")
     assert clock.iso(start) == "2024-10-26T23:00:00+01:00"
     assert (first.tick - start.tick, clock.iso(first)) == (1_800_000, "2024-10-27T00:30:00+02:00")
     assert clock.option("--start", "2024-10-27").tick == start.tick
-
-
-def test_offsets_of_a_zone_are_not_the_tables() -> None:
-    """What would be right is a date as the table has it."""
     clock = Clock(None, ZoneInfo("Europe/Berlin"))
     clock.read("2024-10-27T06:00")
     assert refusal(lambda: clock.option("--from", "21600")) == (
@@ -163,44 +149,40 @@ HOUR = 3_600_000
 BERLIN = ZoneInfo("Europe/Berlin")
 
 
-@pytest.mark.parametrize(
-    ("text", "pattern", "kind", "tick", "ahead"),
-    [
-        ("0", None, SECONDS, 0, 0),
-        ("12.3456", None, SECONDS, 12_346, 0),  # to the tick
-        ("12,5", "seconds", SECONDS, 12_500, 0),
-        ("2024-03-01", None, LOCAL, MARCH, 0),
-        ("2024-03-01 06:05:30.250", None, LOCAL, MARCH + 21_930_250, 0),
-        ("2024-03-01T06:05:30+02:00", None, ABSOLUTE, MARCH + 14_730_000, 2 * HOUR),
-        ("2024-03-01T06:05:30Z", None, ABSOLUTE, MARCH + 21_930_000, 0),
-        ("01.03.2024 06.05", "%d.%m.%Y %H.%M", LOCAL, MARCH + 21_900_000, 0),
-        ("2024-03-01 06:00 -0330", "%Y-%m-%d %H:%M %z", ABSOLUTE, MARCH + 34_200_000, -12_600_000),
-        ("06:05", "%H:%M", OF_DAY, 21_900_000, 0),
-        ("060530", "%H%M%S", OF_DAY, 21_930_000, 0),
-        ("20240301", "%Y%m%d", LOCAL, MARCH, 0),
-        ("20240301.0", "%Y%m%d", LOCAL, MARCH, 0),
-        ("240301", "%y%m%d", LOCAL, MARCH, 0),
-        ("45352.25", "spreadsheet", LOCAL, MARCH + 6 * HOUR, 0),
-        ("45352,2569444444", "spreadsheet", LOCAL, MARCH + 22_200_000, 0),
-        ("1709251200", "unix", ABSOLUTE, MARCH, 0),
-        ("1709251200.5", "unix", ABSOLUTE, MARCH + 500, 0),
-        ("1709251200500", "unix-ms", ABSOLUTE, MARCH + 500, 0),
-    ],
+@cases(
+    "text pattern kind tick ahead",
+    ("0", None, SECONDS, 0, 0),
+    ("12.3456", None, SECONDS, 12_346, 0),  # to the tick
+    ("12,5", "seconds", SECONDS, 12_500, 0),
+    ("2024-03-01", None, LOCAL, MARCH, 0),
+    ("2024-03-01 06:05:30.250", None, LOCAL, MARCH + 21_930_250, 0),
+    ("2024-03-01T06:05:30+02:00", None, ABSOLUTE, MARCH + 14_730_000, 2 * HOUR),
+    ("2024-03-01T06:05:30Z", None, ABSOLUTE, MARCH + 21_930_000, 0),
+    ("01.03.2024 06.05", "%d.%m.%Y %H.%M", LOCAL, MARCH + 21_900_000, 0),
+    ("2024-03-01 06:00 -0330", "%Y-%m-%d %H:%M %z", ABSOLUTE, MARCH + 34_200_000, -12_600_000),
+    ("06:05", "%H:%M", OF_DAY, 21_900_000, 0),
+    ("060530", "%H%M%S", OF_DAY, 21_930_000, 0),
+    ("20240301", "%Y%m%d", LOCAL, MARCH, 0),
+    ("20240301.0", "%Y%m%d", LOCAL, MARCH, 0),
+    ("240301", "%y%m%d", LOCAL, MARCH, 0),
+    ("45352.25", "spreadsheet", LOCAL, MARCH + 6 * HOUR, 0),
+    ("45352,2569444444", "spreadsheet", LOCAL, MARCH + 22_200_000, 0),
+    ("1709251200", "unix", ABSOLUTE, MARCH, 0),
+    ("1709251200.5", "unix", ABSOLUTE, MARCH + 500, 0),
+    ("1709251200500", "unix-ms", ABSOLUTE, MARCH + 500, 0),
 )
 def test_a_time_is_read(text: str, pattern: str | None, kind: str, tick: int, ahead: int) -> None:
     assert reader_of(pattern, None)(text) == (kind, Moment(tick, ahead))
 
 
-@pytest.mark.parametrize(
-    ("text", "pattern"),
-    [
-        *((text, None) for text in ("yesterday", "", "-5", "2024-02-30", "1609112200000x", "06:10", "12,5")),
-        ("1709251200", "%S"),
-        ("2024301", "%Y%m%d"),  # a month of one digit
-        ("20240301 11000", "%Y%m%d %H%M%S"),  # 01:10:00 or 11:00:00
-        ("2024-03-01", "unix"),
-        ("20240230", "%Y%m%d"),
-    ],
+@cases(
+    "text pattern",
+    *((text, None) for text in ("yesterday", "", "-5", "2024-02-30", "1609112200000x", "06:10", "12,5")),
+    ("1709251200", "%S"),
+    ("2024301", "%Y%m%d"),  # a month of one digit
+    ("20240301 11000", "%Y%m%d %H%M%S"),  # 01:10:00 or 11:00:00
+    ("2024-03-01", "unix"),
+    ("20240230", "%Y%m%d"),
 )
 def test_what_is_no_time_is_refused(text: str, pattern: str | None) -> None:
     with pytest.raises(ValueError, match=r"^"):
@@ -216,17 +198,15 @@ def test_what_stands_for_no_time_is_refused(text: str, pattern: str | None) -> N
         reader_of(pattern, None)(text)
 
 
-@pytest.mark.parametrize(
-    ("text", "hours", "ahead"),
-    [
-        ("2024-03-31T01:30", 0.5, 1),
-        ("2024-03-31T03:30", 1.5, 2),
-        ("2024-03-31T03:30+02:00", 1.5, 2),
-        ("2024-03-31T01:30Z", 1.5, 2),  # the clock of the zone, not that of the text
-        ("2024-10-27T02:30", 5040.5, 2),  # twice: the first
-        ("2024-10-27T02:30+01:00", 5041.5, 1),
-        ("2024-10-27T03:30", 5042.5, 1),
-    ],
+@cases(
+    "text hours ahead",
+    ("2024-03-31T01:30", 0.5, 1),
+    ("2024-03-31T03:30", 1.5, 2),
+    ("2024-03-31T03:30+02:00", 1.5, 2),
+    ("2024-03-31T01:30Z", 1.5, 2),  # the clock of the zone, not that of the text
+    ("2024-10-27T02:30", 5040.5, 2),  # twice: the first
+    ("2024-10-27T02:30+01:00", 5041.5, 1),
+    ("2024-10-27T03:30", 5042.5, 1),
 )
 def test_a_zone_knows_the_days_of_the_clock_change(text: str, hours: float, ahead: int) -> None:
     kind, moment = reader_of(None, BERLIN)(text)
@@ -238,34 +218,27 @@ def test_an_hour_that_is_skipped_is_no_time() -> None:
         reader_of(None, BERLIN)("2024-03-31T02:30")
 
 
-@pytest.mark.parametrize(
-    ("texts", "guess"),
-    [
-        (["01.03.2024 06:10", "13.03.2024 06:10"], '; perhaps --time-format "%d.%m.%Y %H:%M"'),
-        (["03/04/2024"], "; perhaps --time-format %d/%m/%Y or --time-format %m/%d/%Y"),
-        (["03/14/2024"], "; perhaps --time-format %m/%d/%Y"),
-        (["1709251200000"], "; perhaps --time-format unix-ms"),
-        (["2024-03-01"], "; perhaps without --time-format"),
-        (["06:10"], "; perhaps --time-format %H:%M"),
-        (["yesterday"], ""),
-        ([], ""),
-    ],
+@cases(
+    "texts guess",
+    (["01.03.2024 06:10", "13.03.2024 06:10"], '; perhaps --time-format "%d.%m.%Y %H:%M"'),
+    (["03/04/2024"], "; perhaps --time-format %d/%m/%Y or --time-format %m/%d/%Y"),
+    (["03/14/2024"], "; perhaps --time-format %m/%d/%Y"),
+    (["1709251200000"], "; perhaps --time-format unix-ms"),
+    (["2024-03-01"], "; perhaps without --time-format"),
+    (["06:10"], "; perhaps --time-format %H:%M"),
+    (["yesterday"], ""),
+    ([], ""),
 )
 def test_formats_are_guessed(texts: list[str], guess: str) -> None:
     assert guessed(texts) == guess
 
 
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("%Y-%m-%d %Z", "found %Z: names of zones are not the same everywhere; expected %z (+0200), or --zone"),
-        ("%d.%m. %H:%M", "found '%d.%m. %H:%M', which has no year; expected %Y"),
-        ("%H:%M %z", "found '%H:%M %z', which has no year; expected %Y"),
-        *(
-            (text, f"found {text!r}; expected a format such as")
-            for text in ("%Q", "%Y %", "%d %d %Y", "", "iso", "%%Z")
-        ),
-    ],
+@cases(
+    "text problem",
+    ("%Y-%m-%d %Z", "found %Z: names of zones are not the same everywhere; expected %z (+0200), or --zone"),
+    ("%d.%m. %H:%M", "found '%d.%m. %H:%M', which has no year; expected %Y"),
+    ("%H:%M %z", "found '%H:%M %z', which has no year; expected %Y"),
+    *((text, f"found {text!r}; expected a format such as") for text in ("%Q", "%Y %", "%d %d %Y", "", "iso", "%%Z")),
 )
 def test_a_format_that_cannot_be_used_is_refused(text: str, problem: str) -> None:
     assert refusal(lambda: checked_pattern(text)).startswith(f"--time-format: {problem}")
@@ -276,52 +249,48 @@ def test_formats_that_can_be_used(text: str) -> None:
     assert checked_pattern(text) == text
 
 
-@pytest.mark.parametrize(
-    ("text", "options"),
-    [
-        ("20240229", ["%Y%m%d"]),
-        ("20240229.0", ["%Y%m%d"]),
-        ("99991231", ["%Y%m%d"]),
-        ("00000000", ["%Y%m%d"]),
-        ("240229", ["%y%m%d"]),
-        ("061012", ["%y%m%d", "%H%M%S"]),
-        ("45351.25", ["spreadsheet"]),
-        ("1709251200", ["unix"]),
-        ("1709251200000", ["unix-ms"]),
-        ("20240229061000", ["%Y%m%d%H%M%S"]),
-        ("202402290610", ["%Y%m%d%H%M"]),
-        ("240229061000", ["%y%m%d%H%M%S"]),
-        # seconds
-        ("0", []),
-        ("36525", []),
-        ("54789", []),
-        ("241329", []),
-        ("20241329", []),
-        ("17092512", []),
-        ("315619200", []),
-    ],
+@cases(
+    "text options",
+    ("20240229", ["%Y%m%d"]),
+    ("20240229.0", ["%Y%m%d"]),
+    ("99991231", ["%Y%m%d"]),
+    ("00000000", ["%Y%m%d"]),
+    ("240229", ["%y%m%d"]),
+    ("061012", ["%y%m%d", "%H%M%S"]),
+    ("45351.25", ["spreadsheet"]),
+    ("1709251200", ["unix"]),
+    ("1709251200000", ["unix-ms"]),
+    ("20240229061000", ["%Y%m%d%H%M%S"]),
+    ("202402290610", ["%Y%m%d%H%M"]),
+    ("240229061000", ["%y%m%d%H%M%S"]),
+    # seconds
+    ("0", []),
+    ("36525", []),
+    ("54789", []),
+    ("241329", []),
+    ("20241329", []),
+    ("17092512", []),
+    ("315619200", []),
 )
 def test_what_a_number_may_be(text: str, options: list[str]) -> None:
     assert [look.option for look in looks_of(text)] == options
 
 
-@pytest.mark.parametrize(
-    ("texts", "question"),
-    [
-        (
-            ["20240229"] * 9 + ["0"],
-            'found numbers such as "20240229" in row 1, which may be dates as YYYYMMDD (--time-format %Y%m%d), '
-            "or seconds (--time-format seconds)",
-        ),
-        (
-            ["061012", "101112"],
-            'found numbers such as "061012" in row 1, which may be dates as YYMMDD (--time-format %y%m%d) or '
-            "times of the day as HHMMSS (--time-format %H%M%S), or seconds (--time-format seconds)",
-        ),
-        (["20240229"] * 8 + ["0"], None),  # fewer than nine of ten
-        (["151617", "235959"], None),  # times of the day begin with 0 somewhere
-        ([], None),
-    ],
+@cases(
+    "texts question",
+    (
+        ["20240229"] * 9 + ["0"],
+        'found numbers such as "20240229" in row 1, which may be dates as YYYYMMDD (--time-format %Y%m%d), '
+        "or seconds (--time-format seconds)",
+    ),
+    (
+        ["061012", "101112"],
+        'found numbers such as "061012" in row 1, which may be dates as YYMMDD (--time-format %y%m%d) or '
+        "times of the day as HHMMSS (--time-format %H%M%S), or seconds (--time-format seconds)",
+    ),
+    (["20240229"] * 8 + ["0"], None),  # fewer than nine of ten
+    (["151617", "235959"], None),  # times of the day begin with 0 somewhere
+    ([], None),
 )
 def test_most_of_a_column_has_to_look_like_dates(texts: list[str], question: str | None) -> None:
     numbers = NumericDates()
@@ -337,43 +306,41 @@ def test_another_decimal_sign_is_guessed_by_what_it_reads() -> None:
     assert Quantities().guessed(["1,00"]) == ""
 
 
-@pytest.mark.parametrize(
-    ("text", "decimal", "thousands", "number"),
-    [
-        ("12", None, None, 12),
-        ("007", None, None, 7),
-        ("1.0", None, None, 1),
-        ("1,00", None, None, 1),
-        ("1.", None, None, 1),
-        ("1.5", None, None, None),
-        ("2,5", None, None, None),
-        ("1.234,00", None, None, 1234),
-        ("1,234.00", None, None, 1234),
-        ("1.234.567", None, None, 1_234_567),
-        ("1 000", None, None, 1000),
-        ("1\u202f000,0", None, None, 1000),
-        ("1'000", None, None, 1000),
-        ("0.500", None, None, None),  # no number of thousands begins with 0
-        ("1234,000", None, None, 1234),
-        ("12,34", None, None, None),
-        # known signs
-        ("1.000", ".", None, 1),
-        ("1.000", ",", None, 1000),
-        ("1,000", ".", None, 1000),
-        ("1,000", ".", "'", None),  # a comma is neither
-        ("1.000", None, ".", 1000),
-        ("1.000", None, ",", 1),
-        ("1.000", None, " ", 1),
-        # no whole numbers
-        ("", None, None, None),
-        ("-3", None, None, None),
-        ("3-", None, None, None),
-        ("(2)", None, None, None),
-        ("1e3", None, None, None),
-        ("2 pcs", None, None, None),
-        ("\u0663", None, None, None),
-        ("9" * 16, None, None, None),
-    ],
+@cases(
+    "text decimal thousands number",
+    ("12", None, None, 12),
+    ("007", None, None, 7),
+    ("1.0", None, None, 1),
+    ("1,00", None, None, 1),
+    ("1.", None, None, 1),
+    ("1.5", None, None, None),
+    ("2,5", None, None, None),
+    ("1.234,00", None, None, 1234),
+    ("1,234.00", None, None, 1234),
+    ("1.234.567", None, None, 1_234_567),
+    ("1 000", None, None, 1000),
+    ("1\u202f000,0", None, None, 1000),
+    ("1'000", None, None, 1000),
+    ("0.500", None, None, None),  # no number of thousands begins with 0
+    ("1234,000", None, None, 1234),
+    ("12,34", None, None, None),
+    # known signs
+    ("1.000", ".", None, 1),
+    ("1.000", ",", None, 1000),
+    ("1,000", ".", None, 1000),
+    ("1,000", ".", "'", None),  # a comma is neither
+    ("1.000", None, ".", 1000),
+    ("1.000", None, ",", 1),
+    ("1.000", None, " ", 1),
+    # no whole numbers
+    ("", None, None, None),
+    ("-3", None, None, None),
+    ("3-", None, None, None),
+    ("(2)", None, None, None),
+    ("1e3", None, None, None),
+    ("2 pcs", None, None, None),
+    ("\u0663", None, None, None),
+    ("9" * 16, None, None, None),
 )
 def test_a_number_is_read(text: str, decimal: str | None, thousands: str | None, number: int | None) -> None:
     quantities = Quantities(decimal, thousands)
@@ -413,7 +380,6 @@ class Rows:
     dropped: Tally
 
     def left_out(self) -> list[str]:
-        """Return the reasons."""
         return [part for _, part in self.dropped.parts()]
 
 
@@ -425,17 +391,13 @@ def rows(number: int, left: int, chosen: int = 0) -> Rows:
     return Rows(number, tally)
 
 
-def test_more_than_half_is_refused() -> None:
+def test_columns_that_cannot_be_read() -> None:
     with pytest.raises(
         InputError, match=r"^a.csv: 6 of 10 rows would be left out: 6 rows with no SKU: row 0.*--force$"
     ):
         check_share(Path("a.csv"), rows(10, 6), force=False)
     check_share(Path("a.csv"), rows(10, 6), force=True)
     check_share(Path("a.csv"), rows(10, 5, chosen=5), force=False)
-
-
-def test_a_column_that_cannot_be_read_is_refused() -> None:
-    """Where most of its fields would be left empty."""
     tally = Tally()
     for row in range(1, 7):
         tally.note("a due time that cannot be read", row, "soon")

@@ -1,7 +1,5 @@
 """Metrics that every run leaves, and the observer that counts them."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Iterable
@@ -12,6 +10,7 @@ from attrs import evolve
 
 import rmfs_core
 from calling import refusal
+from cases import cases
 from rmfs_commands.details.catalogue import DETAILS, LATENESS, MEASURES, METRICS, on_time
 from rmfs_commands.details.delays import COLUMNS, Delays
 from rmfs_commands.details.loading import load_result
@@ -38,23 +37,13 @@ from rmfs_core.scenario.model import RunSection
 from rmfs_core.world import Instance, OrderData
 
 
-def test_no_two_metrics_have_a_name() -> None:
+def test_metrics_have_names_and_say_what_they_mean() -> None:
     names = [metric.name for metric in (*DETAILS, *LATENESS)]
     assert len(set(names)) == len(names)
     assert not {metric.name for group in METRICS.values() for metric in group} & {metric.name for metric in MEASURES}
-
-
-def test_each_says_what_it_means() -> None:
     for name, metric in ((metric.name, metric) for metric in (*MEASURES, *Metrics.measures)):
         assert metric.meaning.endswith("."), name
         assert (metric.unit == "s") == name.endswith("_s"), name
-
-
-def test_orders_on_time_are_told_by_priority() -> None:
-    assert on_time(12).name == "on_time_percent_priority_12"
-    groups = {metric.name: metric.group for metric in MEASURES}
-    assert groups[on_time(0).name] == "Due times"
-    assert groups["turnover_p95_s"] is None
 
 
 ORDERS = (
@@ -79,68 +68,64 @@ def values(run: RunInfo, orders: tuple[OrderData, ...] = ORDERS, begin_s: int = 
     return measures.values(50_000)
 
 
-def test_percentiles(tiny: RunInfo) -> None:
-    """Turn-over times of 10, 20, 30 and 40 s; at stations 5, 15, 30 and 35 s of them."""
+def test_percentiles_and_lateness(tiny: RunInfo) -> None:
     found = values(tiny)
     assert (found["turnover_median_s"], found["turnover_p95_s"]) == (25.0, 38.5)
     assert (found["turnover_backlog_median_s"], found["turnover_backlog_p95_s"]) == (5.0, 5.0)
     assert (found["turnover_station_median_s"], found["turnover_station_p95_s"]) == (22.5, 34.25)
     assert found["items_per_line"] == 7 / 5
     assert found["orders_per_visit"] == 2.0
-
-
-def test_lateness(tiny: RunInfo) -> None:
-    """Of four orders that are complete or due, three are late; the completed ones by 0, 5 and 35 s."""
     found = values(tiny)
     assert (found["late_orders"], found["late_percent"], found["on_time_percent"]) == (3, 75.0, 25.0)
     assert found["tardiness_s"] == 40 / 3
     assert found["tardiness_p95_s"] == pytest.approx(32)
     priorities = {name: value for name, value in found.items() if "priority" in name}
     assert priorities == {"on_time_percent_priority_0": 100 / 3, "on_time_percent_priority_2": 0.0}
-
-
-def test_no_order_is_due(tiny: RunInfo) -> None:
     assert not any(
         "late" in name or "time" in name for name in values(tiny, tuple(evolve(o, due_tick=None) for o in ORDERS))
     )
+    assert on_time(12).name == "on_time_percent_priority_12"
+    groups = {metric.name: metric.group for metric in MEASURES}
+    assert groups[on_time(0).name] == "Due times"
+    assert groups["turnover_p95_s"] is None
 
 
 def test_a_warm_up(tiny: RunInfo) -> None:
-    """Times are those of the one order that arrives after it; orders complete after it count per visit."""
+    """Of times those of orders that arrive after it count; orders complete after it count per visit."""
     found = values(tiny, begin_s=10)
     assert (found["turnover_median_s"], found["late_orders"], found["tardiness_s"]) == (30.0, 1, 35.0)
     assert found["orders_per_visit"] == 4.0
+    warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=3.0)))
+    measured = after(warm, WHOLE_RUN, end_s=70).measured()
+    assert [measured[f"turnover{part}_s"] for part in ("", "_backlog", "_station")] == [65.0, 40.0, 25.0]
+    warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=900.0)))
+    measured = after(warm, WHOLE_RUN, end_s=70).measured()
+    assert (measured["picks"], measured["orders_completed"], measured["orders_per_hour"]) == (0, 0, None)
 
 
 def assigned(s: int, order: int, station: int, period: int = 1, complete: bool = True) -> OrderAssigned:
-    """Return an order's assignment at second ``s``."""
     return OrderAssigned(s * 1000, order, station, skus=(0,), items=1, period=period, complete=complete)
 
 
 def picked(s: int, order: int, station: int = 0, visit: int = 1) -> ItemPicked:
-    """Return a pick that ends at second ``s``: 7 s of picking, 13 s of handling."""
     return ItemPicked(s * 1000, (s - 7) * 1000, (s + 6) * 1000, visit, station, pod=0, order=order, sku=0)
 
 
 def visit(s: int, number: int) -> VisitStarted:
-    """Return a pod's arrival at station 0."""
     return VisitStarted(s * 1000, number, robot=0, pod=0, station=0)
 
 
 def moved(s: int, distance_m: int, pod: int | None) -> RobotMoved:
-    """Return a run of robot 0."""
     return RobotMoved(
         s * 1000, 0, 0, origin=0, to=1, heading=0, wait_ticks=0, turn_ticks=0, distance_m=distance_m, pod=pod
     )
 
 
 def decided(period: int, decides: str, wall_s: float, stopped_early: bool = False) -> DecisionMade:
-    """Return a decision at 0 s."""
     return DecisionMade(0, period, Role.labelled(decides), "rule", 2, 1, 1, "optimal", 1.0, 1.0, stopped_early, wall_s)
 
 
 def after(run: RunInfo, events: Iterable[Event], status: str = "complete", end_s: int = 0) -> Metrics:
-    """Return metrics of a run with these events."""
     metrics = Metrics()
     metrics.run_started(run)
     for event in events:
@@ -193,76 +178,50 @@ def test_a_warm_up_counts_for_nothing(tiny: RunInfo) -> None:
     assert values["makespan_s"] == 70.0
 
 
-def test_times_after_a_warm_up(tiny: RunInfo) -> None:
-    """From 3 s on: the second order arrives after it, at 5 s, is assigned at 45 s and complete at 70 s."""
-    warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=3.0)))
-    values = after(warm, WHOLE_RUN, end_s=70).measured()
-    assert [values[f"turnover{part}_s"] for part in ("", "_backlog", "_station")] == [65.0, 40.0, 25.0]
-
-
-def test_a_run_within_its_warm_up(tiny: RunInfo) -> None:
-    warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=900.0)))
-    values = after(warm, WHOLE_RUN, end_s=70).measured()
-    assert (values["picks"], values["orders_completed"], values["orders_per_hour"]) == (0, 0, None)
-
-
-def test_pickers_are_busy_up_to_the_makespan_only(tiny: RunInfo) -> None:
-    """The last item is handled 6 s beyond its pick; those are no part of the makespan."""
+def test_runs_that_end_early(tiny: RunInfo) -> None:
     values = after(tiny, WHOLE_RUN, end_s=70).measured()
     assert values["picker_utilisation"] == (4 * 13 - 6) / (2 * 70)
-
-
-def test_a_partial_run_has_no_makespan(tiny: RunInfo) -> None:
-    """With an order left, time counts to the end of the run, and means are over completed orders."""
     values = after(tiny, WHOLE_RUN[:8], status="partial", end_s=100).measured()
     assert (values["makespan_s"], values["simulated_s"]) == (None, 100.0)
     assert values["orders_completed"] == 1
     assert values["turnover_s"] == 40.0
-
-
-def test_a_run_in_which_nothing_happens_has_no_means(tiny: RunInfo) -> None:
     values = after(tiny, (), status="partial").measured()
     for name in ("psv_per_order", "pile_on", "distance_per_order_m", "turnover_s", "picker_utilisation"):
         assert values[name] is None
     json.dumps(values, allow_nan=False)
 
 
-@pytest.mark.parametrize(
-    ("events", "most"),
-    [
-        ((assigned(0, 0, 0), assigned(0, 1, 1)), 0),  # whole orders
-        ((assigned(0, 0, 0, complete=False), assigned(0, 0, 1)), 1),  # two stations
-        ((assigned(0, 0, 0, complete=False),), 1),  # a line left in the backlog
-        ((assigned(0, 0, 0, complete=False), assigned(9, 0, 0, period=2)), 1),  # two periods
-        ((assigned(0, 0, 0, complete=False), assigned(0, 0, 0)), 0),  # one part, told in two events
-        ((assigned(0, 0, 0, complete=False), assigned(0, 1, 0, complete=False)), 2),  # two at once
-        # one after the other: the first is complete before the second is split
+@cases(
+    "events most",
+    ((assigned(0, 0, 0), assigned(0, 1, 1)), 0),  # whole orders
+    ((assigned(0, 0, 0, complete=False), assigned(0, 0, 1)), 1),  # two stations
+    ((assigned(0, 0, 0, complete=False),), 1),  # a line left in the backlog
+    ((assigned(0, 0, 0, complete=False), assigned(9, 0, 0, period=2)), 1),  # two periods
+    ((assigned(0, 0, 0, complete=False), assigned(0, 0, 0)), 0),  # one part, told in two events
+    ((assigned(0, 0, 0, complete=False), assigned(0, 1, 0, complete=False)), 2),  # two at once
+    # one after the other: the first is complete before the second is split
+    (
         (
-            (
-                assigned(0, 0, 0, complete=False),
-                assigned(1, 0, 1, period=2),
-                picked(9, 0),
-                OrderCompleted(9000, 0),
-                assigned(9, 1, 0, period=3, complete=False),
-            ),
-            1,
+            assigned(0, 0, 0, complete=False),
+            assigned(1, 0, 1, period=2),
+            picked(9, 0),
+            OrderCompleted(9000, 0),
+            assigned(9, 1, 0, period=3, complete=False),
         ),
-    ],
+        1,
+    ),
 )
 def test_split_orders_open_at_once(tiny: RunInfo, events: tuple[Event, ...], most: int) -> None:
     assert after(tiny, events, status="partial").measured()["split_orders_open_max"] == most
 
 
-def test_decisions_are_told_apart_by_period(tiny: RunInfo) -> None:
+def test_the_catalogue(tiny: RunInfo) -> None:
     metrics = after(
         tiny,
         (decided(1, "POA", 2.0), decided(1, "PPS", 1.0), decided(2, "POA+PPS", 0.5, stopped_early=True), *WHOLE_RUN),
         end_s=70,
     )
     assert (metrics.measured()["periods"], metrics.measured()["solves_stopped_early"]) == (2, 1)
-
-
-def test_every_metric_is_in_the_catalogue(tiny: RunInfo) -> None:
     assert {metric.name for metric in Metrics.measures} == after(tiny, ()).measured().keys()
     assert [metric.group for metric in Metrics.measures if metric.name == "picks"] == ["Pods"]
 
@@ -278,7 +237,6 @@ DUE = (
 
 
 def rows(folder: Path, name: str) -> list[dict[str, str]]:
-    """Return the rows of a table."""
     return list(csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines()))
 
 
@@ -312,7 +270,7 @@ def test_a_wrong_delay_is_a_fault(tmp_path: Path) -> None:
     ]
 
 
-def test_due_columns_come_back(tmp_path: Path) -> None:
+def test_results_come_back(tmp_path: Path) -> None:
     due = rmfs_core.run("examples/small", overrides=[*SETTINGS, *DUE], out=tmp_path / "due")
     plain = rmfs_core.run(
         "examples/small", overrides=["instance.orders=3", "rules.pp=free-flow"], out=tmp_path / "plain"
@@ -322,15 +280,6 @@ def test_due_columns_come_back(tmp_path: Path) -> None:
     assert "due_s" not in plain.orders[0]
     assert load_result(tmp_path / "plain").orders == plain.orders
     assert not {metric.name for metric in LATENESS} & plain.metrics.keys()
-
-
-def test_foreign_files_are_not_replaced(tmp_path: Path) -> None:
-    (tmp_path / "stations.csv").write_text("mine", encoding="utf-8")
-    with pytest.raises(InputError, match=r"found a file stations\.csv that no run of rmfs has written"):
-        rmfs_core.run("examples/small", overrides=["instance.orders=1"], out=tmp_path)
-
-
-def test_what_is_read_is_what_the_run_returned(tmp_path: Path) -> None:
     result = rmfs_core.run("examples/small", overrides=["instance.orders=5"], out=tmp_path)
     read = load_result(tmp_path)
     assert (read.metrics, read.orders, read.visits) == (result.metrics, result.orders, result.visits)
@@ -339,16 +288,20 @@ def test_what_is_read_is_what_the_run_returned(tmp_path: Path) -> None:
     assert read.described["makespan_s"] == result.described["makespan_s"]
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "problem"),
-    [
-        ("result.json", "{", "result.json, line 1: this is no valid JSON"),
-        ("result.json", "[]", "the key `scenario` is missing"),
-        ("orders.csv", "order\n", "orders.csv, line 1: expected the columns"),
-        ("visits.csv", "visit,pod,station,robot,start_s,end_s,picks\n1,p,1,1,0.0,x,3\n", "visits.csv, line 2"),
-        ("visits.csv", "visit,pod,station,robot,start_s,end_s,picks\n1,p\n", "visits.csv, line 2"),
-        ("periods.csv", None, "periods.csv: cannot be read"),
-    ],
+def test_foreign_files_are_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "stations.csv").write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match=r"found a file stations\.csv that no run of rmfs has written"):
+        rmfs_core.run("examples/small", overrides=["instance.orders=1"], out=tmp_path)
+
+
+@cases(
+    "name content problem",
+    ("result.json", "{", "result.json, line 1: this is no valid JSON"),
+    ("result.json", "[]", "the key `scenario` is missing"),
+    ("orders.csv", "order\n", "orders.csv, line 1: expected the columns"),
+    ("visits.csv", "visit,pod,station,robot,start_s,end_s,picks\n1,p,1,1,0.0,x,3\n", "visits.csv, line 2"),
+    ("visits.csv", "visit,pod,station,robot,start_s,end_s,picks\n1,p\n", "visits.csv, line 2"),
+    ("periods.csv", None, "periods.csv: cannot be read"),
 )
 def test_a_broken_result(tmp_path: Path, name: str, content: str | None, problem: str) -> None:
     rmfs_core.run("examples/small", overrides=["instance.orders=5"], out=tmp_path / "out")
@@ -368,12 +321,10 @@ WAY = (
 
 
 def part(tick_s: int, *, complete: bool) -> OrderAssigned:
-    """Return the assignment of a line of the first order."""
     return OrderAssigned(tick_s * 1000, 0, 0, skus=(0,), items=1, period=1, complete=complete)
 
 
 def row_of(run: RunInfo, *events: Event) -> list[float | None]:
-    """Return what the first order's time went to."""
     delays = Delays(run, 0)
     for event in sorted(events, key=lambda event: event.tick):
         if type(event) in delays.handlers:
@@ -384,21 +335,19 @@ def row_of(run: RunInfo, *events: Event) -> list[float | None]:
     return [row[column] for column in COLUMNS]
 
 
-@pytest.mark.parametrize(
-    ("last_part_s", "expected"),
-    [
-        (10, [2, 8, 5, 15, 12, 7]),  # before the pod is fetched
-        (20, [2, 18, 0, 10, 12, 7]),  # while it drives
-        (35, [2, 33, 0, 0, 7, 7]),  # while it queues
-        (45, [2, 43, 0, 0, 0, 4]),  # while it stands at the station
-    ],
+@cases(
+    "last_part_s expected",
+    (10, [2, 8, 5, 15, 12, 7]),  # before the pod is fetched
+    (20, [2, 18, 0, 10, 12, 7]),  # while it drives
+    (35, [2, 33, 0, 0, 7, 7]),  # while it queues
+    (45, [2, 43, 0, 0, 0, 4]),  # while it stands at the station
 )
 def test_an_order_of_two_parts(tiny: RunInfo, last_part_s: int, expected: list[float]) -> None:
     """The first part is assigned at 2 s; what the last pod did before the last part was assigned counts as nothing."""
     assert row_of(tiny, part(2, complete=False), part(last_part_s, complete=True), *WAY) == expected
 
 
-def test_a_pod_that_comes_from_another_station(tiny: RunInfo) -> None:
+def test_where_an_orders_time_went(tiny: RunInfo) -> None:
     before = (
         PodLifted(3_000, 1_000, robot=0, pod=0, cell=3),
         QueueJoined(8_000, robot=0, pod=0, station=1),
@@ -406,11 +355,5 @@ def test_a_pod_that_comes_from_another_station(tiny: RunInfo) -> None:
         VisitEnded(20_000, visit=1, pod=0, station=1, picks=1, next_station=0),
     )
     assert row_of(tiny, part(2, complete=True), *before, *WAY[1:]) == [2, 0, 18, 10, 12, 7]
-
-
-def test_a_pod_that_is_there_from_the_start(tiny: RunInfo) -> None:
     assert row_of(tiny, part(0, complete=True), *WAY[3:]) == [0, 0, 0, 0, 0, 49]
-
-
-def test_an_order_that_is_not_complete(tiny: RunInfo) -> None:
     assert row_of(tiny, part(2, complete=True), *WAY[:3]) == [None] * 6

@@ -1,7 +1,5 @@
 """Tables that every run leaves: hours, stations, robots, energy, replenishment."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ import pytest
 from attrs import define, evolve
 
 import rmfs_core
+from cases import cases
 from replenished import scenario_of
 from rmfs_commands.details.energy import run_j, turn_j
 from rmfs_commands.details.hours import Hours
@@ -42,15 +41,11 @@ from rmfs_core.info import RunInfo
 from rmfs_core.scenario.model import RobotsSection, StationsSection
 
 
-def test_spans() -> None:
+def test_spans_and_counts_over_time() -> None:
     assert merged([(5, 9), (0, 2), (2, 4), (8, 12), (3, 3)]) == [(0, 4), (5, 12)]
     assert within([(0, 4), (5, 12)], 3, 7) == [(3, 4), (5, 7)]
     assert length([(0, 4), (5, 12)]) == 11
     assert overlap([(0, 4), (5, 12)], [(3, 6), (10, 20)]) == 1 + 1 + 2
-
-
-def test_a_count_over_time() -> None:
-    """Two from 10 on, one from 20 on, none from 25 on: a mean of 25 in 40 ticks."""
     count = Count()
     for tick, change in ((10, 1), (10, 1), (20, -1), (25, -1)):
         count.add(tick, change)
@@ -122,13 +117,11 @@ AT_STATIONS: tuple[Event, ...] = (
 )
 
 
-@pytest.mark.parametrize(
-    ("begin_s", "first", "second"),
-    [
-        # 26 s of work; items wanted from 0 to 40 s; an order in the backlog from 5 to 50 s
-        (0, [2, 1, 26, 20, 14, 4, 0.166667, 1], [0, 0, 0, 10, 50, 45, 0, 0]),
-        (30, [1, 0, 16, 0, 14, 4, 0, 0], [0, 0, 0, 10, 20, 20, 0, 0]),
-    ],
+@cases(
+    "begin_s first second",
+    # 26 s of work; items wanted from 0 to 40 s; an order in the backlog from 5 to 50 s
+    (0, [2, 1, 26, 20, 14, 4, 0.166667, 1], [0, 0, 0, 10, 50, 45, 0, 0]),
+    (30, [1, 0, 16, 0, 14, 4, 0, 0], [0, 0, 0, 10, 20, 20, 0, 0]),
 )
 def test_two_stations(tiny: RunInfo, begin_s: int, first: list[float], second: list[float]) -> None:
     stations = Stations(tiny)
@@ -185,12 +178,26 @@ TRIP: tuple[Event, ...] = (
 )
 
 
-def test_a_task_on_the_way(tiny: RunInfo) -> None:
+def test_waits_and_time_off_duty(tiny: RunInfo) -> None:
     robots = Robots(tiny, 0)
     robots.handlers[TaskAssigned](TaskAssigned(12_000, robot=0, pod=0))
     robots.handlers[RobotMoved](moved(10, 0, 15, 3, None))
     row = robots.rows(20_000)[0]
     assert (row["idle_s"], row["to_pod_s"], row["waiting_s"]) == (12, 8, 0)
+    robots = Robots(tiny, 0)
+    late = PodLifted(62_000, 60_000, robot=0, pod=0, cell=1)
+    for event in (*TRIP[:2], late, moved(65, 0, 70, 9, 0)):
+        robots.handlers[type(event)](event)
+    assert robots.for_room_ticks == 40_000
+    assert robots.waiting_ticks == 46_000
+    assert "off_s" not in Robots(tiny, 0).rows(1000)[0]
+    robots = Robots(
+        evolve(tiny, scenario=evolve(tiny.scenario, robots=RobotsSection(available=(("00:00", "01:00"),)))), 0
+    )
+    for event in (*TRIP[:2], RobotsOnDuty(21_000, number=0), *TRIP[2:], RobotsOnDuty(100_000, number=1)):
+        robots.handlers[type(event)](event)
+    row = robots.rows(130_000)[0]
+    assert (row["idle_s"], row["off_s"], row["storing_s"]) == (10 + 30, 41, 12)
 
 
 @pytest.mark.parametrize(
@@ -209,41 +216,13 @@ def test_a_trip(tiny: RunInfo, begin_s: int, expected: list[float]) -> None:
     assert robots.waiting_ticks == expected[-1] * 1000
 
 
-def test_waiting_for_room_at_the_station(tiny: RunInfo) -> None:
-    robots = Robots(tiny, 0)
-    late = PodLifted(62_000, 60_000, robot=0, pod=0, cell=1)
-    for event in (*TRIP[:2], late, moved(65, 0, 70, 9, 0)):
-        robots.handlers[type(event)](event)
-    assert robots.for_room_ticks == 40_000
-    assert robots.waiting_ticks == 46_000
-
-
-def test_time_off_duty_is_no_idle_time(tiny: RunInfo) -> None:
-    assert "off_s" not in Robots(tiny, 0).rows(1000)[0]
-    robots = Robots(
-        evolve(tiny, scenario=evolve(tiny.scenario, robots=RobotsSection(available=(("00:00", "01:00"),)))), 0
-    )
-    for event in (*TRIP[:2], RobotsOnDuty(21_000, number=0), *TRIP[2:], RobotsOnDuty(100_000, number=1)):
-        robots.handlers[type(event)](event)
-    row = robots.rows(130_000)[0]
-    assert (row["idle_s"], row["off_s"], row["storing_s"]) == (10 + 30, 41, 12)
-
-
-def test_a_long_run_takes_the_kinetic_energy_of_top_speed_once() -> None:
-    """150 kg at 1.5 m/s, over the efficiency of 0.8; the brakes win nothing back."""
+def test_energy_of_runs() -> None:
     accelerating, rolling = run_j(10, False, 1.0, 1.5)
     assert accelerating == pytest.approx(150 * 1.5**2 / 2 / 0.8)
     assert rolling == pytest.approx(0.015 * 150 * 9.81 * (10 - 1.125) / 0.8)
-
-
-def test_a_short_run_never_reaches_top_speed() -> None:
     accelerating, rolling = run_j(1, False, 1.0, 1.5)
     assert accelerating == pytest.approx(150 * 1.0 * 0.5 / 0.8)
     assert rolling == pytest.approx(0.015 * 150 * 9.81 * 0.5 / 0.8)
-
-
-def test_a_pod_takes_four_times_as_much() -> None:
-    """With a pod 600 kg move, without one 150 kg, in runs and in turns; no turn takes no energy."""
     assert run_j(7, True, 1.0, 1.5) == pytest.approx([4 * joules for joules in run_j(7, False, 1.0, 1.5)])
     assert turn_j(1, True, 2.5) == pytest.approx(4 * turn_j(1, False, 2.5))
     assert turn_j(0, True, 2.5) == 0
@@ -269,17 +248,14 @@ class Run:
     trace: Trace
 
     def of(self, kind: type) -> list[Any]:
-        """Events of one class."""
         return [event for event in self.trace.events if isinstance(event, kind)]
 
     def rows(self, name: str) -> list[dict[str, str]]:
-        """Rows of a table."""
         return list(csv.DictReader((self.folder / name).read_text(encoding="utf-8").splitlines()))
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    """Return a run of 40 orders with one robot, in which SKUs run out."""
     folder = tmp_path_factory.mktemp("run")
     result = rmfs_core.run(scenario_of(SUPPLY, robots=1, instance=INSTANCE), out=folder, record=["trace"])
     return Run(folder, dict(result.metrics), read_trace(folder / "trace.jsonl.gz"))
@@ -361,14 +337,14 @@ def test_nothing_of_waiting_where_no_order_waits(tmp_path: Path) -> None:
     assert (tmp_path / "delays.csv").read_text(encoding="utf-8").startswith("order,turnover_s,backlog_s,")
 
 
+def test_runs_without_replenishment_have_none_of_it(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/small", overrides=["instance.orders=3"], out=tmp_path)
+    assert not {"bundles_stored", "stock_outs"} & result.metrics.keys()
+    assert not (tmp_path / "bundles.csv").exists()
+
+
 def test_visits_to_replenishment_stations_are_counted_apart(run: Run) -> None:
     picking = [event for event in run.of(VisitEnded) if event.station == 0]
     assert run.metrics["pod_station_visits"] == len(picking) == sum(int(row["visits"]) for row in run.rows("hours.csv"))
     assert [int(row["visits"]) for row in run.rows("stations.csv")] == [len(picking)]
     assert len(run.rows("visits.csv")) > len(picking)
-
-
-def test_runs_without_replenishment_have_none_of_it(tmp_path: Path) -> None:
-    result = rmfs_core.run("examples/small", overrides=["instance.orders=3"], out=tmp_path)
-    assert not {"bundles_stored", "stock_outs"} & result.metrics.keys()
-    assert not (tmp_path / "bundles.csv").exists()

@@ -1,7 +1,5 @@
 """The environment: observations, actions, rewards, and how it is made."""
 
-from __future__ import annotations
-
 import gc
 import sys
 from collections.abc import Sequence
@@ -19,6 +17,7 @@ from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
 import rmfs_commands.gym
 import rmfs_core
+from cases import cases
 from copying import COPIES, Policy, copy_of
 from rmfs_commands.gym import FEATURES, REWARDS, Choice, Step
 from rmfs_commands.gym.choices import PodChoices, nothing, of_locations, of_orders, of_robots, slots_of
@@ -35,7 +34,6 @@ MODULE_ID = f"rmfs_commands.gym.env:{ID}"
 
 
 def first(_observation: Any, mask: Any) -> int:
-    """Choose the first slot that may be chosen."""
     return int(np.argmax(mask))
 
 
@@ -54,7 +52,6 @@ def played(env: DecisionEnv, policy: Policy = first, **reset: Any) -> list[tuple
 
 
 def same(one: Sequence[tuple[Any, float, int]], other: Sequence[tuple[Any, float, int]]) -> bool:
-    """Whether two episodes are the same."""
     return len(one) == len(other) and all(
         np.array_equal(a[0], b[0]) and a[1:] == b[1:] for a, b in zip(one, other, strict=True)
     )
@@ -83,14 +80,7 @@ def test_a_policy_that_copies_a_rule_gives_the_rules_files(decides: str, rule: s
     assert {name for name in by_rule.timing if name not in env.result.timing} == set()
 
 
-def test_a_filtered_backlog_is_what_is_shown() -> None:
-    filtered = [*FEW, 'rules.filters=[{rule = "most-covered", n = 1}]']
-    env = rmfs_commands.gym.make("examples/small", "POA", overrides=filtered)
-    env.reset()
-    assert {slot // 2 for slot in env.choice.options} == {0}
-
-
-def test_a_seed_is_that_of_a_run() -> None:
+def test_seeds_of_episodes() -> None:
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     once, other, again = (played(env, seed=seed) for seed in (5, 6, 5))
     assert same(once, again)
@@ -99,8 +89,6 @@ def test_a_seed_is_that_of_a_run() -> None:
     assert env.result.seed == 5
     assert env.result.metrics["orders_total"] == 10
 
-
-def test_episodes_without_a_seed_follow_from_the_last_one_given() -> None:
     def seeds(**given: Any) -> list[int]:
         env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, **given)
         return [env.reset()[1]["seed"] for _ in range(3)]
@@ -114,16 +102,13 @@ def test_episodes_without_a_seed_follow_from_the_last_one_given() -> None:
     assert [env.reset()[1]["seed"] for _ in range(2)] == of_nine[1:]
 
 
-def test_the_mask_comes_as_gymnasium_and_sb3_contrib_want_it() -> None:
+def test_masks_and_slots() -> None:
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     _, info = env.reset()
     mask = env.action_masks()
     assert (info["action_mask"].dtype, mask.dtype) == (np.int8, np.bool_)
     assert np.flatnonzero(mask).tolist() == np.flatnonzero(info["action_mask"]).tolist() == sorted(env.choice.options)
     assert env.action_space.sample(mask=info["action_mask"]) in env.choice.options
-
-
-def test_for_a_slot_that_is_masked_out_the_next_one_is_taken() -> None:
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     _, info = env.reset()
     allowed = np.flatnonzero(info["action_mask"]).tolist()
@@ -135,14 +120,12 @@ def test_for_a_slot_that_is_masked_out_the_next_one_is_taken() -> None:
         assert taken == next((slot for slot in allowed if slot >= forbidden), allowed[0])
 
 
-@pytest.mark.parametrize(
-    ("reward", "total"),
-    [
-        ("visits", lambda metrics: metrics["pod_station_visits"]),
-        ("turnover", lambda metrics: metrics["turnover_s"] * metrics["orders_completed"] / 3600),
-        ("distance", lambda metrics: metrics["distance_m"] / 1000),
-        (lambda step: -1, lambda metrics: None),
-    ],
+@cases(
+    "reward total",
+    ("visits", lambda metrics: metrics["pod_station_visits"]),
+    ("turnover", lambda metrics: metrics["turnover_s"] * metrics["orders_completed"] / 3600),
+    ("distance", lambda metrics: metrics["distance_m"] / 1000),
+    (lambda step: -1, lambda metrics: None),
 )
 @pytest.mark.parametrize("decides", ["POA", "TA"])
 def test_the_rewards_of_an_episode_add_up(reward: Any, total: Any, decides: str) -> None:
@@ -153,7 +136,7 @@ def test_the_rewards_of_an_episode_add_up(reward: Any, total: Any, decides: str)
     assert sum(step[1] for step in steps) == pytest.approx(-len(steps) if expected is None else -expected)
 
 
-def test_a_run_that_is_cut_off_is_truncated() -> None:
+def test_runs_that_are_cut_off_or_without_a_choice() -> None:
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=[*FEW, "run.until_s=100"])
     env.reset()
     over = (False, False)
@@ -165,9 +148,6 @@ def test_a_run_that_is_cut_off_is_truncated() -> None:
     assert not info["action_mask"].any()
     assert env.result is not None
     assert env.result.status == "partial"
-
-
-def test_an_episode_without_a_choice_is_over_at_the_first_step() -> None:
     env = rmfs_commands.gym.make("examples/small", "PR", overrides=[*FEW, "run.until_s=30"], reward="distance")
     observation, info = env.reset()
     assert not observation.any()
@@ -228,7 +208,6 @@ def test_vectors_of_environments(kind: Any) -> None:
 
 
 def simulations() -> int:
-    """Return how many simulations are held by anything."""
     gc.collect()
     return sum(type(thing).__name__ == "Simulation" for thing in gc.get_objects())
 
@@ -301,7 +280,6 @@ def test_a_reward_that_is_no_number_is_named(reward: Any) -> None:
 
 @pytest.mark.parametrize("action", [-1, 30, 0.5, "0", None, np.array([1])])
 def test_an_action_that_is_no_slot_is_named(action: Any) -> None:
-    """One that could be meant is not guessed."""
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     env.reset()
     with pytest.raises(InputError, match=r"action: found .*; expected a whole number from 0 to 29"):
@@ -309,32 +287,26 @@ def test_an_action_that_is_no_slot_is_named(action: Any) -> None:
     env.step(np.int64(3))
 
 
-@pytest.mark.parametrize(
-    ("given", "sentence"),
-    [
-        ({"decides": "PP"}, "decides: found 'PP'; expected POA, PPS, PR or TA, which are decided one choice at a time"),
-        ({"decides": ["PPS"]}, r"decides: found \['PPS'\]; expected POA, PPS, PR or TA"),
-        ({"reward": "money"}, "reward: found 'money'; expected 'visits', 'turnover', 'distance' or a function of a St"),
-        ({"orders_shown": 0}, "orders_shown: found 0; expected a whole number from 1 to 10,000"),
-        ({"orders_shown": True}, "orders_shown: found True; expected a whole number from 1 to 10,000"),
-        ({"orders_shown": 10**12}, "orders_shown: found 10+; expected a whole number from 1 to 10,000"),
-        ({"scenario": "examples/smal"}, "examples/smal.*did you mean `examples/small`"),
-        ({"overrides": ["instance.orders=-1"]}, "instance.orders"),
-        (
-            {"overrides": ["rules.poa_pps=lns"]},
-            'rules.poa_pps: "lns" decides PPS with the rest; expected `rules.poa` a',
-        ),
-        ({"overrides": "rules.pp=free-flow"}, "overrides: found 'rules.pp=free-flow'; expected a list"),
-        ({"seed": -1}, "seed"),
-    ],
+@cases(
+    "given sentence",
+    ({"decides": "PP"}, "decides: found 'PP'; expected POA, PPS, PR or TA, which are decided one choice at a time"),
+    ({"decides": ["PPS"]}, r"decides: found \['PPS'\]; expected POA, PPS, PR or TA"),
+    ({"reward": "money"}, "reward: found 'money'; expected 'visits', 'turnover', 'distance' or a function of a St"),
+    ({"orders_shown": 0}, "orders_shown: found 0; expected a whole number from 1 to 10,000"),
+    ({"orders_shown": True}, "orders_shown: found True; expected a whole number from 1 to 10,000"),
+    ({"orders_shown": 10**12}, "orders_shown: found 10+; expected a whole number from 1 to 10,000"),
+    ({"scenario": "examples/smal"}, "examples/smal.*did you mean `examples/small`"),
+    ({"overrides": ["instance.orders=-1"]}, "instance.orders"),
+    ({"overrides": ["rules.poa_pps=lns"]}, 'rules.poa_pps: "lns" decides PPS with the rest; expected `rules.poa` a'),
+    ({"overrides": "rules.pp=free-flow"}, "overrides: found 'rules.pp=free-flow'; expected a list"),
+    ({"seed": -1}, "seed"),
 )
 def test_what_is_wrong_is_said_at_once(given: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         rmfs_commands.gym.make(**{"scenario": "examples/small", "decides": "PPS"} | given)
 
 
-def test_a_scenario_object_takes_no_overrides() -> None:
-    """It is the same environment as that of its file, and is changed by other means."""
+def test_environments_are_made_of_scenarios() -> None:
     scenario = rmfs_core.load_scenario("examples/small", FEW)
     of_file, of_object = (
         rmfs_commands.gym.make("examples/small", "TA", overrides=FEW),
@@ -343,6 +315,13 @@ def test_a_scenario_object_takes_no_overrides() -> None:
     assert same(played(of_file), played(of_object))
     with pytest.raises(InputError, match="overrides: expected a scenario file with them"):
         rmfs_commands.gym.make(scenario, "TA", overrides=FEW)
+    env = rmfs_commands.gym.make("examples/small", "PPS")
+    assert env.action_space.n == 30
+    assert not env.action_masks().any()
+    filtered = [*FEW, 'rules.filters=[{rule = "most-covered", n = 1}]']
+    env = rmfs_commands.gym.make("examples/small", "POA", overrides=filtered)
+    env.reset()
+    assert {slot // 2 for slot in env.choice.options} == {0}
 
 
 def test_every_observation_lies_within_its_space() -> None:
@@ -357,12 +336,6 @@ def test_every_observation_lies_within_its_space() -> None:
             for observation, *_ in played(env):
                 assert env.observation_space.contains(observation)
                 assert observation.shape[1] == len(features)
-
-
-def test_an_environment_is_made_of_a_scenario() -> None:
-    env = rmfs_commands.gym.make("examples/small", "PPS")
-    assert env.action_space.n == 30
-    assert not env.action_masks().any()
 
 
 @pytest.mark.parametrize("missing", ["gymnasium", "greenlet"])
@@ -392,13 +365,11 @@ def step(tiny: RunInfo, monkeypatch: pytest.MonkeyPatch) -> Step:
     return Step(events, tiny.warehouse, MINUTE, orders_open=2)
 
 
-@pytest.mark.parametrize(
-    ("name", "cost"),
-    [
-        ("visits", 2),
-        ("turnover", (60 + 30 + 40) / 3600),  # one open all the time, one since 90 s, one until 100 s
-        ("distance", 0.02),
-    ],
+@cases(
+    "name cost",
+    ("visits", 2),
+    ("turnover", (60 + 30 + 40) / 3600),  # one open all the time, one since 90 s, one until 100 s
+    ("distance", 0.02),
 )
 def test_what_a_step_costs(step: Step, name: str, cost: float) -> None:
     assert REWARDS[name](step) == pytest.approx(-cost)
@@ -418,7 +389,6 @@ def world() -> Warehouse:
 
 
 def shown(choice: Choice, slot: int) -> dict[str, float]:
-    """Return the features of a slot by name; those that are shown as x / (x + half) as x."""
     found = {}
     for feature, value in zip(FEATURES[choice.decides], choice.observation[slot].tolist(), strict=True):
         found[feature.name] = value if feature.half is None else feature.half * value / (1 - value)

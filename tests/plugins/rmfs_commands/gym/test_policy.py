@@ -1,7 +1,5 @@
 """Episodes, and policies as rules."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +49,6 @@ class First(PolicyRule):
     """A policy that takes the first slot."""
 
     def choose(self, choice: Choice) -> int:
-        """Look at the mask alone."""
         return int(choice.mask.argmax())
 
 
@@ -86,9 +83,6 @@ def test_it_is_a_rule_of_a_scenario(scenario: Path) -> None:
     assert rmfs_core.run(scenario, overrides=["rules.pps=./policy.py:Policy"]).status == "complete"
     with pytest.raises(InputError, match="decides POA and PPS, with its parameters; expected PR"):
         rmfs_core.run(scenario, overrides=["rules.pr=./policy.py:Policy"])
-
-
-def test_of_how_many_orders_it_chooses_is_a_parameter(scenario: Path) -> None:
     policy = '{rule = "./policy.py:Policy", orders_shown = 1}'
     by_age = rmfs_core.run(scenario, overrides=[f"rules.poa={policy}"])
     assigned = [row["assigned_s"] for row in by_age.orders]
@@ -121,7 +115,6 @@ PLACE = ["instance.orders=10", "rules.pp=free-flow"]
 
 @pytest.fixture
 def small() -> Scenario:
-    """Ten orders."""
     return load_scenario("examples/small", PLACE)
 
 

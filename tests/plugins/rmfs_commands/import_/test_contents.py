@@ -1,7 +1,5 @@
 """Settings, stock, orders and bundles as RAWSim-O has them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from calling import refusal
+from cases import cases
 from rawsimo_files import keys, xgenc, xitem, xsett
 from rmfs_commands.import_ import stock
 from rmfs_commands.import_.notes import Note, Notes
@@ -78,15 +77,12 @@ def test_there_are_as_many_orders_as_stations_can_pick() -> None:
     ]
 
 
-def test_stock_that_is_refilled_ends_no_orders() -> None:
+def test_stock_that_is_refilled() -> None:
     setting = evolve(SETTING, emptied=1.0)
     assert drawn_orders(setting, SKUS, {"s0": 10_000}, 2, 0.1, Notes()) == []
     assert (
         drawn_orders(setting, SKUS, None, 2, 0.1, Notes()) == drawn_orders(SETTING, SKUS, None, 2, 0.1, Notes()) != []
     )
-
-
-def test_bundles_are_stored_on_the_emptiest_pods() -> None:
     notes = Notes()
     bundles = [(0.0, "s0", 3), (9.0, "s1", 9), (1.0, "s0", 100), (2.0, "s2", 2)]
     found = OrderList({"s0": 10.0}, bundles, [(0, [("s0", 4), ("s3", 1), ("s2", 2)])])
@@ -158,20 +154,16 @@ def test_levels_keep_stock_between_the_shares_of_the_setting() -> None:
     assert notes.taken == [Note("levels of all stock at which bundles come", 1, "levels of each SKU (skus.csv)")]
 
 
-def test_nothing_is_ordered_of_what_is_there_at_the_start() -> None:
+def test_what_is_not_ordered_or_refilled() -> None:
     supply = levels(POISSON, SKUS, 1000.0, {"s0": 20}, Notes())
     assert supply is not None
     assert supply.levels == {"s0": (19, 24), "s1": (0, 10)}
-
-
-def test_pods_too_small_for_every_sku_are_not_refilled() -> None:
     notes = Notes()
     assert levels(POISSON, SKUS, 19.0, {}, notes) is None
     assert notes.taken == [Note("SKUs whose bundles have no room on pods all at once", 2, "stock is not filled up")]
 
 
-def test_skus_whose_bundles_no_pod_holds_are_left_out() -> None:
-    """They would be ordered and never come; some that is ordered has to be left."""
+def test_bundles_and_pods_that_fit() -> None:
     notes = Notes()
     assert storable(SKUS, [10.0, 10.0, 5.0], "few.xgenc", notes) == SKUS
     assert not notes.taken
@@ -182,9 +174,6 @@ def test_skus_whose_bundles_no_pod_holds_are_left_out() -> None:
         InputError, match=r"^few.xgenc: found no SKU that is ordered and whose bundle a pod of capacity 9 can"
     ):
         storable(heavy, [9.0], "few.xgenc", notes)
-
-
-def test_a_pod_holds_every_bundle_though_sizes_are_rounded() -> None:
     supply = Supply({"s0": 1 / 3}, 3, bundles=[(0.0, "s0", 3)])
     assert supply.instance_keys([1.0], [{}], Notes())["pod_capacity"] == 3 * 334
 
@@ -202,13 +191,11 @@ def test_deliveries_come_at_their_rate_until_pods_are_full() -> None:
     assert full.supply().bundles == tuple(full.bundles)
 
 
-@pytest.mark.parametrize(
-    ("weights", "sizes", "capacity"),
-    [
-        ({"a": 2.0, "b": 5.0}, ["2", "5"], 50),
-        ({"a": 0.25, "b": 1.0}, ["25", "100"], 5000),
-        ({"a": 1 / 3, "b": 0.0}, ["334", "1"], 50_000),
-    ],
+@cases(
+    "weights sizes capacity",
+    ({"a": 2.0, "b": 5.0}, ["2", "5"], 50),
+    ({"a": 0.25, "b": 1.0}, ["25", "100"], 5000),
+    ({"a": 1 / 3, "b": 0.0}, ["334", "1"], 50_000),
 )
 def test_sizes_are_whole_numbers(weights: dict[str, float], sizes: list[str], capacity: int) -> None:
     supply = Supply(weights, 4, bundles=[(0.5, "a", 4)])
@@ -246,7 +233,6 @@ def test_rules_have_the_names_of_controllers(tmp_path: Path) -> None:
 
 
 def file(folder: Path, text: str) -> Path:
-    """Write a file."""
     path = folder / "x.xml"
     path.write_text(text, encoding="utf-8")
     return path
@@ -276,21 +262,18 @@ def test_what_has_no_counterpart_is_counted(tmp_path: Path) -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (xsett("Magic"), "expected Fill, Poisson or Fixed as `OrderMode` of InventoryConfiguration, found 'Magic'"),
-        (xsett(ItemType="Letter"), "expected SimpleItem, or orders of a list (`OrderMode` Fixed) as `ItemType`"),
-        (xsett(run={"Seed": -1}), "expected a whole number from 0 to 1,000,000,000 as `Seed`"),
-        (xsett(PositionCountMin=5), "expected a whole number of at least 5, as `PositionCountMin` says, as"),
-    ],
+@cases(
+    "text message",
+    (xsett("Magic"), "expected Fill, Poisson or Fixed as `OrderMode` of InventoryConfiguration, found 'Magic'"),
+    (xsett(ItemType="Letter"), "expected SimpleItem, or orders of a list (`OrderMode` Fixed) as `ItemType`"),
+    (xsett(run={"Seed": -1}), "expected a whole number from 0 to 1,000,000,000 as `Seed`"),
+    (xsett(PositionCountMin=5), "expected a whole number of at least 5, as `PositionCountMin` says, as"),
 )
 def test_wrong_settings_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    """With what would be right."""
     assert message in refusal(lambda: read_setting(file(tmp_path, text.replace('"Seed": 3', "")), Notes()))
 
 
-def test_skus_have_weights_and_bundles(tmp_path: Path) -> None:
+def test_skus_and_lists_are_read(tmp_path: Path) -> None:
     found = read_skus(file(tmp_path, xgenc({2: 0.5, 1: 7}, weights={1: 3.0}, bundle=9)), 5, 6, Notes())
     assert found == [Sku("s1", 7, 3.0, 9), Sku("s2", 0.5, 5, 9)]
     bare = '<C><DefaultWeight>2.5</DefaultWeight><ItemDescriptions><E Key="4" Value="1"/></ItemDescriptions>'
@@ -300,9 +283,6 @@ def test_skus_have_weights_and_bundles(tmp_path: Path) -> None:
     assert notes.taken == [Note("SKUs that are bought together (ItemCoWeights)", 2, "drawn apart")]
     with pytest.raises(InputError, match="found no SKU that orders want; expected"):
         read_skus(file(tmp_path, xgenc({1: 0})), 5, 6, Notes())
-
-
-def test_a_list_has_orders_and_bundles(tmp_path: Path) -> None:
     notes = Notes()
     text = xitem([(1.5, {3: 2, 4: 1}), (2, {}), (0.5, {3: 1})], [(3, 7)], [3, 4])
     assert read_order_list(file(tmp_path, text), notes) == OrderList(
@@ -311,14 +291,12 @@ def test_a_list_has_orders_and_bundles(tmp_path: Path) -> None:
     assert notes.taken == [Note("orders without positions", 1, "left out")]
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (xitem([]), "found no order; expected some"),
-        (xitem([(-1, {1: 1})]), "expected a number from 0 to 3e+08 as `TimeStamp` of Order, found '-1'"),
-        (xitem([(0, {1: -1})]), "expected a whole number from 0 to 1,000,000,000 as `Count` of Position, found '-1'"),
-        (xitem([(0, {1: 1})], [(1, 0)]), "as `Size` of ItemBundle, found '0'"),
-    ],
+@cases(
+    "text message",
+    (xitem([]), "found no order; expected some"),
+    (xitem([(-1, {1: 1})]), "expected a number from 0 to 3e+08 as `TimeStamp` of Order, found '-1'"),
+    (xitem([(0, {1: -1})]), "expected a whole number from 0 to 1,000,000,000 as `Count` of Position, found '-1'"),
+    (xitem([(0, {1: 1})], [(1, 0)]), "as `Size` of ItemBundle, found '0'"),
 )
 def test_wrong_lists_are_refused(tmp_path: Path, text: str, message: str) -> None:
     assert message in refusal(lambda: read_order_list(file(tmp_path, text), Notes()))

@@ -1,7 +1,5 @@
 """`rmfs import`: which format files have, how XML is read, and what then runs."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from pathlib import Path
@@ -9,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from calling import exit_code, refusal
+from cases import cases
 from rawsimo_files import keys, xgenc, xinst, xsett
 from rmfs_commands.cli.main import main
 from rmfs_commands.import_ import xml_reading
@@ -29,20 +28,16 @@ ORDERS = """<?xml version="1.0"?>
 
 
 def file(folder: Path, text: str | bytes) -> Path:
-    """Write a file."""
     path = folder / "orders.xitem"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
 
 
-def test_elements_come_one_by_one(tmp_path: Path) -> None:
+def test_elements_and_values(tmp_path: Path) -> None:
     first, second = elements(file(tmp_path, ORDERS), 2)
     assert (first.name, first.above, first.line, first.number("Time")) == ("Order", ("List", "Orders"), 4, 1.5)
     assert [line.whole("SKU") for line in first.inside[0].inside] == [7]
     assert (second.place, second.inside) == (f"{tmp_path}/orders.xitem, line 5", [])
-
-
-def test_values_are_attributes_or_elements(tmp_path: Path) -> None:
     root = document(file(tmp_path, ORDERS))
     assert (root.value("Type"), root.value("Name"), root.value("Other")) == ("a", "some & any", None)
     assert (root.number("Other", 3.5), root.whole("Other", 4), root.truth("Other", True)) == (3.5, 4, True)
@@ -50,15 +45,13 @@ def test_values_are_attributes_or_elements(tmp_path: Path) -> None:
         root.whole("Other")
 
 
-@pytest.mark.parametrize(
-    ("value", "problem"),
-    [
-        ("x", "expected a number from 0 to 10 as `N` of A, found 'x'"),
-        ("11", "found '11'"),
-        ("NaN", "found 'NaN'"),
-        ("1e999", "found '1e999'"),
-        ("", "found nothing"),
-    ],
+@cases(
+    "value problem",
+    ("x", "expected a number from 0 to 10 as `N` of A, found 'x'"),
+    ("11", "found '11'"),
+    ("NaN", "found 'NaN'"),
+    ("1e999", "found '1e999'"),
+    ("", "found nothing"),
 )
 def test_wrong_numbers_are_told_with_their_line(tmp_path: Path, value: str, problem: str) -> None:
     root = document(file(tmp_path, f"<A>\n<N>{value}</N></A>"))
@@ -80,17 +73,15 @@ def test_whole_numbers_and_truth_values_are_strict(tmp_path: Path, value: str) -
 BOMB = '<!DOCTYPE a [<!ENTITY x "ha"><!ENTITY y "&x;&x;&x;">]><a>&y;</a>'
 
 
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("<a><b></a>", "line 1: this is no valid XML: mismatched tag"),
-        ("", "line 1: this is no valid XML: no element found"),
-        ("no XML", "line 1: this is no valid XML: syntax error"),
-        ('<?xml version="1.0" encoding="klingon"?><a/>', "this is no valid XML: unknown encoding"),
-        (BOMB, "found a document type (DOCTYPE); expected none"),
-        ('<!DOCTYPE a SYSTEM "file:///etc/passwd"><a/>', "found a document type (DOCTYPE); expected none"),
-        ("<a>" * 40, "found more than 30 elements in one another; expected fewer"),
-    ],
+@cases(
+    "text problem",
+    ("<a><b></a>", "line 1: this is no valid XML: mismatched tag"),
+    ("", "line 1: this is no valid XML: no element found"),
+    ("no XML", "line 1: this is no valid XML: syntax error"),
+    ('<?xml version="1.0" encoding="klingon"?><a/>', "this is no valid XML: unknown encoding"),
+    (BOMB, "found a document type (DOCTYPE); expected none"),
+    ('<!DOCTYPE a SYSTEM "file:///etc/passwd"><a/>', "found a document type (DOCTYPE); expected none"),
+    ("<a>" * 40, "found more than 30 elements in one another; expected fewer"),
 )
 def test_what_is_no_such_file_is_refused(tmp_path: Path, text: str, problem: str) -> None:
     assert problem in refusal(lambda: document(file(tmp_path, text)))
@@ -111,14 +102,11 @@ def test_there_are_limits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         document(file(tmp_path, "<a>" + " " * 200_000 + "</a>"))
 
 
-def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
+def test_a_file_is_there_and_begins_with_its_element(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"none: cannot be read: No such file"):
         document(tmp_path / "none")
     with pytest.raises(InputError, match="cannot be read: Is a directory"):
         document(tmp_path)
-
-
-def test_the_outermost_element_is_told_from_the_beginning() -> None:
     assert root_name(b'\xef\xbb\xbf<?xml version="1.0"?>\n<Instance Name="x"><Bots>') == "Instance"
     assert root_name(b"type octile\n") is None
     assert root_name(b"") is None
@@ -143,54 +131,47 @@ TEXTS = {
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Return a folder with a file of each kind."""
     for name, text in TEXTS.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    ("name", "found"),
-    [
-        ("a.txt", "found none of these"),
-        ("a.html", "found an XML file of html"),
-        ("broken.xinst", "broken.xinst, line 2: this is no valid XML: not well-formed"),
-        ("empty", "found none of these"),
-        ("none", "cannot be read: No such file or directory"),
-        (".", "cannot be read: Is a directory"),
-    ],
+@cases(
+    "name found",
+    ("a.txt", "found none of these"),
+    ("a.html", "found an XML file of html"),
+    ("broken.xinst", "broken.xinst, line 2: this is no valid XML: not well-formed"),
+    ("empty", "found none of these"),
+    ("none", "cannot be read: No such file or directory"),
+    (".", "cannot be read: Is a directory"),
 )
 def test_other_files_are_refused(folder: Path, name: str, found: str) -> None:
     assert found in refusal(lambda: kind_of(folder / name))
 
 
-@pytest.mark.parametrize(
-    ("names", "asked", "chosen"),
-    [
-        (["a.xsett", "a.xinst"], None, "rawsim-o"),
-        (["k.map"], None, "rhcr"),
-        (["s.grid"], "rhcr", "rhcr"),
-        (["a.json"], None, "lorr"),
-        (["a.map"], None, "movingai"),
-        (["b.map"], None, "lorr"),
-        (["a.map"], "lorr", "lorr"),
-        (["b.map"], "movingai", "movingai"),
-        (["a.map", "a.scen"], None, "movingai"),
-    ],
+@cases(
+    "names asked chosen",
+    (["a.xsett", "a.xinst"], None, "rawsim-o"),
+    (["k.map"], None, "rhcr"),
+    (["s.grid"], "rhcr", "rhcr"),
+    (["a.json"], None, "lorr"),
+    (["a.map"], None, "movingai"),
+    (["b.map"], None, "lorr"),
+    (["a.map"], "lorr", "lorr"),
+    (["b.map"], "movingai", "movingai"),
+    (["a.map", "a.scen"], None, "movingai"),
 )
 def test_files_of_one_instance_have_one_format(folder: Path, names: list[str], asked: str | None, chosen: str) -> None:
     assert sorted_out([folder / name for name in names], asked)[0] == chosen
 
 
-@pytest.mark.parametrize(
-    ("names", "asked", "message"),
-    [
-        (["a.map", "b.map"], None, "a.map, too, which is of the same kind; expected one of them"),
-        (["a.map", "a.xinst"], None, "a.map and a.xinst: found files of different formats, or one missing; expected"),
-        (["a.scen"], None, "a.scen: found files of different formats, or one missing"),
-        (["k.map"], "lorr", "--format: found files that the League of Robot Runners does not have together; they look"),
-        (["a.map", "a.xinst"], "rhcr", "--format: found files that RHCR does not have together"),
-    ],
+@cases(
+    "names asked message",
+    (["a.map", "b.map"], None, "a.map, too, which is of the same kind; expected one of them"),
+    (["a.map", "a.xinst"], None, "a.map and a.xinst: found files of different formats, or one missing; expected"),
+    (["a.scen"], None, "a.scen: found files of different formats, or one missing"),
+    (["k.map"], "lorr", "--format: found files that the League of Robot Runners does not have together; they look"),
+    (["a.map", "a.xinst"], "rhcr", "--format: found files that RHCR does not have together"),
 )
 def test_files_that_do_not_belong_together_are_refused(
     folder: Path, names: list[str], asked: str | None, message: str
@@ -218,25 +199,22 @@ INSTANCES = {
 
 @pytest.fixture
 def instances(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the current folder, with files of each format."""
     for name, text in INSTANCES.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    ("files", "kind", "wrote"),
-    [
-        (
-            ["hall.xinst", "few.xsett", "few.xgenc"],
-            "RAWSim-O",
-            ["import.json", "map.txt", "orders.csv", "pods.csv", "robots.csv", "scenario.toml"],
-        ),
-        (["kiva.map"], "RHCR", ["import.json", "map.txt", "trips.scen"]),
-        (["a.json"], "League of Robot Runners", ["import.json", "map.txt", "trips.scen"]),
-        (["m.map", "m.scen"], "MovingAI", ["import.json", "map.txt", "trips.scen"]),
-    ],
+@cases(
+    "files kind wrote",
+    (
+        ["hall.xinst", "few.xsett", "few.xgenc"],
+        "RAWSim-O",
+        ["import.json", "map.txt", "orders.csv", "pods.csv", "robots.csv", "scenario.toml"],
+    ),
+    (["kiva.map"], "RHCR", ["import.json", "map.txt", "trips.scen"]),
+    (["a.json"], "League of Robot Runners", ["import.json", "map.txt", "trips.scen"]),
+    (["m.map", "m.scen"], "MovingAI", ["import.json", "map.txt", "trips.scen"]),
 )
 def test_the_command_that_is_shown_runs(
     instances: Path, capsys: pytest.CaptureFixture[str], files: list[str], kind: str, wrote: list[str]
@@ -272,12 +250,10 @@ def test_the_report_is_json_too(instances: Path, capsys: pytest.CaptureFixture[s
         assert file.read_bytes() == (instances / "again" / file.name).read_bytes()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["m.scen"], "Error: m.scen: found files of different formats, or one missing; expected those of one instance"),
-        (["none.xinst"], "Error: none.xinst: cannot be read: No such file or directory"),
-    ],
+@cases(
+    "arguments message",
+    (["m.scen"], "Error: m.scen: found files of different formats, or one missing; expected those of one instance"),
+    (["none.xinst"], "Error: none.xinst: cannot be read: No such file or directory"),
 )
 def test_wrong_files_are_one_sentence(
     instances: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str

@@ -1,7 +1,5 @@
 """RAWSim-O's instances and layouts as scenarios: the same warehouse, on a text map."""
 
-from __future__ import annotations
-
 import csv
 import tomllib
 from collections.abc import Mapping
@@ -14,6 +12,7 @@ from hypothesis import strategies as st
 
 import rmfs_core
 from calling import refusal
+from cases import cases
 from rawsimo_files import keys, xgenc, xinst, xitem, xsett
 from rmfs_commands.import_.notes import Imported, Note, Notes
 from rmfs_commands.import_.rawsimo import import_rawsimo
@@ -33,7 +32,6 @@ ROBOTS = ((1, 1), (7, 10))
 
 
 def written_files(folder: Path, **texts: str) -> dict[str, Path]:
-    """Write files; return them by what they are."""
     found = {}
     for kind, text in texts.items():
         found[kind] = folder / f"{kind}.xml"
@@ -42,14 +40,12 @@ def written_files(folder: Path, **texts: str) -> dict[str, Path]:
 
 
 def written(folder: Path, imported: Imported) -> Path:
-    """Write what was imported; return its scenario."""
     for name, text in imported.files.items():
         (folder / name).write_text(text, encoding="utf-8")
     return folder / "scenario.toml"
 
 
 def hall(**more: str) -> dict[str, str]:
-    """Return the instance file of a small hall, and others."""
     return {"Instance": xinst(parse_map(HALL, "hall"), PLACES, ROBOTS), **more}
 
 
@@ -86,7 +82,7 @@ def test_the_warehouse_of_the_comparison_is_the_same(tmp_path: Path) -> None:
     assert {pod.name: pod.place[:2] for pod in made.pods if pod.place} == {f"p{i}": pods[i] for i in pods}
 
 
-def test_a_list_of_orders_runs_at_once(tmp_path: Path) -> None:
+def test_lists_of_orders(tmp_path: Path) -> None:
     items = xitem([(0, {1: 2, 2: 1}), (30.5, {3: 1})], bundles=[(1, 5), (2, 1)], skus=(1, 2, 3))
     imported = import_rawsimo(written_files(tmp_path, **hall(OrderList=items)))
     result = rmfs_core.run(written(tmp_path, imported))
@@ -95,10 +91,6 @@ def test_a_list_of_orders_runs_at_once(tmp_path: Path) -> None:
     assert Note("SKUs of which orders want more than bundles bring", 1, "never run out") in imported.notes.taken
     assert imported.files["orders.csv"].endswith("o1,0,s2,1\no2,30.5,s3,1\n")
     assert imported.files["pods.csv"].splitlines()[1:] == ["p5,s1,5,2,2", "p7,s2,1,3,9", "p2,s3,,5,6"]
-
-
-def test_a_list_that_is_given_goes_before_the_setting(tmp_path: Path) -> None:
-    """Its orders arrive at their times, although the setting would keep a backlog full."""
     files = hall(OrderList=xitem([(30.5, {3: 1})]), SettingConfiguration=xsett("Fill", {"SimulationDuration": 900}))
     scenario = load_scenario(written(tmp_path, import_rawsimo(written_files(tmp_path, **files))))
     assert (scenario.instance.arrivals.process, scenario.run.until_s) == ("start", 900)
@@ -141,7 +133,6 @@ INPUTS = [(15, (7, 6), (23, 22, 21))]
 
 
 def refilled(**more: str) -> dict[str, str]:
-    """Return the instance file of a hall with an input station, and others."""
     return {"Instance": xinst(parse_map(AROUND, "hall"), {0: (2, 2), 1: (2, 6)}, [(1, 1)], inputs=INPUTS), **more}
 
 
@@ -195,12 +186,17 @@ def test_bundles_of_a_list_come_at_their_times(tmp_path: Path) -> None:
     assert Note(what, 1, "pod-match, demand, nearest, balanced and whca-n") in imported.notes.taken
 
 
-def test_a_warehouse_alone_runs_on_the_papers_instance(tmp_path: Path) -> None:
+def test_settings_and_what_they_name(tmp_path: Path) -> None:
     imported = import_rawsimo(written_files(tmp_path, **hall()))
     assert sorted(imported.files) == ["map.txt", "robots.csv", "scenario.toml"]
     assert imported.notes.taken[-1] == Note("pods whose contents no file says", 3, "random contents at random places")
     scenario = load_scenario(written(tmp_path, imported), ["instance.orders=3", "instance.skus=4"])
     assert rmfs_core.run(scenario).status == "complete"
+    (tmp_path / "Resources").mkdir()
+    (tmp_path / "Resources" / "few.xgenc").write_text(xgenc({4: 1}), encoding="utf-8")
+    setting = xsett(SimpleItemConfiguration={"GeneratorConfigFile": "..\\somewhere\\few.xgenc"})
+    imported = import_rawsimo(written_files(tmp_path, **hall(SettingConfiguration=setting)))
+    assert ",s4," in imported.files["pods.csv"]
 
 
 def test_a_layout_is_a_block_layout(tmp_path: Path) -> None:
@@ -222,53 +218,35 @@ def test_a_layout_is_a_block_layout(tmp_path: Path) -> None:
     assert rmfs_core.run(scenario).status == "complete"
 
 
-def test_files_that_a_setting_names_are_found_beside_it(tmp_path: Path) -> None:
-    (tmp_path / "Resources").mkdir()
-    (tmp_path / "Resources" / "few.xgenc").write_text(xgenc({4: 1}), encoding="utf-8")
-    setting = xsett(SimpleItemConfiguration={"GeneratorConfigFile": "..\\somewhere\\few.xgenc"})
-    imported = import_rawsimo(written_files(tmp_path, **hall(SettingConfiguration=setting)))
-    assert ",s4," in imported.files["pods.csv"]
-
-
-@pytest.mark.parametrize(
-    ("texts", "place", "problem"),
-    [
-        (
-            {"Instance": xinst(parse_map(HALL, "hall"), {}, [(1, 1)] * 21)},
-            "Instance.xml",
-            "found 21 bots; expected at most one a storage location, 20",
-        ),
-        (
-            {"SettingConfiguration": xsett()},
-            "SettingConfiguration.xml",
-            "found no warehouse; expected an .xinst or .xlayo",
-        ),
-        (
-            hall(LayoutConfiguration=keys("LayoutConfiguration", {})),
-            "LayoutConfiguration.xml",
-            "expected one warehouse",
-        ),
-        (
-            hall(SettingConfiguration=xsett(SimpleItemConfiguration={"GeneratorConfigFile": "none.xgenc"})),
-            "SettingConfiguration.xml",
-            "names none.xgenc, which is not beside it nor in a folder `Resources`; expected it there",
-        ),
-        (
-            hall(SettingConfiguration=xsett(SimpleItemConfiguration={"GeneratorConfigFile": "a" * 5000})),
-            "SettingConfiguration.xml",
-            f"names {'a' * 80}, which is not beside it nor in a folder `Resources`; expected it there",
-        ),
-        (
-            hall(SettingConfiguration=xsett("Fixed")),
-            "SettingConfiguration.xml",
-            "names no file of SKUs or orders; expected",
-        ),
-        (
-            hall(SimpleItemGeneratorConfiguration=xgenc({1: 1})),
-            "SimpleItemGeneratorConfiguration.xml",
-            "expected an .xsett",
-        ),
-    ],
+@cases(
+    "texts place problem",
+    (
+        {"Instance": xinst(parse_map(HALL, "hall"), {}, [(1, 1)] * 21)},
+        "Instance.xml",
+        "found 21 bots; expected at most one a storage location, 20",
+    ),
+    ({"SettingConfiguration": xsett()}, "SettingConfiguration.xml", "found no warehouse; expected an .xinst or .xlayo"),
+    (hall(LayoutConfiguration=keys("LayoutConfiguration", {})), "LayoutConfiguration.xml", "expected one warehouse"),
+    (
+        hall(SettingConfiguration=xsett(SimpleItemConfiguration={"GeneratorConfigFile": "none.xgenc"})),
+        "SettingConfiguration.xml",
+        "names none.xgenc, which is not beside it nor in a folder `Resources`; expected it there",
+    ),
+    (
+        hall(SettingConfiguration=xsett(SimpleItemConfiguration={"GeneratorConfigFile": "a" * 5000})),
+        "SettingConfiguration.xml",
+        f"names {'a' * 80}, which is not beside it nor in a folder `Resources`; expected it there",
+    ),
+    (
+        hall(SettingConfiguration=xsett("Fixed")),
+        "SettingConfiguration.xml",
+        "names no file of SKUs or orders; expected",
+    ),
+    (
+        hall(SimpleItemGeneratorConfiguration=xgenc({1: 1})),
+        "SimpleItemGeneratorConfiguration.xml",
+        "expected an .xsett",
+    ),
 )
 def test_what_is_missing_is_said(tmp_path: Path, texts: Mapping[str, str], place: str, problem: str) -> None:
     with pytest.raises(InputError) as caught:
@@ -283,13 +261,12 @@ ALONE = xinst(LAYOUT, {}, [(1, 1)])
 
 
 def file(folder: Path, text: str) -> Path:
-    """Write a file."""
     path = folder / "x.xinst"
     path.write_text(text, encoding="utf-8")
     return path
 
 
-def test_a_warehouse_is_read_whole(tmp_path: Path) -> None:
+def test_warehouses_are_read_whole(tmp_path: Path) -> None:
     notes = Notes()
     found = read_instance_file(file(tmp_path, xinst(LAYOUT, {3: (2, 2), 4: (4, 3)}, [(1, 7)], name="hall")), notes)
     assert found.text_map == NARROW
@@ -298,40 +275,12 @@ def test_a_warehouse_is_read_whole(tmp_path: Path) -> None:
     assert (found.moving, found.picking) == (Moving(1.0, 1.0, 1.5, 2.5, 2.2), [Picking(6, 13.0, 7.0)])
     assert found.read == {"waypoints": 35, "storage locations": 6, "picking stations": 1, "robots": 1, "pods": 2}
     assert notes.taken == []
-
-
-def test_input_stations_are_replenishment_stations(tmp_path: Path) -> None:
     notes = Notes()
     text = xinst(parse_map(AROUND, "hall"), {}, [(1, 1)], inputs=[(15, (7, 6), (23, 22, 21))])
     found = read_instance_file(file(tmp_path, text), notes)
     assert found.text_map == "......→↓\n.##.##@I\n.....┘<<\n.##→→O@@\n......@@\n"
     assert (found.storing, found.read["replenishment stations"]) == ([Storing(400.0, 10.0)], 1)
     assert notes.taken == []
-
-
-def test_input_stations_that_cannot_be_drawn_are_walls(tmp_path: Path) -> None:
-    notes = Notes()
-    text = xinst(parse_map(AROUND, "hall"), {}, [(1, 1)], inputs=[(15, (14,), (23, 22, 21))])
-    text = text.replace("<Queues>15/14</Queues>", "")
-    found = read_instance_file(file(tmp_path, text), notes)
-    assert found.storing == ()
-    assert found.text_map == AROUND
-    reason = "input station 0 has no queue; expected waypoints from which ways lead to it, as its `Queues`"
-    assert Note("input stations (replenishment)", 1, f"walls; stock is not filled up: {reason}") in notes.taken
-    assert Note("waypoints of lanes that lead nowhere, such as those of replenishment", 3, "walls") in notes.taken
-
-
-def test_what_stands_in_the_wrong_place_is_moved(tmp_path: Path) -> None:
-    notes = Notes()
-    pods, robots = {0: (2, 2), 1: (2, 2), 2: (3, 7)}, [(1, 1), (1, 1)]
-    found = read_instance_file(file(tmp_path, xinst(LAYOUT, pods, robots)), notes)
-    assert found.places == [(2, 2), (2, 3), (2, 6)]
-    assert found.robot_places == [(1, 1), (1, 2)]
-    assert [note.number for note in notes.taken] == [2, 1]
-    assert {note.instead for note in notes.taken} == {"the nearest free one"}
-
-
-def test_robots_move_as_most_of_them(tmp_path: Path) -> None:
     notes = Notes()
     brakes = 'PodTransferTime="3" MaxAcceleration="0.5" MaxDeceleration="0.4" MaxVelocity="1" TurnSpeed="3"'
     text = xinst(LAYOUT, {}, [(1, 1)], robot=brakes, station='Capacity="12" ItemTransferTime="8"')
@@ -341,25 +290,42 @@ def test_robots_move_as_most_of_them(tmp_path: Path) -> None:
     assert commonest([1, 2, 2, 1, 3]) == 1
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (
-            xinst(LAYOUT, {0: (2, 2), 1: (2, 3)}, [(1, 1)]).replace('Pod ID="1"', 'Pod ID="0"'),
-            "found Pod 0 again; expected",
-        ),
-        (xinst(LAYOUT, {}, [(1, 1)], tiers=2), "found 2 tiers; expected one"),
-        (xinst(LAYOUT, {}, [(1, 1)], pitch=1.05), "found waypoint 1 at x 1.575, y 0.525, the first one at x 0.525"),
-        (xinst(LAYOUT, {}, []), "found no bot; expected at least one"),
-        (
-            ALONE.replace("<OutputStation ", "<Other ").replace("</OutputStation>", "</Other>"),
-            "found no output station; expected at least",
-        ),
-        (ALONE.replace("<Queues>27/", "<Queues>27/x"), "expected the number of a waypoint"),
-        (ALONE.replace('Waypoint ID="2"', 'Waypoint ID="1"'), "found waypoint 1 again; expected"),
-        (ALONE.replace('Capacity="6"', 'Capacity="0"'), "expected a whole number from 1 to"),
-        (xinst(LAYOUT, dict.fromkeys(range(7), (2, 2)), [(1, 1)]), "found no free cell for all pods; expected fewer"),
-    ],
+def test_what_cannot_be_drawn(tmp_path: Path) -> None:
+    notes = Notes()
+    text = xinst(parse_map(AROUND, "hall"), {}, [(1, 1)], inputs=[(15, (14,), (23, 22, 21))])
+    text = text.replace("<Queues>15/14</Queues>", "")
+    found = read_instance_file(file(tmp_path, text), notes)
+    assert found.storing == ()
+    assert found.text_map == AROUND
+    reason = "input station 0 has no queue; expected waypoints from which ways lead to it, as its `Queues`"
+    assert Note("input stations (replenishment)", 1, f"walls; stock is not filled up: {reason}") in notes.taken
+    assert Note("waypoints of lanes that lead nowhere, such as those of replenishment", 3, "walls") in notes.taken
+    notes = Notes()
+    pods, robots = {0: (2, 2), 1: (2, 2), 2: (3, 7)}, [(1, 1), (1, 1)]
+    found = read_instance_file(file(tmp_path, xinst(LAYOUT, pods, robots)), notes)
+    assert found.places == [(2, 2), (2, 3), (2, 6)]
+    assert found.robot_places == [(1, 1), (1, 2)]
+    assert [note.number for note in notes.taken] == [2, 1]
+    assert {note.instead for note in notes.taken} == {"the nearest free one"}
+
+
+@cases(
+    "text message",
+    (
+        xinst(LAYOUT, {0: (2, 2), 1: (2, 3)}, [(1, 1)]).replace('Pod ID="1"', 'Pod ID="0"'),
+        "found Pod 0 again; expected",
+    ),
+    (xinst(LAYOUT, {}, [(1, 1)], tiers=2), "found 2 tiers; expected one"),
+    (xinst(LAYOUT, {}, [(1, 1)], pitch=1.05), "found waypoint 1 at x 1.575, y 0.525, the first one at x 0.525"),
+    (xinst(LAYOUT, {}, []), "found no bot; expected at least one"),
+    (
+        ALONE.replace("<OutputStation ", "<Other ").replace("</OutputStation>", "</Other>"),
+        "found no output station; expected at least",
+    ),
+    (ALONE.replace("<Queues>27/", "<Queues>27/x"), "expected the number of a waypoint"),
+    (ALONE.replace('Waypoint ID="2"', 'Waypoint ID="1"'), "found waypoint 1 again; expected"),
+    (ALONE.replace('Capacity="6"', 'Capacity="0"'), "expected a whole number from 1 to"),
+    (xinst(LAYOUT, dict.fromkeys(range(7), (2, 2)), [(1, 1)]), "found no free cell for all pods; expected fewer"),
 )
 def test_what_cannot_be_read_is_said(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
@@ -412,17 +378,15 @@ def test_input_stations_that_have_no_room_are_left_out(tmp_path: Path) -> None:
     assert note.instead.startswith("left out; stock is not filled up: found 4 stations beside 5 rows of blocks")
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"TierCount": 2}, "found 2 tiers; expected one"),
-        ({"NPickStationNorth": 1}, "found 1 picking station in the north; expected them in the east and the west"),
-        ({"PodAmount": 1.5}, "expected a number from 1e-06 to 1 as `PodAmount` of LayoutConfiguration, found '1.5'"),
-        ({"NrHorizontalAisles": 9999, "NrVerticalAisles": 9999}, "expected at most 100,000"),
-        ({"NrHorizontalAisles": 4, "PodAmount": 0.01}, "found 4 stations beside 5 rows of blocks; at most 2 fit"),
-        ({"NPickStationEast": 0}, "found no picking station; expected at least one on either side"),
-        ({"WidthHall": 10_000, "NrHorizontalAisles": 40}, "expected at most 1,000,000 cells in all"),
-    ],
+@cases(
+    "values message",
+    ({"TierCount": 2}, "found 2 tiers; expected one"),
+    ({"NPickStationNorth": 1}, "found 1 picking station in the north; expected them in the east and the west"),
+    ({"PodAmount": 1.5}, "expected a number from 1e-06 to 1 as `PodAmount` of LayoutConfiguration, found '1.5'"),
+    ({"NrHorizontalAisles": 9999, "NrVerticalAisles": 9999}, "expected at most 100,000"),
+    ({"NrHorizontalAisles": 4, "PodAmount": 0.01}, "found 4 stations beside 5 rows of blocks; at most 2 fit"),
+    ({"NPickStationEast": 0}, "found no picking station; expected at least one on either side"),
+    ({"WidthHall": 10_000, "NrHorizontalAisles": 40}, "expected at most 1,000,000 cells in all"),
 )
 def test_layouts_that_cannot_be_drawn_are_refused(tmp_path: Path, values: dict[str, object], message: str) -> None:
     assert message in refusal(lambda: read_layout_file(file(tmp_path, keys("LayoutConfiguration", values)), Notes()))
@@ -450,7 +414,6 @@ def graph(layout: Layout) -> tuple[dict[int, Waypoint], list[StationPoints]]:
 def drawn(
     points: Mapping[int, Waypoint], stations: list[StationPoints], left_out: tuple[int, ...] = (), size: float = 0
 ) -> tuple[Drawn, list[Note]]:
-    """Draw; return what was noted, too."""
     notes = Notes()
     return draw(points, stations, left_out, (size, size), "x.xinst", notes), notes.taken
 
@@ -481,7 +444,7 @@ def test_what_was_a_layout_is_the_same_one(
     assert found.layout.moves.tolist() == layout.moves.tolist()
 
 
-def test_the_grid_may_begin_anywhere() -> None:
+def test_where_a_grid_begins_and_a_queue_ends() -> None:
     points, stations = graph(parse_map(TINY, "hall"))
     moved = {i: evolve(point, x=point.x - 3.25, y=point.y + 2) for i, point in points.items()}
     found, notes = drawn(moved, stations)
@@ -489,15 +452,12 @@ def test_the_grid_may_begin_anywhere() -> None:
     assert (found.cell(-2.75, 2.5), found.cell(-2.0, 7.4), found.cell(99, -99), notes) == (12, 37, 5, [])
     larger = drawn(points, stations, size=8)[0].text.splitlines()
     assert larger == [f"{row}@@" for row in TINY.splitlines()] + ["@" * 8] * 3
-
-
-def test_a_queue_may_be_told_from_its_other_end() -> None:
     points, stations = graph(parse_map(TINY, "hall"))
     turned = [evolve(stations[0], queue=tuple(reversed(stations[0].queue)))]
     assert drawn(points, turned)[0].layout.stations == parse_map(TINY, "hall").stations
 
 
-def test_lanes_of_what_is_left_out_become_walls() -> None:
+def test_lanes_and_ways_that_are_left_out() -> None:
     layout = parse_map("......\n.##.#.\n......\n.##→→O\n......\n@@^@@@\n", "hall")
     points, stations = graph(parse_map("......\n.##.#.\n......\n.##→→O\n......\n@.....\n", "hall"))
     lane = {i: point for i, point in points.items() if i < 30 or i in (31, 32)}
@@ -508,9 +468,6 @@ def test_lanes_of_what_is_left_out_become_walls() -> None:
     assert found.text.splitlines()[-1] == "@@@@@@"
     assert notes == [Note("waypoints of lanes that lead nowhere, such as those of replenishment", 1, "walls")]
     assert layout.height == found.layout.height
-
-
-def test_ways_that_cannot_be_drawn_are_counted() -> None:
     points, stations = graph(parse_map(TINY, "hall"))
     points[0] = evolve(points[0], ways=(*points[0].ways, 4))
     points[21] = evolve(points[21], ways=(*points[21].ways, 27))
@@ -533,18 +490,16 @@ def test_a_dead_end_that_is_entered_stays_one() -> None:
     assert (found.layout.may_step(1, 2), found.layout.may_step(0, 0), notes) == (True, True, [])
 
 
-@pytest.mark.parametrize(
-    ("number", "change", "message"),
-    [
-        (3, {"x": 3.6}, "x.xinst, line 3: found waypoint 3 at x 3.6, y 0.5, the first one at x 0.5, y 0.5; expected"),
-        (3, {"x": 1.5}, "x.xinst, line 3: found waypoints 1 and 3 in one place; expected one"),
-        (3, {"ways": (99,)}, "x.xinst, line 3: a way leads to waypoint 99; there is none of that number"),
-        (3, {"x": 1e6 + 0.5}, "x.xinst: found 1,000,001 x 5 m; expected at most 1,000,000 cells of 1 m x 1 m"),
-        (3, {"x": 1e5 + 0.5}, "x.xinst: found a map of 100,001 x 5 cells; expected at most 5,000 in a row or column"),
-        (22, {"ways": ()}, "x.xinst, line 23: output station 0 has no queue; expected waypoints from which ways lead"),
-        (21, {"ways": ()}, "no aisle leads into the end of this queue"),
-        (28, {"ways": ()}, ""),
-    ],
+@cases(
+    "number change message",
+    (3, {"x": 3.6}, "x.xinst, line 3: found waypoint 3 at x 3.6, y 0.5, the first one at x 0.5, y 0.5; expected"),
+    (3, {"x": 1.5}, "x.xinst, line 3: found waypoints 1 and 3 in one place; expected one"),
+    (3, {"ways": (99,)}, "x.xinst, line 3: a way leads to waypoint 99; there is none of that number"),
+    (3, {"x": 1e6 + 0.5}, "x.xinst: found 1,000,001 x 5 m; expected at most 1,000,000 cells of 1 m x 1 m"),
+    (3, {"x": 1e5 + 0.5}, "x.xinst: found a map of 100,001 x 5 cells; expected at most 5,000 in a row or column"),
+    (22, {"ways": ()}, "x.xinst, line 23: output station 0 has no queue; expected waypoints from which ways lead"),
+    (21, {"ways": ()}, "no aisle leads into the end of this queue"),
+    (28, {"ways": ()}, ""),
 )
 def test_what_is_no_grid_or_no_warehouse_is_refused(number: int, change: dict[str, object], message: str) -> None:
     points, stations = graph(parse_map(TINY, "hall"))
@@ -567,15 +522,12 @@ def test_stations_without_waypoints_are_refused() -> None:
         drawn({}, stations)
 
 
-def test_the_nearest_free_cell_is_the_first_of_equals() -> None:
+def test_what_is_drawn_of_little() -> None:
     layout = parse_map(TINY, "hall")
     storage = frozenset({CellKind.STORAGE})
     assert nearest(layout, 0, storage, ()) == 7
     assert nearest(layout, 0, storage, (7,)) == 8
     assert nearest(layout, 0, storage, layout.storage_locations) is None
-
-
-def test_nothing_is_noted_of_nothing() -> None:
     notes = Notes()
     notes.add("elevators", 0)
     notes.add("semaphores", 2)

@@ -1,12 +1,11 @@
 """Orders and pods from CSV files."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
 import pytest
 
+from cases import cases
 from rmfs_commands.instances.csv_files import read_bundles, read_robots, read_skus
 from rmfs_core.errors import InputError
 from rmfs_core.world import Calendar, Instance, OrderData, PodData, read_instance
@@ -95,7 +94,6 @@ BAD_ORDERS = [
 
 
 def read(tmp_path: Path, orders: str = ORDERS, pods: str = PODS, start: str | None = None) -> Instance:
-    """Write two files and read them."""
     (tmp_path / "orders.csv").write_bytes(orders.encode())
     (tmp_path / "pods.csv").write_bytes(pods.encode())
     return read_instance(tmp_path / "orders.csv", tmp_path / "pods.csv", start)
@@ -109,46 +107,36 @@ def test_a_mistake_in_the_orders_is_one_sentence(orders: str, message: str, tmp_
     assert str(caught.value) == f"{tmp_path / 'orders.csv'}{message}"
 
 
-@pytest.mark.parametrize(
-    ("pods", "message"),
-    [
-        (
-            "pod,sku\n",
-            ", line 1: expected a header with the columns pod,sku,quantity, found `pod,sku` without `quantity`",
-        ),
-        (
-            PODS + "1,a,x\n",
-            ', line 2, quantity: expected a whole number >= 0, or nothing for an unlimited number, found "x"',
-        ),
-        (
-            PODS + "1,a,-3\n",
-            ', line 2, quantity: expected a whole number >= 0, or nothing for an unlimited number, found "-3"',
-        ),
-        (PODS + "1,,3\n", ", line 2, sku: expected a name, found nothing"),
-        (
-            "pod,sku,quantity,row,column\n1,a,3,2,x\n",
-            ', line 2, column: expected a whole number >= 1, found "x"',
-        ),
-        (
-            "pod,sku,quantity,row\n1,a,3,2\n",
-            ", line 1: expected a header with the columns pod,sku,quantity,row,column, "
-            "found `pod,sku,quantity,row` without `column`",
-        ),
-        (
-            "pod,sku,quantity,row,column\n1,a,3,2,5\n2,a,3,2,6\n1,b,3,2,6\n",
-            ", line 4: found row 2, column 6; the pod stands where {file}, line 2 says",
-        ),
-    ],
+@cases(
+    "pods message",
+    ("pod,sku\n", ", line 1: expected a header with the columns pod,sku,quantity, found `pod,sku` without `quantity`"),
+    (
+        PODS + "1,a,x\n",
+        ', line 2, quantity: expected a whole number >= 0, or nothing for an unlimited number, found "x"',
+    ),
+    (
+        PODS + "1,a,-3\n",
+        ', line 2, quantity: expected a whole number >= 0, or nothing for an unlimited number, found "-3"',
+    ),
+    (PODS + "1,,3\n", ", line 2, sku: expected a name, found nothing"),
+    ("pod,sku,quantity,row,column\n1,a,3,2,x\n", ', line 2, column: expected a whole number >= 1, found "x"'),
+    (
+        "pod,sku,quantity,row\n1,a,3,2\n",
+        ", line 1: expected a header with the columns pod,sku,quantity,row,column, "
+        "found `pod,sku,quantity,row` without `column`",
+    ),
+    (
+        "pod,sku,quantity,row,column\n1,a,3,2,5\n2,a,3,2,6\n1,b,3,2,6\n",
+        ", line 4: found row 2, column 6; the pod stands where {file}, line 2 says",
+    ),
 )
 def test_a_mistake_in_the_pods_is_one_sentence(pods: str, message: str, tmp_path: Path) -> None:
-    """The same for the pods file."""
     with pytest.raises(InputError) as caught:
         read(tmp_path, pods=pods)
     assert str(caught.value) == f"{tmp_path / 'pods.csv'}{message.format(file=tmp_path / 'pods.csv')}"
 
 
-def test_orders_are_sorted_by_arrival(tmp_path: Path) -> None:
-    """Ids follow the arrival, then the first appearance; rows of an order need not be adjacent."""
+def test_orders_skus_and_names_are_brought_together(tmp_path: Path) -> None:
     orders = ORDERS + "late,9.5,b,1\nx,0,a,1\nearly,0,a,2\nlate,9.5,a,1\nx,0,b,3\n"
     instance = read(tmp_path, orders)
     assert instance.skus == ("a", "b")
@@ -157,47 +145,26 @@ def test_orders_are_sorted_by_arrival(tmp_path: Path) -> None:
         OrderData("early", 0, ((0, 2),)),
         OrderData("late", 9500, ((1, 1), (0, 1))),
     )
-
-
-def test_repeated_skus_are_merged(tmp_path: Path) -> None:
-    """A SKU twice in an order or on a pod counts once with both quantities; unlimited swallows any number."""
     instance = read(tmp_path, ORDERS + "1,0,a,1\n1,0,a,2\n", PODS + "p,a,1\np,a,2\nq,a,\nq,a,2\nr,a,2\nr,a,\n")
     assert instance.orders[0].lines == ((0, 3),)
     assert instance.pods == (PodData("p", ((0, 3),)), PodData("q", ((0, None),)), PodData("r", ((0, None),)))
-
-
-def test_skus_are_in_natural_order(tmp_path: Path) -> None:
-    """Numbers in SKU names count as numbers, wherever a SKU comes first."""
     instance = read(tmp_path, ORDERS + "1,0,A10,1\n1,0,A9,1\n", PODS + "1,10,\n1,9,\n1,A,\n")
     assert instance.skus == ("9", "10", "A", "A9", "A10")
-
-
-def test_numbers_in_names_may_have_any_length(tmp_path: Path) -> None:
-    """More digits than Python makes a number of; zeros before them count for nothing, and are the last to tell."""
     names = ["", *("0", "00", "1", "02"), "9" * 5000, "1" + "0" * 5000, "A0", "A00", "A1"]
     instance = read(tmp_path, ORDERS + "1,0,0,1\n", PODS + "".join(f"1,{name},\n" for name in reversed(names[1:])))
     assert list(instance.skus) == names[1:]
-
-
-def test_exports_of_other_programs_are_read(tmp_path: Path) -> None:
-    """A byte order mark, line ends of Windows, columns in any order, further columns, spaces, empty lines: all fine."""
     orders = '\ufeffsku,customer, quantity ,order,arrival_s\r\n"mug, red",North, 2 ,1,1e1\r\n\r\n'
     instance = read(tmp_path, orders)
     assert instance.skus == ("mug, red",)
     assert instance.orders == (OrderData("1", 10_000, ((0, 2),)),)
 
 
-def test_unknown_columns_are_named_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Columns that nobody reads are named on standard error, with what may have been meant; once."""
+def test_columns_and_names_are_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     orders = "order,arrival_s,sku,quantity,customer,prioritet\n1,0,a,1,north,2\n"
     for _ in range(2):
         assert read(tmp_path, orders).orders[0].priority == 0
     file = tmp_path / "orders.csv"
     assert capsys.readouterr().err == f"{file}: ignored `customer` and `prioritet` (did you mean `priority`?).\n"
-
-
-def test_names_that_come_back_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The first order and the first pod whose rows come again after others' are named with their lines, once."""
     orders = ORDERS + "a,0,x,1\nb,0,x,1\nb,0,z,1\na,0,y,2\nc,0,x,1\nb,0,y,1\na,0,x,1\n"
     for _ in range(2):
         instance = read(tmp_path, orders, PODS + "p,x,5\nq,y,5\np,z,5\n")
@@ -209,35 +176,27 @@ def test_names_that_come_back_are_told(tmp_path: Path, capsys: pytest.CaptureFix
         f"{tmp_path / 'pods.csv'}, line 4: pod p appears again after rows of other pods, "
         "and its rows are read as one pod.\n"
     )
-
-
-def test_rows_side_by_side_are_not_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Several rows of an order or a pod in a row are what files should look like."""
     read(tmp_path, ORDERS + "a,0,x,1\na,0,y,1\nb,0,x,1\n", PODS + "p,x,5\np,y,5\nq,x,1\n")
     assert not capsys.readouterr().err
 
 
-def test_due_times_and_priorities(tmp_path: Path) -> None:
-    """Either may be left out; an order may be due before it arrives."""
+def test_due_times_priorities_and_dates(tmp_path: Path) -> None:
     instance = read(tmp_path, DUE + "1,10,a,1,7200.5,\n2,20,a,1,,3\n3,30,a,1,5,1\n")
     assert [(order.due_tick, order.priority) for order in instance.orders] == [(7_200_500, 0), (None, 3), (5000, 1)]
     assert instance.dated
     assert not read(tmp_path, ORDERS + "1,10,a,1\n").dated
-
-
-def test_dates_count_from_midnight(tmp_path: Path) -> None:
-    """Time 0 is midnight before the first arrival, so that the time of day stays true."""
     instance = read(tmp_path, DATED + "1,2024-03-02 00:30,a,1,\n2,2024-03-01T06:00:00.5,a,1,2024-02-29T23:00\n")
     assert [(order.name, order.arrival_tick) for order in instance.orders] == [("2", 21_600_500), ("1", 88_200_000)]
     assert [order.due_tick for order in instance.orders] == [-3_600_000, None]
+    rows = DATED + "1,2024-03-01T00:30+02:00,a,1,2024-02-29T23:30Z\n"
+    order = read(tmp_path, rows).orders[0]
+    assert (order.arrival_tick, order.due_tick) == (1_800_000, 5_400_000)
 
 
-@pytest.mark.parametrize(
-    ("column", "rows", "found"),
-    [
-        ("arrival_s", "1,1709251200,a,1\n", "1709251200"),  # counted from 1970
-        ("arrival", "1,2024-03-01,a,1\n2,2204-03-01,a,1\n", "2204-03-01"),
-    ],
+@cases(
+    "column rows found",
+    ("arrival_s", "1,1709251200,a,1\n", "1709251200"),  # counted from 1970
+    ("arrival", "1,2024-03-01,a,1\n2,2204-03-01,a,1\n", "2204-03-01"),
 )
 def test_an_arrival_in_another_age_is_refused(tmp_path: Path, column: str, rows: str, found: str) -> None:
     """A run has a row for each hour until then; more than ten years of them are a slip."""
@@ -262,22 +221,13 @@ def test_dates_count_from_the_start_of_the_scenario(tmp_path: Path) -> None:
     assert read(tmp_path, seconds, start="2024-03-01T06:00").orders[0].due_tick == 3_600_000
 
 
-def test_offsets_from_utc(tmp_path: Path) -> None:
-    """Times with an offset are shown by the clock of the earliest arrival: its midnight is time 0."""
-    rows = DATED + "1,2024-03-01T00:30+02:00,a,1,2024-02-29T23:30Z\n"
-    order = read(tmp_path, rows).orders[0]
-    assert (order.arrival_tick, order.due_tick) == (1_800_000, 5_400_000)
-
-
-@pytest.mark.parametrize(
-    ("rows", "arrivals"),
-    [
-        (("1,2024-07-01T04:00:00Z,a,1,", "2,2024-07-01T06:30:00+02:00,a,1,"), [14_400_000, 16_200_000]),
-        (("1,2024-07-01T00:30:00+02:00,a,1,", "2,2024-07-01T05:10:00Z,a,1,"), [1_800_000, 25_800_000]),
-        # an order due before all, by another clock, and one instant written in two ways
-        (("1,2024-07-01T00:30:00+02:00,a,1,2024-06-30T20:00Z", "2,2024-07-01T05:10:00Z,a,1,"), [1_800_000, 25_800_000]),
-        (("1,2024-07-01T00:30:00+02:00,a,1,", "1,2024-06-30T22:30:00Z,b,1,"), [81_000_000]),
-    ],
+@cases(
+    "rows arrivals",
+    (("1,2024-07-01T04:00:00Z,a,1,", "2,2024-07-01T06:30:00+02:00,a,1,"), [14_400_000, 16_200_000]),
+    (("1,2024-07-01T00:30:00+02:00,a,1,", "2,2024-07-01T05:10:00Z,a,1,"), [1_800_000, 25_800_000]),
+    # an order due before all, by another clock, and one instant written in two ways
+    (("1,2024-07-01T00:30:00+02:00,a,1,2024-06-30T20:00Z", "2,2024-07-01T05:10:00Z,a,1,"), [1_800_000, 25_800_000]),
+    (("1,2024-07-01T00:30:00+02:00,a,1,", "1,2024-06-30T22:30:00Z,b,1,"), [81_000_000]),
 )
 def test_time_zero_does_not_depend_on_the_order_of_rows(
     tmp_path: Path, rows: tuple[str, str], arrivals: list[int]
@@ -294,13 +244,13 @@ def test_the_time_of_day_is_that_of_the_start() -> None:
     assert Calendar(None).time_of_day() == 0
 
 
-def test_pods_may_have_places(tmp_path: Path) -> None:
-    """Row and column, and the line that says so first."""
+def test_pods_with_places_or_without_stock(tmp_path: Path) -> None:
     (tmp_path / "orders.csv").write_text(ORDERS + "1,0,a,1\n")
     file = tmp_path / "pods.csv"
     file.write_text("row,column,pod,sku,quantity\n3,4,p,a,\n1,2,q,a,7\n3,4,p,b,\n")
     pods = read_instance(tmp_path / "orders.csv", file).pods
     assert [pod.place for pod in pods] == [(3, 4, f"{file}, line 2"), (1, 2, f"{file}, line 3")]
+    assert read(tmp_path, pods=PODS + "p,a,0\nq,a,2\nq,a,0\n").pods == (PodData("p", ()), PodData("q", ((0, 2),)))
 
 
 BAD_ROBOTS = [
@@ -323,26 +273,12 @@ def test_a_mistake_in_the_robots_is_one_sentence(robots: str, message: str, tmp_
     assert str(caught.value) == f"{tmp_path / 'robots.csv'}{message}"
 
 
-def test_no_stock_is_no_stock(tmp_path: Path) -> None:
-    """A row of a stock list that says 0 puts nothing on the pod; the pod is there."""
-    assert read(tmp_path, pods=PODS + "p,a,0\nq,a,2\nq,a,0\n").pods == (PodData("p", ()), PodData("q", ((0, 2),)))
-
-
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    """A file that is not there is one sentence too."""
+def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"orders\.csv: cannot be read: No such file or directory$"):
         read_instance(tmp_path / "orders.csv", tmp_path / "pods.csv")
-
-
-def test_another_encoding_is_refused(tmp_path: Path) -> None:
-    """A file that is no UTF-8 is refused with the byte that says so."""
     (tmp_path / "orders.csv").write_bytes(ORDERS.encode() + b"1,0,gr\xfcn,1\n")
     with pytest.raises(InputError, match=r"orders\.csv: expected UTF-8 text, found the byte 0xfc$"):
         read_instance(tmp_path / "orders.csv", tmp_path / "pods.csv")
-
-
-def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
-    """A device whose line never ends, and a name with a sign that no name has."""
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\n", encoding="utf-8")
     with pytest.raises(
         InputError, match=r"^/dev/zero, line 1: found a field of more than 131,072 characters; expected a shorter one$"
@@ -352,31 +288,26 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
         read_instance(tmp_path / "a\0b", tmp_path / "pods.csv")
 
 
-@pytest.mark.parametrize(
-    ("row", "problem"),
-    [
-        ("B,1,a,0", 'items: expected a whole number >= 1, found "0"'),  # nothing to store
-        ("B,soon,a,1", 'arrival_s: expected a number of seconds >= 0, found "soon"'),
-        ("B,400000000,a,1", "arrival_s: found 400000000; expected a time within ten years from time 0 on"),
-        ("A,1,a,1", "found bundle A again; expected each once"),
-        (",1,a,1", "bundle: expected a name, found nothing"),
-    ],
+@cases(
+    "row problem",
+    ("B,1,a,0", 'items: expected a whole number >= 1, found "0"'),  # nothing to store
+    ("B,soon,a,1", 'arrival_s: expected a number of seconds >= 0, found "soon"'),
+    ("B,400000000,a,1", "arrival_s: found 400000000; expected a time within ten years from time 0 on"),
+    ("A,1,a,1", "found bundle A again; expected each once"),
+    (",1,a,1", "bundle: expected a name, found nothing"),
 )
 def test_wrong_bundles_are_refused(tmp_path: Path, row: str, problem: str) -> None:
-    """With the line and the column."""
     (tmp_path / "bundles.csv").write_text(f"bundle,arrival_s,sku,items\nA,2.5,a,3\n{row}\n", encoding="utf-8")
     with pytest.raises(InputError, match=f"bundles.csv, line 3.*{re.escape(problem)}"):
         read_bundles(tmp_path / "bundles.csv")
 
 
-@pytest.mark.parametrize(
-    ("row", "problem"),
-    [
-        ("b,0,,", 'size: expected a whole number >= 1, found "0"'),
-        ("b,1,-1,", 'reorder_point: expected a number from 0 to 1e9, found "-1"'),
-        ("b,1,,lots", 'order_up_to: expected a number from 0 to 1e9, found "lots"'),
-        ("a,1,,", "sku: found SKU a again; expected each once"),
-    ],
+@cases(
+    "row problem",
+    ("b,0,,", 'size: expected a whole number >= 1, found "0"'),
+    ("b,1,-1,", 'reorder_point: expected a number from 0 to 1e9, found "-1"'),
+    ("b,1,,lots", 'order_up_to: expected a number from 0 to 1e9, found "lots"'),
+    ("a,1,,", "sku: found SKU a again; expected each once"),
 )
 def test_wrong_skus_are_refused(tmp_path: Path, row: str, problem: str) -> None:
     """With the line and the column; what is left empty is left out."""

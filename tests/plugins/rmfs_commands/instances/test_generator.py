@@ -1,7 +1,5 @@
 """The paper's instance generator."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np
@@ -20,7 +18,6 @@ PAPER = InstanceSection()
 
 
 def wanted(instance: Instance) -> list[tuple[str, ...]]:
-    """Return the names of the SKUs of every order."""
     return [tuple(instance.skus[sku] for sku, _ in order.lines) for order in instance.orders]
 
 
@@ -63,14 +60,7 @@ def test_pods_can_fill_every_order(
 def test_a_seed_gives_one_instance() -> None:
     assert generate_instance(PAPER, 1) == generate_instance(PAPER, 1)
     assert wanted(generate_instance(PAPER, 1)) != wanted(generate_instance(PAPER, 2))
-
-
-def test_fewer_orders_are_the_first_of_more() -> None:
     assert generate_instance(PAPER, 1).orders[:50] == generate_instance(evolve(PAPER, orders=50), 1).orders
-
-
-def test_arrivals_do_not_change_the_orders() -> None:
-    """Poisson arrivals ascend at about the rate asked for, and the orders are those that would be there at once."""
     section = evolve(PAPER, orders=2000, arrivals=Arrivals("poisson", orders_per_hour=360))
     instance = generate_instance(section, 1)
     ticks = [order.arrival_tick for order in instance.orders]
@@ -104,20 +94,13 @@ def test_drawn_orders_follow_the_distributions() -> None:
     assert shares == pytest.approx(sku_demand(20), abs=0.012)
 
 
-def test_shuffled_lists_are_cut_into_pods() -> None:
-    """Each list has every SKU once, so in pods that cut the lists evenly each SKU comes as often as there are lists."""
+def test_skus_on_pods() -> None:
     instance = generate_instance(InstanceSection(orders=0, skus=12, pods=16, skus_per_pod=3), 1)
     assert Counter(sku for pod in instance.pods for sku, _ in pod.contents) == dict.fromkeys(range(12), 4)
-
-
-def test_a_sku_twice_in_a_cut_is_merged() -> None:
     section = InstanceSection(orders=0, skus=3, pods=40, skus_per_pod=2, items_per_sku=5)
     pods = generate_instance(section, 1).pods
     assert {contents for pod in pods for contents in [tuple(items for _, items in pod.contents)]} == {(5, 5), (10,)}
     assert sum(items or 0 for pod in pods for _, items in pod.contents) == 40 * 2 * 5
-
-
-def test_skus_on_no_pod_are_left_out() -> None:
     instance = generate_instance(InstanceSection(orders=10, skus=100, pods=4, skus_per_pod=2), 1)
     assert len(instance.skus) == 8
     assert set(instance.skus) <= {str(i) for i in range(1, 101)}
@@ -138,25 +121,17 @@ def test_too_little_stock_is_an_error() -> None:
 PROFILE = (0.0,) * 6 + (1.0, 3.0) + (0.0,) * 16
 
 
-def test_arrivals_of_a_day_follow_the_hours() -> None:
-    """Between 6 and 8 o'clock, a quarter of them in the first hour; the orders are the same at other times."""
+def test_arrivals_follow_the_hours() -> None:
     day = evolve(PAPER, arrivals=Arrivals("day", profile=PROFILE))
     hours = np.array([order.arrival_tick for order in generate_instance(day, seed=1).orders]) / 3_600_000
     assert (hours.min() >= 6, hours.max() < 8) == (True, True)
     assert np.mean(hours < 7) == pytest.approx(0.25, abs=0.07)
     assert (np.diff(hours) >= 0).all()
     assert wanted(generate_instance(day, seed=1)) == wanted(generate_instance(PAPER, seed=1))
-
-
-def test_time_0_is_a_time_of_day() -> None:
-    """From half past 7 on: the rest of the hours' orders come the next morning."""
     day = evolve(PAPER, arrivals=Arrivals("day", profile=PROFILE), start="2024-03-01T07:30")
     hours = np.array([order.arrival_tick for order in generate_instance(day, seed=1).orders]) / 3_600_000
     assert set(np.floor(hours * 2).tolist()) == {0, 45, 46, 47}  # half hours after 7:30; 6:00 is 22.5 hours later
     assert np.mean(hours < 0.5) == pytest.approx(3 / 8, abs=0.08)
-
-
-def test_poisson_arrivals_follow_the_hours() -> None:
     section = evolve(PAPER, orders=4800, max_lines=1, arrivals=Arrivals("poisson", 100.0, PROFILE))
     hours = np.array([order.arrival_tick for order in generate_instance(section, seed=1).orders]) / 3_600_000
     assert set(np.floor(hours % 24).tolist()) == {6, 7}
@@ -176,20 +151,13 @@ def test_due_times() -> None:
     assert (480 <= min(left[0]) < 500, 700 < max(left[0]) <= 720) == (True, True)
 
 
-def test_lengths_of_a_list_of_weights() -> None:
-    """No order of two lines, three times as many of three as of one; longer than there are SKUs is none."""
+def test_demand_and_lengths() -> None:
     lengths = Counter(len(lines) for lines in wanted(generate_instance(evolve(PAPER, lines=(1.0, 0.0, 3.0)), seed=1)))
     assert lengths.keys() == {1, 3}
     assert lengths[3] / 250 == pytest.approx(0.75, abs=0.08)
     small = evolve(PAPER, skus=2, skus_per_pod=1, lines=(1.0, 0.0, 3.0))
     assert {len(lines) for lines in wanted(generate_instance(small, seed=1))} == {1}
-
-
-def test_zipf_demand() -> None:
     assert sku_demand(3, SkuDemand(1.0, shift=1.0)) == pytest.approx([6 / 13, 4 / 13, 3 / 13])
-
-
-def test_what_is_bought_together() -> None:
     section = evolve(PAPER, lines=(0.0, 1.0), demand=SkuDemand(0.0, groups=50, together=1.0))
     pairs = Counter(frozenset(lines) for lines in wanted(generate_instance(section, seed=1)))
     alone = Counter(frozenset(lines) for lines in wanted(generate_instance(evolve(PAPER, lines=(0.0, 1.0)), seed=1)))

@@ -1,7 +1,5 @@
 """What a stranger does, outside the checkout: install rmfs from its wheel, write a rule, install, test and run it."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from collections.abc import Callable
@@ -18,7 +16,6 @@ RULES = [role.label for role in Role]
 
 
 def rule_of(label: str) -> NewRule:
-    """Return the rule that is written for a kind of decision."""
     return NewRule(f"try-{label.lower().replace('+', '-')}", label if label == COMMAND else Role.labelled(label))
 
 

@@ -1,7 +1,5 @@
 """`rmfs new-rule`: names, files, and the project that they make."""
 
-from __future__ import annotations
-
 import ast
 import io
 import subprocess
@@ -14,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from calling import exit_code
+from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.kit import NewRule, project_files, selecting, write_project
 from rmfs_commands.kit.names import COMMAND
@@ -54,14 +53,12 @@ def test_a_folder_whose_name_is_no_text(tmp_path: Path, monkeypatch: pytest.Monk
     assert (tmp_path / "x\udcff" / "fine-rule" / "README.md").exists()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "problem"),
-    [
-        (["Bad Name", "--decides", "PR"], 'Error: rule name "Bad Name": expected small letters'),
-        (["fine-rule", "--decides", "XYZ"], "'XYZ' is not one of 'POA', 'PPS', 'POA+PPS'"),
-        (["fine-rule"], "Missing option '--decides'"),
-        (["there", "--decides", "PR"], "Error: there: is there already"),
-    ],
+@cases(
+    "arguments problem",
+    (["Bad Name", "--decides", "PR"], 'Error: rule name "Bad Name": expected small letters'),
+    (["fine-rule", "--decides", "XYZ"], "'XYZ' is not one of 'POA', 'PPS', 'POA+PPS'"),
+    (["fine-rule"], "Missing option '--decides'"),
+    (["there", "--decides", "PR"], "Error: there: is there already"),
 )
 def test_bad_input_is_refused(
     arguments: list[str],
@@ -77,14 +74,12 @@ def test_bad_input_is_refused(
     assert [path.name for path in tmp_path.rglob("*")] == ["there"]
 
 
-@pytest.mark.parametrize(
-    ("name", "role", "kind", "module", "target"),
-    [
-        ("fine-rule", Role.POA, "rule", "fine_rule", "FineRule"),
-        ("k2-opt", Role.PP, "rule", "k2_opt", "K2Opt"),
-        ("x", Role.OBSERVER, "rule", "x", "X"),
-        ("fine-tool", COMMAND, "command", "fine_tool", "fine_tool"),
-    ],
+@cases(
+    "name role kind module target",
+    ("fine-rule", Role.POA, "rule", "fine_rule", "FineRule"),
+    ("k2-opt", Role.PP, "rule", "k2_opt", "K2Opt"),
+    ("x", Role.OBSERVER, "rule", "x", "X"),
+    ("fine-tool", COMMAND, "command", "fine_tool", "fine_tool"),
 )
 def test_what_is_called_after_it(name: str, role: Role | str, kind: str, module: str, target: str) -> None:
     rule = NewRule(name, role)
@@ -92,25 +87,31 @@ def test_what_is_called_after_it(name: str, role: Role | str, kind: str, module:
     rule.check_free()
 
 
-def test_a_role_may_be_given_by_its_key() -> None:
+def test_names_of_rules_and_commands(install: Callable[..., None]) -> None:
     assert NewRule("x", "poa_pps").role is Role.POA_PPS
     assert NewRule("x", COMMAND).role == COMMAND
+    NewRule("demand", COMMAND).check_free()
+    NewRule("compare", Role.POA).check_free()
+    install("acme", {"clever": "acme_rules:Clever"})
+    with pytest.raises(InputError, match=r"a rule of that name is installed \(acme 1.0\)"):
+        NewRule("clever", "poa").check_free()
+    assert selecting(NewRule("x", "pps")) == "--set rules.pps=x"
+    assert selecting(NewRule("x", "filter")) == """--set 'rules.filters=["x"]'"""
+    assert selecting(NewRule("x", "poa_pps")) == "--set rules.poa_pps=x"
 
 
-@pytest.mark.parametrize(
-    ("name", "such_as"),
-    [
-        ("My_Rule", "my-rule"),
-        ("two words", "two-words"),
-        ("2opt", "my-rule"),  # a package cannot begin with a digit
-        ("a--b", "a-b"),
-        ("-a-", "a"),
-        ("-", "my-rule"),
-        ("", "my-rule"),
-        ("../up", "up"),
-        ("größte", "gr-te"),
-        ("a\n", "a"),
-    ],
+@cases(
+    "name such_as",
+    ("My_Rule", "my-rule"),
+    ("two words", "two-words"),
+    ("2opt", "my-rule"),  # a package cannot begin with a digit
+    ("a--b", "a-b"),
+    ("-a-", "a"),
+    ("-", "my-rule"),
+    ("", "my-rule"),
+    ("../up", "up"),
+    ("größte", "gr-te"),
+    ("a\n", "a"),
 )
 def test_a_name_is_spelled_as_a_folder_is(name: str, such_as: str) -> None:
     """Small letters, digits and hyphens; the sentence shows what would do."""
@@ -120,33 +121,20 @@ def test_a_name_is_spelled_as_a_folder_is(name: str, such_as: str) -> None:
     assert caught.value.problem == f'{expected} "{such_as}"'
 
 
-@pytest.mark.parametrize(
-    ("name", "role", "problem"),
-    [
-        ("demand", Role.POA, r"a rule of that name is installed \(rmfs "),
-        ("compare", COMMAND, r"a command of that name is installed \(rmfs "),
-        ("numpy", Role.POA, r"a distribution of that name is installed \(numpy "),
-        ("rmfs", Role.POA, r"a distribution of that name is installed \(rmfs "),
-        ("lambda", Role.POA, "`lambda` is a word of the Python language"),
-        ("true", Role.POA, "`True` is a word of the Python language"),  # its class would be called so
-        ("queue", Role.POA, "there is a module `queue`"),
-        ("rmfs-core", Role.POA, "there is a module `rmfs_core`"),
-    ],
+@cases(
+    "name role problem",
+    ("demand", Role.POA, r"a rule of that name is installed \(rmfs "),
+    ("compare", COMMAND, r"a command of that name is installed \(rmfs "),
+    ("numpy", Role.POA, r"a distribution of that name is installed \(numpy "),
+    ("rmfs", Role.POA, r"a distribution of that name is installed \(rmfs "),
+    ("lambda", Role.POA, "`lambda` is a word of the Python language"),
+    ("true", Role.POA, "`True` is a word of the Python language"),  # its class would be called so
+    ("queue", Role.POA, "there is a module `queue`"),
+    ("rmfs-core", Role.POA, "there is a module `rmfs_core`"),
 )
 def test_a_name_that_is_taken_is_refused(name: str, role: Role | str, problem: str) -> None:
     with pytest.raises(InputError, match=problem):
         NewRule(name, role).check_free()
-
-
-def test_rules_and_commands_have_names_of_their_own() -> None:
-    NewRule("demand", COMMAND).check_free()
-    NewRule("compare", Role.POA).check_free()
-
-
-def test_a_third_partys_rule_has_its_name_for_itself(install: Callable[..., None]) -> None:
-    install("acme", {"clever": "acme_rules:Clever"})
-    with pytest.raises(InputError, match=r"a rule of that name is installed \(acme 1.0\)"):
-        NewRule("clever", "poa").check_free()
 
 
 WORDS = (
@@ -202,18 +190,10 @@ def test_a_commands_function_hides_nothing_that_it_uses(tmp_path: Path) -> None:
     assert (write_project(NewRule("demand", COMMAND), tmp_path) / "README.md").exists()
 
 
-def test_rules_are_selected_by_their_role() -> None:
-    assert selecting(NewRule("x", "pps")) == "--set rules.pps=x"
-    assert selecting(NewRule("x", "filter")) == """--set 'rules.filters=["x"]'"""
-    assert selecting(NewRule("x", "poa_pps")) == "--set rules.poa_pps=x"
-
-
-@pytest.mark.parametrize(
-    ("name", "problem"),
-    [
-        ("demand", r"a rule of that name is installed \(rmfs "),
-        ("order-assignment", "its class would hide the `OrderAssignment` it uses"),
-    ],
+@cases(
+    "name problem",
+    ("demand", r"a rule of that name is installed \(rmfs "),
+    ("order-assignment", "its class would hide the `OrderAssignment` it uses"),
 )
 def test_a_bad_name_is_refused(name: str, problem: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=problem):

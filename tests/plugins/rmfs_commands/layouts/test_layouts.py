@@ -1,11 +1,10 @@
 """Layouts: blocks and text maps."""
 
-from __future__ import annotations
-
 import pytest
 from attrs import evolve
 
 from calling import refusal
+from cases import cases
 from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_commands.layouts import block_map, parse_map
 from rmfs_core.errors import InputError
@@ -14,21 +13,14 @@ from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, check_layout
 from rmfs_core.world.grid import LONGEST_SIDE
 
 
-def test_the_papers_layout() -> None:
-    """9 x 7 blocks of 2 x 4 are 504 storage locations; four stations with 12 queue cells each lie in the east."""
+def test_layouts_of_known_sizes() -> None:
     layout = parse_map(block_map(LayoutSection(), 12), "map")
     check_layout(layout, "map")
     assert len(layout.storage_locations) == 504
     assert [len(cells.queue) for cells in layout.stations] == [12] * 4
     assert all(cells.station % layout.width == layout.width - 1 for cells in layout.stations)
-
-
-def test_the_smallest_layout_looks_like_this() -> None:
     section = LayoutSection(block_rows=3, block_columns=1, block_length=2, hall_width=1, stations_east=1, queue="plain")
     assert block_map(section, 6) == ("v<<<@@\nv##^@@\nv##^@@\n┌>>└→↓\nv##^↓←\nv##^→↓\nv<<┘<O\nv##^@@\nv##^@@\n>>>^@@\n")
-
-
-def test_queues_as_in_rawsim_o() -> None:
     section = LayoutSection(block_rows=3, block_columns=1, block_length=2, hall_width=1, queue="shortcut")
     east = block_map(evolve(section, stations_east=1), 6)
     assert east == "v<<<@@\nv##^@@\nv##^@@\n┌>>└→↓\nv##^↓╗\nv##└→↓\nv<<┘<O\nv##^@@\nv##^@@\n>>>^@@\n"
@@ -54,27 +46,36 @@ def test_every_block_layout_is_fit_for_use(rows: int, hall: int, queue: int, for
     assert (layout.kind == CellKind.STORAGE).sum() == rows * 3 * 8
 
 
-def test_too_many_stations_are_refused() -> None:
+def test_too_many_stations_or_long_queues_are_refused() -> None:
     with pytest.raises(
         InputError, match=r"layout\.stations_east: found 3 stations beside 5 rows of blocks; at most 2 fit"
     ):
         block_map(LayoutSection(block_rows=5, stations_east=3), 12)
     with pytest.raises(InputError, match="found no picking station"):
         block_map(LayoutSection(stations_east=0), 12)
-
-
-def test_queues_that_no_memory_has_room_for_are_refused() -> None:
     with pytest.raises(InputError, match=r"stations\.queue_length: found queues of 100,000 cells beside 100 rows of"):
         block_map(LayoutSection(block_rows=100), 100_000)
 
 
-def test_replenishment_stations_lie_behind_the_picking_stations_of_their_side() -> None:
+def test_aisles_and_replenishment_stations() -> None:
     west = block_map(LayoutSection(block_rows=5, stations_east=1, replenishment_west=2), 3)
     assert [row.strip("@")[0] for row in west.splitlines() if "I" in row] == ["I", "I"]
     east = "".join(block_map(LayoutSection(block_rows=7, stations_east=2, replenishment_east=1), 3).split())
     assert [sign for sign in east if sign in "IO"] == ["O", "O", "I"]
     with pytest.raises(InputError, match=r"layout.replenishment_east: found 4 stations beside 7 rows"):
         block_map(LayoutSection(block_rows=7, stations_east=2, replenishment_east=2), 3)
+    layout = parse_map("v<<<\nv##^\n>>>^\n.qO.\n....", "ring")
+    assert layout.may_step(1, WEST)
+    assert not layout.may_step(1, EAST)
+    assert not layout.may_step(0, EAST)
+    assert layout.may_step(1, SOUTH)  # into storage
+    assert layout.may_step(5, NORTH)
+    layout = parse_map("#...\n..qI\n....\n..qO\n....", "map")
+    assert [cells.station for cells in layout.stations] == [15, 7]
+    assert layout.replenishing == 1
+    assert layout.lane[7] == 1
+    assert draw_map(layout).count("I") == 1
+    assert parse_map(draw_map(layout), "drawn").stations == layout.stations
 
 
 TINY = """
@@ -98,47 +99,21 @@ def test_a_drawn_map_is_read_cell_by_cell() -> None:
     assert not layout.may_step(5, WEST)
 
 
-def test_one_way_aisles_are_one_way() -> None:
-    layout = parse_map("v<<<\nv##^\n>>>^\n.qO.\n....", "ring")
-    assert layout.may_step(1, WEST)
-    assert not layout.may_step(1, EAST)
-    assert not layout.may_step(0, EAST)
-    assert layout.may_step(1, SOUTH)  # into storage
-    assert layout.may_step(5, NORTH)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "map: the map is empty; expected rows of characters such as `#` and `.`"),
-        ("#.\n.x", "map, row 2, column 2: unknown sign 'x'; expected one of # O I q"),
-        ("#..\n..O", "map, row 2, column 3: the station has no queue; expected at least one queue cell (`q`)"),
-        ("#.qq\n.qqO", "the queue branches to row 1, column 4 and row 2, column 3; give the direction"),
-        ("#..q\n.qO.\n....", "map, row 1, column 4: the queue cell leads to no station"),
-        (
-            "@#..\n.╔→O\n.@.@",
-            "map, row 2, column 2: the queue cell leads to row 2, column 3 and row 3, column 2; expected",
-        ),
-        (
-            "#...\n.→╚O",
-            "map, row 2, column 3: the queue cell leads to row 2, column 4 and row 1, column 3; expected two",
-        ),
-        (
-            ".→╚O",
-            "map, row 1, column 3: the queue cell leads to row 1, column 4 and beyond the map; expected two cells",
-        ),
-        ("#....\n.→╔→O\n..↓..\n..→→O", "map, row 2, column 3: the queue cell leads to row 2, column 4 and row 3, col"),
-        (
-            "#.....\n.╔→↓..\n.↓╔←..\n.→→→→O",
-            "map, row 2, column 2: the queue cell leads to row 2, column 3 and row 3, c",
-        ),
-        (
-            "#....\n.→⇒→O",
-            "map, row 2, column 3: found a queue cell where nobody waits (⇒ ⇐ ⇑ ⇓) out of place; expected",
-        ),
-        ("#..\n.⇒O", "map, row 2, column 3: found a queue cell where nobody waits (⇒ ⇐ ⇑ ⇓) out of place; expected"),
-        ("#╔→↓\n.→→→O", "map, row 2, column 4: the queue branches to row 1, column 4 and row 2, column 3; give"),
-    ],
+@cases(
+    "text message",
+    ("", "map: the map is empty; expected rows of characters such as `#` and `.`"),
+    ("#.\n.x", "map, row 2, column 2: unknown sign 'x'; expected one of # O I q"),
+    ("#..\n..O", "map, row 2, column 3: the station has no queue; expected at least one queue cell (`q`)"),
+    ("#.qq\n.qqO", "the queue branches to row 1, column 4 and row 2, column 3; give the direction"),
+    ("#..q\n.qO.\n....", "map, row 1, column 4: the queue cell leads to no station"),
+    ("@#..\n.╔→O\n.@.@", "map, row 2, column 2: the queue cell leads to row 2, column 3 and row 3, column 2; expected"),
+    ("#...\n.→╚O", "map, row 2, column 3: the queue cell leads to row 2, column 4 and row 1, column 3; expected two"),
+    (".→╚O", "map, row 1, column 3: the queue cell leads to row 1, column 4 and beyond the map; expected two cells"),
+    ("#....\n.→╔→O\n..↓..\n..→→O", "map, row 2, column 3: the queue cell leads to row 2, column 4 and row 3, col"),
+    ("#.....\n.╔→↓..\n.↓╔←..\n.→→→→O", "map, row 2, column 2: the queue cell leads to row 2, column 3 and row 3, c"),
+    ("#....\n.→⇒→O", "map, row 2, column 3: found a queue cell where nobody waits (⇒ ⇐ ⇑ ⇓) out of place; expected"),
+    ("#..\n.⇒O", "map, row 2, column 3: found a queue cell where nobody waits (⇒ ⇐ ⇑ ⇓) out of place; expected"),
+    ("#╔→↓\n.→→→O", "map, row 2, column 4: the queue branches to row 1, column 4 and row 2, column 3; give"),
 )
 def test_wrong_maps_are_refused_with_the_cell(text: str, message: str) -> None:
     assert message in refusal(lambda: parse_map(text, "map"))
@@ -178,9 +153,7 @@ def test_cells_before_a_station_may_be_kept_clear() -> None:
     assert draw_map(layout).splitlines()[1].strip("┌│") == "→→⇒⇒O"
 
 
-@pytest.mark.parametrize(
-    ("width", "height"), [(3000, 3000), (3_000_000, 1), (1, 3_000_000), (LONGEST_SIDE + 1, 2), (1, LONGEST_SIDE + 1)]
-)
+@cases("width height", (3000, 3000), (3_000_000, 1), (1, 3_000_000), (LONGEST_SIDE + 1, 2), (1, LONGEST_SIDE + 1))
 def test_a_map_that_no_memory_has_room_for_is_refused(width: int, height: int) -> None:
     """All in all, or in a row or column: a single line may be as long as a file."""
     expected = "expected at most 5,000 in a row or column and 4,000,000 in all"
@@ -192,12 +165,3 @@ def test_a_map_that_no_memory_has_room_for_is_refused(width: int, height: int) -
 
 def test_the_longest_row_that_may_be_is_read() -> None:
     assert parse_map("." * LONGEST_SIDE, "hall.txt").width == LONGEST_SIDE
-
-
-def test_replenishment_stations_come_after_picking_stations() -> None:
-    layout = parse_map("#...\n..qI\n....\n..qO\n....", "map")
-    assert [cells.station for cells in layout.stations] == [15, 7]
-    assert layout.replenishing == 1
-    assert layout.lane[7] == 1
-    assert draw_map(layout).count("I") == 1
-    assert parse_map(draw_map(layout), "drawn").stations == layout.stations

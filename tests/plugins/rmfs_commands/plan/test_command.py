@@ -1,7 +1,5 @@
 """`rmfs plan`, and the formats of path finding."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path
@@ -10,6 +8,7 @@ import numpy as np
 import pytest
 
 from calling import exit_code, refusal
+from cases import cases
 from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_commands.plan import Trip, movingai, read_map, read_trips
 from rmfs_commands.plan.movingai import open_layout
@@ -23,7 +22,6 @@ SCEN = "version 1\n0\troom.map\t8\t4\t0\t0\t7\t2\t9\n0\troom.map\t8\t4\t7\t2\t0\
 
 @pytest.fixture
 def room(tmp_path: Path) -> Path:
-    """A MovingAI map."""
     (tmp_path / "room.map").write_text(ROOM, encoding="utf-8")
     return tmp_path / "room.map"
 
@@ -55,21 +53,15 @@ def test_all_robots_of_a_random_plan_arrive(
     assert max(ends.values()) == document["costs"]["makespan_s"]
 
 
-def test_a_scenario_names_the_trips(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_trips_of_scenarios_and_maps(room: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     scen = room.with_suffix(".scen")
     scen.write_text(SCEN, encoding="utf-8")
     code, text, _ = ask([str(room), "--scen", str(scen), "--agents", "2"], capsys)
     assert code == 0
     assert "7,2" in text
-
-
-def test_free_flow_is_planned_through_its_hook(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, text, _ = ask([str(room), "--agents", "6", "--pp", "free-flow"], capsys)
     assert code == 0
     assert "First collision: robots" in text
-
-
-def test_text_maps_are_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "hall.txt").write_text(draw_map(small_layout(stations=2)), encoding="utf-8")
     code, text, _ = ask([str(tmp_path / "hall.txt"), "--agents", "20"], capsys)
     assert code == 0
@@ -107,16 +99,14 @@ def test_maps_and_trips_that_cannot_be_planned_are_one_sentence(
         assert error.count("\n") == 1
 
 
-@pytest.mark.parametrize(
-    ("arguments", "problem"),
-    [
-        (["--pp", "sip"], '--pp sip: there is no rule "sip"'),
-        (["--pp", "demand"], "decides PPS; expected a rule for PP"),
-        (["--pp", "whca-n", "--set", "window=3"], "--set window=3: rule"),
-        (["--pp", "whca-n", "--set", "window_s=-3"], "expected a number > 0"),
-        (["--set", "a.b=3"], "--set a.b=3: expected a parameter of the rule"),
-        (["--agents", "50"], "found room for"),
-    ],
+@cases(
+    "arguments problem",
+    (["--pp", "sip"], '--pp sip: there is no rule "sip"'),
+    (["--pp", "demand"], "decides PPS; expected a rule for PP"),
+    (["--pp", "whca-n", "--set", "window=3"], "--set window=3: rule"),
+    (["--pp", "whca-n", "--set", "window_s=-3"], "expected a number > 0"),
+    (["--set", "a.b=3"], "--set a.b=3: expected a parameter of the rule"),
+    (["--agents", "50"], "found room for"),
 )
 def test_wrong_options_are_refused(
     arguments: list[str], problem: str, room: Path, capsys: pytest.CaptureFixture[str]
@@ -127,7 +117,6 @@ def test_wrong_options_are_refused(
 
 
 def unplannable(*_: object) -> None:
-    """Stand in for the search where there shall be none."""
     pytest.fail("the search began")
 
 
@@ -156,12 +145,10 @@ def test_where_the_files_cannot_go_is_said_before_the_search(
         assert ask([str(room), "--agents", "2", "--out", str(out)], capsys) == (2, "", f"Error: {problem}\n")
 
 
-@pytest.mark.parametrize(
-    ("reserves", "problem", "code"),
-    [
-        ("windows", " a path that hits a reservation: robot ", 1),
-        ("window", "has reserves = 'window'; expected 'full paths', 'windows', 'fleet' or None", 2),
-    ],
+@cases(
+    "reserves problem code",
+    ("windows", " a path that hits a reservation: robot ", 1),
+    ("window", "has reserves = 'window'; expected 'full paths', 'windows', 'fleet' or None", 2),
 )
 def test_a_rule_that_heeds_nobody_is_named(
     reserves: str,
@@ -197,7 +184,6 @@ SIGNS = "type octile\nheight 4\nwidth 8\nmap\n........\n.@@..@@.\n...G.S..\nTT..
 
 
 def written(folder: Path, text: str, name: str = "room.map") -> Path:
-    """Write a file."""
     (folder / name).write_text(text, encoding="utf-8")
     return folder / name
 
@@ -214,7 +200,7 @@ def test_a_map_is_floor_and_walls(tmp_path: Path) -> None:
     assert not layout.moves[9]
 
 
-def test_what_may_be_left_may_be_entered_from_there() -> None:
+def test_maps_of_both_kinds(tmp_path: Path) -> None:
     free = np.random.default_rng(1).random((6, 9)) < 0.7
     layout = open_layout(free)
     for cell in range(54):
@@ -223,52 +209,37 @@ def test_what_may_be_left_may_be_entered_from_there() -> None:
                 assert layout.may_step(cell + step, (heading + 2) % 4)
                 assert free.flat[cell]
                 assert free.flat[cell + step]
-
-
-def test_other_maps_are_text_maps(tmp_path: Path) -> None:
     given = small_layout(stations=2)
     layout = read_map(written(tmp_path, draw_map(given), "hall.txt"))
     assert layout.storage_locations == given.storage_locations
     assert layout.stations == given.stations
 
 
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("type octile\nheight x\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 5,000, found 'x'"),
-        ("type octile\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 5,000, found ''"),
-        ("type octile\nheight 0\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 5,000, found '0'"),
-        (
-            f"type octile\nheight {'9' * 5000}\nwidth 8\nmap\n",
-            f"room.map: expected a line `height N`, N from 1 to 5,000, found '{'9' * 79}",
-        ),
-        (
-            "type octile\nheight 1\nwidth 3000000\nmap\n",
-            "room.map: expected a line `width N`, N from 1 to 5,000, found '3000000'",
-        ),
-        (
-            "type octile\nheight 4000\nwidth 4000\nmap\n",
-            "room.map: found a map of 4,000 x 4,000 cells; expected at most 5,000 in a row or column and 4,000,000 in "
-            "all",
-        ),
-        (
-            "type octile\nheight 1\nwidth 8\n....",
-            "room.map, line 4: expected the line `map` after type, height and width",
-        ),
-        (
-            "type octile\nheight 2\nwidth 2\nmap\n..\n",
-            "room.map: found 1 row of the map; expected 2, as its height says",
-        ),
-        (
-            "type octile\nheight 1\nwidth 3\nmap\n..\n",
-            "room.map, line 5: found 2 cells; expected 3, as the map's width says",
-        ),
-        (
-            "type octile\nheight 1\nwidth 2\nmap\n.x\n",
-            "room.map, line 5: unknown sign 'x'; expected one of . G S @ O T W",
-        ),
-        ("", "room.map: the map is empty; expected rows of characters such as `#` and `.`"),
-    ],
+@cases(
+    "text problem",
+    ("type octile\nheight x\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 5,000, found 'x'"),
+    ("type octile\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 5,000, found ''"),
+    ("type octile\nheight 0\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 5,000, found '0'"),
+    (
+        f"type octile\nheight {'9' * 5000}\nwidth 8\nmap\n",
+        f"room.map: expected a line `height N`, N from 1 to 5,000, found '{'9' * 79}",
+    ),
+    (
+        "type octile\nheight 1\nwidth 3000000\nmap\n",
+        "room.map: expected a line `width N`, N from 1 to 5,000, found '3000000'",
+    ),
+    (
+        "type octile\nheight 4000\nwidth 4000\nmap\n",
+        "room.map: found a map of 4,000 x 4,000 cells; expected at most 5,000 in a row or column and 4,000,000 in all",
+    ),
+    ("type octile\nheight 1\nwidth 8\n....", "room.map, line 4: expected the line `map` after type, height and width"),
+    ("type octile\nheight 2\nwidth 2\nmap\n..\n", "room.map: found 1 row of the map; expected 2, as its height says"),
+    (
+        "type octile\nheight 1\nwidth 3\nmap\n..\n",
+        "room.map, line 5: found 2 cells; expected 3, as the map's width says",
+    ),
+    ("type octile\nheight 1\nwidth 2\nmap\n.x\n", "room.map, line 5: unknown sign 'x'; expected one of . G S @ O T W"),
+    ("", "room.map: the map is empty; expected rows of characters such as `#` and `.`"),
 )
 def test_wrong_maps_are_refused(text: str, problem: str, tmp_path: Path) -> None:
     assert refusal(lambda: read_map(written(tmp_path, text))) == f"{tmp_path}/{problem}"
@@ -286,33 +257,25 @@ def test_trips_are_read_in_order(tmp_path: Path) -> None:
     assert read_trips(blanks, layout) == (Trip(1, 2),)
 
 
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("", "room.scen, line 1: expected the line `version 1`, as in MovingAI's scenarios"),
-        ("version 1\n", "room.scen: found 0 trips; expected at least 2, one for each robot"),
-        (
-            "version 1\n0 room.map 8 4 0\n",
-            "room.scen, line 2: found 5 fields; expected bucket, map, width, height, start x",
-        ),
-        (
-            "version 1\n0 room.map 9 4 0 0 1 0 1\n",
-            "room.scen, line 2: found a map of 9 x 4 cells; the map given has 8 x 4",
-        ),
-        (
-            "version 1\n0 room.map 8 4 0 0 8 0 1\n",
-            "room.scen, line 2: found the cell x 8, y 0, which is not on the map",
-        ),
-        ("version 1\n\n0 room.map 8 4 0 0 1 1 1\n", "room.scen, line 3: found the cell x 1, y 1, which is a wall"),
-        (
-            "version 1\n0 room.map 8 4 0 0 -1 0 1\n",
-            "room.scen, line 2: expected a whole number from 0 to 5,000, found '-1'",
-        ),
-        (
-            f"version 1\n0 room.map {'9' * 12} 4 0 0 1 0 1\n",
-            f"room.scen, line 2: expected a whole number from 0 to 5,000, found '{'9' * 12}'",
-        ),
-    ],
+@cases(
+    "text problem",
+    ("", "room.scen, line 1: expected the line `version 1`, as in MovingAI's scenarios"),
+    ("version 1\n", "room.scen: found 0 trips; expected at least 2, one for each robot"),
+    (
+        "version 1\n0 room.map 8 4 0\n",
+        "room.scen, line 2: found 5 fields; expected bucket, map, width, height, start x",
+    ),
+    ("version 1\n0 room.map 9 4 0 0 1 0 1\n", "room.scen, line 2: found a map of 9 x 4 cells; the map given has 8 x 4"),
+    ("version 1\n0 room.map 8 4 0 0 8 0 1\n", "room.scen, line 2: found the cell x 8, y 0, which is not on the map"),
+    ("version 1\n\n0 room.map 8 4 0 0 1 1 1\n", "room.scen, line 3: found the cell x 1, y 1, which is a wall"),
+    (
+        "version 1\n0 room.map 8 4 0 0 -1 0 1\n",
+        "room.scen, line 2: expected a whole number from 0 to 5,000, found '-1'",
+    ),
+    (
+        f"version 1\n0 room.map {'9' * 12} 4 0 0 1 0 1\n",
+        f"room.scen, line 2: expected a whole number from 0 to 5,000, found '{'9' * 12}'",
+    ),
 )
 def test_wrong_scenarios_are_refused(text: str, problem: str, tmp_path: Path) -> None:
     layout = read_map(written(tmp_path, SIGNS))
@@ -321,16 +284,13 @@ def test_wrong_scenarios_are_refused(text: str, problem: str, tmp_path: Path) ->
     )
 
 
-def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+def test_files_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, problem in (("none.map", "No such file or directory"), (".", "Is a directory")):
         with pytest.raises(InputError, match=f"cannot be read: {problem}"):
             read_map(tmp_path / name)
     (tmp_path / "latin.map").write_bytes(b"type \xff")
     with pytest.raises(InputError, match="cannot be read: it is no UTF-8 text"):
         read_map(tmp_path / "latin.map")
-
-
-def test_a_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(movingai, "MOST_SIGNS", 1000)
     with pytest.raises(InputError, match=r"^/dev/zero: found more than 1,000 signs; expected at most that many"):
         read_map("/dev/zero")

@@ -1,7 +1,5 @@
 """Trips planned together: by planner and priority, without collisions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -51,25 +49,19 @@ class Scripted:
     queries: list[Query] = field(factory=list)
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
-        """Return the answer."""
         self.queries.append(query)
         return self.answer(query)
 
 
 def straight(roads: Roads, query: Query, to: int) -> TimedPath:
-    """Return the path of one leg."""
     return timed_path(roads, query, (Leg(to),))
 
 
-def test_alone_a_trip_takes_what_it_takes() -> None:
+def test_trips_alone_and_in_order() -> None:
     plan, still = plan_trips(HALL, Sipp(), [Trip(0, 3), Trip(4, 4)])
     assert (plan.path.start_tick, plan.path.heading, plan.path.end, plan.path.end_tick) == (0, NORTH, 3, 4000)
     assert (plan.arrived, plan.fastest_ticks, plan.delay_ticks, plan.queries) == (True, 4000, 0, 1)
     assert (still.arrived, still.path.legs, still.fastest_ticks) == (True, (), 0)
-
-
-def test_the_order_given_is_the_order_of_planning() -> None:
-    """The first robot drives as if alone, the second one around it; delays are what that costs."""
     first, second = plan_trips(HALL, Sipp(), [Trip(0, 3), Trip(5, 1)])
     assert first.delay_ticks == 0
     assert second.delay_ticks > 0
@@ -77,20 +69,17 @@ def test_the_order_given_is_the_order_of_planning() -> None:
     assert collisions(HALL, [first.path, second.path]) == ()
 
 
-def test_who_finds_no_path_asks_again_when_others_have_moved() -> None:
+def test_who_finds_no_path() -> None:
     behind, ahead = plan_trips(CORRIDOR, Sipp(), [Trip(0, 1), Trip(1, 3)])
     assert behind.arrived
     assert ahead.arrived
     assert (behind.queries, ahead.queries) == (2, 1)
-
-
-def test_who_cannot_pass_gives_up() -> None:
     plans = plan_trips(CORRIDOR, Sipp(), [Trip(0, 3), Trip(3, 0)])
     assert [(plan.arrived, plan.path.end) for plan in plans] == [(False, 0), (False, 3)]
     assert all(PATIENCE_TICKS <= plan.path.end_tick <= PATIENCE_TICKS + 2 * RETRY_TICKS for plan in plans)
 
 
-def test_a_planner_that_looks_ahead_so_far_is_asked_again_where_its_path_ends() -> None:
+def test_paths_that_end_early() -> None:
     planner = Scripted(lambda query: straight(CORRIDOR, query, query.cell + 1))
     (plan,) = plan_trips(CORRIDOR, planner, [Trip(0, 3)])
     assert [(query.cell, query.heading, query.start_tick) for query in planner.queries] == [
@@ -99,9 +88,6 @@ def test_a_planner_that_looks_ahead_so_far_is_asked_again_where_its_path_ends() 
         (2, 0, 3000),
     ]
     assert (plan.arrived, plan.queries, [leg.to for leg in plan.path.legs]) == (True, 3, [1, 2, 3])
-
-
-def test_a_path_that_stays_is_no_path() -> None:
     planner = Scripted(
         lambda query: straight(CORRIDOR, query, 3) if query.start_tick else timed_path(CORRIDOR, query, ())
     )
@@ -145,13 +131,11 @@ ROADS = roads_of_map(parse_map("......\n......", "hall"))
 
 @pytest.fixture
 def room(tmp_path: Path) -> Path:
-    """A MovingAI map."""
     (tmp_path / "room.map").write_text(ROOM, encoding="utf-8")
     return tmp_path / "room.map"
 
 
 def rng() -> np.random.Generator:
-    """For rules that want one."""
     return np.random.default_rng(0)
 
 
@@ -198,23 +182,17 @@ def test_planners_keep_clear_of_others_or_do_not(name: str, exclusive: bool) -> 
     assert empty.end_tick == alone
 
 
-def test_no_path_is_an_answer_of_rules_that_reserve() -> None:
+def test_answers_of_planners() -> None:
     table = Reservations(ROADS.cells)
     table.hold(1, 2, 0)
     table.hold(1, 8, 0)
     assert find_planner("sipp", {}, rng()).search(ROADS, table, Query(0, 0, EAST, 0, 5)) is None
-
-
-def test_who_plans_for_a_fleet_is_asked_for_one() -> None:
     planner, table, query = find_planner("pbs", {}, rng()), Reservations(ROADS.cells), Query(0, 0, EAST, 0, 5)
     assert planner.complete
     assert planner.search(ROADS, table, query) == find_planner("sipp", {}, rng()).search(ROADS, table, query)
     table.hold(1, 2, 0)
     table.hold(1, 8, 0)
     assert planner.search(ROADS, table, query) is None
-
-
-def test_who_is_there_already_has_nothing_to_drive() -> None:
     for name in ("free-flow", "sipp", "pbs"):
         path = find_planner(name, {}, rng()).search(ROADS, Reservations(ROADS.cells), Query(0, 3, EAST, 700, 3))
         assert path is not None
@@ -229,7 +207,6 @@ class Counting:
     sipp: Sipp = field(factory=Sipp)
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
-        """Return the path of `sipp`."""
         self.asked += 1
         return self.sipp.search(roads, table, query)
 
@@ -244,12 +221,10 @@ def shelves(folder: Path, across: int, down: int) -> Roads:
 
 
 def searched(roads: Roads, trips: tuple[Trip, ...], effort: int = 20) -> tuple[Plan, ...]:
-    """Plan by priorities with `sipp`."""
     return plan_by_priorities(roads, Sipp(), trips, effort, np.random.default_rng(1))
 
 
 def sum_of_costs(plans: tuple[Plan, ...]) -> int:
-    """Ticks until all are at their goals, added up."""
     return sum(plan.path.end_tick for plan in plans)
 
 
@@ -323,17 +298,13 @@ def test_no_robot_arrives_earlier_alone(seed: int, tmp_path: Path) -> None:
         assert found.end_tick == plan.path.end_tick
 
 
-def test_effort_is_counted_in_queries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Fifteen find paths, 75 shorten them, and the group under way is finished; plans report what was asked."""
+def test_effort_of_priorities(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Search, "shorten_alone", lambda _: None)  # which is not limited
     roads = shelves(tmp_path, across=3, down=3)
     planner = Counting()
     plans = plan_by_priorities(roads, planner, random_trips(roads, 15, 2, "shelves"), 5, np.random.default_rng(1))
     assert 90 <= planner.asked < 90 + GROUP
     assert sum(plan.queries for plan in plans) == planner.asked
-
-
-def test_who_is_in_nobodys_way_is_asked_once() -> None:
     hall = roads_on(travel_on(parse_map("....\n....", "hall"), EVEN))
     plans = searched(hall, (Trip(0, 3), Trip(4, 7)))
     assert [(plan.queries, plan.delay_ticks) for plan in plans] == [(1, 0), (1, 0)]
@@ -396,12 +367,10 @@ LONG_EVEN = roads_on(
 
 
 def drive(cell: int, *legs: Leg, heading: int = EAST) -> TimedPath:
-    """Return a path in the hall."""
     return timed_path(LONG_HALL, Query(0, cell, heading, 0, legs[-1].to), legs)
 
 
 def even(cell: int, *legs: Leg, heading: int = EAST) -> TimedPath:
-    """Return a path of a metre a second."""
     return timed_path(LONG_EVEN, Query(0, cell, heading, 0, legs[-1].to), legs)
 
 
@@ -412,9 +381,6 @@ def test_collisions_are_found() -> None:
     assert [hit.cell for hit in collisions(LONG_HALL, [first, drive(5, Leg(5, 1000))])] == [5]
     assert collisions(LONG_HALL, [drive(1, Leg(5)), drive(0, Leg(4, 500))])
     assert collisions(LONG_HALL, [drive(1, Leg(5)), drive(0, Leg(4, 2100))]) == ()
-
-
-def test_who_and_when() -> None:
     (hit,) = collisions(LONG_EVEN, [even(5, Leg(5)), even(0, Leg(5))])
     assert (hit.cell, hit.first, hit.second) == (5, 0, 1)
     assert hit.since_s == pytest.approx(4)
@@ -422,17 +388,10 @@ def test_who_and_when() -> None:
     (hit,) = collisions(LONG_EVEN, [even(0, Leg(5)), even(9, Leg(3, 2500), Leg(9), heading=NORTH)])
     assert (hit.cell, hit.first, hit.second) == (3, 0, 1)
     assert (hit.since_s, hit.until_s) == (pytest.approx(2.5), pytest.approx(4))
-
-
-def test_a_cell_may_be_entered_when_the_next_one_is_reached() -> None:
     ahead = even(2, Leg(5))
     assert collisions(LONG_EVEN, [ahead, even(0, Leg(3))]) == ()
     late = even(2, Leg(5, 100))
     assert {hit.cell for hit in collisions(LONG_EVEN, [late, even(0, Leg(3))])} == {2, 3}
-
-
-def test_the_earliest_is_first() -> None:
-    """In every cell, and for each pair of robots."""
     hits = collisions(
         LONG_EVEN, [even(0, Leg(5)), even(5, Leg(5)), even(7, Leg(1), heading=NORTH), even(9, Leg(3), heading=NORTH)]
     )
@@ -459,7 +418,7 @@ def test_they_agree_with_the_reservation_table(seed: int) -> None:
     assert bool(collisions(roads, paths)) == refused
 
 
-def test_no_collision_in_a_crowd() -> None:
+def test_turns_and_crowds() -> None:
     roads = roads_of_map(small_layout(stations=2))
     planner = find_planner("sipp", {}, np.random.default_rng(1))
     cells = roads.layout.storage_locations
@@ -467,9 +426,6 @@ def test_no_collision_in_a_crowd() -> None:
     plans = plan_trips(roads, planner, trips)
     assert all(plan.arrived for plan in plans)
     assert collisions(roads, [plan.path for plan in plans]) == ()
-
-
-def test_turning_takes_time() -> None:
     south = even(0, Leg(2), Leg(8))
     after = even(3, Leg(2, 2000), heading=WEST)
     assert [hit.cell for hit in collisions(LONG_EVEN, [south, after])] == [2]

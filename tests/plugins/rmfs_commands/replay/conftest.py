@@ -1,7 +1,5 @@
 """Recorded runs to replay."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -22,7 +20,6 @@ BATTERIES = (
 
 @pytest.fixture(scope="session")
 def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a run with trace and decisions; robots keep out of each other's way in it."""
     folder = tmp_path_factory.mktemp("runs") / "day"
     rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record=["trace", "decisions"])
     return folder
@@ -30,7 +27,6 @@ def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a run that ends while robots drive, without decisions."""
     folder = tmp_path_factory.mktemp("runs") / "short"
     overrides = (*SETTINGS, "run.until_s=100.5", "rules.pps=random")
     rmfs_core.run("examples/small", overrides=overrides, out=folder, record=["trace"])
@@ -39,7 +35,6 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def replay(day: Path) -> Replay:
-    """Return the replay of the day."""
     return read_replay(day)
 
 
@@ -55,7 +50,6 @@ def restocked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def charged(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a run in which robots charge."""
     folder = tmp_path_factory.mktemp("runs") / "charged"
     rmfs_core.run(load_scenario("examples/small", BATTERIES), out=folder, record=["trace"])
     return folder
@@ -63,5 +57,4 @@ def charged(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def batteries() -> tuple[str, ...]:
-    """Return what that run differs in from the scenario `examples/small`."""
     return BATTERIES

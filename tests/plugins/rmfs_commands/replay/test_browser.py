@@ -1,7 +1,5 @@
 """The page in a real browser: what it shows, and what keys and clicks do."""
 
-from __future__ import annotations
-
 import csv
 import random
 import re
@@ -54,14 +52,12 @@ COLOURS_AT = """
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Chromium]:
-    """Return a browser that all tests share."""
     with Chromium() as found:
         yield found
 
 
 @pytest.fixture(scope="module")
 def written(day: Path, short: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Return pages: of the day, of the run that was cut off, and of both."""
     folder = tmp_path_factory.mktemp("pages")
     replays = {"day": [read_replay(day)], "short": [read_replay(short)]}
     replays["both"] = [*replays["day"], *replays["short"]]

@@ -1,7 +1,5 @@
 """A run that is watched while it goes on."""
 
-from __future__ import annotations
-
 import base64
 import json
 import signal
@@ -30,7 +28,6 @@ HEED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
 
 
 def asked(address: str, after: int = -1) -> dict[str, Any] | None:
-    """Return what a browser is told, None where there is nothing new."""
     with urllib.request.urlopen(address.replace("?", f"run?after={after}&"), timeout=10) as answer:
         text = answer.read()
     found: dict[str, Any] | None = json.loads(zlib.decompress(base64.b64decode(text))) if text else None
@@ -86,7 +83,6 @@ def test_telling_costs_a_tenth_of_the_time_at_most() -> None:
 
 
 def refusal(address: str, **headers: str) -> tuple[int, str]:
-    """Return the code and the sentence of an answer that is none."""
     with pytest.raises(urllib.error.HTTPError) as refused:
         urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=10)
     with refused.value as answer:

@@ -1,7 +1,5 @@
 """The page of `rmfs replay`: what it is told, what is in it, also in a notebook."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json
@@ -17,6 +15,7 @@ from PIL import Image, ImageSequence
 
 import rmfs_commands.replay
 from calling import exit_code
+from cases import cases
 from rmfs_commands.replay import notebook
 from rmfs_commands.replay.page import LIVE, RECORDED, VIEW, live_page, packed, page, script
 from rmfs_commands.replay.reading import Replay, read_replay
@@ -25,12 +24,9 @@ from rmfs_core import InputError
 from rmfs_core.results.files import to_json
 
 
-def test_a_run_is_packed_whole(replay: Replay) -> None:
+def test_the_page_is_packed_whole_and_needs_nothing_else(replay: Replay) -> None:
     unpacked = json.loads(zlib.decompress(base64.b64decode(packed(told(replay)))))
     assert unpacked == json.loads(to_json(told(replay)))
-
-
-def test_the_page_needs_nothing_else(replay: Replay) -> None:
     text = page([replay, replay])
     assert text.count('<script type="text/plain" class="run">') == 2
     assert not re.search(
@@ -62,16 +58,14 @@ class Inline(HTMLParser):
             self.policy = {name: sources for name, *sources in rules}
 
     def handle_data(self, data: str) -> None:
-        """Keep a text whole."""
         if self.tag in self.found:
             self.found[self.tag].append(data)
 
     def handle_endtag(self, _tag: str) -> None:
-        """Leave an element."""
         self.tag = ""
 
 
-def test_the_page_allows_its_own_script_and_style_only(replay: Replay) -> None:
+def test_the_page_keeps_names_and_scripts_apart(replay: Replay) -> None:
     common = {"default-src": ["'none'"], "img-src": ["data:"], "base-uri": ["'none'"], "form-action": ["'none'"]}
     for text, more in ((page([replay]), {}), (live_page("day"), {"connect-src": ["'self'"]})):
         inline = Inline(text)
@@ -81,15 +75,16 @@ def test_the_page_allows_its_own_script_and_style_only(replay: Replay) -> None:
             hashes[f"{name}-src"] = [f"'sha256-{base64.b64encode(digest).decode('ascii')}'"]
         assert inline.policy == {**common, **more, **hashes}
         assert not [name for name in inline.attributes if name == "style" or name.startswith("on")]
+    import attrs
+
+    assert "<title>&lt;b&gt;</title>" in page([attrs.evolve(replay, name="<b>")])
 
 
 def code_of(text: str) -> str:
-    """Return JavaScript without its comments."""
     return re.sub(r"/\*.*?\*/|(?<![:\"'])//[^\n]*", "", text, flags=re.DOTALL)
 
 
 def names_of(text: str) -> list[str]:
-    """Return the names that JavaScript defines in its outermost scope."""
     defined = re.findall(
         r"^(?:export )?(?:async )?(?:const|let|var|class|function\*?) (\w+|\$|\[[^]]*\]|\{[^}]*\})", text, re.MULTILINE
     )
@@ -130,23 +125,15 @@ def test_all_modules_are_in_the_script_after_what_they_import(entry: str, others
     assert not re.search(r"<!--|</script|<script", whole)  # these would end the element, or hide its end
 
 
-def test_a_name_that_looks_like_html_is_no_html(replay: Replay) -> None:
-    import attrs
-
-    assert "<title>&lt;b&gt;</title>" in page([attrs.evolve(replay, name="<b>")])
-
-
 class Frame(HTMLParser):
     """What a browser makes of the HTML: the one frame in it."""
 
     def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
-        """Keep its attributes."""
         assert tag == "iframe"
         self.found = dict(attributes)
 
 
 def frame_of(shown: rmfs_commands.replay.Page) -> dict[str, str | None]:
-    """Return the attributes of a replay's frame."""
     parser = Frame()
     parser.feed(shown._repr_html_())
     parser.close()
@@ -164,11 +151,8 @@ def test_the_page_is_shown_in_a_frame(day: Path, replay: Replay) -> None:
     assert repr(shown) == "Page(name='day', height_px=400)"
 
 
-def test_two_runs_are_one_page(day: Path, short: Path) -> None:
+def test_pages_of_two_runs_or_too_large_ones(day: Path, short: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert frame_of(rmfs_commands.replay.replay(day, short))["title"] == "Replay of day and short"
-
-
-def test_a_page_that_is_too_large_is_a_sentence(day: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(notebook, "MOST_BYTES", 1000)
     shown = attrs.evolve(rmfs_commands.replay.replay(day), name="<b>")._repr_html_()
     assert shown.startswith("<p>The replay of &lt;b&gt; has 0.1 MB; ")
@@ -183,17 +167,14 @@ def test_a_folder_without_a_trace_is_refused(tmp_path: Path) -> None:
 called = partial(exit_code, "replay")
 
 
-def test_a_page_beside_the_run(day: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_pages_are_written_where_asked(
+    day: Path, capsys: pytest.CaptureFixture[str], short: Path, tmp_path: Path
+) -> None:
     assert called(str(day)) == 0
     page = day / "replay.html"
     assert capsys.readouterr().out == f"Open {page} in a browser.\n"
     assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     page.unlink()
-
-
-def test_two_runs_in_a_file_of_ones_own(
-    day: Path, short: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
     assert called(str(day), str(short), "--out", str(tmp_path / "both.html"), "--quiet") == 0
     assert capsys.readouterr().out == ""
     assert "<title>day and short</title>" in (tmp_path / "both.html").read_text(encoding="utf-8")
@@ -213,21 +194,19 @@ def test_a_video(day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         assert sum(frame.info["duration"] for frame in ImageSequence.Iterator(found)) == 2100
 
 
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (("nowhere",), "nowhere: cannot be read"),
-        (("DAY", "nowhere"), "nowhere: cannot be read"),
-        (("DAY", "--video", "x.webm"), "found the ending '.webm'; expected .gif or .mp4"),
-        (("DAY", "--video", "x.gif", "--frames", "3"), "--video: found with --frames; expected one of them"),
-        (("DAY", "--video", "x.gif", "--out", "y"), "--out: found with --video x.gif"),
-        (("DAY", "--speed", "3"), "--speed: found without --video"),
-        (("DAY", "--to", "3"), "--to: found without --frames or --video"),
-        (("DAY", "--video", "x.gif", "--speed", "1e-9"), "pictures; expected at most 2,000, by a higher speed or a"),
-        (("DAY", "--frames", "3", "--from", "99999"), "--from 99999: the run ends at "),
-        (("DAY", "--frames", "3", "--from", "9", "--to", "8"), "--to 8: expected a time from 9 s on"),
-        (("DAY", "--out", "DAY"), "cannot be written: a folder has that name"),
-    ],
+@cases(
+    "arguments sentence",
+    (("nowhere",), "nowhere: cannot be read"),
+    (("DAY", "nowhere"), "nowhere: cannot be read"),
+    (("DAY", "--video", "x.webm"), "found the ending '.webm'; expected .gif or .mp4"),
+    (("DAY", "--video", "x.gif", "--frames", "3"), "--video: found with --frames; expected one of them"),
+    (("DAY", "--video", "x.gif", "--out", "y"), "--out: found with --video x.gif"),
+    (("DAY", "--speed", "3"), "--speed: found without --video"),
+    (("DAY", "--to", "3"), "--to: found without --frames or --video"),
+    (("DAY", "--video", "x.gif", "--speed", "1e-9"), "pictures; expected at most 2,000, by a higher speed or a"),
+    (("DAY", "--frames", "3", "--from", "99999"), "--from 99999: the run ends at "),
+    (("DAY", "--frames", "3", "--from", "9", "--to", "8"), "--to 8: expected a time from 9 s on"),
+    (("DAY", "--out", "DAY"), "cannot be written: a folder has that name"),
 )
 def test_what_cannot_be_done(
     day: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], sentence: str
@@ -253,7 +232,6 @@ def test_what_the_page_is_told(replay: Replay) -> None:
 
 
 def declared(name: str) -> dict[str, str]:
-    """Return the keys of a type of the page's JavaScript with their types."""
     text = re.sub(r"//[^\n]*|/\*.*?\*/", "", (VIEW / "types.d.ts").read_text(encoding="utf-8"), flags=re.DOTALL)
     body = re.search(rf"^export type {name} = \{{\n(.*?)^\}};", text, re.DOTALL | re.MULTILINE)
     assert body

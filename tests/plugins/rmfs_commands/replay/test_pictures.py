@@ -1,7 +1,5 @@
 """Pictures of a run, and pictures as files."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections import Counter
@@ -24,7 +22,6 @@ WIDTH = 1200
 
 
 def colour_at(image: Image.Image, replay: Replay, column: float, row: float) -> tuple[int, ...]:
-    """Return the colour in the middle of a cell."""
     scale = WIDTH / (replay.start.layout.width + 2 * BESIDE)
     found = image.getpixel((int((column + 0.5 + BESIDE) * scale), int((row + 0.5 + ABOVE) * scale)))
     assert isinstance(found, tuple)
@@ -52,7 +49,6 @@ def test_robots_and_pods_are_where_they_are(replay: Replay) -> None:
 
 
 def colours_in(image: Image.Image) -> set[tuple[int, ...]]:
-    """Return every colour of a picture."""
     return {colour for _, colour in image.getcolors(image.width * image.height) or []}  # type: ignore[misc]
 
 
@@ -96,16 +92,13 @@ def test_the_colours_are_those_of_the_page() -> None:
     assert {f"level-{level}" for level in range(5)} <= palette().keys()
 
 
-def test_two_runs_stand_beside_each_other(replay: Replay) -> None:
+def test_what_pictures_show(replay: Replay) -> None:
     images = list(pictures([replay, replay], [0, replay.tick], 400))
     assert [image.size for image in images] == [images[0].size] * 2
     assert images[0].width == 400
     assert images[0].height % 2 == 0
     left, right = images[1].crop((0, 0, 200, images[1].height)), images[1].crop((200, 0, 400, images[1].height))
     assert left.tobytes() == right.tobytes()
-
-
-def test_the_most_open_items(replay: Replay) -> None:
     world = WarehouseAt(replay)
     world.go(0)
     assert most_open(replay) == max(map(world.open_items, range(len(replay.start.pods))))
@@ -117,13 +110,11 @@ def test_the_clock(tick: int, text: str) -> None:
 
 
 def images(number: int = 3) -> Iterator[Image.Image]:
-    """Yield pictures that differ."""
     for i in range(number):
         yield Image.new("RGB", (32, 20), (80 * i, 0, 0))
 
 
 def failing() -> Iterator[Image.Image]:
-    """Yield a picture, and fail."""
     yield from images(1)
     raise InputError("the run", "cannot be drawn")
 
@@ -147,7 +138,6 @@ def test_pictures_count_from_1(tmp_path: Path) -> None:
 
 
 def test_all_pictures_or_none(tmp_path: Path) -> None:
-    """When one cannot be made, none is left."""
     with pytest.raises(InputError):
         write_pictures(tmp_path, failing(), 2)
     with pytest.raises(InputError):

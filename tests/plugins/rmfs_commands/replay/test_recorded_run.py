@@ -1,7 +1,5 @@
 """A recorded run at any time: read, as columns, with positions and charges."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import json
@@ -18,6 +16,7 @@ from attrs import define, field
 
 import rmfs_core
 from calling import exit_code
+from cases import cases
 from rmfs_commands.replay.charges import WHOLE, Line
 from rmfs_commands.replay.columns import KINDS, Columns, ColumnsBuilder, whole_run
 from rmfs_commands.replay.positions import ways
@@ -37,28 +36,30 @@ from rmfs_core.roles import Role
 from rmfs_core.scenario import load_scenario
 
 
-def test_the_trace_alone(day: Path, tmp_path: Path) -> None:
+def test_the_trace_alone(day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copy(day / "trace.jsonl.gz", tmp_path / "other.jsonl.gz")
     found = read_replay(tmp_path / "other.jsonl.gz")
     assert found.metrics == {}
     assert found.name == tmp_path.name
+    shutil.copytree(day, tmp_path, dirs_exist_ok=True)
+    other_header(tmp_path)
+    assert exit_code("replay", str(tmp_path)) == 2
+    assert "does not fit together, so that it cannot be shown" in capsys.readouterr().err
+    assert not (tmp_path / "replay.html").exists()
 
 
 def cut_off(folder: Path) -> None:
-    """Take the end of the trace away."""
     file = folder / "trace.jsonl.gz"
     lines = gzip.decompress(file.read_bytes()).splitlines(keepends=True)
     file.write_bytes(gzip.compress(b"".join(lines[:-5])))
 
 
 def cut_through(folder: Path) -> None:
-    """Take the second half of the file away."""
     file = folder / "trace.jsonl.gz"
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
 
 
 def other_result(folder: Path) -> None:
-    """Put the result of another run beside the trace."""
     file = folder / "result.json"
     content = json.loads(file.read_text(encoding="utf-8"))
     content["scenario"]["rules"]["pps"] = "completes"
@@ -66,12 +67,10 @@ def other_result(folder: Path) -> None:
 
 
 def no_result(folder: Path) -> None:
-    """Let the result be something else."""
     (folder / "result.json").write_text("[]", encoding="utf-8")
 
 
 def other_ids(folder: Path) -> None:
-    """Let an event name a pod that is not there."""
     file = folder / "trace.jsonl.gz"
     text = gzip.decompress(file.read_bytes()).decode()
     at = text.index('"e":"trip_decided"')
@@ -79,7 +78,6 @@ def other_ids(folder: Path) -> None:
 
 
 def other_header(folder: Path) -> None:
-    """Let the header have a list for its rules."""
     (folder / "result.json").unlink()
     file = folder / "trace.jsonl.gz"
     header, rest = gzip.decompress(file.read_bytes()).decode().split("\n", 1)
@@ -88,24 +86,14 @@ def other_header(folder: Path) -> None:
     file.write_bytes(gzip.compress(f"{json.dumps(changed)}\n{rest}".encode()))
 
 
-def test_a_header_that_nothing_has_recorded(day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shutil.copytree(day, tmp_path, dirs_exist_ok=True)
-    other_header(tmp_path)
-    assert exit_code("replay", str(tmp_path)) == 2
-    assert "does not fit together, so that it cannot be shown" in capsys.readouterr().err
-    assert not (tmp_path / "replay.html").exists()
-
-
-@pytest.mark.parametrize(
-    ("damage", "sentence"),
-    [
-        (lambda folder: (folder / "trace.jsonl.gz").unlink(), r"has no trace.jsonl.gz; `rmfs run --trace` records one"),
-        (cut_off, r"the trace was cut off here; expected a last line with the event 'end'"),
-        (cut_through, r"trace.jsonl.gz, line \d+: the file was cut off here"),
-        (other_result, r"another run than trace.jsonl.gz: its rules.pps is 'completes', that of the trace 'demand'"),
-        (no_result, "expected a result that rmfs has written, with the key `metrics`"),
-        (other_ids, "TripDecided names pod 9"),
-    ],
+@cases(
+    "damage sentence",
+    (lambda folder: (folder / "trace.jsonl.gz").unlink(), r"has no trace.jsonl.gz; `rmfs run --trace` records one"),
+    (cut_off, r"the trace was cut off here; expected a last line with the event 'end'"),
+    (cut_through, r"trace.jsonl.gz, line \d+: the file was cut off here"),
+    (other_result, r"another run than trace.jsonl.gz: its rules.pps is 'completes', that of the trace 'demand'"),
+    (no_result, "expected a result that rmfs has written, with the key `metrics`"),
+    (other_ids, "TripDecided names pod 9"),
 )
 def test_what_is_no_recorded_run(day: Path, tmp_path: Path, damage: Callable[[Path], object], sentence: str) -> None:
     shutil.copytree(day, tmp_path, dirs_exist_ok=True)
@@ -189,13 +177,11 @@ def test_a_run_that_ends_on_the_way_has_such_legs(short: Path) -> None:
     assert all(list(legs.whole[:-1]) == list(legs.metres[:-1]) for legs in found.columns.legs)
 
 
-@pytest.mark.parametrize(
-    ("event", "named"),
-    [
-        (PodLifted(5, 0, robot=99, pod=0, cell=0), "PodLifted names robot 99"),
-        (PodLifted(5, 0, robot=0, pod=-1, cell=0), "PodLifted names pod -1"),
-        (RobotMoved(5, 0, 0, 10**6, 3, 0, 0, 0, 1, None), "RobotMoved names origin 1000000"),
-    ],
+@cases(
+    "event named",
+    (PodLifted(5, 0, robot=99, pod=0, cell=0), "PodLifted names robot 99"),
+    (PodLifted(5, 0, robot=0, pod=-1, cell=0), "PodLifted names pod -1"),
+    (RobotMoved(5, 0, 0, 10**6, 3, 0, 0, 0, 1, None), "RobotMoved names origin 1000000"),
 )
 def test_what_is_not_there_is_refused(replay: Replay, event: Event, named: str) -> None:
     """An event that names what the header does not have would show something else."""
@@ -212,19 +198,16 @@ class Seen:
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
-        """Keep the view."""
         self.run = run
 
     @hookimpl
     def on_event(self, event: Event) -> None:
-        """Note the charges."""
         assert self.run is not None
         self.charges[event.tick] = [robot.charge for robot in self.run.warehouse.robots]  # the last of a time counts
 
 
 @pytest.fixture(scope="module")
 def seen(charged: Path, batteries: tuple[str, ...]) -> tuple[Replay, Seen]:
-    """Return the run in which robots charge, and what was seen of their charges."""
     rmfs_core.run(load_scenario("examples/small", batteries), observers=[(seen := Seen())])
     return read_replay(charged), seen
 
@@ -301,14 +284,11 @@ def test_a_robot_turns_the_shorter_way(replay: Replay) -> None:
     assert turned > 10
 
 
-def test_before_the_first_leg_and_while_it_waits(replay: Replay) -> None:
+def test_where_robots_are(replay: Replay, short: Path) -> None:
     for legs, way, robot in zip(replay.columns.legs, ways(replay), replay.start.robots, strict=True):
         place = way.at(0)
         assert place.row * replay.start.layout.width + place.column == robot["cell"] == legs.cell
         assert not place.moving or legs.turn[0] or legs.run[0]
-
-
-def test_at_the_end_a_robot_under_way_is_between_cells(short: Path) -> None:
     found = read_replay(short)
     cut = [i for i, legs in enumerate(found.columns.legs) if legs.whole and legs.whole[-1] > legs.metres[-1]]
     assert cut
@@ -317,9 +297,6 @@ def test_at_the_end_a_robot_under_way_is_between_cells(short: Path) -> None:
         end, last = way.at(found.tick), way.at(found.tick - legs.run[-1])
         driven = abs(end.column - last.column) + abs(end.row - last.row)
         assert legs.metres[-1] <= driven < legs.metres[-1] + 1
-
-
-def test_the_start(replay: Replay) -> None:
     world = WarehouseAt(replay)
     assert world.pod_cell == {i: pod["cell"] for i, pod in enumerate(replay.start.pods)}
     assert (world.backlog, world.done, world.picks) == (0, 0, 0)

@@ -1,7 +1,5 @@
 """Rows of runs, made by hand, and a report on them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -58,7 +56,6 @@ def row() -> MakeRow:
 
 @pytest.fixture(scope="session")
 def jobs() -> dict[str, list[Job]]:
-    """Return every run of a whole reproduction, by part."""
     return {part.name: experiment_of(part).jobs() for part in PARTS}
 
 

@@ -1,7 +1,5 @@
 """The figures of a reproduction: tables and statements, from rows with known answers."""
 
-from __future__ import annotations
-
 import pytest
 from attrs import evolve
 
@@ -55,22 +53,13 @@ THREE_ORDERS = Instance(
 )
 
 
-def test_truncated_geometric() -> None:
+def test_the_papers_distributions() -> None:
     assert truncated_geometric(0.5, 2) == pytest.approx([2 / 3, 1 / 3])
-
-
-def test_shares_of_lengths() -> None:
     table = order_lengths(load_paper()["order-lengths"], {1: THREE_ORDERS})
     assert [line.ours.mean for line in table.lines[:3] if line.ours] == [0.75, 0.25, 0.0]
     assert len(table.lines) == 20
-
-
-def test_shares_of_skus_are_those_of_orders_of_one_line() -> None:
     table = sku_probabilities(load_paper()["sku-probabilities"], {1: THREE_ORDERS})
     assert [line.ours.mean for line in table.lines[:2] if line.ours] == pytest.approx([2 / 3, 1 / 3])
-
-
-def test_the_generator_draws_from_the_papers_distributions() -> None:
     tables = distribution_tables(range(1, 11), load_paper())
     verdicts = [line.verdict for table in tables for line in table.lines if line.label[0] not in BEYOND]
     assert verdicts.count("in range") >= len(verdicts) - 4
@@ -80,22 +69,14 @@ BEYOND = {f"length {length}" for length in range(16, 21)}
 """Longer than a station's item capacity: never generated."""
 
 
-def test_a_seeds_runs_are_averaged_first() -> None:
-    """Seed 1 has the mean 2 and seed 2 the mean 5; the mean is 3.5, its interval t(0.975, 1) x sd / sqrt(2)."""
+def test_estimates() -> None:
     found = estimate([(1, 1.0), (1, 3.0), (2, 4.0), (2, 6.0)])
     assert found is not None
     assert found.mean == 3.5
     assert found.half_width == pytest.approx(12.7062 * 1.5, rel=1e-4)
     assert (found.runs, found.expected) == (4, 4)
-
-
-def test_one_seed_has_no_interval() -> None:
     found = estimate([(1, 1.0), (1, 3.0)])
     assert found is not None and found.half_width is None
-
-
-def test_missing_values_are_counted_and_left_out() -> None:
-    """A run that cannot count shows in what is expected, and in nothing else."""
     found = estimate([(1, 1.0), (1, None), (2, None)])
     assert found is not None
     assert (found.mean, found.runs, found.expected) == (1.0, 1, 3)
@@ -104,7 +85,6 @@ def test_missing_values_are_counted_and_left_out() -> None:
 
 
 def test_relative_divides_the_means_of_a_seed(row) -> None:
-    """On seed 1 the means over two instances are 2.75 and 1.5; only then seeds are averaged."""
     baseline = [row(seed=1, pile_on=2.0), row(seed=2, pile_on=4.0), row(seed=1, instance="two", pile_on=1.0)]
     others = [
         row("integrated", seed=1, pile_on=3.0),
@@ -116,13 +96,20 @@ def test_relative_divides_the_means_of_a_seed(row) -> None:
     assert found.mean == (2.75 / 1.5 + 1.0) / 2
 
 
-def test_relative_leaves_out_instances_without_a_partner(row) -> None:
-    """An instance that only one of the two completed would make the means differ for no other reason."""
+def test_ratios_without_a_partner(row) -> None:
     baseline = [row(pile_on=2.0), row(instance="two", pile_on=9.0) | {"status": "partial"}]
     others = [row("integrated", pile_on=3.0), row("integrated", instance="two", pile_on=8.0)]
     found = relative(others, baseline, metric("pile_on"))
     assert found is not None
     assert (found.mean, found.runs, found.expected) == (1.5, 1, 2)
+    rows = [row(seed=seed, pile_on=seed - 1.0) for seed in (1, 2)]
+    found = relative(rows, rows, metric("pile_on"))
+    assert found is not None
+    assert (found.mean, found.runs, found.expected) == (1.0, 1, 2)
+    lost = {key: row()[key] for key in ("instance", "rule_set", "seed", "error_kind")} | {"status": "failed"}
+    found = mean_of([lost, row(seed=2, makespan_s=7.0)], metric("makespan_s"))
+    assert found is not None
+    assert (found.mean, found.runs, found.expected) == (7.0, 1, 2)
 
 
 @pytest.mark.parametrize("side", ["integrated", "sequential"])
@@ -134,20 +121,6 @@ def test_a_pair_with_a_failed_run_does_not_count(row, side: str) -> None:
     found = relative(select(rows, rule_set="integrated"), select(rows, rule_set="sequential"), metric("pile_on"))
     assert found is not None
     assert (found.mean, found.runs, found.expected) == (1.0, 1, 2)
-
-
-def test_a_baseline_of_nothing_gives_no_ratio(row) -> None:
-    rows = [row(seed=seed, pile_on=seed - 1.0) for seed in (1, 2)]
-    found = relative(rows, rows, metric("pile_on"))
-    assert found is not None
-    assert (found.mean, found.runs, found.expected) == (1.0, 1, 2)
-
-
-def test_a_run_without_a_result_lacks_its_figures(row) -> None:
-    lost = {key: row()[key] for key in ("instance", "rule_set", "seed", "error_kind")} | {"status": "failed"}
-    found = mean_of([lost, row(seed=2, makespan_s=7.0)], metric("makespan_s"))
-    assert found is not None
-    assert (found.mean, found.runs, found.expected) == (7.0, 1, 2)
 
 
 def test_prefilter(row) -> None:
@@ -167,7 +140,7 @@ def test_prefilter(row) -> None:
     assert [line.verdict for line in share.lines[1:]] == ["no complete run"] * 8
 
 
-def test_2000_orders(row) -> None:
+def test_figures_of_the_packing_capacity_and_large_sets(row) -> None:
     rows = [
         row("sequential", psv_per_order=1.0, distance_per_order_m=100.0),
         row("integrated", psv_per_order=1.05, distance_per_order_m=99.0),
@@ -177,9 +150,6 @@ def test_2000_orders(row) -> None:
     assert verdicts["integrated", "pod-station visits"] == "in range"
     assert verdicts["integrated", "robot distance"] == "below"
     assert verdicts["split-over-time", "robot distance"] == "no complete run"
-
-
-def test_packing_capacity(row) -> None:
     rows = [
         row("sequential", psv_per_order=1.0),
         row("packing-10", psv_per_order=0.65),
@@ -204,12 +174,10 @@ def test_examples(row) -> None:
 
 
 def tables_of(rows) -> dict[str, Table]:
-    """Return the tables by the name of their exhibit."""
     return {table.exhibit.name: table for table in instance_set_tables(rows, load_paper())}
 
 
 def verdict(table: Table, *label: str) -> str:
-    """Return the verdict of a line."""
     (line,) = (line for line in table.lines if line.label == label)
     return line.verdict
 
@@ -242,15 +210,12 @@ def test_the_second_baseline_is_sequential_with_six_orders(row) -> None:
     assert (six.mean, model.mean) == (0.8, 0.75)
 
 
-def test_the_highest_pile_on_is_held_against_up_to_5_5_times(row) -> None:
+def test_pile_on_and_turnover(row) -> None:
     rows = [row(orders=orders, pile_on=1.0) for orders in (50, 250)]
     rows += [row("split-over-time", orders=50, pile_on=3.0), row("split-over-time", orders=250, pile_on=5.5)]
     table = tables_of(rows)["pile-on"]
     assert verdict(table, "50 orders", "split-over-time") == "no number in the paper"
     assert verdict(table, "highest of the sets", "split-over-time") == "in range"
-
-
-def test_turnover_has_two_parts(row) -> None:
     table = tables_of([row(turnover_backlog_s=300.0, turnover_station_s=60.0)])["turnover"]
     backlog, station = (
         table.ours("50 orders", "sequential", "backlog"),
@@ -259,10 +224,6 @@ def test_turnover_has_two_parts(row) -> None:
     assert backlog is not None and station is not None
     assert (backlog.mean, station.mean) == (300.0, 60.0)
     assert verdict(table, "50 orders", "integrated", "backlog") == "no complete run"
-
-
-def test_computing_times_are_factors(row) -> None:
-    """0.067 % of simulated time where the paper has 3.35 would be 50 times faster."""
     tables = tables_of(
         [row("integrated", orders=250, decision_percent_of_simulated=0.0339, decision_s_per_order=0.048)]
     )
@@ -270,54 +231,49 @@ def test_computing_times_are_factors(row) -> None:
     assert verdict(tables["time-per-order"], "250 orders", "integrated") == "10 times faster"
 
 
-def test_implied_makespan() -> None:
-    """0.48 s an order x 250 orders / 3.39 % = 3540 s; the rounding of both leaves 3498 to 3582."""
+def test_makespans_beside_the_implied_one(row) -> None:
     found = implied_makespan(Range(0.475, 0.485, 0.48), Range(3.385, 3.395, 3.39), 250)
     assert found is not None
     assert found.low == pytest.approx(0.475 * 250 / 0.03395)
     assert found.high == pytest.approx(0.485 * 250 / 0.03385)
     assert found.low < 3540 < found.high
     assert implied_makespan(None, Range(1, 2), 50) is None
-
-
-def test_makespan_beside_the_implied_one(row) -> None:
     rows = [row(method, orders=250, makespan_s=3540.0) for method in METHODS]
     table = tables_of(rows)["makespan"]
     assert [line.verdict for line in table.lines] == ["in range", "in range", "above", "above"]
-
-
-def test_only_sets_that_were_run_have_lines(row) -> None:
     for table in instance_set_tables([row(method) for method in METHODS], load_paper()):
         assert all("150" not in line.label[0] and "250" not in line.label[0] for line in table.lines)
 
 
 def verdict_on(rows, start: str) -> str:
-    """Return the verdict on the sentence that starts so."""
     (found,) = (statement for statement in statements(rows) if statement.sentence.startswith(start))
     return found.verdict
 
 
-def test_verdicts() -> None:
+def test_differences_and_verdicts() -> None:
     good, bad = Comparison("a", 1.0, 2.0), Comparison("b", 2.0, 2.0)
     assert Statement("", "", (good, good)).verdict == "holds"
     assert Statement("", "", (good, bad)).verdict == "holds in 1 of 2"
     assert Statement("", "", (bad,)).verdict == "does not hold"
     assert Statement("", "", ()).verdict == "no complete run"
+    scenario = load_scenario("paper-250-integrated", ["robots.count=9", "rules.pp=free-flow"])
+    weighted = RuleChoice("integrated", {"unused_capacity_weight": 3.5})
+    scenario = evolve(scenario, rules=evolve(scenario.rules, poa_pps=weighted))
+    found = {entry.name: entry for entry in settings(load_paper()["settings"], [scenario])}
+    assert found["Robots"] == Setting("Robots", "8", "9")
+    assert found["Robots"].verdict == "differs"
+    assert found["W_u"].ours == "3.5"
+    assert found["PP"].ours == "free-flow"
+    assert found["POA, sequential"].ours == ""
 
 
-def test_integrated_saves_less_distance_than_visits(row) -> None:
+def test_statements_have_verdicts(row) -> None:
     rows = [row(), row("integrated", psv_per_order=0.7, distance_per_order_m=80.0)]
     assert verdict_on(rows, "Robot distances") == "holds"
-
-
-def test_turnover(row) -> None:
     rows = [row(), row("integrated", turnover_backlog_s=300.0, turnover_station_s=210.0)]
     rows.append(row("split-over-time", turnover_s=700.0))
     assert verdict_on(rows, "With the integrated") == "holds in 1 of 2"
     assert verdict_on(rows, "The turn-over time of split-over-time") == "holds"
-
-
-def test_computing_times(row) -> None:
     first = {"sequential": 0.01, "integrated": 2.0, "split-among-stations": 0.3, "split-over-time": 0.5}
     rows = [row(method, decision_s_first=first[method], decision_percent_of_simulated=14.9) for method in METHODS]
     assert verdict_on(rows, "Computing times") == "holds"
@@ -327,7 +283,6 @@ def test_computing_times(row) -> None:
 
 
 def ours(mean: float) -> Estimate:
-    """Return an estimate with this mean."""
     return Estimate(mean, 0.1, 10, 10)
 
 
@@ -364,45 +319,21 @@ FIGURES = (
 TABLES = ("tab:reltosimtime", "tab:reltotimeperorder", "tab:rel", "tab:reltosimtime_2000")
 
 
-def test_every_table_and_figure_of_section_4_is_there() -> None:
+def test_what_the_paper_prints() -> None:
     labels = [label for exhibit in load_paper().values() for label in exhibit.label.split(", ")]
     assert not {*DIAGRAMS, *SETTINGS, *FIGURES, *TABLES} - set(labels)
-
-
-def test_a_range_is_taken_as_it_is() -> None:
     assert load_paper()["pod-station-visits"].range("integrated") == Range(0.70, 0.80)
-
-
-def test_a_printed_number_is_right_to_half_of_its_last_digit() -> None:
     found = load_paper()["time-per-order"].range("250", "integrated")
     assert found is not None
     assert (found.low, found.high, found.printed) == (pytest.approx(0.475), pytest.approx(0.485), 0.48)
-
-
-def test_a_picture_has_no_numbers() -> None:
     assert load_paper()["distances"].range("integrated") is None
     assert load_paper()["pile-on"].range("highest", "integrated") is None
 
 
-def test_the_shipped_experiment_has_the_papers_settings(jobs) -> None:
+def test_settings_of_the_paper(jobs) -> None:
     scenarios = [job.scenario for job in jobs["instances"] if job.seed == 1]
     differing = [entry for entry in settings(load_paper()["settings"], scenarios) if entry.verdict != "same"]
     assert differing == []
-
-
-def test_some_of_several_values_do_not_differ() -> None:
     assert Setting("Number of orders |O|", "50, 150, 250", "50").verdict == "some of them"
     assert Setting("Number of orders |O|", "50, 150, 250", "40, 50").verdict == "differs"
     assert Setting("PP", "whca-n", "").verdict == "differs"
-
-
-def test_what_differs_is_said() -> None:
-    scenario = load_scenario("paper-250-integrated", ["robots.count=9", "rules.pp=free-flow"])
-    weighted = RuleChoice("integrated", {"unused_capacity_weight": 3.5})
-    scenario = evolve(scenario, rules=evolve(scenario.rules, poa_pps=weighted))
-    found = {entry.name: entry for entry in settings(load_paper()["settings"], [scenario])}
-    assert found["Robots"] == Setting("Robots", "8", "9")
-    assert found["Robots"].verdict == "differs"
-    assert found["W_u"].ours == "3.5"
-    assert found["PP"].ours == "free-flow"
-    assert found["POA, sequential"].ours == ""

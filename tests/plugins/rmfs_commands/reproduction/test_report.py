@@ -1,7 +1,5 @@
 """The report: grids of text, Markdown, HTML, pictures and files."""
 
-from __future__ import annotations
-
 import re
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
@@ -11,6 +9,7 @@ from typing import Any
 import pytest
 from pyarrow import parquet
 
+from cases import cases
 from rmfs_commands.cli.grids import Grid
 from rmfs_commands.experiments import ExperimentResult
 from rmfs_commands.experiments.report.plots import Plot
@@ -36,30 +35,16 @@ PRINTED = Exhibit("time", "tab:time", "Table 4", "Time", "It is short.", rounded
 
 
 def cells(*lines: Line, exhibit: Exhibit = EXHIBIT, digits: int = 2) -> tuple[tuple[str, ...], ...]:
-    """Return the rows of a table's grid."""
     return table_grid(Table(exhibit, lines, "", digits)).rows
 
 
-def test_a_table_has_the_papers_figure_beside_ours() -> None:
+def test_cells_of_tables() -> None:
     line = in_range(("50 orders", "integrated"), Range(0.7, 0.8), Estimate(0.75, 0.01, 8, 8))
     grid = table_grid(Table(EXHIBIT, (line,), "s", 2, what="a mean"))
     assert (grid.title, grid.notes) == ("Figure 10: Visits", ("The paper: They are fewer.", "Here: a mean."))
     assert grid.columns == ("", "paper (s)", "ours (s)", "verdict", "runs")
     assert grid.rows == (("50 orders, integrated", "0.70 to 0.80", "0.75 ± 0.01", "in range", "8"),)
     assert table_grid(Table(EXHIBIT, (line,), "", 2)).columns[:3] == ("", "paper", "ours")
-
-
-def test_figures_have_the_digits_that_make_sense() -> None:
-    ours = Estimate(1234.56789, 0.5, 2, 2)
-    assert cells(in_range(("a",), Range(0.7, 0.8), ours), digits=4)[0][1:3] == ("0.70 to 0.80", "1,234.5679 ± 0.5000")
-    assert cells(in_range(("a",), Range(1.0, 2.0, 1.5), ours), exhibit=PRINTED, digits=0)[0][1:3] == (
-        "1.50",
-        "1,235 ± 0",
-    )
-    assert cells(in_range(("a",), Range(1.5, 1.5, 1.5), ours), digits=1)[0][1] == "1.5"
-
-
-def test_what_is_missing_is_a_dash() -> None:
     assert cells(in_range(("a",), None, Estimate(2.0, None, 1, 1)))[0][1:] == (
         "-",
         "2.00",
@@ -70,12 +55,16 @@ def test_what_is_missing_is_a_dash() -> None:
     assert cells(in_range(("a",), Range(1.0, 2.0), Estimate(2.0, None, 1, 3)))[0][-1] == "1 of 3"
 
 
-def test_settings_have_their_verdict() -> None:
+def test_figures_and_statements() -> None:
+    ours = Estimate(1234.56789, 0.5, 2, 2)
+    assert cells(in_range(("a",), Range(0.7, 0.8), ours), digits=4)[0][1:3] == ("0.70 to 0.80", "1,234.5679 ± 0.5000")
+    assert cells(in_range(("a",), Range(1.0, 2.0, 1.5), ours), exhibit=PRINTED, digits=0)[0][1:3] == (
+        "1.50",
+        "1,235 ± 0",
+    )
+    assert cells(in_range(("a",), Range(1.5, 1.5, 1.5), ours), digits=1)[0][1] == "1.5"
     grid = settings_grid(EXHIBIT, [Setting("Robots", "8", "8"), Setting("PP", "WHCA*n", "sipp")])
     assert grid.rows == (("Robots", "8", "8", "same"), ("PP", "WHCA*n", "sipp", "differs"))
-
-
-def test_statements_name_where_they_do_not_hold() -> None:
     fine, wrong = Comparison("50 orders", 0.5, 1.0), Comparison("150 orders", 1234.5, 0.0123456)
     grid = statements_grid(
         [Statement("Figure 11", "It is less.", (fine, wrong)), Statement("Figure 12", "It is, too.", (fine,))]
@@ -86,9 +75,7 @@ def test_statements_name_where_they_do_not_hold() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("value", "text"), [(0.0, "0"), (0.012345, "0.01235"), (1.0034, "1.003"), (12345.0, "12,345"), (-2.5, "-2.500")]
-)
+@cases("value text", (0.0, "0"), (0.012345, "0.01235"), (1.0034, "1.003"), (12345.0, "12,345"), (-2.5, "-2.500"))
 def test_four_significant_digits(value: float, text: str) -> None:
     assert number(value) == text
 
@@ -167,19 +154,16 @@ ONE = Range(0.9, 1.1)
 
 
 def at(mean: float) -> Estimate:
-    """Return an estimate with this mean."""
     return Estimate(mean, None, 1, 1)
 
 
 def outcome(*lines: Line) -> str:
-    """Return what the overview says of a table of these lines."""
     (row,) = overview([Table(EXHIBIT, lines, "", 2)], [], []).rows
     assert row[:3] == ("Figure 10", "Visits", str(len(lines)))
     return row[3]
 
 
-def test_verdicts_are_counted_the_usual_ones_first() -> None:
-    """Agreement, then what lies below or above, then what cannot be compared."""
+def test_the_order_of_the_overview() -> None:
     lines = [
         in_range(("a",), ONE, at(2.0)),
         in_range(("b",), ONE, None),
@@ -189,17 +173,11 @@ def test_verdicts_are_counted_the_usual_ones_first() -> None:
         in_range(("f",), ONE, at(1.1)),
     ]
     assert outcome(*lines) == "2 in range, 1 below, 1 above, 1 no number in the paper, 1 no complete run"
-
-
-def test_speedups_are_a_span() -> None:
     fast, slow = as_factor(("a",), ONE, at(0.01)), as_factor(("b",), ONE, at(2.0))
     assert outcome(fast, slow) == "from 2.0 times slower to 100 times faster"
     assert outcome(fast, as_factor(("c",), None, at(1.0))) == (
         "1 no number in the paper; from 100 times faster to 100 times faster"
     )
-
-
-def test_settings_come_first_and_statements_last() -> None:
     table = Table(EXHIBIT, (in_range(("a",), ONE, at(1.0)),), "", 2)
     settings = [Setting("Robots", "8", "8"), Setting("PP", "WHCA*n", "sipp"), Setting("PR", "nearest", "nearest")]
     held = Statement("Figure 11", "It is less.", (Comparison("50 orders", 0.5, 1.0),))
@@ -222,15 +200,12 @@ def tables(row: Any, **figures: Any) -> Mapping[str, Table]:
     return {table.exhibit.name: table for table in instance_set_tables(rows, load_paper())}
 
 
-def test_plots_are_there(report: Report) -> None:
+def test_plots_are_there_where_all_their_tables_are(report: Report, row: Any) -> None:
     assert [plot.name for plot in report.plots] == list(DRAWINGS)
     for plot in report.plots:
         assert plot.png.startswith(b"\x89PNG")
         assert b"<svg" in plot.svg
         assert b"dc:date" not in plot.svg
-
-
-def test_a_picture_is_drawn_where_all_its_tables_are(row: Any) -> None:
     given = tables(row)
     few = {name: given[name] for name in ("turnover", "computing-time", "pod-station-visits", "distances")}
     drawn = draw(few)
@@ -238,25 +213,18 @@ def test_a_picture_is_drawn_where_all_its_tables_are(row: Any) -> None:
     assert draw(few) == drawn
 
 
-def test_bars_are_as_high_as_the_figures(row: Any) -> None:
+def test_bars_and_scales(row: Any) -> None:
     figure = relative_figures(tables(row))
     for axis in figure.axes:
         ours = [bar for bar in axis.patches if bar.get_fill()]
         assert [bar.get_height() for bar in ours] == [1.0] * 9
         assert [text.get_text() for text in axis.get_xticklabels()] == ["50 orders", "150 orders", "250 orders"]
         assert axis.get_ylim()[0] == 0
-
-
-def test_the_parts_of_the_turn_over_time_stand_upon_each_other(row: Any) -> None:
     figure = turnover(tables(row, turnover_backlog_s=600.0, turnover_station_s=120.0))
     (axis,) = figure.axes
     bars = [(bar.get_y(), bar.get_height()) for bar in axis.patches]
     assert sorted(set(bars)) == [(0.0, 10.0), (10.0, 2.0)]
     assert len(bars) == 2 * 3 * len(METHODS)
-
-
-def test_scales_of_computing_times_begin_at_a_power_of_ten(row: Any) -> None:
-    """A bar's length is comparable then; each axis has one of its own."""
     figure = computing_time(tables(row, decision_s_first=0.5, decision_s_later=0.02))
     first, later, _ = figure.axes
     assert (first.get_yscale(), first.get_ylim()[0], later.get_ylim()[0]) == ("log", 0.1, 0.01)
@@ -274,7 +242,6 @@ def test_the_legend_names_the_methods_and_the_paper(row: Any) -> None:
 
 
 def grid(report: Report, start: str) -> Grid:
-    """Return the one grid whose title starts so."""
     (found,) = (entry for entry in report.grids if entry.title.startswith(start))
     return found
 
@@ -329,7 +296,6 @@ REPORT = Report({}, [Grid("Runs", (), ("a",), (("b",),)), Plot("visits", "Visits
 
 @pytest.fixture(scope="module")
 def result() -> Any:
-    """Return the runs of the examples, all of which failed."""
     experiment = experiment_of(PARTS[0])
     rows = [row_without_result(job, "the worker died", "WorkerDiedError") for job in experiment.jobs()]
     return ExperimentResult(experiment, rows, computed=len(rows))

@@ -1,7 +1,5 @@
 """`rmfs reproduce` from its parts to its files, and what it ran on."""
 
-from __future__ import annotations
-
 import os
 import platform
 from collections.abc import Callable
@@ -13,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 from pyarrow import parquet
 
+from cases import cases
 from rmfs_commands.cli.main import main, rmfs
 from rmfs_commands.experiments import Experiment, ExperimentResult, Watcher
 from rmfs_commands.experiments.rows import labels, row_without_result
@@ -29,24 +28,23 @@ from rmfs_core.scenario import load_scenario
 RUNS = {"examples": 5, "instances": 1200, "packing": 240, "prefilter": 880, "large": 320}
 
 
-def test_runs_of_each_part(jobs) -> None:
-    """24 instances x 5 rule sets x 10 seeds, and so on; all runs of a part differ."""
+def test_runs_of_parts(jobs) -> None:
     assert {part: len(found) for part, found in jobs.items()} == RUNS
     assert {part: len({job.key for job in found}) for part, found in jobs.items()} == RUNS
-
-
-def test_rule_sets_are_those_the_tables_look_for() -> None:
     names = {part.name: [rule_set.name for rule_set in experiment_of(part).rule_sets] for part in PARTS}
     assert names["large"] == list(METHODS)
     assert sorted(names["instances"]) == sorted([*METHODS, SIX_ORDERS])
     assert names["packing"] == ["sequential", "split-among-stations", "packing-10"]
     assert names["prefilter"] == ["sequential", "split-among-stations", *map(prefiltered, PREFILTER)]
-
-
-def test_parts_share_runs(jobs) -> None:
     keys = {part: {job.key for job in found} for part, found in jobs.items()}
     assert len(keys["packing"] & keys["instances"]) == 160
     assert len(keys["prefilter"] & keys["instances"]) == 160
+    parts = choose_parts(quick=True)
+    jobs = {part.name: experiment_of(part, quick=True).jobs() for part in parts}
+    assert {name: len(found) for name, found in jobs.items()} == {"examples": 5, "instances": 40}
+    assert {job.scenario.instance.orders for job in jobs["instances"]} == {50}
+    assert [part.name for part in choose_parts(("large", "packing"))] == ["packing", "large"]
+    assert choose_parts() == list(PARTS)
 
 
 def test_rules_are_those_of_the_shipped_scenarios(jobs) -> None:
@@ -60,39 +58,22 @@ def test_rules_are_those_of_the_shipped_scenarios(jobs) -> None:
             assert ours[method] == load_scenario(name)
 
 
-def test_quick_is_one_seed_of_the_smallest_set() -> None:
-    parts = choose_parts(quick=True)
-    jobs = {part.name: experiment_of(part, quick=True).jobs() for part in parts}
-    assert {name: len(found) for name, found in jobs.items()} == {"examples": 5, "instances": 40}
-    assert {job.scenario.instance.orders for job in jobs["instances"]} == {50}
-
-
-def test_parts_in_their_order() -> None:
-    assert [part.name for part in choose_parts(("large", "packing"))] == ["packing", "large"]
-    assert choose_parts() == list(PARTS)
-
-
-@pytest.mark.parametrize(
-    ("only", "quick", "message"),
-    [
-        (("larg",), False, 'there is no part "larg" .did you mean `large`'),
-        (("large",), True, "large has no part in --quick, which is examples and instances"),
-    ],
+@cases(
+    "only quick message",
+    (("larg",), False, 'there is no part "larg" .did you mean `large`'),
+    (("large",), True, "large has no part in --quick, which is examples and instances"),
 )
 def test_wrong_parts(only: tuple[str, ...], quick: bool, message: str) -> None:
     with pytest.raises(InputError, match=message):
         choose_parts(only, quick)
 
 
-def test_the_machine_is_named() -> None:
+def test_the_machine_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     found = machine()
     assert list(found) == ["processor", "cores", "system", "python"]
     assert all(found.values())
     assert platform.python_version() in found["python"]
     assert platform.system() in found["system"]
-
-
-def test_cores_are_those_that_may_be_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 5, 7}, raising=False)
     assert machine()["cores"] == "3"
     monkeypatch.delattr(os, "sched_getaffinity")
@@ -102,14 +83,12 @@ def test_cores_are_those_that_may_be_used(monkeypatch: pytest.MonkeyPatch) -> No
     assert machine()["cores"] == "1"
 
 
-@pytest.mark.parametrize(
-    ("text", "platforms", "expected"),
-    [
-        ("processor : 0\nmodel name\t: Some CPU @ 2 GHz\nmodel name\t: Another\n", "x", "Some CPU @ 2 GHz"),
-        ("processor : 0\n", "arm", "arm"),
-        (None, "arm", "arm"),
-        (None, "", "unknown"),
-    ],
+@cases(
+    "text platforms expected",
+    ("processor : 0\nmodel name\t: Some CPU @ 2 GHz\nmodel name\t: Another\n", "x", "Some CPU @ 2 GHz"),
+    ("processor : 0\n", "arm", "arm"),
+    (None, "arm", "arm"),
+    (None, "", "unknown"),
 )
 def test_the_processor_is_called_as_the_system_calls_it(
     text: str | None, platforms: str, expected: str, monkeypatch: pytest.MonkeyPatch
@@ -167,7 +146,6 @@ def run(monkeypatch: pytest.MonkeyPatch, row: Callable[..., Row]) -> Callable[..
 
 
 def reproduced(out: Path, *only: str, **how: Any) -> Reproduction:
-    """Reproduce some parts."""
     return reproduce(choose_parts(only), out, **how)
 
 
@@ -200,15 +178,12 @@ def test_the_facts_say_what_was_computed(run: Callable[..., Any], tmp_path: Path
     )
 
 
-def test_failed_runs_are_kept_apart(run: Callable[..., Any], tmp_path: Path) -> None:
+def test_runs_of_reproductions(run: Callable[..., Any], tmp_path: Path) -> None:
     run(failed=4)
     done = reproduced(tmp_path, "examples")
     assert len(done.rows) == 5
     assert [row["error"] for row in done.failed] == ["the worker died"] * 4
     assert "own times add up to 60.0 s" in done.report.facts["Time"]
-
-
-def test_runs_that_parts_share_are_there_once(run: Callable[..., Any], tmp_path: Path) -> None:
     asked = run()
     done = reproduced(tmp_path, "packing", "prefilter")
     assert len(done.rows) < sum(len(entry["experiment"].jobs()) for entry in asked)
@@ -226,12 +201,10 @@ def test_quick_is_the_first_seed_of_the_smallest_set(run: Callable[..., Any], tm
 
 
 def called(*arguments: str):
-    """Run the command."""
     return CliRunner().invoke(rmfs, ["reproduce", *arguments])
 
 
 def lines_of(report: Path, start: str) -> list[list[str]]:
-    """Return the cells of the lines of report.md that start so."""
     lines = report.read_text(encoding="utf-8").splitlines()
     return [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith(f"| {start}")]
 
@@ -287,12 +260,10 @@ def test_a_failed_run_is_reported_and_counted(tmp_path: Path, monkeypatch: pytes
     assert lines_of(report, "example-appendix")[0][3] == "no complete run"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--only", "packin"), 'there is no part "packin" (did you mean'),
-        (("--quick", "--only", "large"), "large has no part in --quick"),
-    ],
+@cases(
+    "arguments message",
+    (("--only", "packin"), 'there is no part "packin" (did you mean'),
+    (("--quick", "--only", "large"), "large has no part in --quick"),
 )
 def test_wrong_arguments(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
     out = tmp_path / "out"

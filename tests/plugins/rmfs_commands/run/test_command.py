@@ -1,7 +1,5 @@
 """`rmfs run` as a person uses it."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import signal
@@ -13,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from calling import exit_code
+from cases import cases
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.run.command import default_folder
 
@@ -38,17 +37,13 @@ from rmfs_core import hookimpl
 @attrs.define
 class Failing:
     @hookimpl
-    def choose_storage_location(self, warehouse, pod):
-        return self.somewhere()
-
-    def somewhere(self):
-        raise ValueError("out of ideas")
+    def choose_storage_location(self, warehouse, pod): return self.somewhere()
+    def somewhere(self): raise ValueError("out of ideas")
 """
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the current folder, with a small scenario and a rule that fails."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     (tmp_path / "small.toml").write_text(SCENARIO, encoding="utf-8")
@@ -103,7 +98,7 @@ def test_quiet_prints_nothing(folder: Path, capfd: pytest.CaptureFixture[str]) -
     assert (folder / "rmfs-runs" / "small-seed1" / "result.json").exists()
 
 
-def test_a_run_with_orders_left_says_so(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_a_run_says_of_its_orders(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("run", "small.toml", "--set", "run.until_s=60") == 0
     printed = capsys.readouterr().out
     assert "partial" in printed
@@ -111,23 +106,18 @@ def test_a_run_with_orders_left_says_so(folder: Path, capsys: pytest.CaptureFixt
     assert "Metrics count" not in printed
     assert "Simulated time" in printed
     assert "Makespan" not in printed
-
-
-def test_a_run_with_a_warm_up_says_what_counts(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("run", "small.toml", "--set", "run.warmup_s=90") == 0
     assert "Metrics count what happens from 0:01:30 on (run.warmup_s).\n" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "problem"),
-    [
-        (("nowhere.toml",), "nowhere.toml"),
-        (("small.toml", "--set", "robots.cuont=3"), "cuont"),
-        (("small.toml", "--set", "rules.pr=./failing.py:Failing", "--no-inline-rules"), "failing.py"),
-        (("small.toml", "--out", "small.toml"), "expected a folder"),
-        (("small.toml", "--seed", "-1"), "-1"),
-        (("small.toml", "--fast"), "--fast"),
-    ],
+@cases(
+    "arguments problem",
+    (("nowhere.toml",), "nowhere.toml"),
+    (("small.toml", "--set", "robots.cuont=3"), "cuont"),
+    (("small.toml", "--set", "rules.pr=./failing.py:Failing", "--no-inline-rules"), "failing.py"),
+    (("small.toml", "--out", "small.toml"), "expected a folder"),
+    (("small.toml", "--seed", "-1"), "-1"),
+    (("small.toml", "--fast"), "--fast"),
 )
 def test_wrong_input(
     folder: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str
@@ -148,9 +138,6 @@ def test_a_rule_that_fails(folder: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert printed.splitlines()[-1].startswith("Error: ")
     assert "Traceback" not in printed
     assert load_result("out").status == "failed"
-
-
-def test_the_author_of_a_rule_gets_its_traceback(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("run", "small.toml", "--set", "rules.pr=./failing.py:Failing", "--traceback") == 1
     printed = capsys.readouterr().err
     assert "in somewhere" in printed

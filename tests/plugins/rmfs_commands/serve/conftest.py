@@ -1,7 +1,5 @@
 """Fixtures for tests of the decision service."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable
@@ -22,7 +20,6 @@ from rmfs_core import hookimpl
 @define
 class Trouble:
     "POA: nothing; what else it does, the name of the first order says."
-
     @hookimpl
     def assign_orders(self, warehouse):
         name = warehouse.backlog[0].name if warehouse.backlog else ""
@@ -41,7 +38,6 @@ class Trouble:
 
 @pytest.fixture
 def state() -> dict[str, Any]:
-    """Return a small state, with stock that runs out."""
     return {
         "format": "rmfs-state",
         "version": 2,
@@ -73,5 +69,4 @@ def trouble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 @pytest.fixture
 def rmfs() -> tuple[str, ...]:
-    """Return the words that call `rmfs` in a process of its own."""
     return (sys.executable, "-c", "from rmfs_commands.cli.main import main; main()")

@@ -1,7 +1,5 @@
 """`rmfs serve` as a process: where it listens, how many connections, the OpenAPI document."""
 
-from __future__ import annotations
-
 import asyncio
 import http.client
 import json
@@ -28,6 +26,7 @@ from hypothesis import strategies as st
 from uvicorn.server import ServerState
 
 from calling import exit_code
+from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.serve import connections
 from rmfs_commands.serve.command import DECIDING
@@ -65,7 +64,6 @@ def serve(rmfs: tuple[str, ...]) -> Iterator[Serve]:
 
 
 def post(port: int, content: bytes, path: str = "/decide") -> tuple[int, bytes]:
-    """Return status and content of an answer."""
     with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=30)) as connection:
         connection.request("POST", path, content, {"Content-Type": "application/json"})
         answer = connection.getresponse()
@@ -105,9 +103,7 @@ def test_a_limit_that_is_no_number(option: str, limits: str, capsys: pytest.Capt
     assert capsys.readouterr().err.endswith(f"Error: Invalid value for '{option}': {problem}\n")
 
 
-@pytest.mark.parametrize(
-    ("number", "ending"), [(signal.SIGINT, (130, "", "Interrupted.")), (signal.SIGTERM, (0, "", ""))]
-)
+@cases("number ending", (signal.SIGINT, (130, "", "Interrupted.")), (signal.SIGTERM, (0, "", "")))
 def test_it_ends_in_order(
     serve: Serve, number: signal.Signals, ending: tuple[int, str, str], state: dict[str, Any]
 ) -> None:
@@ -150,7 +146,6 @@ def test_it_goes_on_after_a_decision_without_end(serve: Serve, trouble: str, sta
 
 @pytest.fixture(scope="module")
 def shared() -> Iterator[int]:
-    """Return the port of a service for several tests."""
     code = "from rmfs_commands.cli.main import main; main()"
     command = (sys.executable, "-c", code, "serve", "--rule", "first-come", "--port", "0", "--max-mb", "0.1")
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
@@ -177,19 +172,14 @@ def test_a_body_that_is_too_long(shared: int) -> None:
     assert post(shared, b" " * 100_000)[0] == 400
 
 
-@pytest.mark.parametrize(
-    ("arguments", "problem"),
-    [
-        (("--rule", "firstcome"), 'Error: --rule firstcome: there is no rule "firstcome"'),
-        (("--rule", "first-come", "--set", "x=1", "--stdio"), "Error: --set x=1: "),
-        (("--rule", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
-        (("--rule", "./a.py:A", "--no-inline-rules", "--stdio"), "--no-inline-rules refuses"),
-        (
-            ("--rule", "first-come", "--host", "nowhere.invalid"),
-            "Error: --host nowhere.invalid --port 8750: cannot listen",
-        ),
-        ((), "Missing option '--rule'"),
-    ],
+@cases(
+    "arguments problem",
+    (("--rule", "firstcome"), 'Error: --rule firstcome: there is no rule "firstcome"'),
+    (("--rule", "first-come", "--set", "x=1", "--stdio"), "Error: --set x=1: "),
+    (("--rule", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
+    (("--rule", "./a.py:A", "--no-inline-rules", "--stdio"), "--no-inline-rules refuses"),
+    (("--rule", "first-come", "--host", "nowhere.invalid"), "Error: --host nowhere.invalid --port 8750: cannot listen"),
+    ((), "Missing option '--rule'"),
 )
 def test_wrong_input(capfd: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
     with pytest.raises(SystemExit) as stop:
@@ -214,18 +204,6 @@ def test_who_listens_to_all_is_told(serve: Serve) -> None:
     assert process.communicate(timeout=20)[1].startswith("Note: other machines reach this address; there is neither")
 
 
-def test_what_can_be_asked() -> None:
-    assert DECIDING == state.DECIDING
-
-
-def test_loopback_and_others() -> None:
-    with listen("localhost", 0) as here:
-        assert is_loopback(here)
-        assert url_of(here).endswith(f":{here.getsockname()[1]}")
-    with listen("0.0.0.0", 0) as everywhere:
-        assert not is_loopback(everywhere)
-
-
 @pytest.mark.parametrize(("address", "loopback"), [("::1", True), ("::", False), ("fe80::1%eth0", False)])
 def test_ipv6(address: str, loopback: bool) -> None:
     found = cast(socket.socket, SimpleNamespace(getsockname=lambda: (address, 80, 0, 0)))
@@ -239,11 +217,17 @@ def test_an_address_that_is_none(host: str) -> None:
         listen(host, 0)
 
 
-def test_a_port_that_is_taken() -> None:
+def test_ports_and_hosts_that_are_taken() -> None:
     with listen("127.0.0.1", 0) as first:
         port = first.getsockname()[1]
         with pytest.raises(InputError, match=r"cannot listen there: .*ddress already in use"):
             listen("127.0.0.1", port)
+    assert DECIDING == state.DECIDING
+    with listen("localhost", 0) as here:
+        assert is_loopback(here)
+        assert url_of(here).endswith(f":{here.getsockname()[1]}")
+    with listen("0.0.0.0", 0) as everywhere:
+        assert not is_loopback(everywhere)
 
 
 Client = tuple[asyncio.StreamReader, asyncio.StreamWriter]
@@ -318,7 +302,7 @@ def test_no_more_than_so_many(monkeypatch: pytest.MonkeyPatch) -> None:
 REFERENCE = Path(__file__).resolve().parents[4] / "docs" / "reference" / "service.md"
 
 
-def test_the_reference_has_what_the_document_has() -> None:
+def test_the_reference_has_what_the_document_has_and_that_holds_together() -> None:
     text = REFERENCE.read_text(encoding="utf-8")
     document = openapi(["first-come"])
     for key in document["components"]["schemas"]["Request"]["properties"]:
@@ -327,24 +311,20 @@ def test_the_reference_has_what_the_document_has() -> None:
         assert f"| {status} |" in text
     for path, methods in document["paths"].items():
         assert all(f"`{method.upper()} {path}`" in text for method in methods)
-
-
-def parts(value: Any) -> Iterator[dict[str, Any]]:
-    """Yield every object in it."""
-    if isinstance(value, dict):
-        yield value
-        value = list(value.values())
-    for entry in value if isinstance(value, list) else ():
-        yield from parts(entry)
-
-
-def test_it_holds_together() -> None:
     document = openapi(["first-come"])
     for part in parts(document):
         if reference := part.get("$ref"):
             assert reference.removeprefix("#/components/schemas/") in document["components"]["schemas"]
         assert part.get("type") != "null" and "$schema" not in part
     assert json.loads(json.dumps(document)) == document
+
+
+def parts(value: Any) -> Iterator[dict[str, Any]]:
+    if isinstance(value, dict):
+        yield value
+        value = list(value.values())
+    for entry in value if isinstance(value, list) else ():
+        yield from parts(entry)
 
 
 @pytest.mark.parametrize("asked", [{}, {"warehouse": "w"}])

@@ -1,7 +1,5 @@
 """The process that decides: asked, given up, replaced, seen by its pipes."""
 
-from __future__ import annotations
-
 import asyncio
 import io
 import json
@@ -34,7 +32,6 @@ from rmfs_core import hookimpl
 class Spawning:
     "POA: starts a child; asked about an order called hang, or always, it never returns."
     always: bool = False
-
     @hookimpl
     def assign_orders(self, warehouse):
         child = subprocess.Popen(["sleep", "600"])
@@ -57,7 +54,6 @@ def living(pids: Iterable[int]) -> list[int]:
 
 
 def ended(pids: Iterable[int]) -> bool:
-    """Whether all of some processes end within a while."""
     until = time.monotonic() + 20
     while living(pids) and time.monotonic() < until:
         time.sleep(0.02)
@@ -66,14 +62,12 @@ def ended(pids: Iterable[int]) -> bool:
 
 @pytest.fixture
 def spawning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Write a rule that starts children; return the file with their numbers."""
     (tmp_path / "spawning.py").write_text(SPAWNING, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path / "children"
 
 
 def numbers(children: Path) -> list[int]:
-    """Return the children of the rule so far."""
     return [*map(int, children.read_text(encoding="utf-8").split())]
 
 
@@ -193,6 +187,8 @@ def test_large_requests(state: dict[str, Any]) -> None:
 def test_a_rule_that_is_not_there() -> None:
     with pytest.raises(InputError, match=r'^--rule firstcome: there is no rule "firstcome" \(did you mean'):
         asyncio.run(RuleProcess(["firstcome"]).start())
+    ((status, told),), _ = talk("firstcome")
+    assert (status, told[0]) == (FAILED, "--rule firstcome")
 
 
 def talk(rule: str, *requests: bytes) -> tuple[list[tuple[int, Any]], str]:
@@ -221,26 +217,17 @@ def test_requests_and_answers(trouble: str, state: dict[str, Any]) -> None:
     assert sorted(printed.splitlines()) == ["from below", "hello"]
 
 
-def test_a_worker_says_that_a_rule_is_not_there() -> None:
-    ((status, told),), _ = talk("firstcome")
-    assert (status, told[0]) == (FAILED, "--rule firstcome")
-
-
 def asked(text: bytes, most_bytes: int = 1_000_000) -> list[dict[str, Any]]:
-    """Return what is answered to some text."""
     answers = io.BytesIO()
     serve_lines(Service.of(["first-come"]), io.BytesIO(text), answers, most_bytes)
     return [json.loads(line) for line in answers.getvalue().splitlines()]
 
 
-def test_an_answer_a_line(state: dict[str, Any]) -> None:
+def test_answers_and_lines(state: dict[str, Any]) -> None:
     line = json.dumps(state).encode()
     first, second, third = asked(b"\n" + line + b"\r\nnonsense\n" + line)
     assert first == third
     assert (first["decides"], second["status"]) == ("POA", 400)
-
-
-def test_a_line_that_is_too_long(state: dict[str, Any]) -> None:
     line = json.dumps(state).encode()
     first, second = asked(b"x" * 5 * len(line) + b"\n" + line + b"\n", len(line))
     assert first["detail"] == f"request: found more than {len(line)} bytes; expected at most that many (`--max-mb`)"

@@ -1,7 +1,5 @@
 """Requests and answers, without a network: paths, statuses, states that are kept."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from collections.abc import Callable
@@ -12,6 +10,7 @@ from attrs import define, field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cases import cases
 from rmfs_commands.serve.app import MOST_WAITING, app_of
 from rmfs_commands.serve.process import BusyError, EndedError, LateError, RuleProcess
 from rmfs_commands.serve.service import SMALL, Reply, Service
@@ -29,7 +28,6 @@ Answer = Callable[..., tuple[int, dict[str, Any]]]
 
 @pytest.fixture(scope="module")
 def service() -> Service:
-    """Return a service with one rule."""
     return Service.of(["first-come"])
 
 
@@ -38,24 +36,22 @@ def test_a_state_is_a_request(service: Service, state: dict[str, Any], answered:
     assert answered(service, state) == answered(service, {"state": state}) == (200, expected)
 
 
-@pytest.mark.parametrize(
-    ("request_", "status", "place", "detail"),
-    [
-        (b"", 400, "request, line 1", "no valid JSON"),
-        (b'{"a": 1, "a": 2}', 400, "request", "names 'a' twice"),
-        (b"\xff", 400, "request", "UTF-8"),
-        (b"[" * 100_000, 400, "request", ""),
-        ([], 422, "request", "expected a JSON object, found []"),
-        (None, 422, "request", "expected a JSON object, found"),
-        ({}, 422, "state, format", "no key `format`"),
-        ({"state": {}, "stat": 1}, 422, "request, stat", "did you mean `state`"),
-        ({"rule": "first-come"}, 422, "request", "expected either `state` or `change`"),
-        ({"change": {}, "warehouse": "w"}, 422, "request", "expected `warehouse` and `base` with `change`"),
-        ({"state": {}, "base": "x"}, 422, "request", "found `base` with a whole state"),
-        ({"change": [], "warehouse": "w", "base": ""}, 422, "request, change", "expected a table"),
-        ({"state": {}, "rule": "first"}, 422, "request, rule", "did you mean `first-come`"),
-        ({"change": {}, "warehouse": "w", "base": "x"}, 409, "request, warehouse", 'no state of "w" is kept'),
-    ],
+@cases(
+    "request_ status place detail",
+    (b"", 400, "request, line 1", "no valid JSON"),
+    (b'{"a": 1, "a": 2}', 400, "request", "names 'a' twice"),
+    (b"\xff", 400, "request", "UTF-8"),
+    (b"[" * 100_000, 400, "request", ""),
+    ([], 422, "request", "expected a JSON object, found []"),
+    (None, 422, "request", "expected a JSON object, found"),
+    ({}, 422, "state, format", "no key `format`"),
+    ({"state": {}, "stat": 1}, 422, "request, stat", "did you mean `state`"),
+    ({"rule": "first-come"}, 422, "request", "expected either `state` or `change`"),
+    ({"change": {}, "warehouse": "w"}, 422, "request", "expected `warehouse` and `base` with `change`"),
+    ({"state": {}, "base": "x"}, 422, "request", "found `base` with a whole state"),
+    ({"change": [], "warehouse": "w", "base": ""}, 422, "request, change", "expected a table"),
+    ({"state": {}, "rule": "first"}, 422, "request, rule", "did you mean `first-come`"),
+    ({"change": {}, "warehouse": "w", "base": "x"}, 409, "request, warehouse", 'no state of "w" is kept'),
 )
 def test_what_is_wrong_with_a_request(
     service: Service, answered: Answer, request_: Any, status: int, place: str, detail: str
@@ -65,16 +61,13 @@ def test_what_is_wrong_with_a_request(
     assert detail in told["detail"]
 
 
-def test_a_bad_state_names_the_key(service: Service, state: dict[str, Any], answered: Answer) -> None:
+def test_requests_and_their_problems(service: Service, state: dict[str, Any], answered: Answer) -> None:
     state["orders"]["A"]["lines"]["milk"] = 0
     status, told = answered(service, state)
     assert (status, told["place"]) == (422, "state, orders.A.lines")
     state["orders"]["A"]["lines"] = {"beer": 1}
     state["stations"]["north"]["inbound"] = ["P9"]
     assert answered(service, state)[1]["place"] == "state, stations.north.inbound[0]"
-
-
-def test_a_problem_is_a_sentence(service: Service, state: dict[str, Any], answered: Answer) -> None:
     status, told = answered(service, state | {"format": "x" * 100_000})
     assert status == 422
     assert len(told["detail"]) < 1_300
@@ -238,31 +231,27 @@ def test_half_a_surrogate_comes_back_as_it_came(service: Service, state: dict[st
     assert answered(service, state)[1]["assignments"][0]["order"] == "\ud800"
 
 
-@pytest.mark.parametrize(
-    ("rules", "settings", "problem"),
-    [
-        (["firstcome"], [], r"^--rule firstcome: there is no rule"),
-        (["integrated"], ["gap=-1"], r"^--set gap=-1: "),
-        (["first-come", "integrated"], ["effort=1"], r"^--set effort=1: found 2 rules; expected one, or parameters in"),
-        (["first-come", "first-come"], [], r"^--rule first-come: found this rule twice"),
-        (["./mine.py:Mine"], [], r"--no-inline-rules refuses"),
-        (["sipp"], [], r"^--rule sipp: .* decides PP; expected a rule for"),
-    ],
+@cases(
+    "rules settings problem",
+    (["firstcome"], [], r"^--rule firstcome: there is no rule"),
+    (["integrated"], ["gap=-1"], r"^--set gap=-1: "),
+    (["first-come", "integrated"], ["effort=1"], r"^--set effort=1: found 2 rules; expected one, or parameters in"),
+    (["first-come", "first-come"], [], r"^--rule first-come: found this rule twice"),
+    (["./mine.py:Mine"], [], r"--no-inline-rules refuses"),
+    (["sipp"], [], r"^--rule sipp: .* decides PP; expected a rule for"),
 )
 def test_a_rule_that_cannot_be_had(rules: list[str], settings: list[str], problem: str) -> None:
     with pytest.raises(InputError, match=problem):
         Service.of(rules, settings, allow_inline=False)
 
 
-@pytest.mark.parametrize(
-    ("rule", "role"),
-    [
-        ("first-come", Role.POA),
-        ("nearest-pod", Role.PPS),
-        ("pod-index", Role.POA_PPS),
-        ("nearest", Role.PR),
-        ("assignment", Role.TA),
-    ],
+@cases(
+    "rule role",
+    ("first-come", Role.POA),
+    ("nearest-pod", Role.PPS),
+    ("pod-index", Role.POA_PPS),
+    ("nearest", Role.PR),
+    ("assignment", Role.TA),
 )
 def test_the_small_state_has_something_to_decide(rule: str, role: Role) -> None:
     """Of each kind: so that warming up does something."""
@@ -291,13 +280,12 @@ STATE: dict[str, Any] = {"pods": {"P": {"contents": {"tea": 2, "milk": None}}}, 
 
 @pytest.fixture
 def kept() -> Warehouses:
-    """Return what has one state."""
     kept = Warehouses()
     kept.keep("w", "r1", STATE)
     return kept
 
 
-def test_a_change_of_the_last_state(kept: Warehouses) -> None:
+def test_changes_of_the_last_state(kept: Warehouses) -> None:
     change = {"orders": {"A": None, "B": {}}, "pods": {"P": {"contents": {"tea": 1}}}}
     after = kept.changed("w", "r1", change, "r2")
     assert after == {"pods": {"P": {"contents": {"tea": 1, "milk": None}}}, "orders": {"B": {}}}
@@ -305,14 +293,6 @@ def test_a_change_of_the_last_state(kept: Warehouses) -> None:
     kept.keep("w", "r2", after)
     with pytest.raises(StaleError, match=r'^request, base: found "r1"; the last state is "r2"; expected'):
         kept.changed("w", "r1", {}, "r3")
-
-
-def test_the_same_change_again(kept: Warehouses) -> None:
-    """Who did not get the answer may ask again: the change is not made twice."""
-    assert kept.changed("w", "r0", {"orders": None}, "r1") == STATE
-
-
-def test_what_is_not_kept(kept: Warehouses) -> None:
     for i in range(MOST_KEPT - 1):
         kept.keep(str(i), "r1", STATE)
     kept.keep("w", "r2", STATE)
@@ -320,6 +300,11 @@ def test_what_is_not_kept(kept: Warehouses) -> None:
     assert kept.changed("w", "r2", {}, "r3") == kept.changed("1", "r1", {}, "r2") == STATE
     with pytest.raises(StaleError, match='no state of "0" is kept; expected the whole state first'):
         kept.changed("0", "r1", {}, "r2")
+
+
+def test_the_same_change_again(kept: Warehouses) -> None:
+    """Who did not get the answer may ask again: the change is not made twice."""
+    assert kept.changed("w", "r0", {"orders": None}, "r1") == STATE
 
 
 @pytest.mark.parametrize("pod", ["P", "Q"])
@@ -407,7 +392,6 @@ class Client:
 
 
 def call(process: Scripted, *arguments: Any, **options: Any) -> tuple[int, dict[str, str], bytes]:
-    """Call a new application once."""
     return asyncio.run(Client(process).call(*arguments, **options))
 
 
@@ -418,16 +402,14 @@ def test_a_decision() -> None:
     assert (status, headers["content-type"], content) == (200, "application/json", b'{"decides":"POA"}\n')
 
 
-@pytest.mark.parametrize(
-    ("host", "status"),
-    [
-        ("localhost:8000", 200),
-        ("[::1]:8000", 200),
-        ("LOCALHOST", 200),
-        ("example.org:8000", 421),
-        ("", 421),
-        ("[", 421),
-    ],
+@cases(
+    "host status",
+    ("localhost:8000", 200),
+    ("[::1]:8000", 200),
+    ("LOCALHOST", 200),
+    ("example.org:8000", 421),
+    ("", 421),
+    ("[", 421),
 )
 def test_only_requests_for_this_host(host: str, status: int) -> None:
     """A web page cannot have a browser ask in its name, even if its own host's name leads here."""
@@ -437,12 +419,10 @@ def test_only_requests_for_this_host(host: str, status: int) -> None:
     assert status == 200 or json.loads(content)["detail"] == f'"{host}" is not served here'
 
 
-@pytest.mark.parametrize(
+@cases(
     "accept",
-    [
-        *("", "*/*", "application/json", ";,=;q=x", "\xff", "text/plain; version=1.0.0; escaping=allow-utf-8"),
-        *("application/openmetrics-text; version=abc", "application/openmetrics-text;version"),
-    ],
+    *("", "*/*", "application/json", ";,=;q=x", "\xff", "text/plain; version=1.0.0; escaping=allow-utf-8"),
+    *("application/openmetrics-text; version=abc", "application/openmetrics-text;version"),
 )
 def test_figures_whatever_the_request_accepts(accept: str) -> None:
     status, headers, content = call(Scripted(), "GET", "/metrics", headers={"accept": accept})
@@ -450,14 +430,12 @@ def test_figures_whatever_the_request_accepts(accept: str) -> None:
     assert b"rmfs_restarts 3.0" in content
 
 
-@pytest.mark.parametrize(
-    ("answer", "status", "more"),
-    [
-        (Reply(422, b"{}\n"), 422, {}),
-        (BusyError("busy"), 503, {"retry-after": "1"}),
-        (EndedError("ended"), 503, {"retry-after": "1"}),
-        (LateError("late"), 504, {}),
-    ],
+@cases(
+    "answer status more",
+    (Reply(422, b"{}\n"), 422, {}),
+    (BusyError("busy"), 503, {"retry-after": "1"}),
+    (EndedError("ended"), 503, {"retry-after": "1"}),
+    (LateError("late"), 504, {}),
 )
 def test_no_decision(answer: Reply | RmfsError, status: int, more: dict[str, str]) -> None:
     got, headers, content = call(Scripted(answer), "POST", "/decide", b"{}", JSON)
@@ -467,20 +445,18 @@ def test_no_decision(answer: Reply | RmfsError, status: int, more: dict[str, str
         assert json.loads(content)["detail"] == str(answer)
 
 
-@pytest.mark.parametrize(
-    ("method", "path", "headers", "content", "status", "detail"),
-    [
-        ("POST", "/decide", {}, b"{}", 415, 'found Content-Type ""; expected application/json'),
-        ("POST", "/decide", {"content-type": "text/plain"}, b"{}", 415, "expected application/json"),
-        ("POST", "/decide", JSON | {"content-length": "1001"}, b"", 413, "found more than 1,000 bytes"),
-        ("POST", "/decide", JSON | {"content-length": "9" * 5000}, b"", 413, "found more than 1,000 bytes"),
-        ("POST", "/decide", JSON, b" " * 1001, 413, "found more than 1,000 bytes"),
-        ("GET", "/decide", {}, b"", 405, "GET /decide is not answered"),
-        ("POST", "/health", {}, b"", 405, "POST /health is not answered"),
-        ("GET", "/health/", {"host": "example.org"}, b"", 404, "there is nothing at /health/"),
-        ("GET", "/nowhere", {}, b"", 404, "there is nothing at /nowhere"),
-        ("GET", "/docs/files/nothing.js", {}, b"", 404, "there is nothing at"),
-    ],
+@cases(
+    "method path headers content status detail",
+    ("POST", "/decide", {}, b"{}", 415, 'found Content-Type ""; expected application/json'),
+    ("POST", "/decide", {"content-type": "text/plain"}, b"{}", 415, "expected application/json"),
+    ("POST", "/decide", JSON | {"content-length": "1001"}, b"", 413, "found more than 1,000 bytes"),
+    ("POST", "/decide", JSON | {"content-length": "9" * 5000}, b"", 413, "found more than 1,000 bytes"),
+    ("POST", "/decide", JSON, b" " * 1001, 413, "found more than 1,000 bytes"),
+    ("GET", "/decide", {}, b"", 405, "GET /decide is not answered"),
+    ("POST", "/health", {}, b"", 405, "POST /health is not answered"),
+    ("GET", "/health/", {"host": "example.org"}, b"", 404, "there is nothing at /health/"),
+    ("GET", "/nowhere", {}, b"", 404, "there is nothing at /nowhere"),
+    ("GET", "/docs/files/nothing.js", {}, b"", 404, "there is nothing at"),
 )
 def test_what_is_wrong_with_a_call(
     method: str, path: str, headers: dict[str, str], content: bytes, status: int, detail: str

@@ -1,7 +1,5 @@
 """A warehouse that is simulated at once, and workers in this process."""
 
-from __future__ import annotations
-
 import tomllib
 
 import pytest
@@ -43,28 +41,23 @@ class Here:
         self.jobs: list[Job] = []
 
     def run(self, job: Job) -> Outcome:
-        """Run a job."""
         self.jobs.append(job)
         return simulate(job)
 
     def close(self) -> None:
-        """Say so."""
         self.closed = True
 
 
 @pytest.fixture
 def here() -> Here:
-    """Return workers."""
     return Here()
 
 
 @pytest.fixture
 def poisson() -> Scenario:
-    """Return a small hall with 150 orders an hour."""
     return scenario_from_dict(tomllib.loads(POISSON))
 
 
 @pytest.fixture
 def poisson_text() -> str:
-    """Return the same as a file has it."""
     return POISSON

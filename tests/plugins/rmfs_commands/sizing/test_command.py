@@ -1,7 +1,5 @@
 """`rmfs size` and its report."""
 
-from __future__ import annotations
-
 import csv
 import json
 from functools import partial
@@ -10,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from calling import exit_code
+from cases import cases
 from rmfs_commands.cli.screen import output_console
 from rmfs_commands.sizing.judging import Estimate, Verdict
 from rmfs_commands.sizing.report import content_of, sentences_of, table_of, verdict_of, write_answer
@@ -68,26 +67,24 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
     assert size("hall.toml", "--mean", "5000", "--no-inline-rules", *failing, *QUICK) == 2
 
 
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        ((), "expected one of --p95, --mean and --most"),
-        (("--p95", "900", "--mean", "300"), "expected one of --p95, --mean and --most"),
-        (("--p95", "0"), "expected a number > 0, found 0"),
-        (("--p95", "inf"), "expected a number, as in --p95 900"),
-        (("--most", "late_percent"), "expected a number, as in --p95 900 or --most late_percent=2"),
-        (("--most", "late_percent=few"), "found late_percent=few"),
-        (
-            ("--most", "late_percnt=2", *QUICK),
-            '--most late_percnt=2: there is no metric "late_percnt" (did you mean `late_percent`',
-        ),
-        (("--p95", "900", "--robots", "0-4"), "expected a number from 1 on, or two such as 2-6, found 0-4"),
-        (("--p95", "900", "--stations", "5-2"), "or two such as 2-6, found 5-2"),
-        (("--p95", "900", "--stations", "2-9999"), "--stations: found 9,999; expected 200 at most"),
-        (("--p95", "900", "--robots", "1-999"), "found 999; the layout has"),
-        (("--p95", "900", "--robot-cost", "3"), "--robot-cost and --station-cost together, or neither"),
-        (("--p95", "900", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
-    ],
+@cases(
+    "arguments sentence",
+    ((), "expected one of --p95, --mean and --most"),
+    (("--p95", "900", "--mean", "300"), "expected one of --p95, --mean and --most"),
+    (("--p95", "0"), "expected a number > 0, found 0"),
+    (("--p95", "inf"), "expected a number, as in --p95 900"),
+    (("--most", "late_percent"), "expected a number, as in --p95 900 or --most late_percent=2"),
+    (("--most", "late_percent=few"), "found late_percent=few"),
+    (
+        ("--most", "late_percnt=2", *QUICK),
+        '--most late_percnt=2: there is no metric "late_percnt" (did you mean `late_percent`',
+    ),
+    (("--p95", "900", "--robots", "0-4"), "expected a number from 1 on, or two such as 2-6, found 0-4"),
+    (("--p95", "900", "--stations", "5-2"), "or two such as 2-6, found 5-2"),
+    (("--p95", "900", "--stations", "2-9999"), "--stations: found 9,999; expected 200 at most"),
+    (("--p95", "900", "--robots", "1-999"), "found 999; the layout has"),
+    (("--p95", "900", "--robot-cost", "3"), "--robot-cost and --station-cost together, or neither"),
+    (("--p95", "900", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
 )
 def test_wrong_input_is_one_sentence(
     arguments: tuple[str, ...], sentence: str, folder: Path, capsys: pytest.CaptureFixture[str]
@@ -127,13 +124,11 @@ def test_the_table_has_every_size(capsys: pytest.CaptureFixture[str], monkeypatc
     ]
 
 
-@pytest.mark.parametrize(
-    ("candidate", "words"),
-    [
-        (PASSES, "612.3 [500.0, 700.0], 4 seeds, passes"),
-        (PARTIAL, "4 seeds, fails: seed 3 ends with orders left"),
-        (Candidate(1, 1, Verdict.FAILS, reason="it is 912.0 s or more"), "fails: it is 912.0 s or more"),
-    ],
+@cases(
+    "candidate words",
+    (PASSES, "612.3 [500.0, 700.0], 4 seeds, passes"),
+    (PARTIAL, "4 seeds, fails: seed 3 ends with orders left"),
+    (Candidate(1, 1, Verdict.FAILS, reason="it is 912.0 s or more"), "fails: it is 912.0 s or more"),
 )
 def test_a_verdict_in_words(candidate: Candidate, words: str) -> None:
     assert verdict_of(candidate, TARGET) == words

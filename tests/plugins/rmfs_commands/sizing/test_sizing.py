@@ -1,7 +1,5 @@
 """The smallest warehouse that meets a target: worlds, trials, judgement, search."""
 
-from __future__ import annotations
-
 import io
 import random
 from itertools import product
@@ -68,40 +66,31 @@ def test_stations_that_cannot_keep_up_are_left_out(poisson: Scenario, here: Any,
     assert [(one.stations, one.robots) for one in answer.frontier] == [(2, 4)]
 
 
-def test_a_map_keeps_its_stations(here: Any, tmp_path: Path) -> None:
+def test_rooms_and_maps(here: Any, tmp_path: Path, poisson: Scenario) -> None:
     scenario = load_scenario("examples/text-map", ["instance.orders=8", "rules.pp=free-flow"])
     target = Target("turnover_p95_s", 5000, seeds=(1, 2))
     with pytest.raises(InputError, match="--stations: the map of the scenario has"):
         size(scenario, "map", target, store=tmp_path, workers=here, stations=(1, 9))
     answer = size(scenario, "map", target, store=tmp_path, workers=here, robots=(2, 2))
     assert [one.robots for one in answer.frontier] == [2]
-
-
-def test_there_is_no_room_for_so_many_robots(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     target = Target("turnover_p95_s", 300)
     with pytest.raises(InputError, match="--robots: found 500; the layout has 80 places to park them"):
         size(poisson, "hall", target, store=tmp_path, workers=here, robots=(1, 500))
 
 
 def answer_of(*frontier: tuple[int, int], undecided: tuple[tuple[int, int], ...] = ()) -> Answer:
-    """Return an answer without runs."""
     best = tuple(Candidate(*one, Verdict.PASSES, 4, Estimate(1, 1, 1)) for one in frontier)
     open_ones = tuple(Candidate(*one, Verdict.UNDECIDED, 16, Estimate(1, 1, 1)) for one in undecided)
     found = tuple(Found(*one) for one in frontier)
     return Answer("hall", Target("turnover_s", 1), found, best, (*best, *open_ones), at_once=False)
 
 
-def test_what_is_cheapest_depends_on_the_costs() -> None:
-    """Dear robots ask for more stations; of equals the one with fewer stations; of nothing there is none."""
+def test_what_is_cheapest() -> None:
     answer = answer_of((2, 9), (3, 7), (4, 6))
     sizes = {costs: answer.cheapest(*costs) for costs in ((10, 1), (1, 10), (1, 2))}
     found = {costs: priced and ((priced[0].stations, priced[0].robots), priced[1]) for costs, priced in sizes.items()}
     assert found == {(10, 1): ((4, 6), 64), (1, 10): ((2, 9), 29), (1, 2): ((2, 9), 13)}
     assert answer_of().cheapest(1, 1) is None
-
-
-def test_undecided_sizes_count_where_they_would_be_better() -> None:
-    """One that has no fewer stations and no fewer robots than one that is enough would bring nothing."""
     answer = answer_of((2, 9), (3, 7), undecided=((2, 8), (3, 8), (4, 7), (4, 6)))
     assert [(one.stations, one.robots) for one in answer.undecided] == [(2, 8), (4, 6)]
 
@@ -123,10 +112,10 @@ def test_the_fewest_are_found_from_wherever_it_starts(step: int) -> None:
             assert len(set(tried)) <= 12
 
 
-def test_a_single_number_that_fails_hides_nothing() -> None:
-    """12 fails though 10 is enough: the search looks there, too, and goes on."""
+def test_the_search_goes_on() -> None:
     assert fewest(lambda n: n >= 10 and n != 12, 1, 40, 16, 3) == 10
     assert fewest(lambda n: n in (5, 7, 9) or n > 10, 1, 40, 16, 4) == 5
+    assert frontier([Found(2, 5), Found(1, 4), Found(3, 3)]) == (Found(1, 4), Found(3, 3))
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -164,11 +153,6 @@ def test_what_is_left_out_has_its_reason() -> None:
         Found(5, None, "saves no robot"),
     )
     assert frontier(found) == (found[2], found[3])
-
-
-def test_more_stations_that_need_more_robots_are_dominated() -> None:
-    """What more robots with more stations would be, nobody asks for."""
-    assert frontier([Found(2, 5), Found(1, 4), Found(3, 3)]) == (Found(1, 4), Found(3, 3))
 
 
 @pytest.mark.parametrize(
@@ -209,25 +193,19 @@ def test_it_errs_no_more_often_than_it_says() -> None:
     assert 0.015 * 400 < passed < 0.06 * 400
 
 
-def test_a_metric_has_its_label_and_unit() -> None:
+def test_names_of_metrics() -> None:
     target = Target("turnover_p95_s", 900)
     assert (target.label, target.with_unit(612.345)) == ("Turn-over time, 95 %", "612.3 s")
     assert Target("late_percent", 2).with_unit(2) == "2.0 %"
-
-
-def test_an_indented_label_is_named_with_what_it_is_a_part_of() -> None:
     assert Target("late_percent", 2).label == "Late orders, of those due"
     assert Target("turnover_backlog_p95_s", 2).label == "Turn-over time, in the backlog, 95 %"
     assert Target("empty_distance_m", 2).label == "Distance, empty"
     assert not [name for name in KNOWN if Target(name, 2).label.startswith(" ")]
-
-
-def test_somebodys_own_metric_has_its_name() -> None:
     target = Target("my_waits", 3)
     assert (target.label, target.with_unit(3)) == ("my_waits", "3.000")
 
 
-def test_what_cannot_be_too_large_is_refused(poisson: Scenario) -> None:
+def test_what_can_be_asked_of_a_limit(poisson: Scenario) -> None:
     orders = [make_instance(poisson)]
     assert KNOWN.keys() >= MORE_IS_BETTER | FROM_ORDERS
     for metric in (*MORE_IS_BETTER, "on_time_percent_priority_12"):
@@ -238,18 +216,12 @@ def test_what_cannot_be_too_large_is_refused(poisson: Scenario) -> None:
             Target(metric, 2).check(orders)
     Target("turnover_p95_s", 2).check(orders)
     Target("my_waits", 2).check(orders)
-
-
-def test_a_limit_that_nothing_can_keep_is_refused(poisson: Scenario) -> None:
     orders = [make_instance(poisson)]
     for metric in ("turnover_p95_s", "late_percent", "stock_outs"):
         with pytest.raises(InputError, match=f"--most {metric}=-2: `{metric}` is never below 0; expected a number >="):
             Target(metric, -2).check(orders)
     Target("psv_per_order", 0).check(orders)
     Target("my_waits", -2).check(orders)
-
-
-def test_nothing_is_late_that_is_not_due(poisson: Scenario) -> None:
     due = [make_instance(load_scenario("grocery-day", ["instance.orders=20"]))]
     for metric in ("late_percent", "late_orders", "tardiness_s", "tardiness_p95_s"):
         Target(metric, 2).check(due)
@@ -264,18 +236,16 @@ from rmfs_core import hookimpl
 @attrs.define
 class Failing:
     @hookimpl
-    def choose_storage_location(self, warehouse, pod):
-        raise ValueError("out of ideas")
+    def choose_storage_location(self, warehouse, pod): raise ValueError("out of ideas")
 """
 
 
 def trials(scenario: Scenario, target: Target, store: Path, here: Any, told: list[Candidate] | None = None) -> Trials:
-    """Return trials in this process."""
     tell = (lambda _: None) if told is None else told.append
     return Trials(Worlds(scenario, target.seeds[:4]), "hall", target, store, here, Watcher(), tell)
 
 
-def test_clear_cases_take_the_first_seeds_alone(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+def test_clear_and_close_cases(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     told: list[Candidate] = []
     judge = trials(poisson, Target("turnover_p95_s", 5000), tmp_path, here, told)
     assert judge.passes(2, 3) and judge.passes(2, 3)
@@ -284,9 +254,6 @@ def test_clear_cases_take_the_first_seeds_alone(poisson: Scenario, here: Any, tm
     values = [run(sized, seed=seed).metrics["turnover_p95_s"] for seed in (1, 2, 3, 4)]
     assert one == Candidate(2, 3, Verdict.PASSES, 4, estimate(values, 0.95, 3))
     assert len(here.jobs) == 4
-
-
-def test_a_close_case_takes_all_and_is_undecided(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     seeds = tuple(range(1, 9))
     exact = trials(poisson, Target("turnover_s", 1e6, seeds=seeds), tmp_path, here).worlds.of_size(2, 2)
     mean = sum(run(exact, seed=seed).metrics["turnover_s"] for seed in seeds) / len(seeds)
@@ -296,22 +263,16 @@ def test_a_close_case_takes_all_and_is_undecided(poisson: Scenario, here: Any, t
     assert (found.verdict, found.seeds) == (Verdict.UNDECIDED, 8)
 
 
-def test_stored_runs_are_not_run_again(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+def test_runs_that_are_stored_or_fail(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     trials(poisson, Target("turnover_p95_s", 5000), tmp_path, here).passes(2, 3)
     judge = trials(poisson, Target("turnover_s", 4000), tmp_path, here)
     assert judge.passes(2, 3)
     assert len(here.jobs) == 4
-
-
-def test_a_run_with_orders_left_is_not_enough(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     short = evolve(poisson, run=RunSection(until_s=300))
     judge = trials(short, Target("turnover_p95_s", 5000), tmp_path, here)
     assert not judge.passes(2, 3)
     expected = Candidate(2, 3, Verdict.FAILS, 4, None, "seed 1 ends with orders left")
     assert judge.judged[2, 3] == expected
-
-
-def test_a_run_that_fails_is_not_enough(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
     rules = evolve(poisson.rules, pr=RuleChoice("./failing.py:Failing"))
     judge = trials(
@@ -346,25 +307,17 @@ def test_a_metric_that_runs_do_not_have(poisson: Scenario, here: Any, tmp_path: 
 
 
 def sides(worlds: Worlds, stations: int) -> tuple[int, int]:
-    """Return the stations on the east and on the west side."""
     layout = worlds.of_size(stations, 1).layout
     return layout.stations_east, layout.stations_west
 
 
-def test_sides_keep_their_shares_while_there_is_room(poisson: Scenario) -> None:
-    """The hall has room for two stations a side; what is beyond goes to the other one."""
+def test_sides_of_the_hall(poisson: Scenario) -> None:
     assert [sides(Worlds(poisson, [1]), n) for n in (1, 2, 3, 4)] == [(1, 0), (2, 0), (2, 1), (2, 2)]
     both = evolve(poisson, layout=evolve(poisson.layout, stations_east=1, stations_west=1))
     assert [sides(Worlds(both, [1]), n) for n in (1, 2, 3, 4)] == [(0, 1), (1, 1), (2, 1), (2, 2)]
-
-
-def test_changes_are_the_keys_of_the_size(poisson: Scenario) -> None:
     worlds = Worlds(poisson, [1])
     assert worlds.changes(3, 7) == {"layout.stations_east": 2, "layout.stations_west": 1, "robots.count": 7}
     assert worlds.of_size(3, 7).robots.count == 7
-
-
-def test_without_room_it_says_so(poisson: Scenario) -> None:
     worlds, target = Worlds(poisson, [1]), Target("turnover_p95_s", 1e6)
     assert "at most 2 fit" in str(worlds.obstacle(5, 2, target))
     assert "81 robots; the layout has 80 storage locations" in str(worlds.obstacle(2, 81, target))

@@ -1,7 +1,5 @@
 """Fixtures for tests of decision states."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -69,13 +67,11 @@ def at_work(by_hand: dict[str, Any], folder_map: list[str]) -> dict[str, Any]:
 
 @pytest.fixture
 def folder_map() -> list[str]:
-    """Return the rows of a small text map."""
     return ["........", ".##.##..", ".##.##..", "........", ".##.##.qqqO", ".##.##.@@@.", "..........."]
 
 
 @pytest.fixture
 def write(tmp_path: Path) -> Callable[[Any], Path]:
-    """Return a function that writes a JSON file."""
     from rmfs_core.results.files import to_json
 
     def write(content: Any) -> Path:

@@ -1,13 +1,12 @@
 """States with bundles and with orders that wait for stock."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import rmfs_core
+from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.states import decide, read_recording, state_from_dict
 from rmfs_commands.states.rebuilding import open_state
@@ -34,20 +33,18 @@ def state(**changes: Any) -> dict[str, Any]:
     } | changes
 
 
-@pytest.mark.parametrize(
-    ("rule", "decided", "outcome"),
-    [
-        ("first-bundle", {"bundles": [{"bundle": "late", "station": "in"}]}, (1, 0, 0, 0, 2)),
-        ("same-sku", {"stores": [{"bundle": "early", "pod": "Q"}]}, (0, 4, 1, 1, 0)),
-        (
-            {"rule": "pod-first", "parameters": {"pod": "same-sku"}},
-            {
-                "bundles": [{"bundle": "late", "station": "in"}],
-                "stores": [{"bundle": "early", "pod": "Q"}, {"bundle": "late", "pod": "P"}],
-            },
-            (1, 8, 2, 0, 0),
-        ),
-    ],
+@cases(
+    "rule decided outcome",
+    ("first-bundle", {"bundles": [{"bundle": "late", "station": "in"}]}, (1, 0, 0, 0, 2)),
+    ("same-sku", {"stores": [{"bundle": "early", "pod": "Q"}]}, (0, 4, 1, 1, 0)),
+    (
+        {"rule": "pod-first", "parameters": {"pod": "same-sku"}},
+        {
+            "bundles": [{"bundle": "late", "station": "in"}],
+            "stores": [{"bundle": "early", "pod": "Q"}, {"bundle": "late", "pod": "P"}],
+        },
+        (1, 8, 2, 0, 0),
+    ),
 )
 def test_each_decision_has_its_answer_and_outcome(rule: Any, decided: dict[str, Any], outcome: tuple[int, ...]) -> None:
     choice = RuleChoice(**rule) if isinstance(rule, dict) else RuleChoice(rule)
@@ -56,15 +53,11 @@ def test_each_decision_has_its_answer_and_outcome(rule: Any, decided: dict[str, 
     assert tuple(answer["outcome"].values()) == outcome
 
 
-def test_each_pod_has_its_own_capacity() -> None:
-    """Eight items on P leave room for the two of a bundle, though Q, which is full, has room for three in all."""
+def test_pods_have_their_own_capacity_and_number() -> None:
     pods = {"P": {"contents": {"a": 8}, "capacity": 10}, "Q": {"contents": {"b": 1}, "capacity": 3}}
     bundles = [{"name": "x", "sku": "b", "items": 1, "arrival_s": 10, "station": "in"}]
     answer = decide(state_from_dict(state(pods=pods, bundles=bundles)), RuleChoice("emptiest-pod")).to_dict()
     assert answer["stores"] == [{"bundle": "x", "pod": "P"}]
-
-
-def test_pods_that_may_be_sent_are_limited() -> None:
     for more in ({"ask": {"max_fetches": 0}}, {"robots": {}}):
         assert decide(state_from_dict(state(**more)), RuleChoice("same-sku")).decision == {"stores": []}
 
@@ -72,24 +65,22 @@ def test_pods_that_may_be_sent_are_limited() -> None:
 LATE = {"name": "late", "sku": "a", "items": 4}
 
 
-@pytest.mark.parametrize(
-    ("changes", "problem"),
-    [
-        ({"version": 1}, "`bundle_capacity` or `bundles` in a state of version 1"),
-        ({"bundles": [LATE, LATE]}, r'bundles\[1\]\.name: found "late" twice'),
-        ({"bundles": [LATE | {"station": "on"}]}, r'bundles\[0\]\.station: names station "on"'),
-        ({"bundles": [LATE | {"station": "out"}]}, r"bundles\[0\]\.station: expected one that holds more bundles"),
-        ({"bundles": [LATE | {"station": "in", "pod": "P"}]}, r"bundles\[0\]\.pod: expected a pod with room"),
-        ({"bundles": [LATE | {"arrival_s": 101}]}, r"bundles\[0\]\.arrival_s: found 101.*later than now"),
-        ({"bundles": [LATE | {"items": 0}]}, r"bundles\[0\]\.items: expected a whole number from 1"),
-        ({"sizes": {"z": 1}}, r'sizes\.z: names SKU "z"'),
-        ({"stations": {"in": {"bundle_capacity": 2}}, "bundles": []}, "stations: found none; expected at least one"),
-        (
-            {"stations": {"in": {"bundle_capacity": 2}, "out": {"item_capacity": 5}}, "bundles": []},
-            r"stations\.out: found one that picks orders; expected those that only store bundles last",
-        ),
-        ({"stations": {"out": {"queue_length": 2}}}, "expected either `item_capacity` or `order_capacity`"),
-    ],
+@cases(
+    "changes problem",
+    ({"version": 1}, "`bundle_capacity` or `bundles` in a state of version 1"),
+    ({"bundles": [LATE, LATE]}, r'bundles\[1\]\.name: found "late" twice'),
+    ({"bundles": [LATE | {"station": "on"}]}, r'bundles\[0\]\.station: names station "on"'),
+    ({"bundles": [LATE | {"station": "out"}]}, r"bundles\[0\]\.station: expected one that holds more bundles"),
+    ({"bundles": [LATE | {"station": "in", "pod": "P"}]}, r"bundles\[0\]\.pod: expected a pod with room"),
+    ({"bundles": [LATE | {"arrival_s": 101}]}, r"bundles\[0\]\.arrival_s: found 101.*later than now"),
+    ({"bundles": [LATE | {"items": 0}]}, r"bundles\[0\]\.items: expected a whole number from 1"),
+    ({"sizes": {"z": 1}}, r'sizes\.z: names SKU "z"'),
+    ({"stations": {"in": {"bundle_capacity": 2}}, "bundles": []}, "stations: found none; expected at least one"),
+    (
+        {"stations": {"in": {"bundle_capacity": 2}, "out": {"item_capacity": 5}}, "bundles": []},
+        r"stations\.out: found one that picks orders; expected those that only store bundles last",
+    ),
+    ({"stations": {"out": {"queue_length": 2}}}, "expected either `item_capacity` or `order_capacity`"),
 )
 def test_what_cannot_be_is_refused(changes: dict[str, Any], problem: str) -> None:
     with pytest.raises(InputError, match=problem):
@@ -160,16 +151,14 @@ def test_the_oldest_orders_take_their_share_of_stock_first() -> None:
     assert answer["waiting_for_stock"] == ["D", "A"]
 
 
-@pytest.mark.parametrize(
-    ("changes", "problem"),
-    [
-        ({"version": 1}, "`waits_for_stock` in a state of version 1; expected version 2"),
-        ({"backlog": ["A"]}, r"orders\.A\.waits_for_stock: found true .* waits no more: `backlog` names it"),
-        (
-            {"stations": {"n": {"order_capacity": 1, "requests": [{"order": "A", "sku": "tea"}]}}},
-            r"orders\.A\.waits_for_stock: found true .*: lines of it are assigned",
-        ),
-    ],
+@cases(
+    "changes problem",
+    ({"version": 1}, "`waits_for_stock` in a state of version 1; expected version 2"),
+    ({"backlog": ["A"]}, r"orders\.A\.waits_for_stock: found true .* waits no more: `backlog` names it"),
+    (
+        {"stations": {"n": {"order_capacity": 1, "requests": [{"order": "A", "sku": "tea"}]}}},
+        r"orders\.A\.waits_for_stock: found true .*: lines of it are assigned",
+    ),
 )
 def test_an_order_that_waits_is_neither_shown_nor_begun(changes: dict[str, Any], problem: str) -> None:
     orders = {"A": {"lines": {"tea": 1, "jam": 1}, "waits_for_stock": True}}

@@ -1,7 +1,5 @@
 """`rmfs decide` and `rmfs explain`."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import json
@@ -14,6 +12,7 @@ from rich.console import Console
 
 import rmfs_core
 from calling import exit_code
+from cases import cases
 from installed import RMFS
 from rmfs_commands.cli.main import main
 from rmfs_commands.states import Recorded, state
@@ -52,6 +51,7 @@ def test_a_decision_as_json(decide: Any) -> None:
     ]
     assert written["trips"] == [{"pod": "P1", "station": "north"}, {"pod": "P2", "station": "north"}]
     assert written["outcome"] == {"orders": 2, "items": 4, "visits": 2, "unused": 0, "uncovered": 0}
+    assert decide("--rule", "first-come", "--seed", "7") == decide("--rule", "first-come")
 
 
 def test_due_times(decide: Any) -> None:
@@ -69,21 +69,15 @@ def test_due_times(decide: Any) -> None:
     assert "found `in_hand` in a state of version 1; expected version 2 with it" in err
 
 
-def test_seed(decide: Any) -> None:
-    assert decide("--rule", "first-come", "--seed", "7") == decide("--rule", "first-come")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "changes", "problem"),
-    [
-        (("--rule", "first-come"), {"version": 3}, "state.json, version: expected version 1 or 2"),
-        (("--rule", "first-come"), {"order": {}}, "state.json, order: unknown key (did you mean `orders`?)"),
-        (("--rule", "firstcome"), {}, 'there is no rule "firstcome" (did you mean `first-come`'),
-        (("--rule", "integrated", "--set", "gap=-1"), {}, "gap"),
-        (("--rule", "fixed"), {}, "decides PR, but the state has no layout"),
-        (("--rule", "./mine.py:Mine", "--no-inline-rules"), {}, "--no-inline-rules refuses"),
-        ((), {}, "Missing option '--rule'"),
-    ],
+@cases(
+    "arguments changes problem",
+    (("--rule", "first-come"), {"version": 3}, "state.json, version: expected version 1 or 2"),
+    (("--rule", "first-come"), {"order": {}}, "state.json, order: unknown key (did you mean `orders`?)"),
+    (("--rule", "firstcome"), {}, 'there is no rule "firstcome" (did you mean `first-come`'),
+    (("--rule", "integrated", "--set", "gap=-1"), {}, "gap"),
+    (("--rule", "fixed"), {}, "decides PR, but the state has no layout"),
+    (("--rule", "./mine.py:Mine", "--no-inline-rules"), {}, "--no-inline-rules refuses"),
+    ((), {}, "Missing option '--rule'"),
 )
 def test_wrong_input(decide: Any, arguments: tuple[str, ...], changes: dict[str, Any], problem: str) -> None:
     code, out, err = decide(*arguments, **changes)
@@ -124,11 +118,8 @@ def test_standard_input(capsys: Any, monkeypatch: pytest.MonkeyPatch, changes: d
     assert found == 2
 
 
-def test_what_can_be_asked() -> None:
+def test_what_can_be_asked(capsys: pytest.CaptureFixture[str]) -> None:
     assert DECIDING == state.DECIDING
-
-
-def test_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
     main(["decide", "--schema"])
     assert json.loads(capsys.readouterr().out)["title"] == "rmfs decision state"
 
@@ -139,7 +130,6 @@ JOINT = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
 
 @pytest.fixture(scope="module")
 def sequential(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Folder of a recorded run with POA and PPS rules."""
     folder = tmp_path_factory.mktemp("sequential")
     rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record=["decisions"])
     return str(folder)
@@ -147,14 +137,12 @@ def sequential(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture(scope="module")
 def joint(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Folder of a recorded run with a joint rule."""
     folder = tmp_path_factory.mktemp("joint")
     rmfs_core.run("examples/small", overrides=[*SETTINGS, *JOINT], out=folder, record=["decisions"])
     return str(folder)
 
 
 def explain(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    """Explain; return exit code, output and errors, blanks drawn together."""
     code = exit_code("explain", *arguments)
     out, err = capsys.readouterr()
     return code, "\n".join(" ".join(line.split()) for line in out.splitlines()), " ".join(err.split())
@@ -165,9 +153,6 @@ def test_what_was_decided(sequential: str, capsys: pytest.CaptureFixture[str]) -
     assert code == 0
     for words in ("POA pod-match", "PPS demand", "PR nearest", "TA balanced", "Periods 1 to"):
         assert words in out
-
-
-def test_a_period(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = explain(capsys, sequential, "--period", "1", "--limit", "3")
     assert code == 0
     assert "Decision 1: POA by pod-match, period 1, at 0.000 s" in out
@@ -177,7 +162,7 @@ def test_a_period(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert "Pods selected in this period" in out
 
 
-def test_alternatives(joint: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_other_rules_than_those_recorded(joint: str, capsys: pytest.CaptureFixture[str], sequential: str) -> None:
     against = ("--against", "integrated", "--against", "first-come", "--against", "pod-match + demand")
     code, out, _ = explain(capsys, joint, "--period", "1", *against)
     assert code == 0
@@ -188,6 +173,10 @@ def test_alternatives(joint: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert sum(line.startswith("integrated") for line in lines) == 2
     assert sum(line.startswith("pod-match + demand") for line in lines) == 2
     assert figures_of("first-come", lines)[4] == "-"  # no pods are sent, so nothing is covered
+    for period in (2, 3, 4):
+        code, out, err = explain(capsys, sequential, "--period", str(period), "--against", "split-over-time")
+        assert (code, err) == (0, "")
+        assert "\nsplit-over-time " in out
 
 
 def figures_of(rule: str, lines: list[str]) -> list[str]:
@@ -195,16 +184,7 @@ def figures_of(rule: str, lines: list[str]) -> list[str]:
     return lines[lines.index(rule) + 1].split()
 
 
-def test_a_joint_rule_instead_of_poa(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
-    for period in (2, 3, 4):
-        code, out, err = explain(capsys, sequential, "--period", str(period), "--against", "split-over-time")
-        assert (code, err) == (0, "")
-        assert "\nsplit-over-time " in out
-
-
-@pytest.mark.parametrize(
-    ("kind", "words"), [("PPS", "free pods could be sent"), ("PR", "is stored at row"), ("TA", "fetches pod")]
-)
+@cases("kind words", ("PPS", "free pods could be sent"), ("PR", "is stored at row"), ("TA", "fetches pod"))
 def test_decisions_of_every_kind(sequential: str, capsys: pytest.CaptureFixture[str], kind: str, words: str) -> None:
     from rmfs_commands.states import read_recording
 
@@ -228,7 +208,7 @@ def test_a_state_goes_round(joint: str, tmp_path: Path, capsys: pytest.CaptureFi
     assert recorded.decision == {key: again[key] for key in ("assignments", "trips")}
 
 
-def test_an_order_and_a_pod(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_stories_of_orders_and_pods(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = explain(capsys, sequential, "--order", "14")
     assert code == 0
     assert "What was decided for order 14" in out
@@ -238,34 +218,28 @@ def test_an_order_and_a_pod(sequential: str, capsys: pytest.CaptureFixture[str])
     code, out, _ = explain(capsys, sequential, "--pod", pod)
     assert code == 0
     assert "fetches it" in out
-
-
-def test_a_pod_that_nothing_was_decided_for(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
     told = [explain(capsys, sequential, "--pod", str(pod))[1] for pod in range(1, 31)]
     assert any("no decision concerned it" in out for out in told)
+    code, _, err = explain(capsys, "a" * 300)
+    assert (code, err) == (2, f"Error: {'a' * 300}: cannot be read: File name too long")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "problem"),
-    [
-        (("--period", "9999"), "there is none; the run has periods 1 to"),
-        (("--decision", "9999"), "there is none; the run has decisions 1 to"),
-        (("--order", "15"), "the run has no order of that name"),
-        (("--order", "x"), "no order of that name; expected one such as 1, 2, 3, 4, 5 and 9 more"),
-        (("--pod", "300"), "did you mean `30`"),
-        (("--pod", "3", "--order", "3"), "exclude each other"),
-        (("--against", "demand"), "need --period or --decision"),
-        (("--order", "3", "--state", "x.json"), "need --period or --decision"),
-        (
-            ("--period", "1", "--against", "demand"),
-            f'--against demand: rule "demand" ({RMFS}) decides PPS; expected a rule for POA or POA+PPS',
-        ),
-        (
-            ("--period", "1", "--against", "first-come+demand+nearest"),
-            "--against first-come+demand+nearest: found 3 rules",
-        ),
-        (("--period", "1", "--against", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
-    ],
+@cases(
+    "arguments problem",
+    (("--period", "9999"), "there is none; the run has periods 1 to"),
+    (("--decision", "9999"), "there is none; the run has decisions 1 to"),
+    (("--order", "15"), "the run has no order of that name"),
+    (("--order", "x"), "no order of that name; expected one such as 1, 2, 3, 4, 5 and 9 more"),
+    (("--pod", "300"), "did you mean `30`"),
+    (("--pod", "3", "--order", "3"), "exclude each other"),
+    (("--against", "demand"), "need --period or --decision"),
+    (("--order", "3", "--state", "x.json"), "need --period or --decision"),
+    (
+        ("--period", "1", "--against", "demand"),
+        f'--against demand: rule "demand" ({RMFS}) decides PPS; expected a rule for POA or POA+PPS',
+    ),
+    (("--period", "1", "--against", "first-come+demand+nearest"), "--against first-come+demand+nearest: found 3 rules"),
+    (("--period", "1", "--against", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
 )
 def test_what_cannot_be_explained_is_refused(
     sequential: str, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str
@@ -293,18 +267,10 @@ def test_a_recording_that_was_changed(sequential: str, tmp_path: Path, capsys: p
         assert not (tmp_path / "state.json").exists()
 
 
-def test_names_that_are_too_long_are_not_there(capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, err = explain(capsys, "a" * 300)
-    assert (code, err) == (2, f"Error: {'a' * 300}: cannot be read: File name too long")
-
-
-def test_a_run_without_recorded_decisions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_runs_without_decisions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, _, err = explain(capsys, str(tmp_path), "--period", "1")
     assert code == 2
     assert "found no recorded decisions; run the scenario with `--record-decisions`" in err
-
-
-def test_run_records(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     settings = [argument for setting in SETTINGS for argument in ("--set", setting)]
     main(["run", "examples/small", "--record-decisions", "--out", str(tmp_path), *settings])
     assert "decisions.jsonl.gz" in capsys.readouterr().out
@@ -326,7 +292,6 @@ def test_json(sequential: str, joint: str, capsys: pytest.CaptureFixture[str]) -
 
 
 def plain(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
-    """Return what the command prints for machines."""
     main(["explain", *arguments, "--json"])
     return json.loads(capsys.readouterr().out)
 
@@ -350,7 +315,7 @@ def test_long_names_of_rules_are_whole(width: int) -> None:
     assert sum(name in line for line in lines) == 3
 
 
-def test_due_times_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_due_times_and_nothing_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
     rmfs_core.run("examples/small", overrides=[*SETTINGS, *due], out=tmp_path, record=["decisions"])
     code, out, _ = explain(capsys, str(tmp_path), "--decision", "1")
@@ -358,9 +323,6 @@ def test_due_times_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert "Order Waits Due in Priority Open lines (SKUs)" in out
     assert "0 s 60 s 1" in out
     assert "0 s 600 s 0" in out
-
-
-def test_a_run_that_decided_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     early = ["run", "examples/poisson", "--set", "run.until_s=0.001", "--out", str(tmp_path / "run")]
     main([*early, "--quiet", "--record-decisions"])
     for option in ("period", "decision"):

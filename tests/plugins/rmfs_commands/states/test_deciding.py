@@ -1,12 +1,11 @@
 """Rules asked in states that no run has recorded, and their answers with names."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from cases import cases
 from rmfs_commands.states import Decider, Outcome, decide, state_from_dict
 from rmfs_commands.states.answers import answer_from_dict, answer_to_dict, report_to_dict
 from rmfs_commands.states.decider import MOST_LOADED
@@ -23,65 +22,47 @@ RULES = """
 @define
 class Eager:
     "POA: everything to station 0, whether it fits or not."
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        return [OrderAssignment(order.id, 0) for order in warehouse.backlog]
-
+    def assign_orders(self, warehouse): return [OrderAssignment(order.id, 0) for order in warehouse.backlog]
     @hookimpl
-    def select_pods(self, warehouse):
-        return []
-
+    def select_pods(self, warehouse): return []
 
 @define
 class Broken:
     "POA: raises."
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        raise ZeroDivisionError("nothing to divide")
-
+    def assign_orders(self, warehouse): raise ZeroDivisionError("nothing to divide")
 
 @define
 class Careless:
     "POA and PPS: the oldest order, and no pod for it."
-
     @hookimpl
     def assign_orders_and_pods(self, warehouse):
         return JointDecision([OrderAssignment(warehouse.backlog[0].id, 0)])
 
-
 @define
 class Drawing:
     "POA: a random order."
-
     @hookimpl
     def assign_orders(self, warehouse, rng):
         return [OrderAssignment(int(rng.integers(len(warehouse.backlog))), 0)]
 
-
 @define
 class Endless(Eager):
     "POA: needs unlimited stock."
-
     needs = ("unlimited stock",)
-
 
 @define
 class Roomy:
     "POA: needs item capacity."
-
     needs = ("item capacity",)
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        return []
+    def assign_orders(self, warehouse): return []
 """
 
 
 @pytest.fixture
 def acme(install: Any) -> None:
-    """Install the rules above, as another distribution."""
     names = {
         name.lower(): f"acme_rules:{name}" for name in ("Eager", "Broken", "Careless", "Drawing", "Endless", "Roomy")
     }
@@ -207,7 +188,6 @@ TIMES = """
 @define
 class Times:
     "POA: raises what it sees of times."
-
     @hookimpl
     def assign_orders(self, warehouse):
         north = warehouse.stations[0]
@@ -260,14 +240,12 @@ def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None)
     assert len(decide(asked, RuleChoice("eager")).decision["assignments"]) == 2
 
 
-@pytest.mark.parametrize(
-    ("name", "decides", "problem"),
-    [
-        ("free-flow", None, "decides PP; expected a rule for POA"),
-        ("first-come", Role.PPS, "decides POA; expected a rule for PPS"),
-        ("first-comes", None, "did you mean `first-come`"),
-        ("free-flow", Role.PP, "decides: expected POA, PPS, .*, ROA\\+RPS, activation, idle or .*, found 'PP'"),
-    ],
+@cases(
+    "name decides problem",
+    ("free-flow", None, "decides PP; expected a rule for POA"),
+    ("first-come", Role.PPS, "decides POA; expected a rule for PPS"),
+    ("first-comes", None, "did you mean `first-come`"),
+    ("free-flow", Role.PP, "decides: expected POA, PPS, .*, ROA\\+RPS, activation, idle or .*, found 'PP'"),
 )
 def test_rules_that_cannot_answer(by_hand: dict[str, Any], name: str, decides: Role | None, problem: str) -> None:
     with pytest.raises(InputError, match=problem):
@@ -296,13 +274,11 @@ def test_instead_of_a_joint_rule(at_work: dict[str, Any]) -> None:
     assert alone.outcome == Outcome(orders=2, items=4, visits=0, unused=0, uncovered=4)
 
 
-@pytest.mark.parametrize(
-    ("names", "decides", "problem"),
-    [
-        (["demand"], Role.POA, "decides PPS; expected a rule for POA or POA\\+PPS"),
-        (["demand", "nearest-pod"], Role.PPS, "found 2 rules to decide PPS"),
-        (["demand", "first-come"], Role.POA, "decides PPS; expected a rule for POA"),
-    ],
+@cases(
+    "names decides problem",
+    (["demand"], Role.POA, "decides PPS; expected a rule for POA or POA\\+PPS"),
+    (["demand", "nearest-pod"], Role.PPS, "found 2 rules to decide PPS"),
+    (["demand", "first-come"], Role.POA, "decides PPS; expected a rule for POA"),
 )
 def test_rules_that_are_no_alternative(by_hand: dict[str, Any], names: list[str], decides: Role, problem: str) -> None:
     with pytest.raises(InputError, match=problem):
@@ -310,7 +286,6 @@ def test_rules_that_are_no_alternative(by_hand: dict[str, Any], names: list[str]
 
 
 def test_a_decision_of_another_state(by_hand: dict[str, Any]) -> None:
-    """What cannot have been decided in a state has no outcome there."""
     decision = {"assignments": [{"order": "C", "station": "north", "skus": ["milk"]}]}
     with pytest.raises(InputError, match="does not belong to the state"):
         outcome_of(state_from_dict(by_hand), Role.POA, decision)
@@ -322,33 +297,24 @@ from rmfs_core import OrderAssignment, hookimpl
 
 print("loaded")
 
-
 @define
 class Once:
     "POA and PPS: an order the first time it is asked, and nothing afterwards."
-
     seen: list = field(factory=list)
-
-    def __attrs_post_init__(self):
-        self.calls = 0
-
+    def __attrs_post_init__(self): self.calls = 0
     calls: int = field(init=False)
-
     @hookimpl(specname="assign_orders")
     def something_else(self, warehouse):
         self.calls += 1
         self.seen.append(warehouse.now_s)
         return [OrderAssignment(0, 0)] if self.calls == len(self.seen) == 1 else []
-
     @hookimpl
-    def select_pods(self, warehouse):
-        return []
+    def select_pods(self, warehouse): return []
 """
 
 
 @pytest.fixture
 def once(tmp_path: Path) -> str:
-    """Return the name of a rule in a file that remembers what it was asked."""
     (tmp_path / "once.py").write_text(COUNTING, encoding="utf-8")
     return "./once.py:Once"
 
@@ -430,7 +396,6 @@ def world() -> Warehouse:
 
 
 def written(world: Warehouse, decides: Role, answer: object) -> dict[str, Any] | None:
-    """Return an answer with names."""
     return answer_to_dict(WarehouseView(world), SKUS, decides, answer)
 
 
@@ -444,40 +409,36 @@ def test_an_assignment_without_skus_is_of_all_open_lines(world: Warehouse) -> No
     assert rest == {"assignments": [MILK_AND_TEA | {"skus": ["tea"]}]}
 
 
-@pytest.mark.parametrize(
-    ("decides", "answer"),
-    [
-        (Role.POA, None),
-        (Role.POA, [PodTrip(0, 0)]),
-        (Role.POA, [OrderAssignment(9, 0)]),
-        (Role.POA, [OrderAssignment(-1, 0)]),
-        (Role.POA, [OrderAssignment("A", 0)]),  # type: ignore[arg-type]
-        (Role.POA, [OrderAssignment(0, 2)]),
-        (Role.POA, [OrderAssignment(0, 0, (7,))]),
-        (Role.PPS, [PodTrip(2, 0)]),
-        (Role.PPS, 3),
-        (Role.POA_PPS, [OrderAssignment(0, 0)]),
-        (Role.POA_PPS, JointDecision([OrderAssignment(0, 0)], [PodTrip(0, 5)])),
-        (Role.POA_PPS, JointDecision(report="optimal")),  # type: ignore[arg-type]
-        (Role.PR, "12"),
-        (Role.PR, True),
-        (Role.TA, [TaskAssignment(2, 0)]),
-        (Role.TA, [TaskAssignment(0, -1)]),
-    ],
+@cases(
+    "decides answer",
+    (Role.POA, None),
+    (Role.POA, [PodTrip(0, 0)]),
+    (Role.POA, [OrderAssignment(9, 0)]),
+    (Role.POA, [OrderAssignment(-1, 0)]),
+    (Role.POA, [OrderAssignment("A", 0)]),  # type: ignore[arg-type]
+    (Role.POA, [OrderAssignment(0, 2)]),
+    (Role.POA, [OrderAssignment(0, 0, (7,))]),
+    (Role.PPS, [PodTrip(2, 0)]),
+    (Role.PPS, 3),
+    (Role.POA_PPS, [OrderAssignment(0, 0)]),
+    (Role.POA_PPS, JointDecision([OrderAssignment(0, 0)], [PodTrip(0, 5)])),
+    (Role.POA_PPS, JointDecision(report="optimal")),  # type: ignore[arg-type]
+    (Role.PR, "12"),
+    (Role.PR, True),
+    (Role.TA, [TaskAssignment(2, 0)]),
+    (Role.TA, [TaskAssignment(0, -1)]),
 )
 def test_what_names_nothing_is_no_answer(world: Warehouse, decides: Role, answer: object) -> None:
     assert written(world, decides, answer) is None
 
 
-@pytest.mark.parametrize(
-    ("decides", "answer"),
-    [
-        (Role.POA, (OrderAssignment(0, 0, (1, 0)), OrderAssignment(1, 0, (2,)))),
-        (Role.PPS, (PodTrip(1, 0),)),
-        (Role.POA_PPS, JointDecision((OrderAssignment(1, 0, (2,)),), (PodTrip(1, 0),))),
-        (Role.PR, 13),
-        (Role.TA, (TaskAssignment(1, 1),)),
-    ],
+@cases(
+    "decides answer",
+    (Role.POA, (OrderAssignment(0, 0, (1, 0)), OrderAssignment(1, 0, (2,)))),
+    (Role.PPS, (PodTrip(1, 0),)),
+    (Role.POA_PPS, JointDecision((OrderAssignment(1, 0, (2,)),), (PodTrip(1, 0),))),
+    (Role.PR, 13),
+    (Role.TA, (TaskAssignment(1, 1),)),
 )
 def test_an_answer_goes_round(at_work: dict[str, Any], decides: Role, answer: object) -> None:
     opened = open_state(state_from_dict(at_work))
@@ -492,13 +453,10 @@ def test_names_that_are_not_there(at_work: dict[str, Any]) -> None:
         answer_from_dict(opened.warehouse, opened.names, Role.PPS, {"trips": [{"pod": "P1", "station": "south"}]})
 
 
-def test_the_report_of_a_joint_rule_is_written_beside_its_decision(world: Warehouse) -> None:
+def test_reports_of_joint_rules(world: Warehouse) -> None:
     with_report = written(world, Role.POA_PPS, JointDecision(report=REPORT))
     assert with_report == {"assignments": [], "trips": [], "report": report_to_dict(REPORT)}
     assert written(world, Role.POA_PPS, JointDecision()) == {"assignments": [], "trips": []}
-
-
-def test_figures_that_json_has_no_word_for_are_null() -> None:
     assert report_to_dict(SolveReport("stopped", 4.0, float("-inf"), stopped_early=True)) == {
         "status": "stopped",
         "objective": 4.0,

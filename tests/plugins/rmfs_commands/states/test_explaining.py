@@ -1,16 +1,14 @@
 """What `rmfs explain` prints of decisions, and of one order or pod."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
 from rich.console import Console
 
 import rmfs_core
+from cases import cases
 from rmfs_commands.states import Answer, Outcome, Recorded, read_recording
 from rmfs_commands.states.explain_tables import (
     overview,
@@ -33,20 +31,17 @@ P2 = {"pod": "P2", "station": "north"}
 def decision(
     decides: str, decided: Any, content: Content | None = None, *, number: int = 1, report: Any = None, **ask: Any
 ) -> Recorded:
-    """Return a recorded decision of the rule ``acme``; its period is its number."""
     asked = {**(content or {"time_s": 60.0}), "ask": {"decides": decides, "period": number, **ask}}
     return Recorded(number, Role.labelled(decides), "acme", asked, decided, report, f"line {number}")
 
 
 def printed(show: Callable[..., None], *arguments: Any, width: int = 100) -> str:
-    """Return what a function prints, blanks drawn together."""
     stream = io.StringIO()
     show(Console(file=stream, width=width), *arguments)
     return "\n".join(" ".join(line.split()) for line in stream.getvalue().splitlines())
 
 
 def explained(recorded: Recorded, *, limit: int = 20, **parameters: Any) -> str:
-    """Return what is printed of one decision."""
     return printed(print_decision, recorded, RuleChoice("acme", parameters), recorded.state(), limit)
 
 
@@ -71,15 +66,12 @@ EPISODES = (
 )
 
 
-def test_a_story_has_a_row_for_each_thing_that_happened() -> None:
+def test_stories() -> None:
     out = printed(print_story, "order B", EPISODES)
     assert "What was decided for order B" in out
     assert "0 s - 1,200 s 1 - 3 4 acme (POA) it waited" in out
     assert "1,500 s 4 7 acme (PPS) pod P2 sent" in out
     assert "By whom, and what" in printed(print_story, "order B", EPISODES, width=70)
-
-
-def test_a_story_of_nothing() -> None:
     out = printed(print_story, "pod P3", [])
     assert "Nothing: no decision concerned it." in out
     assert "Period" not in out
@@ -129,16 +121,14 @@ def test_pods_are_shown_with_what_they_are_wanted_for(at_work: Content) -> None:
     assert "Decided: no pod is sent." in explained(decision("PPS", {"trips": []}, at_work, max_fetches=0))
 
 
-@pytest.mark.parametrize(
-    ("decides", "decided", "ask", "words"),
-    [
-        ("PR", {"cell": 13}, {"pod": "P1"}, "Decided: pod P1 is stored at row 2, column 3."),
-        ("TA", {"tasks": [{"robot": "r2", "pod": "P2"}]}, {}, "Decided: robot r2 fetches pod P2."),
-        ("TA", {"tasks": []}, {}, "Decided: no task."),
-        ("activation", {"active": ["north"]}, {}, "Decided: active stations: north."),
-        ("activation", {"active": []}, {}, "Decided: active stations: none."),
-        ("POA", None, {}, "Decided: nothing valid; the run ended here."),
-    ],
+@cases(
+    "decides decided ask words",
+    ("PR", {"cell": 13}, {"pod": "P1"}, "Decided: pod P1 is stored at row 2, column 3."),
+    ("TA", {"tasks": [{"robot": "r2", "pod": "P2"}]}, {}, "Decided: robot r2 fetches pod P2."),
+    ("TA", {"tasks": []}, {}, "Decided: no task."),
+    ("activation", {"active": ["north"]}, {}, "Decided: active stations: north."),
+    ("activation", {"active": []}, {}, "Decided: active stations: none."),
+    ("POA", None, {}, "Decided: nothing valid; the run ended here."),
 )
 def test_other_decisions_are_a_sentence(at_work: Content, decides: str, decided: Any, ask: Content, words: str) -> None:
     assert words in explained(decision(decides, decided, at_work, **ask))
@@ -172,15 +162,13 @@ def test_robots_without_batteries_have_no_charge(at_work: Content) -> None:
     assert "Decided: robot r2 goes to row 2, column 3." in out
 
 
-@pytest.mark.parametrize(
-    ("report", "words"),
-    [
-        ({"status": "optimal", "objective": 12.0, "bound": 12.0}, "Model: optimal, objective 12, bound 12."),
-        (
-            {"status": "stopped", "objective": 12.5, "bound": None, "stopped_early": True},
-            "Model: stopped, objective 12.5, bound -; a limit ended the solve before its proof.",
-        ),
-    ],
+@cases(
+    "report words",
+    ({"status": "optimal", "objective": 12.0, "bound": 12.0}, "Model: optimal, objective 12, bound 12."),
+    (
+        {"status": "stopped", "objective": 12.5, "bound": None, "stopped_early": True},
+        "Model: stopped, objective 12.5, bound -; a limit ended the solve before its proof.",
+    ),
 )
 def test_a_solve_reports_objective_and_bound(by_hand: Content, report: Content, words: str) -> None:
     joint = {"assignments": [], "trips": []}
@@ -249,7 +237,6 @@ def test_where_names_leave_no_room_decisions_stand_below_them() -> None:
 
 
 def made(number: int, decides: str, content: Content, decided: Any, **ask: Any) -> Recorded:
-    """Return a recorded decision made by hand; period and time are its number."""
     content = {**content, "ask": {"decides": decides, "period": number, **ask}, "time_s": float(number)}
     return Recorded(number, Role.labelled(decides), "rule", content, decided, None, f"line {number}")
 
@@ -291,11 +278,22 @@ def test_why_an_order_waited() -> None:
     ]
 
 
-def test_a_wait_is_told_once() -> None:
+def test_waits() -> None:
     decisions = [made(number, "POA", content(4), {"assignments": []}) for number in (1, 2, 3)]
     (episode,) = order_story(decisions, "A")
     assert (episode.number, episode.periods, episode.times_s) == (1, (1, 3), (1.0, 3.0))
     assert episode.what == "it fitted a station, but the rule assigned nothing"
+    state = content(1)
+    full, closed = state["stations"]["s"], {"item_capacity": 4, "requests": [], "staffed": False}
+    decisions = [
+        made(number, "POA", state | {"stations": stations}, {"assignments": []})
+        for number, stations in enumerate([{"s": closed}, {"s": full, "t": closed}, {"s": full}], start=1)
+    ]
+    assert [episode.what for episode in order_story(decisions, "A")] == [
+        "all stations were closed",
+        "no open station had room for its 2 open items, only for some of them",
+        "no station had room for its 2 open items, only for some of them",
+    ]
 
 
 def test_a_wait_for_stock() -> None:
@@ -314,20 +312,6 @@ def test_a_wait_for_stock() -> None:
     assert last.what == "assigned to station s: SKUs milk, tea"
     (still,) = order_story(decisions[:2], "A")
     assert still.what == "waits for stock since 0 s"
-
-
-def test_a_wait_for_stations_to_open() -> None:
-    state = content(1)
-    full, closed = state["stations"]["s"], {"item_capacity": 4, "requests": [], "staffed": False}
-    decisions = [
-        made(number, "POA", state | {"stations": stations}, {"assignments": []})
-        for number, stations in enumerate([{"s": closed}, {"s": full, "t": closed}, {"s": full}], start=1)
-    ]
-    assert [episode.what for episode in order_story(decisions, "A")] == [
-        "all stations were closed",
-        "no open station had room for its 2 open items, only for some of them",
-        "no station had room for its 2 open items, only for some of them",
-    ]
 
 
 def test_an_order_split_among_stations() -> None:

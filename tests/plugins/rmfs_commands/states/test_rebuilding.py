@@ -1,7 +1,5 @@
 """The warehouse that a state describes: as plain data, and back."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any
@@ -10,6 +8,7 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
+from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.states import state_from_dict
 from rmfs_commands.states.mementos import memento_of
@@ -36,12 +35,10 @@ def test_a_memento_has_no_time_before_the_start_and_no_fifth_heading() -> None:
 
 @pytest.fixture
 def layout(folder_map: list[str]) -> Layout:
-    """Return the layout of the small text map."""
     return parse_map("\n".join(folder_map), "map")
 
 
 def made(content: dict[str, Any], layout: Layout) -> Memento:
-    """Return the warehouse of a state."""
     state = state_from_dict(content, "state.json")
     return memento_of(state, Names(state, "state.json"), layout)
 
@@ -76,7 +73,6 @@ def test_pods_in_a_line_are_carried_by_somebody(by_hand: dict[str, Any], layout:
 
 
 def opened_from(content: dict[str, Any]) -> OpenState:
-    """Return the opened of a state."""
     return open_state(state_from_dict(content))
 
 
@@ -149,62 +145,58 @@ def test_without_a_layout_places_cannot_be_asked_for(by_hand: dict[str, Any]) ->
             ask()
 
 
-@pytest.mark.parametrize(
-    ("change", "place", "problem"),
-    [
-        ({"stations": {}}, "stations", "found none"),
-        ({"skus": ["milk", "milk"]}, "skus", "a name twice"),
-        ({"skus": ["milk", "jam"]}, "orders.A.lines.tea", 'names SKU "tea", which the state does not list'),
-        ({"time_s": 3}, "time_s", "an order arrives at 30"),
-        ({"backlog": ["C"]}, "backlog[0]", 'names order "C"'),
-        ({"backlog": ["A"]}, "backlog[0]", "has no open line left"),
-        ({"waiting": ["P3"]}, "waiting[0]", 'names pod "P3", which the state does not list'),
-        ({"waiting": []}, "waiting", "expected the stored pods that are inbound and no robot's task: P2"),
-        ({"empty_pods": [13]}, "pods.P2.cell", "found 13, where there is another pod already"),
-        ({"pods": {"P2": {"cell": 0}}}, "pods.P2.cell", "no storage location"),
-        ({"pods": {"P2": {"cell": None}}}, "pods.P2.cell", "is missing"),
-        ({"pods": {"P1": {"cell": 12}}}, "pods.P1.cell", "stands in a station's line"),
-        ({"pods": {"P1": {"bound_for": []}}}, "pods.P1.bound_for", "expected the stations that have the pod"),
-        ({"pods": {"P1": {"bound_for": ["south"]}}}, "pods.P1.bound_for", 'names station "south"'),
-        ({"robots": {"r2": {"task": "P1"}}}, "robots.r2.task", "another robot's task"),
-        ({"robots": {"r2": {"task": "P3"}}}, "robots.r2.task", 'names pod "P3"'),
-        ({"robots": {"r2": {"cell": 999}}}, "robots.r2.cell", "expected a cell of the layout, 0 to 76"),
-        ({"robots": {"r2": {"cell": None}}}, "robots.r2.cell", "expected a cell of the layout"),
-        ({"stations": {"north": {"inbound": ["P2"]}}}, "stations.north.line[0]", "which `inbound` does not"),
-        ({"stations": {"north": {"inbound": ["P1", "P1"]}}}, "stations.north.inbound[1]", "twice"),
-        ({"stations": {"north": {"line": ["P1", "P1"]}}}, "stations.north.line", "stands in a line already"),
-        ({"stations": {"north": {"queue_length": 4}}}, "stations.north.queue_length", "the layout has 3"),
-        (
-            {"stations": {"north": {"requests": [{"order": "A", "sku": "tea"}] * 2}}},
-            "stations.north.requests[1]",
-            "requests more",
-        ),
-        (
-            {"stations": {"north": {"requests": [{"order": "A", "sku": "tea", "pod": "P2"}]}}},
-            "stations.north.requests[0].pod",
-            "not inbound here with an item",
-        ),
-        (
-            {
-                "stations": {
-                    "north": {
-                        "requests": [{"order": "A", "sku": "tea", "id": 1}, {"order": "A", "sku": "milk", "id": 1}]
-                    }
-                }
-            },
-            "stations.north.requests",
-            "the id 1 after 1",
-        ),
-        (
-            {"orders": {"A": {"parts": [{"station": "north", "skus": ["jam"]}]}}},
-            "orders.A.parts[0].skus",
-            "no line of the order",
-        ),
-        ({"stations": {"south": {"item_capacity": 1}}}, "stations", "found 2; expected 1, as the layout has them"),
-        ({"layout": {"map": ["#"]}}, "layout", "no picking station"),
-        ({"layout": {"map": ["?"]}}, "layout.map, row 1, column 1", "unknown sign"),
-        ({"layout": None}, "robots.r1.cell", "found a cell, but the state has no layout"),
-    ],
+@cases(
+    "change place problem",
+    ({"stations": {}}, "stations", "found none"),
+    ({"skus": ["milk", "milk"]}, "skus", "a name twice"),
+    ({"skus": ["milk", "jam"]}, "orders.A.lines.tea", 'names SKU "tea", which the state does not list'),
+    ({"time_s": 3}, "time_s", "an order arrives at 30"),
+    ({"backlog": ["C"]}, "backlog[0]", 'names order "C"'),
+    ({"backlog": ["A"]}, "backlog[0]", "has no open line left"),
+    ({"waiting": ["P3"]}, "waiting[0]", 'names pod "P3", which the state does not list'),
+    ({"waiting": []}, "waiting", "expected the stored pods that are inbound and no robot's task: P2"),
+    ({"empty_pods": [13]}, "pods.P2.cell", "found 13, where there is another pod already"),
+    ({"pods": {"P2": {"cell": 0}}}, "pods.P2.cell", "no storage location"),
+    ({"pods": {"P2": {"cell": None}}}, "pods.P2.cell", "is missing"),
+    ({"pods": {"P1": {"cell": 12}}}, "pods.P1.cell", "stands in a station's line"),
+    ({"pods": {"P1": {"bound_for": []}}}, "pods.P1.bound_for", "expected the stations that have the pod"),
+    ({"pods": {"P1": {"bound_for": ["south"]}}}, "pods.P1.bound_for", 'names station "south"'),
+    ({"robots": {"r2": {"task": "P1"}}}, "robots.r2.task", "another robot's task"),
+    ({"robots": {"r2": {"task": "P3"}}}, "robots.r2.task", 'names pod "P3"'),
+    ({"robots": {"r2": {"cell": 999}}}, "robots.r2.cell", "expected a cell of the layout, 0 to 76"),
+    ({"robots": {"r2": {"cell": None}}}, "robots.r2.cell", "expected a cell of the layout"),
+    ({"stations": {"north": {"inbound": ["P2"]}}}, "stations.north.line[0]", "which `inbound` does not"),
+    ({"stations": {"north": {"inbound": ["P1", "P1"]}}}, "stations.north.inbound[1]", "twice"),
+    ({"stations": {"north": {"line": ["P1", "P1"]}}}, "stations.north.line", "stands in a line already"),
+    ({"stations": {"north": {"queue_length": 4}}}, "stations.north.queue_length", "the layout has 3"),
+    (
+        {"stations": {"north": {"requests": [{"order": "A", "sku": "tea"}] * 2}}},
+        "stations.north.requests[1]",
+        "requests more",
+    ),
+    (
+        {"stations": {"north": {"requests": [{"order": "A", "sku": "tea", "pod": "P2"}]}}},
+        "stations.north.requests[0].pod",
+        "not inbound here with an item",
+    ),
+    (
+        {
+            "stations": {
+                "north": {"requests": [{"order": "A", "sku": "tea", "id": 1}, {"order": "A", "sku": "milk", "id": 1}]}
+            }
+        },
+        "stations.north.requests",
+        "the id 1 after 1",
+    ),
+    (
+        {"orders": {"A": {"parts": [{"station": "north", "skus": ["jam"]}]}}},
+        "orders.A.parts[0].skus",
+        "no line of the order",
+    ),
+    ({"stations": {"south": {"item_capacity": 1}}}, "stations", "found 2; expected 1, as the layout has them"),
+    ({"layout": {"map": ["#"]}}, "layout", "no picking station"),
+    ({"layout": {"map": ["?"]}}, "layout.map, row 1, column 1", "unknown sign"),
+    ({"layout": None}, "robots.r1.cell", "found a cell, but the state has no layout"),
 )
 def test_contradictions(at_work: dict[str, Any], change: dict[str, Any], place: str, problem: str) -> None:
     with pytest.raises(InputError) as caught:
@@ -237,12 +229,10 @@ class GoesBack:
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
-        """Keep the view of the whole warehouse."""
         self.run = run
 
     @hookimpl
     def rule_asked(self, question: Question) -> None:
-        """Compare."""
         view, skus = self.run.warehouse, self.run.instance.skus
         if question.decides is Role.PP:
             return
@@ -259,26 +249,24 @@ class GoesBack:
         self.compared += 1
 
 
-@pytest.mark.parametrize(
+@cases(
     "settings",
-    [
-        ("instance.items_per_sku=20", "stations.order_capacity=2"),
-        ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", "stations.item_capacity=6"),
-        ("stations.release=handled", "stations.order_capacity=2"),
-        (
-            "stations.release=handled",
-            "rules.poa=",
-            "rules.pps=",
-            "rules.poa_pps=split-over-time",
-            "stations.item_capacity=6",
-        ),
-        ('instance.arrivals={process="refill", backlog=4}', "stations.release=handled"),
-        (
-            'stations.open={1 = [["00:00", "00:02"]], 2 = [["00:01", "24:00"]]}',
-            'robots.available=[["00:00", "00:03"], ["00:03", "24:00", 1]]',
-            "rules.activate={rule='backlog-threshold', open_above=2, timeout_s=60}",
-        ),
-    ],
+    ("instance.items_per_sku=20", "stations.order_capacity=2"),
+    ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", "stations.item_capacity=6"),
+    ("stations.release=handled", "stations.order_capacity=2"),
+    (
+        "stations.release=handled",
+        "rules.poa=",
+        "rules.pps=",
+        "rules.poa_pps=split-over-time",
+        "stations.item_capacity=6",
+    ),
+    ('instance.arrivals={process="refill", backlog=4}', "stations.release=handled"),
+    (
+        'stations.open={1 = [["00:00", "00:02"]], 2 = [["00:01", "24:00"]]}',
+        'robots.available=[["00:00", "00:03"], ["00:03", "24:00", 1]]',
+        "rules.activate={rule='backlog-threshold', open_above=2, timeout_s=60}",
+    ),
 )
 def test_a_run_can_be_taken_down_and_restored_at_every_decision(settings: tuple[str, ...]) -> None:
     observer = GoesBack()
@@ -332,7 +320,6 @@ def test_what_is_in_hand_keeps_its_place() -> None:
 
 
 def test_the_last_item_of_a_too_large_order_in_hand() -> None:
-    """The order keeps more places than its station has until the item is handled; two orders never do."""
     world = small_world({"1": {"a": 1, "b": 1}, "2": {"b": 1}}, {"p": ["a", "b"]}, capacities=[1])
     station, pod = world.stations[0], world.pods[0]
     world.assign(world.orders[0], station, [0, 1])
@@ -355,31 +342,25 @@ def test_promises_that_are_not_told_are_made() -> None:
     assert Memento.of(WarehouseView(again), SKUS) == told
 
 
-@pytest.mark.parametrize(
-    ("part", "change", "path", "problem"),
-    [  # what a state with names cannot get wrong; the rest is tried there
-        ("orders", {"parts": (PartMemento(1, (0,), 1),)}, ("orders", 0, "parts", 0, "station"), "expected 0 to 0"),
-        ("orders", {"parts": (PartMemento(0, (-1,), 1),)}, ("orders", 0, "parts", 0), "found the id -1"),
-        ("stations", {"requests": (RequestMemento(0, 9, 0, None),)}, ("stations", 0, "requests", 0), "the id 9"),
-        ("stations", {"inbound": (0, 2)}, ("stations", 0, "inbound", 1), "found the id 2; expected 0 to 1"),
-        ("stations", {"line": (0, -1)}, ("stations", 0, "line", 1), "found the id -1"),
-        ("stations", {"line": (0, 1)}, ("stations", 0, "line", 1), 'names pod "q", which no robot carries'),
-        ("robots", {"task": 2}, ("robots", 0, "task"), "found the id 2"),
-        ("robots", {"cell": 10_000}, ("robots", 0, "cell"), "expected a cell of the layout"),
-        ("robots", {"cell": 11}, ("robots", 0, "cell"), "expected a cell of the layout, 0 to 119, no wall"),
-        ("orders", {"data": OrderData("1", 0, ((0, 2), (9, 1)))}, ("orders", 0, "lines"), "the id 9"),
-        ("orders", {"data": OrderData("1", 0, ((0, -2),))}, ("orders", 0, "lines"), "found -2 items"),
-        ("pods", {"data": PodData("p", ((-1, 3),))}, ("pods", 0, "contents"), "the id -1"),
-        (
-            "pods",
-            {"data": PodData("p", ((0, 3),)), "capacity": 2},
-            ("pods", 0, "capacity"),
-            "expected at least 3, what",
-        ),
-        ("pods", {"home": 0}, ("pods", 0, "home"), "found 0; expected a storage location"),
-        ("stations", {"queue_room": -1}, ("stations", 0, "queue_room"), "found -1; expected 0 to "),
-        ("stations", {"queue_room": 99}, ("stations", 0, "queue_room"), "found 99; expected 0 to "),
-    ],
+@cases(
+    "part change path problem",
+    # what a state with names cannot get wrong; the rest is tried there
+    ("orders", {"parts": (PartMemento(1, (0,), 1),)}, ("orders", 0, "parts", 0, "station"), "expected 0 to 0"),
+    ("orders", {"parts": (PartMemento(0, (-1,), 1),)}, ("orders", 0, "parts", 0), "found the id -1"),
+    ("stations", {"requests": (RequestMemento(0, 9, 0, None),)}, ("stations", 0, "requests", 0), "the id 9"),
+    ("stations", {"inbound": (0, 2)}, ("stations", 0, "inbound", 1), "found the id 2; expected 0 to 1"),
+    ("stations", {"line": (0, -1)}, ("stations", 0, "line", 1), "found the id -1"),
+    ("stations", {"line": (0, 1)}, ("stations", 0, "line", 1), 'names pod "q", which no robot carries'),
+    ("robots", {"task": 2}, ("robots", 0, "task"), "found the id 2"),
+    ("robots", {"cell": 10_000}, ("robots", 0, "cell"), "expected a cell of the layout"),
+    ("robots", {"cell": 11}, ("robots", 0, "cell"), "expected a cell of the layout, 0 to 119, no wall"),
+    ("orders", {"data": OrderData("1", 0, ((0, 2), (9, 1)))}, ("orders", 0, "lines"), "the id 9"),
+    ("orders", {"data": OrderData("1", 0, ((0, -2),))}, ("orders", 0, "lines"), "found -2 items"),
+    ("pods", {"data": PodData("p", ((-1, 3),))}, ("pods", 0, "contents"), "the id -1"),
+    ("pods", {"data": PodData("p", ((0, 3),)), "capacity": 2}, ("pods", 0, "capacity"), "expected at least 3, what"),
+    ("pods", {"home": 0}, ("pods", 0, "home"), "found 0; expected a storage location"),
+    ("stations", {"queue_room": -1}, ("stations", 0, "queue_room"), "found -1; expected 0 to "),
+    ("stations", {"queue_room": 99}, ("stations", 0, "queue_room"), "found 99; expected 0 to "),
 )
 def test_what_a_memento_may_not_say_is_refused(
     part: str, change: dict[str, object], path: tuple[str | int, ...], problem: str
@@ -395,14 +376,12 @@ def test_what_a_memento_may_not_say_is_refused(
     assert str(caught.value) == f"{'.'.join(map(str, path))}: {caught.value.problem}"
 
 
-@pytest.mark.parametrize(
-    ("changed", "key"),
-    [
-        (lambda memento: {"stations": memento.stations * 2}, "stations"),
-        (lambda memento: {"blocked": (0,)}, "blocked"),
-        (lambda memento: {"reserved": (10_000,)}, "reserved"),
-        (lambda memento: {"blocked": (memento.pods[1].home,), "reserved": (memento.pods[1].home,)}, "reserved"),
-    ],
+@cases(
+    "changed key",
+    (lambda memento: {"stations": memento.stations * 2}, "stations"),
+    (lambda memento: {"blocked": (0,)}, "blocked"),
+    (lambda memento: {"reserved": (10_000,)}, "reserved"),
+    (lambda memento: {"blocked": (memento.pods[1].home,), "reserved": (memento.pods[1].home,)}, "reserved"),
 )
 def test_contradictions_of_the_whole(changed: Callable[[Memento], dict[str, Any]], key: str) -> None:
     world = half_done()

@@ -1,7 +1,5 @@
 """A run's decisions: recorded, read again, and decided again."""
 
-from __future__ import annotations
-
 import gzip
 import json
 from collections import Counter
@@ -15,6 +13,7 @@ import pytest
 
 import rmfs_core
 from calling import refusal
+from cases import cases
 from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.states import Recording, decide, read_recording, state_from_dict, state_to_dict
 from rmfs_commands.states.deciding import ask, outcome_of
@@ -41,25 +40,21 @@ RULES = """
 @define
 class Late:
     "POA: first come, until five orders are left."
-
     @hookimpl
     def assign_orders(self, warehouse):
         if len(warehouse.backlog) <= 5:
             return [OrderAssignment(99, 0)]
         return [OrderAssignment(warehouse.backlog[0].id, 0)]
 
-
 @define
 class Raising:
     "POA: raises."
-
     @hookimpl
-    def assign_orders(self, warehouse):
-        raise ZeroDivisionError("nothing to divide")
+    def assign_orders(self, warehouse): raise ZeroDivisionError("nothing to divide")
 """
 
 
-def test_nothing_else_changes(tmp_path: Path) -> None:
+def test_decisions_are_all_there(tmp_path: Path) -> None:
     files = ("orders.csv", "visits.csv")
     plain = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path / "plain")
     for name in ("one", "two"):
@@ -69,9 +64,6 @@ def test_nothing_else_changes(tmp_path: Path) -> None:
         assert (tmp_path / "plain" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
     assert (tmp_path / "one" / RECORDING_FILE).read_bytes() == (tmp_path / "two" / RECORDING_FILE).read_bytes()
     assert not (tmp_path / "plain" / RECORDING_FILE).exists()
-
-
-def test_every_decision_is_there(tmp_path: Path) -> None:
     result = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
     recorded = [r for r in read_recording(tmp_path) if r.decides in (Role.POA, Role.PPS)]
     assert [(r.period, r.time_s, r.decides.label, r.rule) for r in recorded] == [
@@ -83,14 +75,11 @@ def test_every_decision_is_there(tmp_path: Path) -> None:
         assert len(decision.decision.get("trips", ())) == row["trips"]
 
 
-def test_decisions_of_an_earlier_run_go(tmp_path: Path) -> None:
+def test_recordings_and_folders(tmp_path: Path) -> None:
     rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
     rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path)
     with pytest.raises(InputError, match="run the scenario with `--record-decisions`"):
         read_recording(tmp_path)
-
-
-def test_recording_needs_a_folder() -> None:
     with pytest.raises(InputError, match=r"decisions: .* expected `out`"):
         rmfs_core.run("examples/small", record=["decisions"])
 
@@ -112,13 +101,11 @@ def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, install: Any, rule: str
 
 @pytest.fixture
 def recorded_file(tmp_path: Path) -> Path:
-    """Return the file of a recorded run."""
     rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
     return tmp_path / RECORDING_FILE
 
 
 def change(file: Path, number: int, entry: dict[str, Any]) -> None:
-    """Change keys of a line of a recording; a value of None takes the key out."""
     lines = gzip.decompress(file.read_bytes()).decode().splitlines()
     content = {**json.loads(lines[number]), **entry}
     lines[number] = json.dumps({key: value for key, value in content.items() if value is not None})
@@ -182,7 +169,7 @@ def damaged(record: Callable[..., Recording], tmp_path: Path) -> Callable[..., P
     return write
 
 
-def test_decisions_are_gone_through_in_order(record: Callable[..., Recording]) -> None:
+def test_recordings_are_gone_through_in_order(record: Callable[..., Recording]) -> None:
     recording = record()
     found = list(recording)
     assert [one.number for one in found] == list(range(1, len(found) + 1))
@@ -192,22 +179,17 @@ def test_decisions_are_gone_through_in_order(record: Callable[..., Recording]) -
     assert [one.content for one in recording] == [one.content for one in found]
     assert found[2].place == f"{recording.file}, line 4"
     assert found[0].state().time_s == found[0].time_s
-
-
-def test_a_file_is_as_good_as_its_folder(record: Callable[..., Recording]) -> None:
     recording = record()
     assert next(iter(read_recording(recording.file))).content == next(iter(recording)).content
 
 
-@pytest.mark.parametrize(
-    ("change", "problem"),
-    [
-        (lambda header: header | {"format": "other"}, "line 1, format: expected 'rmfs-decisions', found 'other'"),
-        (lambda header: header | {"version": 99}, "version: expected version 1 of 'rmfs-decisions', found 99"),
-        (lambda header: {key: value for key, value in header.items() if key != "state"}, "lacks `scenario` or `state`"),
-        (lambda header: header | {"scenario": 5}, "lacks `scenario` or `state`"),
-        (lambda header: header | {"scenario": {"rules": {}}}, "line 1, scenario"),
-    ],
+@cases(
+    "change problem",
+    (lambda header: header | {"format": "other"}, "line 1, format: expected 'rmfs-decisions', found 'other'"),
+    (lambda header: header | {"version": 99}, "version: expected version 1 of 'rmfs-decisions', found 99"),
+    (lambda header: {key: value for key, value in header.items() if key != "state"}, "lacks `scenario` or `state`"),
+    (lambda header: header | {"scenario": 5}, "lacks `scenario` or `state`"),
+    (lambda header: header | {"scenario": {"rules": {}}}, "line 1, scenario"),
 )
 def test_a_header_that_is_none_is_refused(
     damaged: Callable[..., Path], change: Callable[..., Any], problem: str
@@ -215,21 +197,19 @@ def test_a_header_that_is_none_is_refused(
     assert problem in refusal(lambda: read_recording(damaged(lambda lines: [change(lines[0]), *lines[1:]])))
 
 
-@pytest.mark.parametrize(
-    ("change", "problem"),
-    [
-        (lambda line: line | {"decides": "lunch"}, "no role is called 'lunch'"),
-        (lambda line: line | {"decides": "PP"}, "found PP of period 1"),
-        (
-            lambda line: {key: value for key, value in line.items() if key != "rule"},
-            "this is no recorded decision: it lacks rule",
-        ),
-        (lambda line: line | {"change": 5}, "change: expected a JSON object, found 5"),
-        (lambda line: line | {"decision": "POA"}, "decision: expected a JSON object, found 'POA'"),
-        (lambda line: line | {"rule": ["demand"]}, "line 4, rule: expected a rule's name, found ['demand']"),
-        (lambda line: line | {"report": [1]}, "report: expected a JSON object, found [1]"),
-        (lambda line: 5, "expected a JSON object, found int"),
-    ],
+@cases(
+    "change problem",
+    (lambda line: line | {"decides": "lunch"}, "no role is called 'lunch'"),
+    (lambda line: line | {"decides": "PP"}, "found PP of period 1"),
+    (
+        lambda line: {key: value for key, value in line.items() if key != "rule"},
+        "this is no recorded decision: it lacks rule",
+    ),
+    (lambda line: line | {"change": 5}, "change: expected a JSON object, found 5"),
+    (lambda line: line | {"decision": "POA"}, "decision: expected a JSON object, found 'POA'"),
+    (lambda line: line | {"rule": ["demand"]}, "line 4, rule: expected a rule's name, found ['demand']"),
+    (lambda line: line | {"report": [1]}, "report: expected a JSON object, found [1]"),
+    (lambda line: 5, "expected a JSON object, found int"),
 )
 def test_a_line_that_is_no_decision_is_named(
     damaged: Callable[..., Path], change: Callable[..., Any], problem: str
@@ -259,31 +239,26 @@ class Run:
         self.known: dict[str, Any] = deepcopy(self.snapshots.state)
 
     def look(self, call: dict[str, Any]) -> dict[str, Any]:
-        """Look again; return the patch, with which the state before is the state now."""
         patch = deepcopy(self.snapshots.look(call))
         self.known = patched(self.known, patch)
         assert self.known == self.snapshots.state
         return patch
 
     def orders_arrive(self) -> None:
-        """Tell of the two orders."""
         for order in self.world.orders:
             self.snapshots.told(OrderArrived(0, order.id))
 
     def assign(self, order: int, station: int, *skus: int) -> None:
-        """Assign lines, and tell of it."""
         items = self.world.assign(self.world.orders[order], self.world.stations[station], list(skus))
         self.snapshots.told(OrderAssigned(0, order, station, skus, items, 1, complete=False))
 
     def bind(self, pod: int, station: int) -> None:
-        """Decide a trip, and tell of it."""
         self.world.bind(self.world.pods[pod], self.world.stations[station])
         self.snapshots.told(TripDecided(0, pod, station))
 
 
 @pytest.fixture
 def run() -> Run:
-    """Return a run with item capacity."""
     return Run()
 
 
@@ -403,8 +378,7 @@ def test_every_decision_of_a_run_is_made_again(record: Any, settings: tuple[str,
     assert kinds.keys() >= {"PR", "TA", *(role.label for role in decided)}
 
 
-def test_numbers_are_drawn_as_in_the_run(record: Any) -> None:
-    """The random rule has drawn before in most states: what is stored of its generator is what gives its next place."""
+def test_drawn_numbers_and_states_come_back(record: Any) -> None:
     recording = record("rules.pr=random")
     drawn = [recorded for recorded in recording if recorded.decides is Role.PR and "random" in recorded.content]
     assert len(drawn) >= 5
@@ -415,25 +389,20 @@ def test_numbers_are_drawn_as_in_the_run(record: Any) -> None:
         fresh = state_from_dict({key: value for key, value in recorded.content.items() if key != "random"})
         forgotten += decide(fresh, choice).decision != recorded.decision
     assert forgotten
-
-
-def test_a_recorded_state_is_one_json_object(record: Any) -> None:
     for recorded in record("rules.pr=random"):
         state = recorded.state()
         assert state_from_dict(json.loads(to_json(recorded.content))) == state
         assert state_from_dict(json.loads(to_json(state_to_dict(state)))) == state
 
 
-@pytest.mark.parametrize(
+@cases(
     "settings",
-    [
-        ("instance.items_per_sku=20", "stations.order_capacity=2"),
-        ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", 'rules.filters=[{rule="most-covered",n=4}]'),
-        ("stations.order_capacity=2", "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
-        ("rules.pp=free-flow", "stations.item_capacity=3"),
-        ("rules.pp=sipp",),
-        REPLENISHED,
-    ],
+    ("instance.items_per_sku=20", "stations.order_capacity=2"),
+    ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", 'rules.filters=[{rule="most-covered",n=4}]'),
+    ("stations.order_capacity=2", "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
+    ("rules.pp=free-flow", "stations.item_capacity=3"),
+    ("rules.pp=sipp",),
+    REPLENISHED,
 )
 def test_rules_see_what_they_saw_in_the_run(tmp_path: Path, settings: tuple[str, ...]) -> None:
     seen: list[dict[Any, Any]] = []

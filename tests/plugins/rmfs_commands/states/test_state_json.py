@@ -1,7 +1,5 @@
 """States as JSON: their format, their names, and the patches between them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
+from cases import cases
 from rmfs_commands.states import State, read_state, state_from_dict, state_json, state_schema, state_to_dict
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.patches import difference, patched
@@ -34,12 +33,9 @@ from rmfs_core.results.files import to_json
 from rmfs_core.scenario.model import LayoutSection
 
 
-def test_robots_move_as_in_the_paper_unless_it_is_said() -> None:
+def test_defaults_and_limits() -> None:
     assert MotionState().motion() == Motion()
     assert MotionState(top_speed_m_per_s=2.0).motion() == Motion(top_speed_m_per_s=2.0)
-
-
-def test_the_limits_themselves_are_allowed() -> None:
     assert RandomState(str((1 << 128) - 1), "0").has_uint32 == 0
     assert LayoutState(blocks=LayoutSection()).map is None
     assert StationState(order_capacity=1).item_capacity is None
@@ -69,7 +65,6 @@ named = st.lists(names, max_size=3).map(tuple)
 
 
 def maybe(values: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """A value, or None: left out."""
     return st.none() | values
 
 
@@ -136,43 +131,48 @@ def test_every_key_of_the_schema_says_what_it_means() -> None:
     assert undocumented(state_schema(), "state") == []
 
 
-def test_a_file_by_hand(by_hand: dict[str, Any], write: Callable[[Any], Path]) -> None:
+def test_files_of_states(
+    by_hand: dict[str, Any], write: Callable[[Any], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     state = read_state(write(by_hand))
     assert state.orders["A"].lines == {"milk": 1, "tea": 1}
     assert (state.layout, state.robots, state.time_s, state.seed) == (None, None, None, 1)
+    with pytest.raises(InputError, match="cannot be read"):
+        read_state(tmp_path / "nowhere.json")
+    monkeypatch.setattr(state_json, "MOST_BYTES", 1000)
+    with pytest.raises(InputError, match=r"^/dev/zero: found more than 1,000 bytes; expected at most that many"):
+        read_state("/dev/zero")
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "place", "problem"),
-    [
-        (("format",), "rmfs-trace", "format", "expected 'rmfs-state', found 'rmfs-trace'"),
-        (("version",), 3, "version", "expected version 1 or 2 of 'rmfs-state', found 3"),
-        (("version",), True, "version", "expected version 1 or 2 of 'rmfs-state', found True"),
-        (("orders", "A", "lines"), {}, "orders.A.lines", "expected one line or more"),
-        (("orders", "A", "lines", "milk"), 0, "orders.A.lines", "quantities from 1 to 1,000,000,000"),
-        (("orders", "A", "lines", "milk"), "2", "orders.A.lines.milk", "expected a whole number"),
-        (("orders", "A", "line"), {"milk": 1}, "orders.A.line", "unknown key (did you mean `lines`?)"),
-        (("pods", "P1", "contents", "milk"), -1, "pods.P1.contents", "numbers of items from 0 to"),
-        (("pods", "P1", "cell"), -1, "pods.P1.cell", "a whole number from 0 to"),
-        (("stations", "north"), {}, "stations.north", "either `item_capacity` or `order_capacity`"),
-        (("stations", "north", "item_capacity"), 0, "stations.north.item_capacity", "a whole number from 1 to"),
-        (("stations", "north", "requests"), [{"order": "A"}], "stations.north.requests[0].sku", "is missing"),
-        (("stations", "north", "line"), "P1", "stations.north.line", "expected a list"),
-        (("ask",), {"decides": "PP"}, "ask.decides", "PR, TA, ROA, RPS, ROA+RPS, activation, idle or repositioning"),
-        (("layout",), {"map": [".."], "blocks": {}}, "layout", "expected either `map` or `blocks`"),
-        (("stations", "north", "order_capacity"), 2, "stations.north", "either `item_capacity` or `order_capacity`"),
-        (("random",), {"state": str(1 << 128), "increment": "1"}, "random", "numbers below 2^128"),
-        (("layout",), {}, "layout", "expected either `map` or `blocks`"),
-        (("layout",), {"blocks": {"map_file": "x"}}, "layout", "expected no `map_file`"),
-        (("robots",), {"r": {"heading": 4}}, "robots.r.heading", "expected 0, 1, 2 or 3"),
-        (("orders", "A", "lines", "milk"), 10**30, "orders.A.lines", "quantities from 1 to"),
-        (("orders", "A", "arrival_s"), float("nan"), "orders.A.arrival_s", "expected a finite number"),
-        (("random",), {"state": "-1", "increment": "1"}, "random", "decimal digits"),
-        (("random",), {"state": "os.system", "increment": "1"}, "random", "decimal digits"),
-        (("random",), {"state": "1", "increment": "1", "has_uint32": 2}, "random.has_uint32", "expected 0 or 1"),
-        (("random",), {"state": "1", "increment": "1", "uinteger": 1 << 32}, "random.uinteger", "4,294,967,295"),
-        (("orders", "A", "lines", "milk"), None, "orders.A.lines.milk", "expected a whole number, found null"),
-    ],
+@cases(
+    "path value place problem",
+    (("format",), "rmfs-trace", "format", "expected 'rmfs-state', found 'rmfs-trace'"),
+    (("version",), 3, "version", "expected version 1 or 2 of 'rmfs-state', found 3"),
+    (("version",), True, "version", "expected version 1 or 2 of 'rmfs-state', found True"),
+    (("orders", "A", "lines"), {}, "orders.A.lines", "expected one line or more"),
+    (("orders", "A", "lines", "milk"), 0, "orders.A.lines", "quantities from 1 to 1,000,000,000"),
+    (("orders", "A", "lines", "milk"), "2", "orders.A.lines.milk", "expected a whole number"),
+    (("orders", "A", "line"), {"milk": 1}, "orders.A.line", "unknown key (did you mean `lines`?)"),
+    (("pods", "P1", "contents", "milk"), -1, "pods.P1.contents", "numbers of items from 0 to"),
+    (("pods", "P1", "cell"), -1, "pods.P1.cell", "a whole number from 0 to"),
+    (("stations", "north"), {}, "stations.north", "either `item_capacity` or `order_capacity`"),
+    (("stations", "north", "item_capacity"), 0, "stations.north.item_capacity", "a whole number from 1 to"),
+    (("stations", "north", "requests"), [{"order": "A"}], "stations.north.requests[0].sku", "is missing"),
+    (("stations", "north", "line"), "P1", "stations.north.line", "expected a list"),
+    (("ask",), {"decides": "PP"}, "ask.decides", "PR, TA, ROA, RPS, ROA+RPS, activation, idle or repositioning"),
+    (("layout",), {"map": [".."], "blocks": {}}, "layout", "expected either `map` or `blocks`"),
+    (("stations", "north", "order_capacity"), 2, "stations.north", "either `item_capacity` or `order_capacity`"),
+    (("random",), {"state": str(1 << 128), "increment": "1"}, "random", "numbers below 2^128"),
+    (("layout",), {}, "layout", "expected either `map` or `blocks`"),
+    (("layout",), {"blocks": {"map_file": "x"}}, "layout", "expected no `map_file`"),
+    (("robots",), {"r": {"heading": 4}}, "robots.r.heading", "expected 0, 1, 2 or 3"),
+    (("orders", "A", "lines", "milk"), 10**30, "orders.A.lines", "quantities from 1 to"),
+    (("orders", "A", "arrival_s"), float("nan"), "orders.A.arrival_s", "expected a finite number"),
+    (("random",), {"state": "-1", "increment": "1"}, "random", "decimal digits"),
+    (("random",), {"state": "os.system", "increment": "1"}, "random", "decimal digits"),
+    (("random",), {"state": "1", "increment": "1", "has_uint32": 2}, "random.has_uint32", "expected 0 or 1"),
+    (("random",), {"state": "1", "increment": "1", "uinteger": 1 << 32}, "random.uinteger", "4,294,967,295"),
+    (("orders", "A", "lines", "milk"), None, "orders.A.lines.milk", "expected a whole number, found null"),
 )
 def test_what_is_wrong_is_named(
     by_hand: dict[str, Any], path: tuple[str, ...], value: Any, place: str, problem: str
@@ -195,8 +195,14 @@ def test_numbers_out_of_all_bounds(by_hand: dict[str, Any], time_s: float) -> No
         state_from_dict({**by_hand, "time_s": time_s})
 
 
-def test_a_seed_is_any_that_a_scenario_may_have(by_hand: dict[str, Any]) -> None:
+def test_ids_and_numbers(by_hand: dict[str, Any]) -> None:
     assert state_from_dict({**by_hand, "seed": 10**19}).seed == 10**19
+    found = names_of(by_hand)
+    assert (found.pods, found.stations) == ({"P1": 0, "P2": 1}, {"north": 0})
+    assert found.skus == {"milk": 0, "tea": 1, "jam": 2}
+    assert names_of(by_hand | {"skus": ["jam", "tea", "milk", "rye"]}).skus == {"jam": 0, "tea": 1, "milk": 2, "rye": 3}
+    orders = {"A": by_hand["orders"]["A"] | {"arrival_s": 9}, "B": by_hand["orders"]["B"], "C": {"lines": {"tea": 1}}}
+    assert names_of(by_hand | {"orders": orders}).orders == {"B": 0, "C": 1, "A": 2}
 
 
 @pytest.mark.parametrize("missing", ["format", "version", "pods", "stations", "orders"])
@@ -206,15 +212,13 @@ def test_what_must_be_there(by_hand: dict[str, Any], missing: str) -> None:
         state_from_dict(by_hand)
 
 
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("{", "line 1: this is no valid JSON"),
-        ("[]", "expected a JSON object"),
-        ('{"format": "rmfs-state", "format": "rmfs-state"}', "names 'format' twice"),
-        ("[" * 100_000, "is nested too deeply to be a state"),
-        ('"\ud800"', "expected UTF-8"),
-    ],
+@cases(
+    "text problem",
+    ("{", "line 1: this is no valid JSON"),
+    ("[]", "expected a JSON object"),
+    ('{"format": "rmfs-state", "format": "rmfs-state"}', "names 'format' twice"),
+    ("[" * 100_000, "is nested too deeply to be a state"),
+    ('"\ud800"', "expected UTF-8"),
 )
 def test_files_that_are_no_states(tmp_path: Path, text: str, problem: str) -> None:
     file = tmp_path / "state.json"
@@ -223,32 +227,8 @@ def test_files_that_are_no_states(tmp_path: Path, text: str, problem: str) -> No
         read_state(file)
 
 
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
-        read_state(tmp_path / "nowhere.json")
-
-
-def test_a_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(state_json, "MOST_BYTES", 1000)
-    with pytest.raises(InputError, match=r"^/dev/zero: found more than 1,000 bytes; expected at most that many"):
-        read_state("/dev/zero")
-
-
 def names_of(content: dict[str, Any]) -> Names:
-    """Return the names of a state."""
     return Names(state_from_dict(content, "state.json"), "state.json")
-
-
-def test_ids_are_places_in_the_lists(by_hand: dict[str, Any]) -> None:
-    found = names_of(by_hand)
-    assert (found.pods, found.stations) == ({"P1": 0, "P2": 1}, {"north": 0})
-    assert found.skus == {"milk": 0, "tea": 1, "jam": 2}
-    assert names_of(by_hand | {"skus": ["jam", "tea", "milk", "rye"]}).skus == {"jam": 0, "tea": 1, "milk": 2, "rye": 3}
-
-
-def test_orders_are_numbered_by_arrival(by_hand: dict[str, Any]) -> None:
-    orders = {"A": by_hand["orders"]["A"] | {"arrival_s": 9}, "B": by_hand["orders"]["B"], "C": {"lines": {"tea": 1}}}
-    assert names_of(by_hand | {"orders": orders}).orders == {"B": 0, "C": 1, "A": 2}
 
 
 def test_names_that_are_not_listed_are_refused(by_hand: dict[str, Any]) -> None:
@@ -278,17 +258,16 @@ def test_the_difference_leads_from_one_to_the_other(before: dict[str, Any], afte
     assert repr(before) == copy
 
 
-@pytest.mark.parametrize(
-    ("before", "patch", "after"),
-    [  # from RFC 7396, Appendix A
-        ({"a": "b"}, {"a": "c"}, {"a": "c"}),
-        ({"a": "b"}, {"b": "c"}, {"a": "b", "b": "c"}),
-        ({"a": "b"}, {"a": None}, {}),
-        ({"a": ["b"]}, {"a": "c"}, {"a": "c"}),
-        ({"a": {"b": "c"}}, {"a": {"b": "d", "c": None}}, {"a": {"b": "d"}}),
-        ({"e": None}, {"a": 1}, {"e": None, "a": 1}),
-        ({}, {"a": {"bb": {"ccc": None}}}, {"a": {"bb": {}}}),
-    ],
+@cases(
+    "before patch after",
+    # from RFC 7396, Appendix A
+    ({"a": "b"}, {"a": "c"}, {"a": "c"}),
+    ({"a": "b"}, {"b": "c"}, {"a": "b", "b": "c"}),
+    ({"a": "b"}, {"a": None}, {}),
+    ({"a": ["b"]}, {"a": "c"}, {"a": "c"}),
+    ({"a": {"b": "c"}}, {"a": {"b": "d", "c": None}}, {"a": {"b": "d"}}),
+    ({"e": None}, {"a": 1}, {"e": None, "a": 1}),
+    ({}, {"a": {"bb": {"ccc": None}}}, {"a": {"bb": {}}}),
 )
 def test_the_standards_examples(before: dict[str, Any], patch: dict[str, Any], after: dict[str, Any]) -> None:
     assert patched(before, patch) == after

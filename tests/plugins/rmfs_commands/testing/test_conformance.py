@@ -1,7 +1,5 @@
 """`check_rule`: what it holds a rule to, and what it says of one that does not keep to it."""
 
-from __future__ import annotations
-
 import gc
 import itertools
 import random
@@ -11,6 +9,7 @@ from typing import Any, ClassVar
 import pytest
 from attrs import define, field
 
+from cases import cases
 from rmfs_commands.testing import ConformanceError, check_rule, conformance_report, trial
 from rmfs_core import (
     BundleAssignment,
@@ -33,7 +32,6 @@ numbers = itertools.count()
 
 
 def first_fitting(warehouse: WarehouseView, orders: tuple[Order, ...]) -> list[OrderAssignment]:
-    """Assign the first of these orders that fits a station."""
     for order, station in itertools.product(orders, warehouse.stations):
         if warehouse.fits(order, station):
             return [OrderAssignment(order.id, station.id)]
@@ -197,7 +195,6 @@ class WaitsAndWaits:
 
 
 def rename(warehouse: WarehouseView) -> None:
-    """Give a robot another name."""
     object.__setattr__(warehouse.robots[0], "name", "1!")
 
 
@@ -219,35 +216,28 @@ class Waker:
 ONE, FINITE, LARGE = "one station", "finite stock", "an order as large as the largest station"
 
 
-@pytest.mark.parametrize(
-    ("rule", "kind", "world", "problem"),
-    [
-        (
-            Waker(lambda warehouse: warehouse.now_s),
-            "impossible decision",
-            ONE,
-            "wake_at, at 0.000 s: wants to wake at 0.0",
-        ),
-        (Waker(lambda warehouse: warehouse.wakes), "exception", ONE, "wake_at, at 0.000 s: raised AttributeError"),
-        (Waker(lambda warehouse: warehouse.now_s + 1e-6), "starved order", ONE, "decisions the run is not over"),
-        (Waker(rename), "mutation of the view", ONE, "wake_at changed name of robot 1! (id 0) at 0.000 s"),
-        (NoSuchStation(), "impossible decision", ONE, "named station 1, which does not exist"),
-        (WrongType(), "impossible decision", ONE, "expected Path"),
-        (Divides(), "exception", ONE, "ZeroDivisionError"),
-        (BreakingObserver(), "exception", ONE, f"raised KeyError: 0 ({__file__}, line "),
-        (GlobalRandom(), "nondeterminism", ONE, "RobotMoved"),
-        (CountsOutside(), "nondeterminism", FINITE, "RobotMoved"),
-        (GoesThroughASet(), "nondeterminism", ONE, "OrderAssigned"),
-        (Remembers(), "state kept", FINITE, "RobotMoved"),
-        (EmptiesPods(), "mutation of the view", ONE, "choose_storage_location changed contents of pod "),
-        (NamesRobots(), "mutation of the view", ONE, "on_event changed name of robot 1! (id 0) at 0.000 s"),
-        (ReservesItself(), "mutation of the view", ONE, "plan_path changed the reservations at 0.000 s"),
-        (NeverAssigns(), "starved order", ONE, "stands still"),
-        (ForgetsThree(), "starved order", ONE, "stands still"),
-        (FirstStationOnly(), "starved order", LARGE, "stands still"),
-        (WaitsAndWaits(1), "starved order", ONE, "after 100 decisions the run is not over"),
-        (WaitsAndWaits(60_000), "starved order", ONE, "are not complete after 14400 s"),
-    ],
+@cases(
+    "rule kind world problem",
+    (Waker(lambda warehouse: warehouse.now_s), "impossible decision", ONE, "wake_at, at 0.000 s: wants to wake at 0.0"),
+    (Waker(lambda warehouse: warehouse.wakes), "exception", ONE, "wake_at, at 0.000 s: raised AttributeError"),
+    (Waker(lambda warehouse: warehouse.now_s + 1e-6), "starved order", ONE, "decisions the run is not over"),
+    (Waker(rename), "mutation of the view", ONE, "wake_at changed name of robot 1! (id 0) at 0.000 s"),
+    (NoSuchStation(), "impossible decision", ONE, "named station 1, which does not exist"),
+    (WrongType(), "impossible decision", ONE, "expected Path"),
+    (Divides(), "exception", ONE, "ZeroDivisionError"),
+    (BreakingObserver(), "exception", ONE, f"raised KeyError: 0 ({__file__}, line "),
+    (GlobalRandom(), "nondeterminism", ONE, "RobotMoved"),
+    (CountsOutside(), "nondeterminism", FINITE, "RobotMoved"),
+    (GoesThroughASet(), "nondeterminism", ONE, "OrderAssigned"),
+    (Remembers(), "state kept", FINITE, "RobotMoved"),
+    (EmptiesPods(), "mutation of the view", ONE, "choose_storage_location changed contents of pod "),
+    (NamesRobots(), "mutation of the view", ONE, "on_event changed name of robot 1! (id 0) at 0.000 s"),
+    (ReservesItself(), "mutation of the view", ONE, "plan_path changed the reservations at 0.000 s"),
+    (NeverAssigns(), "starved order", ONE, "stands still"),
+    (ForgetsThree(), "starved order", ONE, "stands still"),
+    (FirstStationOnly(), "starved order", LARGE, "stands still"),
+    (WaitsAndWaits(1), "starved order", ONE, "after 100 decisions the run is not over"),
+    (WaitsAndWaits(60_000), "starved order", ONE, "are not complete after 14400 s"),
     ids=lambda value: "" if isinstance(value, str) else type(value).__name__,
 )
 def test_what_a_rule_does_wrong_is_named(
@@ -267,6 +257,9 @@ def test_a_failure_is_an_assertion_error() -> None:
     with pytest.raises(AssertionError, match="NeverAssigns does not conform"):
         check_rule(NeverAssigns())
     assert conformance_report(NeverAssigns()).findings[0].kind == "starved order"
+    rule = Watches()
+    check_rule(rule)
+    assert rule.seen == []
 
 
 @define
@@ -327,12 +320,6 @@ def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
     assert str(report).endswith("No findings.")
 
 
-def test_the_instance_itself_is_not_used() -> None:
-    rule = Watches()
-    check_rule(rule)
-    assert rule.seen == []
-
-
 @define
 class NeedsEndlessPods(AnyPod):
     """Does not count items, and says so."""
@@ -340,13 +327,38 @@ class NeedsEndlessPods(AnyPod):
     needs: ClassVar[tuple[str, ...]] = ("unlimited stock", "item capacity")
 
 
-def test_worlds_without_what_a_rule_needs_are_left_out() -> None:
+def test_where_rules_are_tried() -> None:
     report = check_rule(NeedsEndlessPods())
     lacking = {"order capacity", "replenishment at picking stations", "replenishment stations"}
     assert {name for name in report.left_out if "finite stock" not in name} == lacking
     assert len(report.left_out) == 18
     assert len(report.worlds) == 12
     assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
+    report = conformance_report(Both())
+    assert report.decides == ("POA", "POA+PPS")
+    assert {finding.kind for finding in report.findings} == {"starved order"}
+    assert {*report.times} == {"assign_orders", "assign_orders_and_pods"}
+    report = check_rule(OldestBundles())
+    assert report.decides == ("POA", "ROA", "ROA+RPS")
+    assert {*report.times} == {"assign_orders", "assign_bundles", "assign_bundles_and_pods"}
+    found = conformance_report(OldestBundles(together=False)).findings
+    worlds = {"replenishment at picking stations", "replenishment stations"}
+    assert {(finding.kind, finding.world) for finding in found} == {("starved order", world) for world in worlds}
+    found = conformance_report(NeverCharges()).findings
+    worlds = {"batteries", "batteries, finite stock"}
+    assert {(finding.kind, finding.world) for finding in found} == {("starved order", world) for world in worlds}
+    for finding in found:
+        assert "3 robots with too little charge for a task" in finding.problem
+        assert finding.problem.endswith('by needs = ("no batteries",))')
+    for rule in (Stay(), RestNearest(), RestMiddle()):
+        assert {*check_rule(rule).left_out} == {"batteries", "batteries, finite stock"}
+    assert not check_rule(ChargeWhenLow()).left_out
+    assert {finding.kind for finding in conformance_report(MovesWhatIsInUse()).findings} == {"impossible decision"}
+    found = conformance_report(KeepsBooks()).findings
+    assert {(finding.kind, finding.world.split(",")[0]) for finding in found} == {("impossible decision", "moved pods")}
+    finding = conformance_report(EmptiesBundles()).findings[0]
+    assert (finding.kind, finding.world) == ("mutation of the view", "replenishment at picking stations")
+    assert finding.problem.startswith("assign_bundles changed items of bundle ")
 
 
 @define
@@ -356,13 +368,6 @@ class Both(OldestThatFits):
     @hookimpl
     def assign_orders_and_pods(self):
         return JointDecision()
-
-
-def test_a_rule_for_several_decisions_is_tried_in_all_of_them() -> None:
-    report = conformance_report(Both())
-    assert report.decides == ("POA", "POA+PPS")
-    assert {finding.kind for finding in report.findings} == {"starved order"}
-    assert {*report.times} == {"assign_orders", "assign_orders_and_pods"}
 
 
 @define
@@ -384,15 +389,6 @@ class OldestBundles(OldestThatFits):
         return BundleDecision(self.assign_bundles(warehouse) if waiting else [], stores)
 
 
-def test_rules_for_bundles_are_tried_where_stock_is_replenished() -> None:
-    report = check_rule(OldestBundles())
-    assert report.decides == ("POA", "ROA", "ROA+RPS")
-    assert {*report.times} == {"assign_orders", "assign_bundles", "assign_bundles_and_pods"}
-    found = conformance_report(OldestBundles(together=False)).findings
-    worlds = {"replenishment at picking stations", "replenishment stations"}
-    assert {(finding.kind, finding.world) for finding in found} == {("starved order", world) for world in worlds}
-
-
 @define
 class NeverCharges:
     """Leaves idle robots where they are, and does not say that it needs no batteries."""
@@ -405,21 +401,6 @@ class NeverCharges:
         low = [robot for robot in warehouse.resting_robots if robot.low and robot.cell not in chargers]
         sent = zip(low, chargers, strict=False) if rng.random() < self.often else ()
         return [RobotMove(robot.id, cell, 0.9) for robot, cell in sent]
-
-
-def test_rules_for_idle_robots_are_tried_where_these_have_to_charge() -> None:
-    found = conformance_report(NeverCharges()).findings
-    worlds = {"batteries", "batteries, finite stock"}
-    assert {(finding.kind, finding.world) for finding in found} == {("starved order", world) for world in worlds}
-    for finding in found:
-        assert "3 robots with too little charge for a task" in finding.problem
-        assert finding.problem.endswith('by needs = ("no batteries",))')
-
-
-def test_a_rule_that_says_it_needs_no_batteries_is_not_tried_with_any() -> None:
-    for rule in (Stay(), RestNearest(), RestMiddle()):
-        assert {*check_rule(rule).left_out} == {"batteries", "batteries, finite stock"}
-    assert not check_rule(ChargeWhenLow()).left_out
 
 
 @define
@@ -454,12 +435,6 @@ class KeepsBooks:
         return cell
 
 
-def test_rules_are_tried_where_pods_are_moved() -> None:
-    assert {finding.kind for finding in conformance_report(MovesWhatIsInUse()).findings} == {"impossible decision"}
-    found = conformance_report(KeepsBooks()).findings
-    assert {(finding.kind, finding.world.split(",")[0]) for finding in found} == {("impossible decision", "moved pods")}
-
-
 @define
 class EmptiesBundles:
     """ROA that changes what it is asked about."""
@@ -469,12 +444,6 @@ class EmptiesBundles:
         bundle, station = warehouse.bundles[0], warehouse.replenishment_stations[0]
         object.__setattr__(bundle, "items", 0)
         return [BundleAssignment(bundle.id, station.id)]
-
-
-def test_bundles_are_for_looking_only() -> None:
-    finding = conformance_report(EmptiesBundles()).findings[0]
-    assert (finding.kind, finding.world) == ("mutation of the view", "replenishment at picking stations")
-    assert finding.problem.startswith("assign_bundles changed items of bundle ")
 
 
 @define
@@ -498,15 +467,13 @@ class NeedsMagic(AnyPod):
     needs: ClassVar[tuple[str, ...]] = ("magic",)
 
 
-@pytest.mark.parametrize(
-    ("rule", "problem"),
-    [
-        (Misspelt(), "did you mean `assign_orders`"),
-        (Idle(), "class Idle: it implements no hook"),
-        (NeedsMagic(), r"class NeedsMagic: .*needs = \('magic',\); expected a tuple of 'unlimited stock', 'item"),
-        (object(), "expected a class decorated with @attrs.define"),
-        (AnyPod, r"class AnyPod: expected an instance with its parameters: AnyPod\(...\)"),
-    ],
+@cases(
+    "rule problem",
+    (Misspelt(), "did you mean `assign_orders`"),
+    (Idle(), "class Idle: it implements no hook"),
+    (NeedsMagic(), r"class NeedsMagic: .*needs = \('magic',\); expected a tuple of 'unlimited stock', 'item"),
+    (object(), "expected a class decorated with @attrs.define"),
+    (AnyPod, r"class AnyPod: expected an instance with its parameters: AnyPod\(...\)"),
     ids=lambda value: type(value).__name__,
 )
 def test_what_is_no_rule_is_refused(rule: object, problem: str) -> None:

@@ -1,13 +1,12 @@
 """A rule that needs something, through all tools."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest
 
 import rmfs_core
 from calling import refusal
+from cases import cases
 from rmfs_commands.testing import check_rule
 from rmfs_core import InputError
 
@@ -17,7 +16,6 @@ from rmfs_core.rule_helpers import send_pods
 @define
 class Eager:
     needs = ({need!r},)
-
     @hookimpl
     def select_pods(self, warehouse, max_fetches):
         return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
@@ -25,19 +23,15 @@ class Eager:
 @define
 class Keeps:
     needs = ({need!r},)
-
     @hookimpl
-    def filter_backlog(self, orders):
-        return orders
+    def filter_backlog(self, orders): return orders
 """
 
 
-@pytest.mark.parametrize(
-    ("need", "key", "sentence"),
-    [
-        ("unlimited stock", "instance.items_per_sku=500", "needs pods whose SKUs never run out, but the instance has"),
-        ("item capacity", "stations.order_capacity=6", "needs stations that count items, but the scenario sets"),
-    ],
+@cases(
+    "need key sentence",
+    ("unlimited stock", "instance.items_per_sku=500", "needs pods whose SKUs never run out, but the instance has"),
+    ("item capacity", "stations.order_capacity=6", "needs stations that count items, but the scenario sets"),
 )
 def test_a_scenario_that_lacks_it_is_refused(install: Callable[..., None], need: str, key: str, sentence: str) -> None:
     install("acme", {"eager": "acme_rules:Eager", "keeps": "acme_rules:Keeps"}, acme_rules=RULE.format(need=need))
@@ -68,23 +62,18 @@ def test_a_scenario_that_has_it_runs(install: Callable[..., None]) -> None:
     assert all("finite stock" in name or "replenishment" in name for name in left_out)
 
 
-@pytest.mark.parametrize(
-    ("trait", "sentence"),
-    [
-        (
-            "needs = ('magic',)",
-            "has needs = ('magic',); expected a tuple of 'unlimited stock', 'item capacity' or 'no batteries'",
-        ),
-        ("needs = 'unlimited stock'", "has needs = 'unlimited stock'; expected a tuple of 'unlimited stock', 'item"),
-        (
-            "libraries = ('numpy', 3)",
-            "has libraries = ('numpy', 3); expected a tuple of installed distributions' names",
-        ),
-        ("splits_over_time = 1", "has splits_over_time = 1; expected True or False"),
-        ("packing_capacity = -1", "has packing_capacity = -1; expected a whole number >= 0, or None"),
-        ("reserves = 'all'", "has reserves = 'all'; expected 'full paths', 'windows', 'fleet' or None"),
-        ("prepare = 'fast'", "has prepare = 'fast'; expected a method"),
-    ],
+@cases(
+    "trait sentence",
+    (
+        "needs = ('magic',)",
+        "has needs = ('magic',); expected a tuple of 'unlimited stock', 'item capacity' or 'no batteries'",
+    ),
+    ("needs = 'unlimited stock'", "has needs = 'unlimited stock'; expected a tuple of 'unlimited stock', 'item"),
+    ("libraries = ('numpy', 3)", "has libraries = ('numpy', 3); expected a tuple of installed distributions' names"),
+    ("splits_over_time = 1", "has splits_over_time = 1; expected True or False"),
+    ("packing_capacity = -1", "has packing_capacity = -1; expected a whole number >= 0, or None"),
+    ("reserves = 'all'", "has reserves = 'all'; expected 'full paths', 'windows', 'fleet' or None"),
+    ("prepare = 'fast'", "has prepare = 'fast'; expected a method"),
 )
 def test_a_trait_of_the_wrong_type_is_refused(install: Callable[..., None], trait: str, sentence: str) -> None:
     """When the rule is loaded, with one sentence that names it and says what would be right."""

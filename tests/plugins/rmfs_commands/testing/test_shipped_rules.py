@@ -1,7 +1,5 @@
 """Every shipped rule passes the conformance suite."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Trial worlds, snapshots and traces for tests of rules."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Sequence
@@ -14,6 +12,7 @@ from attrs import define, evolve, field
 import rmfs_commands.validation
 import rmfs_core
 import rmfs_core.testing
+from cases import cases
 from reserving import hold_until
 from rmfs_commands.testing import small_instance, small_layout, small_world, trial
 from rmfs_commands.testing.snapshot import Snapshot
@@ -33,7 +32,6 @@ WORLD = trial_worlds()[0]
 
 
 def tried(rule: Any, *roles: Role, world: TrialWorld = WORLD) -> tuple[Outcome, dict[str, CallTimes]]:
-    """Run a world with a rule in these roles; return what came of it and the times of its calls."""
     times: dict[str, CallTimes] = {}
     return run_trial(world, WatchedRule(rule, times), roles), times
 
@@ -88,13 +86,29 @@ class Watching(First):
         return {}
 
 
-def test_a_rule_that_observes_is_told_everything() -> None:
+def test_rules_that_observe_are_told_and_watched() -> None:
     rule = Watching()
     outcome, times = tried(rule, Role.POA, Role.OBSERVER)
     assert outcome.problems == ()
     assert rule.told[0] == "run_started"
     assert rule.told[-2:] == ["complete", "measured"]
     assert rule.told.count("rule_asked") == rule.told.count("rule_answered") > times["assign_orders"].calls
+    tuple_of_kinds, mapping, heard = Choosy(), Choosy(), []
+    mapping.hears = {OrderCompleted: [lambda event: heard.append(event.order)]}
+    for rule in (tuple_of_kinds, mapping):
+        outcome, times = tried(rule, Role.POA, Role.OBSERVER)
+        assert outcome.problems == ()
+        assert times["on_event"].calls == len(WORLD.instance.orders)
+    assert tuple_of_kinds.heard == heard != []
+    assert mapping.heard == []
+    rule = Choosy()
+    watched = WatchedRule(rule, {})
+    rule.hears = {OrderCompleted: [lambda _: object.__setattr__(watched.view.pods[0], "name", "mine")]}
+    (kind, problem), *_ = run_trial(WORLD, watched, (Role.POA, Role.OBSERVER)).problems
+    assert (kind, problem[:24]) == ("mutation of the view", "on_event changed name of")
+    rule = Renames(raises=True)
+    outcome, _ = tried(rule, Role.POA)
+    assert "exception" in [kind for kind, _ in outcome.problems]
 
 
 @define
@@ -107,25 +121,6 @@ class Choosy(First):
     @hookimpl
     def on_event(self, event: OrderCompleted) -> None:
         self.heard.append(event.order)
-
-
-def test_a_rule_hears_what_it_listens_to() -> None:
-    tuple_of_kinds, mapping, heard = Choosy(), Choosy(), []
-    mapping.hears = {OrderCompleted: [lambda event: heard.append(event.order)]}
-    for rule in (tuple_of_kinds, mapping):
-        outcome, times = tried(rule, Role.POA, Role.OBSERVER)
-        assert outcome.problems == ()
-        assert times["on_event"].calls == len(WORLD.instance.orders)
-    assert tuple_of_kinds.heard == heard != []
-    assert mapping.heard == []
-
-
-def test_a_function_that_is_told_of_events_is_watched() -> None:
-    rule = Choosy()
-    watched = WatchedRule(rule, {})
-    rule.hears = {OrderCompleted: [lambda _: object.__setattr__(watched.view.pods[0], "name", "mine")]}
-    (kind, problem), *_ = run_trial(WORLD, watched, (Role.POA, Role.OBSERVER)).problems
-    assert (kind, problem[:24]) == ("mutation of the view", "on_event changed name of")
 
 
 @define
@@ -142,13 +137,7 @@ class Renames(First):
         return First.assign_orders(self, warehouse)
 
 
-def test_a_mutation_comes_first() -> None:
-    rule = Renames(raises=True)
-    outcome, _ = tried(rule, Role.POA)
-    assert "exception" in [kind for kind, _ in outcome.problems]
-
-
-def test_a_run_that_gets_nowhere_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_that_get_nowhere_are_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trial, "MOST_CALLS", 3)
     outcome, times = tried(First(), Role.POA)
     ((kind, problem),) = outcome.problems
@@ -156,6 +145,11 @@ def test_a_run_that_gets_nowhere_is_ended(monkeypatch: pytest.MonkeyPatch) -> No
     said = r"after 3 decisions the run is not over: it was asked assign_orders 3 times, until [\d.]+ s"
     assert re.fullmatch(said, problem)
     assert times["assign_orders"].calls == 3
+    monkeypatch.setattr(trial, "MOST_CALLS", 30)
+    ((kind, problem),) = tried(Sleepless(), Role.POA)[0].problems
+    assert kind == "starved order"
+    assert "wake_at 15 times" in problem
+    assert problem.endswith(", until 15.000 s")
 
 
 @define
@@ -171,19 +165,17 @@ class Sleepless(First):
         return warehouse.now_s + 1
 
 
-def test_a_rule_that_only_wakes_up_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trial, "MOST_CALLS", 30)
-    ((kind, problem),) = tried(Sleepless(), Role.POA)[0].problems
-    assert kind == "starved order"
-    assert "wake_at 15 times" in problem
-    assert problem.endswith(", until 15.000 s")
-
-
-def test_an_instance_may_run_again() -> None:
+def test_rules_between_runs() -> None:
     rule = WatchedRule(First(), {})
     for _ in range(2):
         assert run_trial(WORLD, rule, (Role.POA,)).problems == ()
     assert rule.asked.total() == rule.times["assign_orders"].calls // 2
+    with pytest.raises(InputError, match=r"class Needy: .*needs = \('magic',\)"):
+        tried(Needy(), Role.POA)
+    outcome, _ = tried(Ruthless(), Role.PP, world=trial_worlds()[1])
+    (mutation, _), (kind, problem) = outcome.problems
+    assert (mutation, kind) == ("mutation of the view", "impossible trace")
+    assert re.fullmatch(r"at [\d.]+ s robot \d and robot \d (both hold|drive through) .* more\)", problem)
 
 
 @define
@@ -191,11 +183,6 @@ class Needy(First):
     """POA with an attribute that the kernel does not understand."""
 
     needs: ClassVar[tuple[str, ...]] = ("magic",)
-
-
-def test_a_trait_that_is_none_is_refused() -> None:
-    with pytest.raises(InputError, match=r"class Needy: .*needs = \('magic',\)"):
-        tried(Needy(), Role.POA)
 
 
 @define
@@ -212,13 +199,6 @@ class Ruthless:
         query = traffic.query
         legs = warehouse.travel.fastest_path(query.cell, query.heading, query.goal, query.loaded)
         return rmfs_core.Path(legs or [Leg(query.cell)])
-
-
-def test_where_robots_drive_is_validated() -> None:
-    outcome, _ = tried(Ruthless(), Role.PP, world=trial_worlds()[1])
-    (mutation, _), (kind, problem) = outcome.problems
-    assert (mutation, kind) == ("mutation of the view", "impossible trace")
-    assert re.fullmatch(r"at [\d.]+ s robot \d and robot \d (both hold|drive through) .* more\)", problem)
 
 
 WORLDS = {world.name: world for world in trial_worlds()}
@@ -243,7 +223,6 @@ class Look:
 
 
 def look_at(world: TrialWorld) -> Look:
-    """Run a world with the plain rules under watch; it has no problem."""
     look = Look()
     outcome = run_trial(world, WatchedRule(look, {}), (Role.OBSERVER,))
     assert outcome.problems == ()
@@ -268,19 +247,38 @@ def test_a_renamed_world_differs_in_nothing_but_names(name: str) -> None:
 
 
 def names_in(world: TrialWorld) -> tuple[Sequence[str], ...]:
-    """Return the names of SKUs, orders and pods."""
     given = world.instance
     return given.skus, [order.name for order in given.orders], [pod.name for pod in given.pods]
 
 
 def ranks(names: Sequence[str]) -> list[int]:
-    """Return the place of each name among them in alphabetical order."""
     return [sorted(names).index(name) for name in names]
 
 
-def test_queues_are_full_where_they_shall_be() -> None:
+def test_trial_worlds_are_hard() -> None:
     assert look_at(WORLDS["full queues"]).least_room == 0
     assert look_at(WORLDS["a single robot"]).least_room > 0
+    instance = WORLDS["finite stock"].instance
+    ordered = sum(order.items for order in instance.orders)
+    assert ordered == sum(number or 0 for pod in instance.pods for _, number in pod.contents)
+    assert not instance.unlimited_stock
+    world = WORLDS["an order as large as the largest station"]
+    assert max(order.items for order in world.instance.orders) == max(world.scenario.stations.item_capacity)
+    world = WORLDS["an order larger than the largest station"]
+    assert max(order.items for order in world.instance.orders) > max(world.scenario.stations.item_capacity)
+    world = WORLDS["a line longer than the largest station"]
+    largest = max(world.scenario.stations.item_capacity)
+    longer = [[quantity > largest for _, quantity in order.lines] for order in world.instance.orders]
+    assert sum(any(lines) for lines in longer) == 2
+    assert [all(lines) for lines in longer].count(True) == 1
+    instance = WORLDS["lines of 10 to 40 items on finite stock"].instance
+    lines = [line for order in instance.orders for line in order.lines]
+    assert (min(quantity for _, quantity in lines), max(quantity for _, quantity in lines)) == (10, 40)
+    most = {sku: max(dict(pod.contents).get(sku, 0) for pod in instance.pods) for sku, _ in lines}
+    assert sum(quantity > most[sku] for sku, quantity in lines) > len(lines) / 2
+    ticks = [order.arrival_tick for order in WORLDS["later orders"].instance.orders]
+    assert min(ticks) > 0
+    assert ticks[-1] - ticks[-2] > 1_000_000
 
 
 def test_every_world_exists_with_finite_stock() -> None:
@@ -298,45 +296,6 @@ def test_every_world_exists_with_finite_stock() -> None:
         for sku, quantity in (line for order in finite.orders for line in order.lines):
             left[sku] -= quantity
         assert min(left) >= 0
-
-
-def test_stock_is_finite_and_just_enough() -> None:
-    instance = WORLDS["finite stock"].instance
-    ordered = sum(order.items for order in instance.orders)
-    assert ordered == sum(number or 0 for pod in instance.pods for _, number in pod.contents)
-    assert not instance.unlimited_stock
-
-
-def test_one_order_fits_only_an_empty_largest_station() -> None:
-    world = WORLDS["an order as large as the largest station"]
-    assert max(order.items for order in world.instance.orders) == max(world.scenario.stations.item_capacity)
-
-
-def test_one_order_fits_no_station_beside_others() -> None:
-    world = WORLDS["an order larger than the largest station"]
-    assert max(order.items for order in world.instance.orders) > max(world.scenario.stations.item_capacity)
-
-
-def test_some_lines_fit_no_station_beside_others() -> None:
-    world = WORLDS["a line longer than the largest station"]
-    largest = max(world.scenario.stations.item_capacity)
-    longer = [[quantity > largest for _, quantity in order.lines] for order in world.instance.orders]
-    assert sum(any(lines) for lines in longer) == 2
-    assert [all(lines) for lines in longer].count(True) == 1
-
-
-def test_lines_of_many_items_are_brought_by_several_pods() -> None:
-    instance = WORLDS["lines of 10 to 40 items on finite stock"].instance
-    lines = [line for order in instance.orders for line in order.lines]
-    assert (min(quantity for _, quantity in lines), max(quantity for _, quantity in lines)) == (10, 40)
-    most = {sku: max(dict(pod.contents).get(sku, 0) for pod in instance.pods) for sku, _ in lines}
-    assert sum(quantity > most[sku] for sku, quantity in lines) > len(lines) / 2
-
-
-def test_orders_come_later() -> None:
-    ticks = [order.arrival_tick for order in WORLDS["later orders"].instance.orders]
-    assert min(ticks) > 0
-    assert ticks[-1] - ticks[-2] > 1_000_000
 
 
 @define
@@ -369,15 +328,24 @@ def test_robots_charge_and_pods_are_moved_while_orders_are_picked(stock: str) ->
     assert sum(isinstance(event, PodMoveDecided) for event in moving.beside_picking) >= 3
 
 
-def test_robots_stations_and_capacity_are_as_named() -> None:
+def test_small_worlds_are_as_named() -> None:
     assert len(WORLDS["one station"].layout.stations) == 1
     assert len(WORLDS["several stations"].layout.stations) == 3
     assert WORLDS["a single robot"].scenario.robots.count == 1
     assert WORLDS["order capacity"].scenario.stations.order_capacity == (2, 1)
     assert WORLDS["no order"].instance.orders == ()
+    assert len(small_layout(block_columns=4).storage_locations) == 2 * len(
+        small_layout(block_columns=2).storage_locations
+    )
+    layout = small_layout(2, block_columns=3)
+    world = small_world({"1": {"a": 9}}, {"p": ["a"]}, capacities=(1, 1), counts_orders=True, layout=layout)
+    assert world.travel.layout is layout
+    assert all(station.counts_orders for station in world.stations)
+    assert world.size_at(world.orders[0], world.stations[0]) == 1
+    assert {int(layout.kind[pod.cell]) for pod in world.pods} == {CellKind.STORAGE}
 
 
-def test_an_instance_is_written_down_by_names() -> None:
+def test_instances_are_written_down_by_names() -> None:
     given = small_instance({"1": ["b", "c"], "2": {"a": 3}}, {"p": ["a", "b"], "q": {"a": 2}}, arrivals_s={"2": 1.5})
     assert given.skus == ("a", "b", "c")
     assert [(order.name, order.arrival_tick, order.lines) for order in given.orders] == [
@@ -386,9 +354,6 @@ def test_an_instance_is_written_down_by_names() -> None:
     ]
     assert [(pod.name, pod.contents) for pod in given.pods] == [("p", ((0, None), (1, None))), ("q", ((0, 2),))]
     assert not given.unlimited_stock
-
-
-def test_orders_may_be_due() -> None:
     due = {"2": 1.5}
     assert [order.due_tick for order in small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, due_s=due).orders] == [
         None,
@@ -412,12 +377,6 @@ def test_a_layout_has_the_stations_asked_for(stations: int, queue_length: int, d
     assert layout is small_layout(stations, queue_length=queue_length)
 
 
-def test_a_wider_layout_has_more_storage_locations() -> None:
-    assert len(small_layout(block_columns=4).storage_locations) == 2 * len(
-        small_layout(block_columns=2).storage_locations
-    )
-
-
 def test_a_world_begins_with_everything_waiting() -> None:
     world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=(4, 9), robots=3)
     locations = world.travel.layout.storage_locations
@@ -431,57 +390,40 @@ def test_a_world_begins_with_everything_waiting() -> None:
     assert [station.queue_room for station in world.stations] == [3 + 1, 3 + 1]
 
 
-def test_stations_may_count_orders_on_a_layout_of_ones_own() -> None:
-    layout = small_layout(2, block_columns=3)
-    world = small_world({"1": {"a": 9}}, {"p": ["a"]}, capacities=(1, 1), counts_orders=True, layout=layout)
-    assert world.travel.layout is layout
-    assert all(station.counts_orders for station in world.stations)
-    assert world.size_at(world.orders[0], world.stations[0]) == 1
-    assert {int(layout.kind[pod.cell]) for pod in world.pods} == {CellKind.STORAGE}
-
-
 def world() -> Warehouse:
-    """Return a world with an order assigned and a pod bound for it."""
     built = small_world({"1": ["a"], "2": ["b"]}, {"p": {"a": 2}, "q": {"b": 3}}, capacities=(4, 4))
     built.assign(built.orders[0], built.stations[0], [0])
     return built
 
 
 def tick(built: Warehouse) -> None:
-    """Let time pass."""
     built.advance(built.now + 1)
 
 
 def bind(built: Warehouse) -> None:
-    """Send a pod to a station."""
     built.bind(built.pods[0], built.stations[0])
 
 
 def assign(built: Warehouse) -> None:
-    """Assign the other order."""
     built.assign(built.orders[1], built.stations[1], [1])
 
 
 def task(built: Warehouse) -> None:
-    """Let a robot fetch a pod."""
     built.bind(built.pods[0], built.stations[0])
     built.take_task(built.robots[0], built.pods[0])
 
 
 def rename(built: Warehouse) -> None:
-    """Give a pod another name, which no rule may."""
     object.__setattr__(built.pods[1], "name", "r")
 
 
-@pytest.mark.parametrize(
-    ("change", "named"),
-    [
-        (tick, "of the warehouse"),
-        (bind, "of the warehouse"),
-        (assign, "backlog of the warehouse"),
-        (task, "of the warehouse"),
-        (rename, "name of pod r"),
-    ],
+@cases(
+    "change named",
+    (tick, "of the warehouse"),
+    (bind, "of the warehouse"),
+    (assign, "backlog of the warehouse"),
+    (task, "of the warehouse"),
+    (rename, "name of pod r"),
     ids=lambda value: getattr(value, "__name__", ""),
 )
 def test_whatever_changes_is_named(change: Callable[[Warehouse], None], named: str) -> None:
@@ -494,7 +436,7 @@ def test_whatever_changes_is_named(change: Callable[[Warehouse], None], named: s
     assert named in changed
 
 
-def test_looking_changes_nothing() -> None:
+def test_watching_changes_nothing_and_sees_reservations() -> None:
     built = world()
     view = WarehouseView(built)
     before = Snapshot.of(view)
@@ -502,6 +444,14 @@ def test_looking_changes_nothing() -> None:
     assert view.pods_with(0)
     assert view.travel.times_to(view.stations[0].cell, True).min() == 0
     assert before.first_change(Snapshot.of(view)) is None
+    built = world()
+    view = WarehouseView(built)
+    roads = Roads(built.travel)
+    traffic = Traffic(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 5))
+    before = Snapshot.of(view, traffic)
+    assert before.first_change(Snapshot.of(view, traffic)) is None
+    hold_until(traffic.table, 1, 3, 0, 500)
+    assert before.first_change(Snapshot.of(view, traffic)) == "the reservations"
 
 
 def test_items_are_told_apart_from_those_that_are_free() -> None:
@@ -519,17 +469,6 @@ def test_items_are_told_apart_from_those_that_are_free() -> None:
     assert [note.stock[pod] for note in (before, promised, picked)] == [((0, 2, 2),), ((0, 2, 1),), ((0, 1, 1),)]
     assert before.first_change(promised) is not None
     assert promised.first_change(picked) is not None
-
-
-def test_reservations_are_seen_where_a_rule_is_asked_with_them() -> None:
-    built = world()
-    view = WarehouseView(built)
-    roads = Roads(built.travel)
-    traffic = Traffic(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 5))
-    before = Snapshot.of(view, traffic)
-    assert before.first_change(Snapshot.of(view, traffic)) is None
-    hold_until(traffic.table, 1, 3, 0, 500)
-    assert before.first_change(Snapshot.of(view, traffic)) == "the reservations"
 
 
 def test_a_recorded_run_is_validated_by_the_name_that_tests_of_rules_know(tmp_path: Path) -> None:

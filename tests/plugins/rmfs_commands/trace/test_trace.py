@@ -1,7 +1,5 @@
 """Traces: written line by line, and read again."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import re
@@ -14,6 +12,7 @@ from attrs import evolve
 
 import rmfs_core
 from calling import refusal
+from cases import cases
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.trace import TraceStream, TraceWriter, read_trace
 from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results, read_json_lines
@@ -43,7 +42,6 @@ class Recorder:
 
     @hookimpl
     def on_event(self, event: Event) -> None:
-        """Keep it."""
         self.events.append(event)
 
 
@@ -59,7 +57,6 @@ def write(folder: Path, run: RunInfo) -> Path:
 
 @pytest.fixture
 def trace_file(tmp_path: Path, tiny: RunInfo) -> Path:
-    """Return a trace of hand-made events."""
     return write(tmp_path, tiny)
 
 
@@ -107,7 +104,6 @@ def test_metrics_of_a_run_can_be_recomputed_from_its_trace(tmp_path: Path) -> No
 
 
 def rewrite(path: Path, change: Callable[[list[str]], list[str]]) -> None:
-    """Change the lines of a trace."""
     lines = gzip.decompress(path.read_bytes()).decode().splitlines()
     path.write_bytes(gzip.compress("".join(f"{line}\n" for line in change(lines)).encode()))
 
@@ -143,30 +139,28 @@ def test_cells_are_read_by_their_digits(trace_file: Path) -> None:
     assert np.array_equal(after.kind[after.width :], before.kind[before.width :])
 
 
-@pytest.mark.parametrize(
-    ("change", "line", "problem"),
-    [
-        (lambda lines: ['{"format":"other"}', *lines[1:]], 1, "no trace"),
-        (lambda lines: [lines[0].replace('"version":1', '"version":99'), *lines[1:]], 1, "version 99"),
-        (lambda lines: [lines[0].replace('"robots"', '"robot"'), *lines[1:]], 1, "lacks 'robots'"),
-        (
-            lambda lines: [re.sub(r'"heading":\d', '"heading":true', lines[0]), *lines[1:]],
-            1,
-            "found true in `heading`; expected a number",
-        ),
-        (lambda lines: [lines[0].replace('"width":', '"width":1'), *lines[1:]], 1, "cells each"),
-        (lambda lines: [lines[0].replace('"width":', '"width":9999'), *lines[1:]], 1, "in a row or column"),
-        (lambda lines: [*lines[:2], "{", *lines[2:]], 3, "no valid JSON"),
-        (lambda lines: [*lines[:2], "[]", *lines[2:]], 3, "expected a JSON object"),
-        (lambda lines: [*lines[:2], '{"e":"flew"}', *lines[2:]], 3, "'flew'"),
-        (lambda lines: [lines[0], '{"e":"order_arrived","tick":0}', *lines[1:]], 2, "tick, order"),
-        (lambda lines: [lines[0], '{"e":"order_arrived","tick":0,"order":"x"}', *lines[1:]], 2, "'x'"),
-        (lambda lines: [line.replace('"POA"', '"lunch"') for line in lines], 5, "'lunch'"),
-        (lambda lines: lines[:-1], 5, "cut off"),
-        (lambda lines: [*lines, lines[-1]], 7, "behind the end"),
-        (lambda lines: [*lines[:-1], '{"e":"end","tick":1,"status":"fine"}'], 6, "status"),
-        (lambda lines: [], 1, "no trace"),
-    ],
+@cases(
+    "change line problem",
+    (lambda lines: ['{"format":"other"}', *lines[1:]], 1, "no trace"),
+    (lambda lines: [lines[0].replace('"version":1', '"version":99'), *lines[1:]], 1, "version 99"),
+    (lambda lines: [lines[0].replace('"robots"', '"robot"'), *lines[1:]], 1, "lacks 'robots'"),
+    (
+        lambda lines: [re.sub(r'"heading":\d', '"heading":true', lines[0]), *lines[1:]],
+        1,
+        "found true in `heading`; expected a number",
+    ),
+    (lambda lines: [lines[0].replace('"width":', '"width":1'), *lines[1:]], 1, "cells each"),
+    (lambda lines: [lines[0].replace('"width":', '"width":9999'), *lines[1:]], 1, "in a row or column"),
+    (lambda lines: [*lines[:2], "{", *lines[2:]], 3, "no valid JSON"),
+    (lambda lines: [*lines[:2], "[]", *lines[2:]], 3, "expected a JSON object"),
+    (lambda lines: [*lines[:2], '{"e":"flew"}', *lines[2:]], 3, "'flew'"),
+    (lambda lines: [lines[0], '{"e":"order_arrived","tick":0}', *lines[1:]], 2, "tick, order"),
+    (lambda lines: [lines[0], '{"e":"order_arrived","tick":0,"order":"x"}', *lines[1:]], 2, "'x'"),
+    (lambda lines: [line.replace('"POA"', '"lunch"') for line in lines], 5, "'lunch'"),
+    (lambda lines: lines[:-1], 5, "cut off"),
+    (lambda lines: [*lines, lines[-1]], 7, "behind the end"),
+    (lambda lines: [*lines[:-1], '{"e":"end","tick":1,"status":"fine"}'], 6, "status"),
+    (lambda lines: [], 1, "no trace"),
 )
 def test_a_broken_trace_is_an_input_error(
     trace_file: Path, change: Callable[[list[str]], list[str]], line: int, problem: str
@@ -179,38 +173,36 @@ def test_a_broken_trace_is_an_input_error(
     assert caught.value.place.endswith(f"line {line}") or line == 1
 
 
-@pytest.mark.parametrize(
-    ("line", "problem"),
-    [
-        ('{"e":"order_arrived","tick":true,"order":0}', "tick of order_arrived is True; expected int"),
-        (
-            '{"e":"decision_made","tick":0,"period":1,"decides":["POA"],"rule":"a","backlog":1,"assignments":1,"trips":0,'
-            '"status":null,"objective":null,"bound":null,"stopped_early":false}',
-            "decides of decision_made is ['POA']; expected Role",
-        ),
-        ('{"e":"order_arrived","tick":0,"order":null}', "order of order_arrived is None; expected int"),
-        (
-            '{"e":"order_arrived","tick":1000000000000001,"order":0}',
-            "tick of order_arrived is 1000000000000001; expected int up to 1,000,000,000,000,000",
-        ),
-        (
-            '{"e":"end","tick":9223372036854775808,"status":"complete"}',
-            "found the end {'e': 'end', 'tick': 9223372036854775808, 'status': 'complete'}; expected a tick from 0 to "
-            "1,000,000,000,000,000 and a status of complete, partial, failed",
-        ),
-        (
-            '{"e":"visit_ended","tick":1,"visit":1,"pod":0,"station":0,"picks":1,"next_station":"north"}',
-            "next_station of visit_ended is 'north'; expected int | None",
-        ),
-        (
-            '{"e":"order_assigned","tick":0,"order":0,"station":0,"skus":[0,"a"],"items":1,"period":1,"complete":true}',
-            "skus of order_assigned is [0, 'a']; expected tuple[int, ...]",
-        ),
-        (
-            '{"e":"order_assigned","tick":0,"order":0,"station":0,"skus":[0],"items":1,"period":1,"complete":1}',
-            "complete of order_assigned is 1; expected bool",
-        ),
-    ],
+@cases(
+    "line problem",
+    ('{"e":"order_arrived","tick":true,"order":0}', "tick of order_arrived is True; expected int"),
+    (
+        '{"e":"decision_made","tick":0,"period":1,"decides":["POA"],"rule":"a","backlog":1,"assignments":1,"trips":0,'
+        '"status":null,"objective":null,"bound":null,"stopped_early":false}',
+        "decides of decision_made is ['POA']; expected Role",
+    ),
+    ('{"e":"order_arrived","tick":0,"order":null}', "order of order_arrived is None; expected int"),
+    (
+        '{"e":"order_arrived","tick":1000000000000001,"order":0}',
+        "tick of order_arrived is 1000000000000001; expected int up to 1,000,000,000,000,000",
+    ),
+    (
+        '{"e":"end","tick":9223372036854775808,"status":"complete"}',
+        "found the end {'e': 'end', 'tick': 9223372036854775808, 'status': 'complete'}; expected a tick from 0 to "
+        "1,000,000,000,000,000 and a status of complete, partial, failed",
+    ),
+    (
+        '{"e":"visit_ended","tick":1,"visit":1,"pod":0,"station":0,"picks":1,"next_station":"north"}',
+        "next_station of visit_ended is 'north'; expected int | None",
+    ),
+    (
+        '{"e":"order_assigned","tick":0,"order":0,"station":0,"skus":[0,"a"],"items":1,"period":1,"complete":true}',
+        "skus of order_assigned is [0, 'a']; expected tuple[int, ...]",
+    ),
+    (
+        '{"e":"order_assigned","tick":0,"order":0,"station":0,"skus":[0],"items":1,"period":1,"complete":1}',
+        "complete of order_assigned is 1; expected bool",
+    ),
 )
 def test_a_field_of_another_type_is_named(trace_file: Path, line: str, problem: str) -> None:
     """With the event, what was found there and what would be right; a truth value is no number."""
@@ -231,13 +223,11 @@ def test_lines_are_read_as_written(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gz", "b.gz"]
 
 
-@pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        (b"this is text", "no gzip file"),
-        (gzip.compress(json.dumps({"a": "b" * 5000}).encode(), mtime=0)[:-12], "cut off"),
-        (None, "cannot be read"),
-    ],
+@cases(
+    "content problem",
+    (b"this is text", "no gzip file"),
+    (gzip.compress(json.dumps({"a": "b" * 5000}).encode(), mtime=0)[:-12], "cut off"),
+    (None, "cannot be read"),
 )
 def test_a_file_that_is_no_such_file(tmp_path: Path, content: bytes | None, problem: str) -> None:
     path = tmp_path / "lines.gz"

@@ -1,7 +1,5 @@
 """Runs to validate: a recorded one, robots on a text map that are told what to do, and a day of one order."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -44,7 +42,6 @@ SMALL = (
 
 @pytest.fixture(scope="session")
 def recorded_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of a run with orders that arrive over time."""
     folder = tmp_path_factory.mktemp("recorded")
     rmfs_core.run("examples/small", overrides=SMALL, out=folder, record=["trace"])
     return folder
@@ -52,13 +49,11 @@ def recorded_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def recorded(recorded_folder: Path) -> Trace:
-    """Trace of that run."""
     return read_trace(recorded_folder / "trace.jsonl.gz")
 
 
 @pytest.fixture(scope="session")
 def recorded_result(recorded_folder: Path) -> dict[str, Any]:
-    """Content of result.json of that run."""
     content: dict[str, Any] = json.loads((recorded_folder / "result.json").read_text(encoding="utf-8"))
     return content
 
@@ -102,11 +97,9 @@ class Script:
         self.instance = Instance((), (), tuple(PodData(f"P{i}", ()) for i in range(len(pods))))
 
     def cell(self, row: int, column: int) -> int:
-        """Return the index of a cell."""
         return row * self.layout.width + column
 
     def rest(self, robot: int, seconds: float) -> None:
-        """Let a robot rest without any event."""
         self.now[robot] += round(seconds * 1000)
 
     def drive(self, robot: int, row: int, column: int, wait_s: float = 0.0, **changes: Any) -> None:
@@ -126,21 +119,18 @@ class Script:
         self.cells[robot], self.headings[robot] = to, heading
 
     def fetch(self, robot: int, pod: int) -> None:
-        """Decide a trip, where there is a station, give a robot its task, and let it lift the pod where it stands."""
         if self.layout.stations:
             self.events.append(TripDecided(self.now[robot], pod, 0))
         self.events.append(TaskAssigned(self.now[robot], robot, pod))
         self.lift(robot, pod)
 
     def lift(self, robot: int, pod: int) -> None:
-        """Let a robot lift a pod where it stands, told to or not."""
         start = self.now[robot]
         self.now[robot] += MOTION.lift_ticks
         self.carried[robot] = pod
         self.events.append(PodLifted(self.now[robot], start, robot, pod, self.cells[robot]))
 
     def store(self, robot: int) -> None:
-        """Let a robot set down its pod where it stands."""
         start, pod = self.now[robot], self.carried[robot]
         assert pod is not None
         self.now[robot] += MOTION.lift_ticks
@@ -173,7 +163,6 @@ class Script:
 
 @pytest.fixture
 def new_script() -> type[Script]:
-    """Class to write a trace by hand."""
     return Script
 
 

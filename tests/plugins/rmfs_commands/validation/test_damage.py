@@ -1,13 +1,12 @@
 """Faults of orders, pods and visits, each made in a day of one order or a run of many."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 from attrs import evolve
 
+from cases import cases
 from damage import Damage, assert_found, at, change, find, other, put, told, told_before, twice, without
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation import faults_of
@@ -17,11 +16,9 @@ from rmfs_core.events import (
     OrderArrived,
     OrderAssigned,
     PodLifted,
-    PodStored,
     QueueJoined,
     RobotMoved,
     TaskAssigned,
-    VisitEnded,
     VisitStarted,
 )
 from rmfs_core.roles import Role
@@ -29,20 +26,6 @@ from rmfs_core.roles import Role
 ARRIVED, ASSIGNED, POA, TRIP, PPS, TASK, LIFT, JOIN, VISIT = 0, 1, 2, 3, 4, 5, 7, 10, 12
 TEA, JAM, LAST, COMPLETE, LEAVE, STORE = 13, 14, 15, 16, 17, 21
 """Numbers of events in `day`."""
-
-
-def queue_jumper(trace: Trace) -> Trace:
-    """Exchange two robots in a line."""
-    for i, first in enumerate(trace.events):
-        if not isinstance(first, QueueJoined):
-            continue
-        for j in range(i + 1, len(trace.events)):
-            second = trace.events[j]
-            if isinstance(second, VisitEnded) and second.station == first.station:
-                break
-            if isinstance(second, QueueJoined) and second.station == first.station:
-                return put(put(trace, i, evolve(second, tick=first.tick)), j, evolve(first, tick=second.tick))
-    raise AssertionError("no two robots were in a line at once")
 
 
 def again(kind: type[Any], by: Callable[[Trace, Any], dict[str, Any]]) -> Damage:
@@ -56,12 +39,10 @@ def again(kind: type[Any], by: Callable[[Trace, Any], dict[str, Any]]) -> Damage
 
 
 def other_robot(trace: Trace, event: Any) -> dict[str, int]:
-    """Return another robot."""
     return {"robot": other(len(trace.robots), event.robot)}
 
 
 def turn_in_visit(trace: Trace) -> Trace:
-    """Let the robot of the day move on the spot before its visit ends."""
     end = trace.events[LEAVE]
     return put(trace, LEAVE, RobotMoved(end.tick, end.tick - 500, 0, 39, 39, 0, 500, 0, 0, 0), end)
 
@@ -123,7 +104,6 @@ def test_who_waits_in_a_queue_is_in_its_line(new_script: Any) -> None:
 
 
 def arrive_late(trace: Trace) -> Trace:
-    """Tell of an order's arrival after its assignment."""
     at = find(trace, OrderArrived)
     event = trace.events[at]
     after = max(
@@ -162,30 +142,26 @@ def test_filters_may_hide_orders_but_add_none(day: Trace) -> None:
     assert len(told(at(POA, backlog=0)(day))) == 1
 
 
-@pytest.mark.parametrize(
-    ("status", "completed", "kinds"),
-    [
-        ("complete", True, []),
-        ("partial", True, ["status"]),
-        ("failed", True, []),
-        ("complete", False, ["order-left"]),
-        ("partial", False, ["order-left"]),
-        ("failed", False, []),
-    ],
+@cases(
+    "status completed kinds",
+    ("complete", True, []),
+    ("partial", True, ["status"]),
+    ("failed", True, []),
+    ("complete", False, ["order-left"]),
+    ("partial", False, ["order-left"]),
+    ("failed", False, []),
 )
 def test_the_status_is_that_of_the_orders(day: Trace, status: str, completed: bool, kinds: list[str]) -> None:
     trace = evolve(day if completed else without(COMPLETE)(day), status=status)
     assert [fault.partition(":")[0] for fault in told(trace)] == kinds
 
 
-@pytest.mark.parametrize(
-    ("told", "problem"),
-    [
-        ({"status": "nearly"}, "the status 'nearly'; expected 'decided': P"),
-        ({"objective": 3.0}, "the objective 3.0; expected none from a rule that reports nothing"),
-        ({"bound": 3.0}, "the bound 3.0; expected none"),
-        ({"stopped_early": True}, "the solve ended early; expected none"),
-    ],
+@cases(
+    "told problem",
+    ({"status": "nearly"}, "the status 'nearly'; expected 'decided': P"),
+    ({"objective": 3.0}, "the objective 3.0; expected none from a rule that reports nothing"),
+    ({"bound": 3.0}, "the bound 3.0; expected none"),
+    ({"stopped_early": True}, "the solve ended early; expected none"),
 )
 def test_what_a_decision_on_orders_cannot_report(recorded: Trace, told: dict[str, Any], problem: str) -> None:
     damaged = change(DecisionMade, lambda _trace, _event: told)(recorded)
@@ -193,19 +169,17 @@ def test_what_a_decision_on_orders_cannot_report(recorded: Trace, told: dict[str
     assert problem in fault.sentence
 
 
-@pytest.mark.parametrize(
-    ("rule", "told", "problem"),
-    [
-        ("integrated", {"status": "optimal", "objective": 2.0, "bound": 2.0}, None),
-        ("integrated", {"status": "effort", "objective": 2.0, "bound": 1.0, "stopped_early": True}, None),
-        ("integrated", {"status": "finished"}, "'finished'; expected one of optimal, effort, stopped, heuristic, dec"),
-        ("somebodys", {"status": "finished", "bound": 1.0}, None),
-        ("integrated", {"status": "optimal", "stopped_early": True}, "the status optimal, and was stopped early"),
-        ("somebodys", {"status": "effort"}, "the status effort, and was not stopped early"),
-        ("pod-match-joint", {"status": "heuristic", "objective": 2.0}, None),
-        ("pod-match-joint", {"status": "heuristic", "bound": 2.0}, "the bound 2.0; expected none from a rule"),
-        ("somebodys", {"status": "decided", "objective": 1.0}, "the objective 1.0; expected none"),
-    ],
+@cases(
+    "rule told problem",
+    ("integrated", {"status": "optimal", "objective": 2.0, "bound": 2.0}, None),
+    ("integrated", {"status": "effort", "objective": 2.0, "bound": 1.0, "stopped_early": True}, None),
+    ("integrated", {"status": "finished"}, "'finished'; expected one of optimal, effort, stopped, heuristic, dec"),
+    ("somebodys", {"status": "finished", "bound": 1.0}, None),
+    ("integrated", {"status": "optimal", "stopped_early": True}, "the status optimal, and was stopped early"),
+    ("somebodys", {"status": "effort"}, "the status effort, and was not stopped early"),
+    ("pod-match-joint", {"status": "heuristic", "objective": 2.0}, None),
+    ("pod-match-joint", {"status": "heuristic", "bound": 2.0}, "the bound 2.0; expected none from a rule"),
+    ("somebodys", {"status": "decided", "objective": 1.0}, "the objective 1.0; expected none"),
 )
 def test_what_a_joint_decision_reports(rule: str, told: dict[str, Any], problem: str | None) -> None:
     whole = {"objective": None, "bound": None, "stopped_early": False} | told
@@ -234,10 +208,6 @@ def never_stored(trace: Trace) -> Trace:
 
 
 DAMAGES: list[tuple[str, Damage, str]] = [
-    ("a robot before its turn", queue_jumper, "queue-order"),
-    ("a visit at another station", change(VisitStarted, lambda t, e: {"station": 1 - e.station}), "robot-elsewhere"),
-    ("a visit by another pod", change(VisitStarted, lambda t, e: {"pod": other(len(t.pods), e.pod)}), "pod-mismatch"),
-    ("a pod that goes elsewhere", change(VisitEnded, lambda t, e: {"next_station": 1 - e.station}), "next-station"),
     (
         "an assignment to the other station",
         change(OrderAssigned, lambda t, e: {"station": 1 - e.station}),
@@ -247,8 +217,6 @@ DAMAGES: list[tuple[str, Damage, str]] = [
     ("a decision of another rule", change(DecisionMade, lambda t, e: {"rule": "somebody"}), "rule"),
     ("a bound too high", change(DecisionMade, lambda t, e: {"objective": 3.0, "bound": 3.1}), "bound"),
     ("a lift of two pods", again(PodLifted, lambda t, e: {"pod": other(len(t.pods), e.pod)}), "robot-loaded"),
-    ("a lift by two robots", again(PodLifted, other_robot), "pod-in-use"),
-    ("a pod set down by another robot", change(PodStored, lambda t, e: {"robot": other(4, e.robot)}), "pod-in-use"),
     ("a task for two robots", again(TaskAssigned, other_robot), "fetched-twice"),
 ]
 
@@ -258,184 +226,178 @@ def test_damage_to_a_run_is_found(recorded: Trace, damage: Damage, kind: str) ->
     assert_found(damage(recorded), kind)
 
 
-@pytest.mark.parametrize(
-    ("damage", "faults"),
-    [
-        (
-            twice(TRIP),
-            [
-                "bound-twice: pod P0 is sent to station 1, where it is or is bound for already",
-                "decision-size: the PPS decision of period 1 reports 0 assignments and 1 trips; it had 0 and 2",
-            ],
-        ),
-        (
-            without(JOIN),
-            [
-                "queue-order: robot 1 with pod P0 starts a visit at station 1, but nobody is in its line",
-                "queue-lane: robot 1 drove through the queue of station 1",
-            ],
-        ),
-        (twice(JOIN), ["queue-order: robot 1 with pod P0 joins the line of station 1, but is in it already"]),
-        (
-            told_before(JOIN, JOIN - 1),
-            [
-                "robot-elsewhere: robot 1 with pod P0 joins the line of station 1, but stands at row 5, column 4",
-                "queue-lane: robot 1 drove through the queue of station 1",
-            ],
-        ),
-        (
-            at(JOIN, pod=1),
-            [
-                "pod-mismatch: robot 1 with pod P1 joins the line of station 1, but carries pod P0",
-                "not-bound: robot 1 with pod P1 joins the line of station 1, but pod P1 is bound for no station first",
-            ],
-        ),
-        (
-            twice(VISIT),
-            [
-                "visit-number: robot 1 with pod P0 starts a visit at station 1 with the number 1; expected 2",
-                "station-busy: robot 1 with pod P0 starts a visit at station 1, where pod P0 still is",
-            ],
-        ),
-        (twice(LEAVE), ["visit-end: pod P0 leaves station 1 after visit 1, but no pod is there"]),
-        (at(LEAVE, pod=1), ["visit-end: pod P1 leaves station 1 after visit 1, but pod P0 with visit 1 is there"]),
-        (at(LEAVE, picks=2), ["visit-picks: pod P0 leaves station 1 after 3 picks, but reports 2"]),
-        (at(LEAVE, visit=9), ["visit-end: pod P0 leaves station 1 after visit 9, but pod P0 with visit 1 is there"]),
-        (without(LEAVE), ["moved-in-visit: robot 1 left row 5, column 8 during visit 1, which has no end"]),
-        (turn_in_visit, ["moved-in-visit: pod P0 leaves station 1, but robot 1 moved during the visit"]),
-        (
-            twice(ARRIVED),
-            [
-                "arrival: order A arrives again; expected once, at 0.000 s",
-                "backlog: the POA decision of period 1 saw 1 orders in the backlog; there were 2",
-                "backlog: the PPS decision of period 1 saw 0 orders in the backlog; there were 1",
-            ],
-        ),
-        (
-            at(ASSIGNED, skus=(0, 1, 2)),
-            ["line-assigned: order A is assigned to station 1 with SKU rye, which is no line of it"],
-        ),
-        (at(ASSIGNED, items=2), ["items: order A is assigned to station 1 with 3 items, but 2 are reported"]),
-        (
-            at(ASSIGNED, complete=False),
-            [
-                "complete-flag: order A is assigned to station 1 with `complete` false; 0 of its lines are left",
-                "backlog: the PPS decision of period 1 saw 0 orders in the backlog; there were 1",
-            ],
-        ),
-        (at(ASSIGNED, period=2), ["period: order A is assigned in period 2; expected 1"]),
-        (told_before(COMPLETE, JAM), ["completed-early: order A is complete, but 2 of its items are not picked"]),
-        (twice(COMPLETE), ["completed-twice: order A is complete again"]),
-        (without(COMPLETE), ["order-left: order A is not complete at the end (0 of its items are not picked)"]),
-        (
-            at(POA, period=2),
-            ["period: the POA decision has period 2; expected 1", "period: the PPS decision has period 1; expected 2"],
-        ),
-        (at(PPS, period=2), ["period: the PPS decision has period 2; expected 1"]),
-        (
-            at(POA, assignments=2),
-            ["decision-size: the POA decision of period 1 reports 2 assignments and 0 trips; it had 1 and 0"],
-        ),
-        (
-            at(PPS, trips=0),
-            ["decision-size: the PPS decision of period 1 reports 0 assignments and 0 trips; it had 0 and 1"],
-        ),
-        (at(POA, backlog=2), ["backlog: the POA decision of period 1 saw 2 orders in the backlog; there were 1"]),
-        (at(PPS, decides=Role.TA), ["unknown-id: a decision on TA; expected POA, PPS, POA+PPS, ROA, RPS or ROA+RPS"]),
-        (
-            without(JAM),
-            [
-                "completed-early: order A is complete, but 1 of its items are not picked",
-                "visit-picks: pod P0 leaves station 1 after 2 picks, but reports 3",
-            ],
-        ),
-        (
-            twice(LAST),
-            [
-                f"picker-busy: {JAM_PICKED} from 41.028 s on, but its picker handles another item until 54.028 s",
-                f"picked-twice: {JAM_PICKED}, but all its items have been picked",
-                "visit-picks: pod P0 leaves station 1 after 4 picks, but reports 3",
-            ],
-        ),
-        (at(JAM, visit=2), [f"no-visit: {JAM_PICKED} in visit 2, but pod P0 with visit 1 is there"]),
-        (
-            at(TEA, start_tick=15_000),
-            [
-                f"no-visit: {TEA_PICKED} from 15.000 s on, before its visit began at 15.028 s",
-                f"pick-time: {TEA_PICKED} in 7.028 s; that takes 7.000 s",
-                f"handle-time: {TEA_PICKED} and handled in 13.028 s; expected 13.000 s",
-            ],
-        ),
-        (at(JAM, tick=35_029), [f"pick-time: {JAM_PICKED} in 7.001 s; that takes 7.000 s"]),
-        (at(JAM, picker_free_tick=41_027), [f"handle-time: {JAM_PICKED} and handled in 12.999 s; expected 13.000 s"]),
-        (
-            at(JAM, sku=2),
-            [
-                "not-ordered: SKU rye of order A is picked from pod P0 at station 1, "
-                "but the order does not have the SKU",
-                "completed-early: order A is complete, but 1 of its items are not picked",
-            ],
-        ),
-        (
-            at(JAM, pod=1),
-            [
-                "no-visit: SKU jam of order A is picked from pod P1 at station 1 in visit 1, "
-                "but pod P0 with visit 1 is there",
-                "sku-not-on-pod: SKU jam of order A is picked from pod P1 at station 1, which does not hold it",
-            ],
-        ),
-        (jam_on_pod(1), [f"stock-negative: {JAM_PICKED}, which has none left"]),
-        (jam_on_pod(2), []),
-        (without(TASK), ["no-task: robot 1 lifts pod P0 at row 4, column 4, but was not told to fetch it"]),
-        (told_before(TASK, 3), ["no-trip: robot 1 shall fetch pod P0, which is bound for no station"]),
-        (
-            never_stored,
-            ["not-stored: robot 1 with pod P0 stands at row 4, column 4 since 58.898 s and does not set it down"],
-        ),
-        (twice(TASK), ["robot-busy: robot 1 shall fetch pod P0, but is still busy with pod P0"]),
-        (
-            at(LIFT, pod=1),
-            [
-                "no-task: robot 1 lifts pod P1 at row 4, column 4, but was not told to fetch it",
-                "pod-not-there: robot 1 lifts pod P1 at row 4, column 4, but the pod stands at row 4, column 3",
-                "pod-mismatch: robot 1 drives with pod P0, but carries pod P1",
-            ],
-        ),
-        (
-            at(LIFT, start_tick=3454),
-            ["lift-time: robot 1 lifts pod P0 at row 4, column 4 in 2.199 s; that takes 2.200 s"],
-        ),
-        (
-            at(LIFT, start_tick=3452),
-            [
-                "time-overlap: robot 1 lifts pod P0 at row 4, column 4 from 3.452 s on, "
-                "but what it did before lasted until 3.453 s",
-                "lift-time: robot 1 lifts pod P0 at row 4, column 4 in 2.201 s; that takes 2.200 s",
-            ],
-        ),
-        (
-            at(STORE, cell=26),
-            [
-                "robot-elsewhere: robot 1 sets down pod P0 at row 4, column 3, but stands at row 4, column 4",
-                "location-taken: robot 1 sets down pod P0 at row 4, column 3, where pod P1 stands",
-            ],
-        ),
-        (
-            at(STORE, cell=43),
-            [
-                "robot-elsewhere: robot 1 sets down pod P0 at row 6, column 4, but stands at row 4, column 4",
-                "no-storage-location: robot 1 sets down pod P0 at row 6, column 4, which is no storage location",
-            ],
-        ),
-        (at(STORE, pod=1), ["pod-in-use: robot 1 sets down pod P1 at row 4, column 4, but carries pod P0"]),
-        (
-            at(LEAVE, next_station=0),
-            [
-                "not-bound: pod P0 leaves station 1 for station 1, which it is not bound for",
-                "next-station: robot 1 sets down pod P0 at row 4, column 4, but was to carry it on to station 1",
-            ],
-        ),
-    ],
+@cases(
+    "damage faults",
+    (
+        twice(TRIP),
+        [
+            "bound-twice: pod P0 is sent to station 1, where it is or is bound for already",
+            "decision-size: the PPS decision of period 1 reports 0 assignments and 1 trips; it had 0 and 2",
+        ],
+    ),
+    (
+        without(JOIN),
+        [
+            "queue-order: robot 1 with pod P0 starts a visit at station 1, but nobody is in its line",
+            "queue-lane: robot 1 drove through the queue of station 1",
+        ],
+    ),
+    (twice(JOIN), ["queue-order: robot 1 with pod P0 joins the line of station 1, but is in it already"]),
+    (
+        told_before(JOIN, JOIN - 1),
+        [
+            "robot-elsewhere: robot 1 with pod P0 joins the line of station 1, but stands at row 5, column 4",
+            "queue-lane: robot 1 drove through the queue of station 1",
+        ],
+    ),
+    (
+        at(JOIN, pod=1),
+        [
+            "pod-mismatch: robot 1 with pod P1 joins the line of station 1, but carries pod P0",
+            "not-bound: robot 1 with pod P1 joins the line of station 1, but pod P1 is bound for no station first",
+        ],
+    ),
+    (
+        twice(VISIT),
+        [
+            "visit-number: robot 1 with pod P0 starts a visit at station 1 with the number 1; expected 2",
+            "station-busy: robot 1 with pod P0 starts a visit at station 1, where pod P0 still is",
+        ],
+    ),
+    (twice(LEAVE), ["visit-end: pod P0 leaves station 1 after visit 1, but no pod is there"]),
+    (at(LEAVE, pod=1), ["visit-end: pod P1 leaves station 1 after visit 1, but pod P0 with visit 1 is there"]),
+    (at(LEAVE, picks=2), ["visit-picks: pod P0 leaves station 1 after 3 picks, but reports 2"]),
+    (at(LEAVE, visit=9), ["visit-end: pod P0 leaves station 1 after visit 9, but pod P0 with visit 1 is there"]),
+    (without(LEAVE), ["moved-in-visit: robot 1 left row 5, column 8 during visit 1, which has no end"]),
+    (turn_in_visit, ["moved-in-visit: pod P0 leaves station 1, but robot 1 moved during the visit"]),
+    (
+        twice(ARRIVED),
+        [
+            "arrival: order A arrives again; expected once, at 0.000 s",
+            "backlog: the POA decision of period 1 saw 1 orders in the backlog; there were 2",
+            "backlog: the PPS decision of period 1 saw 0 orders in the backlog; there were 1",
+        ],
+    ),
+    (
+        at(ASSIGNED, skus=(0, 1, 2)),
+        ["line-assigned: order A is assigned to station 1 with SKU rye, which is no line of it"],
+    ),
+    (at(ASSIGNED, items=2), ["items: order A is assigned to station 1 with 3 items, but 2 are reported"]),
+    (
+        at(ASSIGNED, complete=False),
+        [
+            "complete-flag: order A is assigned to station 1 with `complete` false; 0 of its lines are left",
+            "backlog: the PPS decision of period 1 saw 0 orders in the backlog; there were 1",
+        ],
+    ),
+    (at(ASSIGNED, period=2), ["period: order A is assigned in period 2; expected 1"]),
+    (told_before(COMPLETE, JAM), ["completed-early: order A is complete, but 2 of its items are not picked"]),
+    (twice(COMPLETE), ["completed-twice: order A is complete again"]),
+    (without(COMPLETE), ["order-left: order A is not complete at the end (0 of its items are not picked)"]),
+    (
+        at(POA, period=2),
+        ["period: the POA decision has period 2; expected 1", "period: the PPS decision has period 1; expected 2"],
+    ),
+    (at(PPS, period=2), ["period: the PPS decision has period 2; expected 1"]),
+    (
+        at(POA, assignments=2),
+        ["decision-size: the POA decision of period 1 reports 2 assignments and 0 trips; it had 1 and 0"],
+    ),
+    (
+        at(PPS, trips=0),
+        ["decision-size: the PPS decision of period 1 reports 0 assignments and 0 trips; it had 0 and 1"],
+    ),
+    (at(POA, backlog=2), ["backlog: the POA decision of period 1 saw 2 orders in the backlog; there were 1"]),
+    (at(PPS, decides=Role.TA), ["unknown-id: a decision on TA; expected POA, PPS, POA+PPS, ROA, RPS or ROA+RPS"]),
+    (
+        without(JAM),
+        [
+            "completed-early: order A is complete, but 1 of its items are not picked",
+            "visit-picks: pod P0 leaves station 1 after 2 picks, but reports 3",
+        ],
+    ),
+    (
+        twice(LAST),
+        [
+            f"picker-busy: {JAM_PICKED} from 41.028 s on, but its picker handles another item until 54.028 s",
+            f"picked-twice: {JAM_PICKED}, but all its items have been picked",
+            "visit-picks: pod P0 leaves station 1 after 4 picks, but reports 3",
+        ],
+    ),
+    (at(JAM, visit=2), [f"no-visit: {JAM_PICKED} in visit 2, but pod P0 with visit 1 is there"]),
+    (
+        at(TEA, start_tick=15_000),
+        [
+            f"no-visit: {TEA_PICKED} from 15.000 s on, before its visit began at 15.028 s",
+            f"pick-time: {TEA_PICKED} in 7.028 s; that takes 7.000 s",
+            f"handle-time: {TEA_PICKED} and handled in 13.028 s; expected 13.000 s",
+        ],
+    ),
+    (at(JAM, tick=35_029), [f"pick-time: {JAM_PICKED} in 7.001 s; that takes 7.000 s"]),
+    (at(JAM, picker_free_tick=41_027), [f"handle-time: {JAM_PICKED} and handled in 12.999 s; expected 13.000 s"]),
+    (
+        at(JAM, sku=2),
+        [
+            "not-ordered: SKU rye of order A is picked from pod P0 at station 1, but the order does not have the SKU",
+            "completed-early: order A is complete, but 1 of its items are not picked",
+        ],
+    ),
+    (
+        at(JAM, pod=1),
+        [
+            "no-visit: SKU jam of order A is picked from pod P1 at station 1 in visit 1, "
+            "but pod P0 with visit 1 is there",
+            "sku-not-on-pod: SKU jam of order A is picked from pod P1 at station 1, which does not hold it",
+        ],
+    ),
+    (jam_on_pod(1), [f"stock-negative: {JAM_PICKED}, which has none left"]),
+    (jam_on_pod(2), []),
+    (without(TASK), ["no-task: robot 1 lifts pod P0 at row 4, column 4, but was not told to fetch it"]),
+    (told_before(TASK, 3), ["no-trip: robot 1 shall fetch pod P0, which is bound for no station"]),
+    (
+        never_stored,
+        ["not-stored: robot 1 with pod P0 stands at row 4, column 4 since 58.898 s and does not set it down"],
+    ),
+    (twice(TASK), ["robot-busy: robot 1 shall fetch pod P0, but is still busy with pod P0"]),
+    (
+        at(LIFT, pod=1),
+        [
+            "no-task: robot 1 lifts pod P1 at row 4, column 4, but was not told to fetch it",
+            "pod-not-there: robot 1 lifts pod P1 at row 4, column 4, but the pod stands at row 4, column 3",
+            "pod-mismatch: robot 1 drives with pod P0, but carries pod P1",
+        ],
+    ),
+    (at(LIFT, start_tick=3454), ["lift-time: robot 1 lifts pod P0 at row 4, column 4 in 2.199 s; that takes 2.200 s"]),
+    (
+        at(LIFT, start_tick=3452),
+        [
+            "time-overlap: robot 1 lifts pod P0 at row 4, column 4 from 3.452 s on, "
+            "but what it did before lasted until 3.453 s",
+            "lift-time: robot 1 lifts pod P0 at row 4, column 4 in 2.201 s; that takes 2.200 s",
+        ],
+    ),
+    (
+        at(STORE, cell=26),
+        [
+            "robot-elsewhere: robot 1 sets down pod P0 at row 4, column 3, but stands at row 4, column 4",
+            "location-taken: robot 1 sets down pod P0 at row 4, column 3, where pod P1 stands",
+        ],
+    ),
+    (
+        at(STORE, cell=43),
+        [
+            "robot-elsewhere: robot 1 sets down pod P0 at row 6, column 4, but stands at row 4, column 4",
+            "no-storage-location: robot 1 sets down pod P0 at row 6, column 4, which is no storage location",
+        ],
+    ),
+    (at(STORE, pod=1), ["pod-in-use: robot 1 sets down pod P1 at row 4, column 4, but carries pod P0"]),
+    (
+        at(LEAVE, next_station=0),
+        [
+            "not-bound: pod P0 leaves station 1 for station 1, which it is not bound for",
+            "next-station: robot 1 sets down pod P0 at row 4, column 4, but was to carry it on to station 1",
+        ],
+    ),
 )
 def test_a_damaged_day_is_told(day: Trace, damage: Damage, faults: list[str]) -> None:
     assert told(damage(day)) == faults

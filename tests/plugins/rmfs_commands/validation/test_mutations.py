@@ -1,7 +1,5 @@
 """Traces of runs of many kinds, corrupted in every way that `corruptions` knows: each corruption shows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -151,7 +149,6 @@ def missed(folder: Path, kinds: list[str], tmp_path: Path) -> tuple[set[str], in
 
 
 def legitimate(base: str) -> set[str]:
-    """Return the kinds that need not show in a run."""
     return {name for name, found in LEGITIMATE.items() if base in found.bases}
 
 

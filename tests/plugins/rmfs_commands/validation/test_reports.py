@@ -1,7 +1,5 @@
 """Metrics and tables of a run, worked out anew from its trace."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import json
@@ -14,6 +12,7 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
+from cases import cases
 from replenished import scenario_of
 from rmfs_commands.details.catalogue import REPLENISHMENT
 from rmfs_commands.trace import Trace, read_trace
@@ -28,39 +27,19 @@ from rmfs_core.errors import InputError
 from rmfs_core.events import BundleStored, PodMoveDecided
 from rmfs_core.results.files import to_csv
 
-METRICS = (
-    "orders_completed",
-    "picks",
-    "pod_station_visits",
-    "psv_per_order",
-    "pile_on",
-    "distance_m",
-    "loaded_distance_m",
-    "turnover_s",
-    "turnover_backlog_s",
-    "turnover_station_s",
-    "makespan_s",
-    "simulated_s",
-    "picker_utilisation",
-    "periods",
-    "split_orders_open_max",
-)
 
-
-@pytest.mark.parametrize("name", METRICS)
-def test_an_altered_metric_is_found(recorded: Trace, recorded_result: dict[str, Any], name: str) -> None:
+def test_every_metric_is_recomputed_and_an_altered_one_is_found(
+    recorded: Trace, recorded_result: dict[str, Any]
+) -> None:
     metrics = recorded_result["metrics"]
-    altered = {**recorded_result, "metrics": {**metrics, name: metrics[name] * 1.001 + 0.001}}
-    (fault,) = faults_of(recorded, altered)
-    assert (fault.kind, fault.sentence.split()[0]) == ("metric", name)
-    del altered["metrics"][name]
-    (fault,) = faults_of(recorded, altered)
-    assert (fault.kind, fault.sentence.split()[0]) == ("metric", name)
-
-
-def test_every_metric_is_recomputed(recorded: Trace, recorded_result: dict[str, Any]) -> None:
-    found = recompute(recorded) | recompute_details(recorded)
-    assert found.keys() == recorded_result["metrics"].keys()
+    assert metrics.keys() == (recompute(recorded) | recompute_details(recorded)).keys()
+    for name, value in metrics.items():
+        for altered in (
+            metrics | {name: (value or 0) * 1.001 + 0.001},
+            {k: v for k, v in metrics.items() if k != name},
+        ):
+            (fault,) = faults_of(recorded, recorded_result | {"metrics": altered})
+            assert (fault.kind, fault.sentence.split()[0]) == ("metric", name)
 
 
 def test_a_result_of_another_run_is_found(recorded: Trace, recorded_result: dict[str, Any]) -> None:
@@ -69,14 +48,12 @@ def test_a_result_of_another_run_is_found(recorded: Trace, recorded_result: dict
         assert fault.kind == "other-run"
 
 
-@pytest.mark.parametrize(
-    ("altered", "kind"),
-    [
-        ({"seed": True}, "other-run"),
-        ({"timing": {"wall_s": True}}, "metric"),
-        ({"timing": {"hook_s": {"plan_path": False}}}, "metric"),
-        ({"metrics": {"mine": True}}, "metric"),
-    ],
+@cases(
+    "altered kind",
+    ({"seed": True}, "other-run"),
+    ({"timing": {"wall_s": True}}, "metric"),
+    ({"timing": {"hook_s": {"plan_path": False}}}, "metric"),
+    ({"metrics": {"mine": True}}, "metric"),
 )
 def test_true_is_no_number(recorded: Trace, recorded_result: dict[str, Any], altered: Any, kind: str) -> None:
     assert recorded_result["seed"] == 1
@@ -115,14 +92,12 @@ def test_an_order_is_split_in_two_ways(day: Trace) -> None:
     assert recompute(evolve(day, events=(day.events[0], *day.events[1:])))["split_orders_open_max"] == 0
 
 
-@pytest.mark.parametrize(
+@cases(
     "overrides",
-    [
-        ("rules.pp=whca-n",),
-        ("run.until_s=200", "run.warmup_s=60"),
-        ("instance.pods_at_stations={1 = ['3', '5'], 2 = ['4']}",),
-        ("rules.poa_pps=split-over-time",),
-    ],
+    ("rules.pp=whca-n",),
+    ("run.until_s=200", "run.warmup_s=60"),
+    ("instance.pods_at_stations={1 = ['3', '5'], 2 = ['4']}",),
+    ("rules.poa_pps=split-over-time",),
 )
 def test_runs_leave_what_their_traces_amount_to(tmp_path: Path, overrides: tuple[str, ...]) -> None:
     rmfs_core.run("examples/small", overrides=["instance.orders=20", *overrides], out=tmp_path, record=["trace"])
@@ -140,18 +115,21 @@ LATE = (
 
 @pytest.fixture(scope="module")
 def late(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a small run with due times, warm-up and trace."""
     folder = tmp_path_factory.mktemp("details") / "out"
     rmfs_core.run("examples/small", overrides=LATE, out=folder, record=["trace"])
     return folder
 
 
-def test_delays_and_late_orders_are_worked_out_anew(late: Path) -> None:
+def test_an_orders_times_add_up(late: Path) -> None:
     assert not validate_trace(late)
     found = recompute_details(read_trace(late / "trace.jsonl.gz"))
     assert found["late_orders"]
     measured = rmfs_core.run("examples/small", overrides=LATE).metrics
     assert {name: measured[name] for name in found} == pytest.approx(found)
+    delays = delays_of(read_trace(late / "trace.jsonl.gz"))
+    assert len(delays) == 12
+    for times in delays:
+        assert sum(float(times[part] or 0) for part in PARTS) == pytest.approx(times["turnover_s"], abs=1e-9)
 
 
 def test_handling_has_its_part_of_an_orders_time(tmp_path: Path) -> None:
@@ -167,13 +145,6 @@ def test_handling_has_its_part_of_an_orders_time(tmp_path: Path) -> None:
     orders = list(csv.DictReader((tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()))
     assert {row["arrival_s"] for row in orders} >= {"0.0", ""}
     assert len({row["arrival_s"] for row in orders}) > 5
-
-
-def test_an_orders_times_add_up(late: Path) -> None:
-    delays = delays_of(read_trace(late / "trace.jsonl.gz"))
-    assert len(delays) == 12
-    for times in delays:
-        assert sum(float(times[part] or 0) for part in PARTS) == pytest.approx(times["turnover_s"], abs=1e-9)
 
 
 SETTINGS = (
@@ -199,15 +170,17 @@ def tables(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def copy(tables: Path, tmp_path: Path) -> Path:
-    """Return a folder with a copy of the run, to be damaged."""
     for name in ("trace.jsonl.gz", "result.json", *FILES):
         (tmp_path / name).write_bytes((tables / name).read_bytes())
     return tmp_path
 
 
-def test_every_table_is_worked_out_anew(tables: Path) -> None:
+def test_every_table_is_worked_out_anew(tables: Path, copy: Path) -> None:
     assert all((tables / name).exists() for name in FILES)
     assert not validate_trace(tables)
+    for name in FILES:
+        (copy / name).unlink()
+    assert not validate_trace(copy)
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -233,22 +206,13 @@ def test_rows_that_are_missing_are_found(copy: Path, name: str) -> None:
     assert fault.sentence == f"{name} lists other {FILES[name][0]}s than the trace"
 
 
-def test_a_missing_column_is_found(copy: Path) -> None:
+def test_tables_that_are_missing_or_no_text(copy: Path) -> None:
     text = (copy / "robots.csv").read_text(encoding="utf-8")
     (copy / "robots.csv").write_text(text.replace("idle_s", "lazy_s"), encoding="utf-8")
     assert "robots.csv has nothing as idle_s of robot 1; the trace amounts to" in validate_trace(copy)[0].sentence
-
-
-def test_a_file_that_is_no_text_is_refused(copy: Path) -> None:
     (copy / "delays.csv").write_bytes(b"\xff\xfe\xff")
     with pytest.raises(InputError, match=r"delays\.csv: cannot be read"):
         validate_trace(copy)
-
-
-def test_tables_of_a_trace_alone_are_not_needed(copy: Path) -> None:
-    for name in FILES:
-        (copy / name).unlink()
-    assert not validate_trace(copy)
 
 
 def test_a_trace_that_ends_in_thousands_of_years_takes_no_time(copy: Path) -> None:
@@ -281,9 +245,6 @@ def test_energy_charges_and_moves_are_worked_out_anew(tmp_path: Path) -> None:
     assert found["pods_moved"] and found["charges"] and found["charging_percent"]
     header = (tmp_path / "robots.csv").read_text(encoding="utf-8").splitlines()[0]
     assert header.endswith("storing_s,to_rest_s,charging_s,moving_pods_s,waiting_s")
-
-
-def test_a_run_without_such_rules_tells_of_energy_alone(tmp_path: Path) -> None:
     metrics = rmfs_core.run("examples/small", overrides=["instance.orders=4"], out=tmp_path, record=["trace"]).metrics
     found = recompute_robots(read_trace(tmp_path / "trace.jsonl.gz"), 0, 4)
     assert {name for name in found if not name.startswith("energy_")} == {"picking_distance_per_order_m"}
@@ -296,7 +257,6 @@ INSTANCE = {"orders": 40, "skus": 4, "pods": 4, "skus_per_pod": 1, "items_per_sk
 
 @pytest.fixture
 def restocked(tmp_path: Path) -> Path:
-    """Return the folder of a run with a warm-up, in which SKUs run out."""
     scenario = scenario_of(SUPPLY, robots=1, instance=INSTANCE, run={"warmup_s": 600.0})
     rmfs_core.run(scenario, out=tmp_path, record=["trace"])
     return tmp_path

@@ -1,7 +1,5 @@
 """Faults of robots: how they drive, meet, rest, come and go."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -33,7 +31,6 @@ ONE_WAY = "\n".join(["........", ".>>>>>>.", "...@....", "..##.##.", "......qO",
 
 
 def kinds(script: Any) -> list[str]:
-    """Return the kinds of faults in a script's trace, in the order of time."""
     return [fault.kind for fault in faults_of(script.trace())]
 
 
@@ -133,13 +130,7 @@ def test_robots_that_hold_a_cell_at_once_collide(
         script.rest(robot, 0 if waits else wait_s)
         script.drive(robot, row, column, wait_s=wait_s if waits else 0)
     assert kinds(script) == expected
-
-
-def test_a_collision_names_robots_and_cell(new_script: Any) -> None:
-    script = new_script(HALL, robots=[(0, 0), (0, 5)])
-    script.drive(0, 0, 7)
-    script.drive(1, 4, 5, wait_s=30)
-    assert "robot 1 and robot 2 both hold row 1, column 6" in faults_of(script.trace())[0].sentence
+    assert all(fault.sentence.startswith("robot 1 and robot 2 both hold row") for fault in faults_of(script.trace()))
 
 
 def test_driving_through_each_other_is_a_swap(new_script: Any) -> None:
@@ -167,7 +158,6 @@ OVERRIDES = (
 
 @pytest.fixture(scope="module")
 def resting(tmp_path_factory: pytest.TempPathFactory) -> Trace:
-    """Return the trace of a run whose robots rest in the middle."""
     folder = tmp_path_factory.mktemp("resting")
     rmfs_core.run("examples/small", overrides=OVERRIDES, out=folder, record=["trace"])
     return read_trace(Path(folder) / "trace.jsonl.gz")
@@ -182,9 +172,19 @@ def kinds_with(resting: Trace, kind: type[Event], change: Callable[[Event], Even
     return {fault.kind for fault in faults_of(evolve(resting, events=tuple(events)))}
 
 
-def test_what_has_happened_is_possible(resting: Trace) -> None:
+def test_robots_rest_where_and_when_they_may(resting: Trace) -> None:
     assert any(isinstance(event, RobotRested) for event in resting.events)
     assert faults_of(resting) == []
+    assert "rested" in kinds_with(resting, RobotSent, lambda _: None)
+    assert "rested" in kinds_with(
+        resting, RobotRested, lambda event: evolve(event, cell=resting.layout.storage_locations[0])
+    )
+    busy = 0
+    for at, event in enumerate(resting.events):
+        if isinstance(event, RobotRested):
+            events = (*resting.events[:at], *resting.events[at + 1 :])
+            busy += any(fault.kind == "robot-busy" for fault in faults_of(evolve(resting, events=events)))
+    assert busy
 
 
 def test_where_nobody_may_rest(resting: Trace) -> None:
@@ -197,22 +197,6 @@ def test_where_nobody_may_rest(resting: Trace) -> None:
             others[event.robot] = event.to
     taken = next(cell for cell in others.values() if resting.layout.kind[cell] == 2)
     assert "no-rest" in kinds_with(resting, RobotSent, lambda event: evolve(event, cell=taken))
-
-
-def test_a_robot_rests_that_was_sent_and_where_it_stands(resting: Trace) -> None:
-    assert "rested" in kinds_with(resting, RobotSent, lambda _: None)
-    assert "rested" in kinds_with(
-        resting, RobotRested, lambda event: evolve(event, cell=resting.layout.storage_locations[0])
-    )
-
-
-def test_a_robot_on_its_way_to_rest_gets_no_task(resting: Trace) -> None:
-    busy = 0
-    for at, event in enumerate(resting.events):
-        if isinstance(event, RobotRested):
-            events = (*resting.events[:at], *resting.events[at + 1 :])
-            busy += any(fault.kind == "robot-busy" for fault in faults_of(evolve(resting, events=events)))
-    assert busy
 
 
 def test_a_pod_that_is_carried_elsewhere_stands_where_it_was_to(tmp_path: Path) -> None:
@@ -262,26 +246,17 @@ def with_hours(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
     return trace
 
 
-@pytest.mark.parametrize("by_load", [False, True])
-def test_a_run_with_opening_hours_is_right(with_hours: Recorded, by_load: bool) -> None:
-    kinds = {type(event) for event in with_hours(by_load).events}
-    assert {StationOpened, StationClosed, RobotsOnDuty} <= kinds
-
-
 def to_closed(trace: Trace) -> Trace:
-    """Assign the last order to the station that is closed then."""
     at = find(trace, OrderAssigned, number=99)
     return put(trace, at, evolve(trace.events[at], station=0))  # type: ignore[call-arg]
 
 
 def to_who_left(trace: Trace) -> Trace:
-    """Give the last task to the robot that is off duty then."""
     at = find(trace, TaskAssigned, number=99)
     return put(trace, at, evolve(trace.events[at], robot=1))  # type: ignore[call-arg]
 
 
 def later(trace: Trace, event: Any) -> dict[str, Any]:
-    """A second later."""
     return {"tick": event.tick + 1000}
 
 
@@ -306,7 +281,7 @@ def test_damage_to_the_hours_is_found(with_hours: Recorded, damage: Damage, kind
     assert_found(damage(with_hours(False)), kind)
 
 
-def test_a_rule_may_close_what_could_be_open(with_hours: Recorded) -> None:
+def test_hours_and_rules_that_close(with_hours: Recorded) -> None:
     trace = with_hours(True)
     closed = StationClosed(trace.tick, 1)
     at = len(trace.events)
@@ -314,9 +289,6 @@ def test_a_rule_may_close_what_could_be_open(with_hours: Recorded) -> None:
     opened = StationOpened(trace.tick, 0)
     sentence = "station-hours: station 1 opens, which `stations.open` does not say"
     assert sentence in told(put(trace, at, opened, instead_of=0))
-
-
-def test_who_has_no_timetable_never_closes(with_hours: Recorded) -> None:
     trace = with_hours(False)
     scenario = {**trace.scenario, "stations": {k: v for k, v in trace.scenario["stations"].items() if k != "open"}}
     scenario["robots"] = {k: v for k, v in trace.scenario["robots"].items() if k != "available"}

@@ -1,7 +1,5 @@
 """The start of a run: what its header names, where everything is, and what its scenario makes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ from attrs import evolve
 
 import rmfs_core
 from calling import refusal
+from cases import cases
 from damage import Damage, told
 from rmfs_commands.trace import read_trace
 from rmfs_commands.trace.reader import Trace
@@ -23,10 +22,12 @@ from rmfs_core.motion import Motion
 from rmfs_core.world import WEST, OrderData, PodData, StationCells
 
 
-def test_queues_are_as_long_as_the_shortest_one(day: Trace) -> None:
+def test_stations_of_the_scenario(day: Trace) -> None:
     stations = {name: value for name, value in day.scenario["stations"].items() if name != "queue_length"}
     shortest = min(len(cells.queue) for cells in day.layout.stations)
     assert Case(evolve(day, scenario={**day.scenario, "stations": stations})).queue_length == shortest < 12
+    stations = {**day.scenario["stations"], "item_capacity": [15]}
+    assert told(evolve(day, scenario={**day.scenario, "stations": stations})) == []
 
 
 @pytest.mark.parametrize("key", ["pick_s", "handle_s"])
@@ -44,15 +45,13 @@ def test_faults_have_known_kinds(day: Trace) -> None:
     assert [(fault.kind, fault.tick) for fault in case.faults] == [("wall", 5)]
 
 
-@pytest.mark.parametrize(
-    ("rules", "expected"),
-    [
-        ({"pp": "free-flow"}, False),
-        ({"pp": {"rule": "free-flow"}}, False),
-        ({"pp": "sipp"}, True),
-        ({"pp": {"rule": "whca-n", "window_s": 9}}, True),
-        ({}, True),
-    ],
+@cases(
+    "rules expected",
+    ({"pp": "free-flow"}, False),
+    ({"pp": {"rule": "free-flow"}}, False),
+    ({"pp": "sipp"}, True),
+    ({"pp": {"rule": "whca-n", "window_s": 9}}, True),
+    ({}, True),
 )
 def test_only_free_flow_ignores_other_robots(day: Trace, rules: Mapping[str, Any], expected: bool) -> None:
     """Written by its name or as a table; whoever plans in another way is held to it."""
@@ -65,7 +64,6 @@ HERE, THERE = 27, 30
 
 @pytest.fixture
 def state(day: Trace) -> State:
-    """Return the state at the start of the day, with a second robot."""
     return State(evolve(day, robots=(*day.robots, {"cell": 0, "heading": 2})))
 
 
@@ -79,8 +77,7 @@ def test_pods_may_be_at_a_station_from_the_start(day: Trace) -> None:
     assert [(pod.bound, pod.next_station) for pod in state.pods] == [([(0, 0)], 0)] * 2
 
 
-def test_the_newer_statement_counts(state: State) -> None:
-    """Whoever takes a pod has it, whoever had it before has none; who takes another one has lost the first."""
+def test_who_has_a_pod(state: State) -> None:
     state.take(0, 0)
     state.take(1, 0)
     assert (state.robots[0].pod, state.robots[1].pod, state.pods[0].robot) == (None, 0, 1)
@@ -88,16 +85,12 @@ def test_the_newer_statement_counts(state: State) -> None:
     assert (state.pods[0].robot, state.pods[1].robot, state.robots[1].pod) == (None, 1, 1)
     state.take(1, None)
     assert (state.pods[1].robot, state.robots[1].pod) == (None, None)
-
-
-def test_a_pod_taken_leaves_another_one_where_it_stands(state: State) -> None:
     state.put(1, HERE)
     state.take(0, 0)
     assert state.stored[HERE] == 1
 
 
 def places(trace: Trace, **parts: dict[str, Any]) -> Trace:
-    """Return the trace with the first pod, robot or station at its start as said."""
     return evolve(trace, **{name: ({**getattr(trace, name)[0], **part},) for name, part in parts.items()})
 
 
@@ -136,44 +129,31 @@ def test_what_names_nothing_is_refused(day: Trace, damage: Damage, sentence: str
 
 
 def slower(trace: Trace) -> Trace:
-    """Let the scenario ask for slower robots than there were."""
     return evolve(trace, scenario={**trace.scenario, "robots": {"count": 1, "top_speed_m_per_s": 1.0}})
 
 
 def queue_back(trace: Trace) -> Trace:
-    """Let the queue cell be left to the west, too."""
     moves = trace.layout.moves.copy()
     moves[trace.layout.stations[0].queue[0]] |= 1 << WEST
     return evolve(trace, layout=evolve(trace.layout, moves=moves))
 
 
 def two_loads(trace: Trace) -> Trace:
-    """Let both pods start on one robot, and nothing happen."""
     pods = tuple({**pod, "robot": 0} for pod in trace.pods)
     return evolve(trace, pods=pods, events=(), status="failed")
 
 
-@pytest.mark.parametrize(
-    ("damage", "fault"),
-    [
-        (slower, "header: top_speed_m_per_s of the robots is 1.5; the scenario says 1.0"),
-        (lambda t: places(t, stations={"capacity": 16}), "header: the capacity of station 1 is 16, not 15"),
-        (
-            lambda t: evolve(t, blocked=(43,)),
-            "no-storage-location: an empty pod stands at row 6, column 4 from the start",
-        ),
-        (lambda t: evolve(t, blocked=(26,)), "location-taken: pod P1 and an empty pod both stand at row 4, column 3"),
-        (queue_back, "header: the way on from row 5, column 7 in the queue of station 1 leads back"),
-        (two_loads, "header: robot 1 carries pod P0 and pod P1"),
-    ],
+@cases(
+    "damage fault",
+    (slower, "header: top_speed_m_per_s of the robots is 1.5; the scenario says 1.0"),
+    (lambda t: places(t, stations={"capacity": 16}), "header: the capacity of station 1 is 16, not 15"),
+    (lambda t: evolve(t, blocked=(43,)), "no-storage-location: an empty pod stands at row 6, column 4 from the start"),
+    (lambda t: evolve(t, blocked=(26,)), "location-taken: pod P1 and an empty pod both stand at row 4, column 3"),
+    (queue_back, "header: the way on from row 5, column 7 in the queue of station 1 leads back"),
+    (two_loads, "header: robot 1 carries pod P0 and pod P1"),
 )
 def test_contradictions_are_told(day: Trace, damage: Damage, fault: str) -> None:
     assert told(damage(day)) == [fault]
-
-
-def test_a_capacity_for_each_station_is_understood(day: Trace) -> None:
-    stations = {**day.scenario["stations"], "item_capacity": [15]}
-    assert told(evolve(day, scenario={**day.scenario, "stations": stations})) == []
 
 
 @pytest.mark.parametrize(("skus", "faults"), [(2, ["header: there are 3 SKUs; the scenario says 2"]), (9, [])])
@@ -183,19 +163,22 @@ def test_skus_on_no_pod_may_be_left_out(day: Trace, skus: int, faults: list[str]
 
 
 def faults(trace: Trace) -> list[str]:
-    """Return the sentences on the start."""
     case = Case(trace)
     check_opening(case)
     return [fault.sentence for fault in case.faults]
 
 
 def says(trace: Trace, section: str, **keys: object) -> Trace:
-    """Return the trace with other keys in a section of its scenario."""
     return evolve(trace, scenario={**trace.scenario, section: {**trace.scenario[section], **keys}})
 
 
-def test_a_run_starts_as_its_scenario_says(recorded: Trace) -> None:
+def test_starts_are_made_anew(recorded: Trace) -> None:
     assert faults(recorded) == []
+    assert made_alike(recorded, None)
+    assert not made_alike(evolve(recorded, versions={**recorded.versions, "numpy": "1.0"}), None)
+    untold = evolve(recorded, versions={})
+    assert not made_alike(untold, None)
+    assert made_alike(untold, {"versions": {**recorded.versions, "click": "8"}})
 
 
 @pytest.mark.parametrize(
@@ -227,29 +210,19 @@ def test_a_map_is_read_from_the_header(tmp_path: Path) -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("change", "sentence"),
-    [
-        (lambda t: evolve(t, scenario={**t.scenario, "seed": 9}), "the orders are others than the scenario makes: "),
-        (lambda t: evolve(t, robots=t.robots[:-1]), "the places of robots are 3; the scenario makes 4"),
-        (lambda t: evolve(t, blocked=t.blocked[1:]), "the empty pods are "),
-        (
-            lambda t: evolve(
-                t, layout=evolve(t.layout, stations=(t.layout.stations[0], StationCells(0, t.layout.stations[1].queue)))
-            ),
-            "stations and queues have other cells than the scenario says",
+@cases(
+    "change sentence",
+    (lambda t: evolve(t, scenario={**t.scenario, "seed": 9}), "the orders are others than the scenario makes: "),
+    (lambda t: evolve(t, robots=t.robots[:-1]), "the places of robots are 3; the scenario makes 4"),
+    (lambda t: evolve(t, blocked=t.blocked[1:]), "the empty pods are "),
+    (
+        lambda t: evolve(
+            t, layout=evolve(t.layout, stations=(t.layout.stations[0], StationCells(0, t.layout.stations[1].queue)))
         ),
-        (lambda t: says(t, "robots", count=-1), "nothing can be run as the scenario says: header of the trace"),
-    ],
+        "stations and queues have other cells than the scenario says",
+    ),
+    (lambda t: says(t, "robots", count=-1), "nothing can be run as the scenario says: header of the trace"),
 )
 def test_other_starts_are_told(recorded: Trace, change: Callable[[Trace], Trace], sentence: str) -> None:
     """With what there is and what there would be."""
     assert [told for told in faults(change(recorded)) if told.startswith(sentence)]
-
-
-def test_only_what_the_same_versions_recorded_is_made_anew(recorded: Trace) -> None:
-    assert made_alike(recorded, None)
-    assert not made_alike(evolve(recorded, versions={**recorded.versions, "numpy": "1.0"}), None)
-    untold = evolve(recorded, versions={})
-    assert not made_alike(untold, None)
-    assert made_alike(untold, {"versions": {**recorded.versions, "click": "8"}})

@@ -1,7 +1,5 @@
 """All checks over one trace, folders of runs, and `rmfs validate`."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import re
@@ -18,26 +16,14 @@ from attrs import evolve
 import rmfs_commands.validation
 import rmfs_core
 from calling import exit_code, refusal
+from cases import cases
 from corruptions import Raw
-from damage import Damage, at, change, drop, repeat
+from damage import Damage, at
 from rmfs_commands.cli.description import installed_rules
 from rmfs_commands.testing import validate_trace
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation import KINDS, Fault, check_trace, faults_of
 from rmfs_core import InputError
-from rmfs_core.events import (
-    DecisionMade,
-    ItemPicked,
-    OrderAssigned,
-    OrderCompleted,
-    PodLifted,
-    QueueJoined,
-    RobotMoved,
-    TaskAssigned,
-    TripDecided,
-    VisitEnded,
-    VisitStarted,
-)
 
 HALL = "........\n" * 5
 ASSIGNED, TRIP, LIFT, JOIN, LEAVE = 1, 3, 7, 10, 17
@@ -45,66 +31,35 @@ ASSIGNED, TRIP, LIFT, JOIN, LEAVE = 1, 3, 7, 10, 17
 
 
 def kinds(script: Any, collisions: bool | None = None) -> list[str]:
-    """Return the kinds of faults in a script's trace, in the order of time."""
     return [fault.kind for fault in faults_of(script.trace(), collisions=collisions)]
-
-
-FEW: list[tuple[str, Damage]] = [
-    ("a run dropped", drop(RobotMoved, number=5)),
-    ("a lift dropped", drop(PodLifted)),
-    ("a task dropped", drop(TaskAssigned)),
-    ("a trip dropped", drop(TripDecided)),
-    ("a line joined twice", repeat(QueueJoined)),
-    ("a visit twice", repeat(VisitStarted)),
-    ("a visit's end dropped", drop(VisitEnded)),
-    ("a pick in another visit", change(ItemPicked, lambda t, e: {"visit": e.visit + 1})),
-    ("an assignment to the other station", change(OrderAssigned, lambda t, e: {"station": 1 - e.station})),
-    ("an order complete twice", repeat(OrderCompleted)),
-    ("a period too far", change(DecisionMade, lambda t, e: {"period": e.period + 1})),
-]
-
-
-@pytest.mark.parametrize("damage", [pytest.param(damage, id=name) for name, damage in FEW])
-def test_one_damage_is_not_a_thousand_faults(recorded: Trace, damage: Damage) -> None:
-    """After a fault the validation goes on from what the trace says, so that a single slip shows as a few faults."""
-    assert 1 <= len(faults_of(damage(recorded))) <= 3
 
 
 def test_good_runs_have_no_fault(recorded: Trace, recorded_result: Mapping[str, Any], day: Trace) -> None:
     assert faults_of(recorded, recorded_result) == []
     assert faults_of(day) == []
+    wrong = {"metrics": {}, "status": "complete", "scenario": day.scenario}
+    assert "metric" in {fault.kind for fault in faults_of(day, wrong)}
+    assert "metric" not in {fault.kind for fault in faults_of(at(TRIP, pod=2)(day), wrong)}
 
 
-@pytest.mark.parametrize(
-    ("damage", "sentence"),
-    [
-        (at(TRIP, pod=2), "TripDecided names pod 2, which does not exist"),
-        (at(ASSIGNED, skus=(0, 7)), "OrderAssigned names skus 7, which does not exist"),
-        (at(LEAVE, next_station=3), "VisitEnded names next_station 3, which does not exist"),
-        (at(LIFT, cell=-1), "PodLifted names cell -1, which does not exist"),
-    ],
+@cases(
+    "damage sentence",
+    (at(TRIP, pod=2), "TripDecided names pod 2, which does not exist"),
+    (at(ASSIGNED, skus=(0, 7)), "OrderAssigned names skus 7, which does not exist"),
+    (at(LEAVE, next_station=3), "VisitEnded names next_station 3, which does not exist"),
+    (at(LIFT, cell=-1), "PodLifted names cell -1, which does not exist"),
 )
 def test_an_unknown_id_is_named(day: Trace, damage: Damage, sentence: str) -> None:
     """The first fault of its event is the only one: an event that names what is not there is not followed."""
     assert [fault.sentence for fault in faults_of(damage(day)) if fault.kind == "unknown-id"] == [sentence]
 
 
-def test_what_rests_on_the_whole_trace_is_left_out_when_an_id_is_unknown(day: Trace) -> None:
-    """Metrics of a trace that names what does not exist mean nothing: they are not compared."""
-    wrong = {"metrics": {}, "status": "complete", "scenario": day.scenario}
-    assert "metric" in {fault.kind for fault in faults_of(day, wrong)}
-    assert "metric" not in {fault.kind for fault in faults_of(at(TRIP, pod=2)(day), wrong)}
-
-
-def test_the_order_of_time_is_checked(day: Trace) -> None:
+def test_times_and_the_end(day: Trace) -> None:
     (fault,) = faults_of(at(JOIN, tick=13_027)(day))
     assert (fault.kind, fault.tick) == ("time-order", 13_027)
     assert fault.sentence == "QueueJoined at 13.027 s stands below an event of 13.028 s"
     (fault,) = faults_of(evolve(day, tick=61_097))
     assert fault.sentence == "the last event is later than the end of the run at 61.097 s"
-
-
-def test_a_run_ends_when_it_is_over(day: Trace) -> None:
     (fault,) = faults_of(evolve(day, tick=day.tick + 1))
     assert (fault.kind, fault.tick) == ("end", day.tick + 1)
     assert fault.sentence == "the run ends at 61.099 s, complete, but nothing has happened since 61.098 s"
@@ -126,7 +81,6 @@ COMMON = ("instance.orders=15", "instance.skus=12", "instance.pods=12", "layout.
 
 
 def shipped(decides: str) -> list[str]:
-    """Return the names of the rules of this distribution that decide something."""
     found = installed_rules()
     return [rule.name for rule in found if rule.distribution == "rmfs" and decides in rule.decides and not rule.error]
 
@@ -165,23 +119,21 @@ def test_joint_rules(joint: str, pp: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("pp", shipped("PP"))
-@pytest.mark.parametrize(
+@cases(
     "settings",
-    [
-        ("stations.order_capacity=2",),
-        ("stations.order_capacity=[1, 4]",),
-        ("stations.item_capacity=3",),
-        ("stations.order_capacity=2", "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
-        ("stations.item_capacity=[15, 20]", "stations.queue_length=1", "robots.count=8"),
-        ("instance.items_per_sku=40", "instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
-        ("run.until_s=200",),
-        ("instance.pods_at_stations={1 = ['1', '2'], 2 = ['3']}",),
-        ("robots.acceleration_m_per_s2=0.7", "robots.top_speed_m_per_s=2.3", "robots.full_turn_s=3.1"),
-        ("stations.pick_s=5", "stations.handle_s=5", "robots.lift_s=0"),
-        ("layout.pod_fill=1", "layout.stations_west=1"),
-        ("stations.release=handled", "stations.order_capacity=2"),
-        ("stations.release=handled", "instance.arrivals={process='refill', backlog=6}", "run.until_s=333"),
-    ],
+    ("stations.order_capacity=2",),
+    ("stations.order_capacity=[1, 4]",),
+    ("stations.item_capacity=3",),
+    ("stations.order_capacity=2", "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
+    ("stations.item_capacity=[15, 20]", "stations.queue_length=1", "robots.count=8"),
+    ("instance.items_per_sku=40", "instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
+    ("run.until_s=200",),
+    ("instance.pods_at_stations={1 = ['1', '2'], 2 = ['3']}",),
+    ("robots.acceleration_m_per_s2=0.7", "robots.top_speed_m_per_s=2.3", "robots.full_turn_s=3.1"),
+    ("stations.pick_s=5", "stations.handle_s=5", "robots.lift_s=0"),
+    ("layout.pod_fill=1", "layout.stations_west=1"),
+    ("stations.release=handled", "stations.order_capacity=2"),
+    ("stations.release=handled", "instance.arrivals={process='refill', backlog=6}", "run.until_s=333"),
 )
 def test_settings(settings: tuple[str, ...], pp: str, tmp_path: Path) -> None:
     overrides = (*COMMON, f"rules.pp={pp}", *settings)
@@ -201,7 +153,6 @@ def test_shipped_scenarios(name: str, tmp_path: Path) -> None:
 
 @pytest.fixture
 def copied(recorded_folder: Path, tmp_path: Path) -> Path:
-    """Return a copy of a recorded run's folder, to be damaged."""
     return copytree(recorded_folder, tmp_path / "run")
 
 
@@ -225,14 +176,12 @@ def test_collisions_are_looked_for_when_asked_to(copied: Path) -> None:
     assert {fault.kind for fault in report.faults} & {"collision", "swap"}
 
 
-@pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        ("{", "result.json: cannot be read as JSON: Expecting property name"),
-        ("[" * 100_000, "result.json: cannot be read as JSON: maximum recursion depth"),
-        ("[1]", "result.json: expected a result that rmfs has written, with the key `metrics`"),
-        ('{"metrics": 3}', "result.json: expected a result that rmfs has written, with the key `metrics`"),
-    ],
+@cases(
+    "content problem",
+    ("{", "result.json: cannot be read as JSON: Expecting property name"),
+    ("[" * 100_000, "result.json: cannot be read as JSON: maximum recursion depth"),
+    ("[1]", "result.json: expected a result that rmfs has written, with the key `metrics`"),
+    ('{"metrics": 3}', "result.json: expected a result that rmfs has written, with the key `metrics`"),
 )
 def test_a_damaged_result_is_refused(copied: Path, content: str, problem: str) -> None:
     """A file that is there must be a result: leaving it out of the comparison would hide the damage."""
@@ -252,14 +201,12 @@ def test_a_header_that_does_not_fit_together_is_refused(copied: Path, scenario: 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Folder of a recorded run."""
     settings = ("instance.orders=8", "rules.pp=free-flow")
     rmfs_core.run("examples/small", overrides=settings, out=tmp_path, record=["trace"])
     return tmp_path
 
 
 def alter_metric(folder: Path) -> None:
-    """Report more picks than there were."""
     file = folder / "result.json"
     content = json.loads(file.read_text(encoding="utf-8"))
     content["metrics"]["picks"] += 1
@@ -277,12 +224,13 @@ def test_a_good_run(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert second.startswith(
         "NOT CHECKED: WHETHER ROBOTS COLLIDE. The trace says that its PP rule ignores other robots;"
     )
-
-
-def test_the_trace_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "result.json").unlink()
-    assert code_of(str(folder / "trace.jsonl.gz")) == 0
-    assert "no result.json" in capsys.readouterr().out
+    assert code_of(str(folder), "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["faults"], report["collisions_checked"], report["metrics_checked"]) == ([], False, True)
+    alter_metric(folder)
+    assert code_of(str(folder), "--json") == 1
+    (fault,) = json.loads(capsys.readouterr().out)["faults"]
+    assert fault["kind"] == "metric"
 
 
 def test_a_trace_of_another_version(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -292,6 +240,12 @@ def test_a_trace_of_another_version(folder: Path, capsys: pytest.CaptureFixture[
     (folder / "result.json").unlink()
     assert code_of(str(folder)) == 0
     assert "Not checked: whether the run starts from what its scenario makes" in capsys.readouterr().out
+
+
+def test_the_trace_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "result.json").unlink()
+    assert code_of(str(folder / "trace.jsonl.gz")) == 0
+    assert "no result.json" in capsys.readouterr().out
 
 
 def test_faults_are_shown(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -324,26 +278,10 @@ def test_what_cannot_be_read(folder: Path, tmp_path: Path, capsys: pytest.Captur
     assert [line[:7] for line in capsys.readouterr().err.splitlines()] == ["Error: "] * 3
 
 
-def test_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert code_of(str(folder), "--json") == 0
-    report = json.loads(capsys.readouterr().out)
-    assert (report["faults"], report["collisions_checked"], report["metrics_checked"]) == ([], False, True)
-    alter_metric(folder)
-    assert code_of(str(folder), "--json") == 1
-    (fault,) = json.loads(capsys.readouterr().out)["faults"]
-    assert fault["kind"] == "metric"
-
-
-def test_every_kind_of_fault_is_shown_by_a_test() -> None:
+def test_every_kind_of_fault_is_found_and_shown_by_a_test() -> None:
     tests = "".join(file.read_text(encoding="utf-8") for file in Path(__file__).parent.glob("test_*.py"))
     assert {kind for kind in KINDS if not re.search(rf'"{kind}[":]', tests)} == set()
-
-
-def test_every_kind_of_fault_is_found_by_a_check() -> None:
     folder = Path(rmfs_commands.validation.__file__).parent
     code = "".join(file.read_text(encoding="utf-8") for file in folder.glob("*.py") if file.name != "fault.py")
     assert {kind for kind in KINDS if f'"{kind}"' not in code} == set()
-
-
-def test_the_time_of_a_fault() -> None:
     assert Fault("wall", 61_098, "robot 1 drives through the wall at row 1, column 1").time_s == 61.098

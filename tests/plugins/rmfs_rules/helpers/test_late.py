@@ -1,7 +1,5 @@
 """Orders that have waited too long, and the stations that are kept for them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rmfs_commands.testing import small_world
@@ -22,7 +20,6 @@ def test_who_waits_too_long() -> None:
 
 
 def free_after(world: Warehouse, max_wait_s: float | None, *fitting: int) -> tuple[list[int], list[int]]:
-    """Return the places that were asked for, and the free capacity of stations then; some orders fit."""
     asked: list[int] = []
 
     def assign(place: int) -> bool:
@@ -39,12 +36,3 @@ def test_each_order_that_fits_nowhere_keeps_a_station() -> None:
     world = small_world({"1": ["a"], "2": {"a": 3}, "3": ["a"]}, {"p": ["a"]}, capacities=[2, 3, 4])
     assert free_after(world, 0, 0) == ([0, 1, 2], [2, SHUT, SHUT])
     assert free_after(world, 0, 0, 1, 2) == ([0, 1, 2], [2, 3, 4])
-
-
-def test_one_order_at_a_time_that_is_larger_than_any_station() -> None:
-    """After the default time, the second one keeps no other; nobody is asked about once all stations are kept."""
-    orders = {str(i): {"a": 9} for i in range(3)}
-    world = small_world(orders, {"p": ["a"]}, capacities=[2, 3])
-    world.now = 600_000
-    assert free_after(world, None) == ([0, 1, 2], [SHUT, 3])
-    assert free_after(world, 600) == ([0, 1], [SHUT, SHUT])

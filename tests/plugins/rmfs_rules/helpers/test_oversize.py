@@ -1,11 +1,8 @@
 """Orders that no joint rule can assign beside others, in a world of two stations with two and four places."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
-import pytest
-
+from cases import cases
 from rmfs_commands.testing import small_world
 from rmfs_core import JointDecision, OrderAssignment
 from rmfs_core.warehouse import Warehouse, WarehouseView
@@ -21,7 +18,6 @@ LONG_LINE = {"a": 5}
 def world_of(
     *orders: Mapping[str, int], capacities: tuple[int, ...] = (2, 4), counts_orders: bool = False
 ) -> Warehouse:
-    """Return a world of orders 0, 1, ..., oldest first."""
     named = {str(number): lines for number, lines in enumerate(orders)}
     return small_world(named, {"p": ["a", "b", "c"]}, capacities=capacities, counts_orders=counts_orders)
 
@@ -29,7 +25,6 @@ def world_of(
 def found(
     world: Warehouse, max_wait_s: float = 600, *, splits: bool = False, over_time: bool = False
 ) -> Oversize | None:
-    """Return the oldest order that is too large now."""
     return Oversize.of(WarehouseView(world), max_wait_s, splits=splits, over_time=over_time)
 
 
@@ -37,15 +32,13 @@ WAYS: tuple[dict[str, bool], ...] = ({}, {"splits": True}, {"splits": True, "ove
 """How orders are split: not at all, among stations, over time."""
 
 
-@pytest.mark.parametrize(
-    ("large", "integrated", "among_stations", "over_time"),
-    [
-        (FITS, False, False, False),
-        (SPREAD, True, False, False),
-        ({"a": 4, "b": 1}, True, False, False),  # its longest line just fits
-        (TOO_MANY, True, True, False),  # over time, its rest waits in the backlog
-        (LONG_LINE, True, True, True),  # no rule splits a line
-    ],
+@cases(
+    "large integrated among_stations over_time",
+    (FITS, False, False, False),
+    (SPREAD, True, False, False),
+    ({"a": 4, "b": 1}, True, False, False),  # its longest line just fits
+    (TOO_MANY, True, True, False),  # over time, its rest waits in the backlog
+    (LONG_LINE, True, True, True),  # no rule splits a line
 )
 def test_what_is_too_large_depends_on_how_orders_are_split(
     large: Mapping[str, int], integrated: bool, among_stations: bool, over_time: bool
@@ -55,55 +48,6 @@ def test_what_is_too_large_depends_on_how_orders_are_split(
     for way, expected in zip(WAYS, (integrated, among_stations, over_time), strict=True):
         oversize = found(world, **way)
         assert (None if oversize is None else oversize.order.name) == ("1" if expected else None), way
-
-
-def test_it_is_the_oldest_one() -> None:
-    """Of those that are too large for this way of splitting, not for another."""
-    world = world_of(FITS, SPREAD, TOO_MANY, LONG_LINE, LONG_LINE)
-    names = [oversize.order.name for oversize in (found(world, **way) for way in WAYS) if oversize is not None]
-    assert names == ["1", "2", "3"]
-
-
-def test_what_is_assigned_already_counts_no_more() -> None:
-    """An order whose rest fits is as any other."""
-    world = world_of(SPREAD, FITS)
-    assert found(world) is not None
-    world.assign(world.orders[0], world.stations[1], [0])
-    assert found(world) is None
-
-
-def test_where_a_station_counts_orders_none_is_too_large() -> None:
-    """An order takes one place, whatever its items."""
-    assert found(world_of(TOO_MANY, LONG_LINE, counts_orders=True)) is None
-
-
-def test_the_station_with_the_lowest_load_is_to_take_it() -> None:
-    """Of equal ones that with the lowest id; its size does not matter."""
-    world = world_of({"a": 1}, {"a": 2}, LONG_LINE, capacities=(4, 4, 2))
-    stations = []
-    for position, station in ((0, 0), (1, 1)):
-        oversize = found(world)
-        assert oversize is not None
-        stations.append(oversize.station.id)
-        world.assign(world.orders[position], world.stations[station], [0])
-    world.assign(world.orders[2], world.stations[2], [0])
-    assert stations == [0, 1]
-    world = world_of({"a": 1}, {"a": 2}, LONG_LINE)
-    world.assign(world.orders[0], world.stations[1], [0])
-    world.assign(world.orders[1], world.stations[0], [0])
-    oversize = found(world)
-    assert oversize is not None
-    assert oversize.station.id == 1
-
-
-@pytest.mark.parametrize(("now_s", "waited"), [(0.0, False), (59.999, False), (60.0, True), (61.0, True)])
-def test_it_has_waited_once_the_limit_is_reached(now_s: float, waited: bool) -> None:
-    """Not before, and not only after."""
-    world = world_of(LONG_LINE)
-    world.now = round(now_s * 1000)
-    oversize = found(world, max_wait_s=60)
-    assert oversize is not None
-    assert oversize.waited == waited
 
 
 def test_what_is_left_when_all_stations_are_empty_is_any_large_order() -> None:
@@ -120,17 +64,15 @@ def test_what_is_left_when_all_stations_are_empty_is_any_large_order() -> None:
 NOTHING, OTHERS, LARGE = (JointDecision([OrderAssignment(i, 0) for i in orders]) for orders in ([], [0], [1]))
 
 
-@pytest.mark.parametrize(
-    ("now_s", "load", "others", "alone", "expected", "without"),
-    [
-        (0, False, OTHERS, LARGE, OTHERS, [None]),  # it waits while others can be assigned
-        (0, False, NOTHING, LARGE, LARGE, [None]),
-        (0, True, NOTHING, LARGE, NOTHING, [None]),  # its station is not empty
-        (600, True, OTHERS, LARGE, OTHERS, [0]),  # and is kept for it from now on
-        (600, True, NOTHING, LARGE, NOTHING, [0]),
-        (600, False, OTHERS, LARGE, LARGE, []),
-        (600, False, OTHERS, NOTHING, OTHERS, [None]),  # free items are not enough: all stations are for others
-    ],
+@cases(
+    "now_s load others alone expected without",
+    (0, False, OTHERS, LARGE, OTHERS, [None]),  # it waits while others can be assigned
+    (0, False, NOTHING, LARGE, LARGE, [None]),
+    (0, True, NOTHING, LARGE, NOTHING, [None]),  # its station is not empty
+    (600, True, OTHERS, LARGE, OTHERS, [0]),  # and is kept for it from now on
+    (600, True, NOTHING, LARGE, NOTHING, [0]),
+    (600, False, OTHERS, LARGE, LARGE, []),
+    (600, False, OTHERS, NOTHING, OTHERS, [None]),  # free items are not enough: all stations are for others
 )
 def test_a_large_order_goes_alone_when_nothing_else_can_or_it_has_waited(
     now_s: float,

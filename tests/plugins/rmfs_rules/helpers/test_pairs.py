@@ -1,7 +1,5 @@
 """Greedy pairs of order and station, with the parameters that POA rules share; the oracles have them at random."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from typing import Any
@@ -9,16 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cases import cases
 from rmfs_commands.testing import check_rule, small_world
 from rmfs_core.decisions import OrderAssignment
 from rmfs_core.warehouse import Station, Warehouse, WarehouseView
 from rmfs_rules.common_lines import CommonLines
 from rmfs_rules.due import EarliestDue, LeastSlack
 from rmfs_rules.first_come import FirstCome
-from rmfs_rules.helpers import OVERSIZE_WAIT_S, assign_best_pairs, lines_at, sum_per_order
+from rmfs_rules.helpers import assign_best_pairs, lines_at, sum_per_order
 from rmfs_rules.near_best_pod import NearBestPod
 from rmfs_rules.pod_match import PodMatch
 from rmfs_rules.workload import Workload
+from standing import put_at_station
 
 PAIRS = (PodMatch, CommonLines, FirstCome, Workload, NearBestPod)
 OF_PAIRS = pytest.mark.parametrize("rule", PAIRS)
@@ -26,11 +26,9 @@ OF_PAIRS = pytest.mark.parametrize("rule", PAIRS)
 OF_ORDERS = pytest.mark.parametrize("rule", [*PAIRS, EarliestDue, LeastSlack])
 """Rules with a fast lane."""
 FOUR = {"1": ["a"], "2": ["a"], "3": ["a"], "4": ["a"]}
-PutAtStation = Callable[[Warehouse, int, int], None]
 
 
 def decide(world: Warehouse, rule: Any, seed: int = 0) -> list[tuple[str, int]]:
-    """Return (order's name, station) of each assignment."""
     arguments = (WarehouseView(world), np.random.default_rng(seed))[
         : 1 if isinstance(rule, (EarliestDue, LeastSlack)) else 2
     ]
@@ -39,7 +37,6 @@ def decide(world: Warehouse, rule: Any, seed: int = 0) -> list[tuple[str, int]]:
 
 @OF_PAIRS
 def test_of_orders_that_are_alike_one_goes_first(rule: type[Any]) -> None:
-    """The oldest, the one due first, or one by lot."""
     world = small_world(FOUR, {"p": ["a"]}, capacities=[2], due_s={"3": 50, "2": 90})
     assert [name for name, _ in decide(world, rule())] == ["1", "2"]
     assert [name for name, _ in decide(world, rule(tie_break="due"))] == ["3", "2"]
@@ -48,22 +45,8 @@ def test_of_orders_that_are_alike_one_goes_first(rule: type[Any]) -> None:
     assert all(55 <= number <= 145 for number in first.values())
 
 
-@OF_PAIRS
-def test_late_orders_go_first_if_asked_for(rule: type[Any]) -> None:
-    """After 60 s orders 2 and 4 are late, whatever the pod at the station is good for; 3 is due, but not yet late."""
-    orders = {"x": ["a"], "1": ["a"], "2": ["b"], "3": ["b"], "4": ["b"]}
-    world = small_world(orders, {"p": ["a"], "q": ["b"]}, capacities=[4], due_s={"2": 50, "3": 60, "4": 40})
-    world.assign(world.orders[0], world.stations[0], [0])
-    world.bind(world.pods[0], world.stations[0])
-    world.now = 60_000
-    assert [name for name, _ in decide(world, rule(late_first=True))] == ["2", "4", "1"]
-    assert decide(world, rule())[0][0] == "1"
-
-
 @OF_ORDERS
-def test_a_place_is_kept_for_what_the_pod_at_the_station_completes(
-    rule: type[Any], put_at_station: PutAtStation
-) -> None:
+def test_a_place_is_kept_for_what_the_pod_at_the_station_completes(rule: type[Any]) -> None:
     """The pod there has `a`; of two free places one is left for such an order, and nothing else takes it."""
     orders = {"x": ["a"], "1": ["b"], "2": ["b"], "3": ["a", "b"], "4": ["a"]}
     pods = {"p": ["a"], "q": ["b"]}
@@ -78,30 +61,11 @@ def test_a_place_is_kept_for_what_the_pod_at_the_station_completes(
     assert [name for name, _ in decide(world, rule(fast_lane=1))] == ["1"]
 
 
-@OF_ORDERS
-def test_items_on_the_pod_are_for_one_order_each(rule: type[Any], put_at_station: PutAtStation) -> None:
-    """Of three items one is promised to order x; order 1 takes one, order 2 the last one; none is left for order 3."""
-    orders = {"x": {"a": 1}, "1": {"a": 1}, "2": {"a": 1}, "3": {"a": 1}}
-    world = small_world(orders, {"p": {"a": 3}, "q": {"a": 9}}, capacities=[4])
-    put_at_station(world, 0, 0)
-    world.assign(world.orders[0], world.stations[0], [0])
-    assert [name for name, _ in decide(world, rule(fast_lane=3))] == ["1", "2"]
-    assert [name for name, _ in decide(world, rule())] == ["1", "2", "3"]
-
-
 @OF_PAIRS
-@pytest.mark.parametrize(
-    ("wrong", "problem"), [({"tie_break": "newest"}, "'tie_break' must be in"), ({"fast_lane": -1}, "must be >= 0")]
-)
+@cases("wrong problem", ({"tie_break": "newest"}, "'tie_break' must be in"), ({"fast_lane": -1}, "must be >= 0"))
 def test_wrong_parameters_are_refused(rule: type[Any], wrong: dict[str, Any], problem: str) -> None:
-    """Before the run."""
     with pytest.raises(ValueError, match=problem):
         rule(**wrong)
-
-
-def test_rules_conform_with_all_of_them() -> None:
-    """No order starves for want of a place that is kept."""
-    assert check_rule(PodMatch(tie_break="random", late_first=True, fast_lane=2)).findings == ()
 
 
 ORDERS = {"1": {"a": 2, "b": 1}, "2": ["c"], "3": {"a": 1, "b": 1, "c": 4}}
@@ -114,57 +78,35 @@ def view(**changes: object) -> WarehouseView:
 
 
 def test_values_of_lines_are_summed_by_order() -> None:
-    """Quantities make sizes, ones make numbers of lines; what `lines_at` names is what is summed."""
     world = view()
     quantities = world.backlog_lines.quantity
     assert sum_per_order(world, quantities).tolist() == [3, 1, 6]
     assert sum_per_order(world, np.ones_like(quantities)).tolist() == [2, 1, 3]
     assert [quantities[lines_at(world, i)].tolist() for i in range(3)] == [[2, 1], [1], [1, 1, 4]]
-
-
-def test_an_order_without_open_lines_at_its_position_is_none() -> None:
-    """What is assigned is in the backlog no more, and the lines that are left move up."""
-    warehouse = small_world(ORDERS, {"p": ["a", "b", "c"]}, capacities=(6, 4))
-    warehouse.assign(warehouse.orders[0], warehouse.stations[0], [0])
-    world = WarehouseView(warehouse)
-    assert sum_per_order(world, world.backlog_lines.quantity).tolist() == [1, 1, 6]
-    warehouse.assign(warehouse.orders[0], warehouse.stations[0], [1])
-    world = WarehouseView(warehouse)
-    assert sum_per_order(world, world.backlog_lines.quantity).tolist() == [1, 6]
+    assert check_rule(PodMatch(tie_break="random", late_first=True, fast_lane=2)).findings == ()
 
 
 def scores(**by_station: list[int]) -> Callable[[Station], np.ndarray]:
-    """Return a score that is a fixed list for each station: ``s0``, ``s1``."""
     return lambda station: np.array(by_station[f"s{station.id}"])
 
 
 def chosen(found: list[OrderAssignment]) -> list[tuple[int, int]]:
-    """Return (order, station) of each assignment."""
     return [(one.order, one.station) for one in found]
 
 
-@pytest.mark.parametrize(
-    ("s0", "s1", "expected"),
-    [
-        ([0, 0, 9], [0, 0, 0], [(2, 0), (0, 1), (1, 1)]),  # the best pair first; then nothing else fits station 0
-        ([1, 5, 0], [1, 1, 0], [(1, 0), (0, 1)]),  # of the tie of order 0 the station with the lower load
-        ([0, 0, 0], [0, 0, 0], [(0, 0), (1, 1)]),  # all alike: the oldest order, the lowest id
-        ([0, 0, 0], [0, 9, 0], [(1, 1), (0, 0)]),  # order 2 fits nowhere then
-    ],
+@cases(
+    "s0 s1 expected",
+    ([0, 0, 9], [0, 0, 0], [(2, 0), (0, 1), (1, 1)]),  # the best pair first; then nothing else fits station 0
+    ([1, 5, 0], [1, 1, 0], [(1, 0), (0, 1)]),  # of the tie of order 0 the station with the lower load
+    ([0, 0, 0], [0, 0, 0], [(0, 0), (1, 1)]),  # all alike: the oldest order, the lowest id
+    ([0, 0, 0], [0, 9, 0], [(1, 1), (0, 0)]),  # order 2 fits nowhere then
 )
 def test_the_best_pair_that_fits_goes_first(s0: list[int], s1: list[int], expected: list[tuple[int, int]]) -> None:
     """Scores decide, then age, load, id; an order of six items fits the empty station 0 only."""
     assert chosen(assign_best_pairs(view(), scores(s0=s0, s1=s1))) == expected
 
 
-def test_stations_that_count_orders_take_any_order() -> None:
-    """Capacity one and two: three orders, whatever their size."""
-    found = assign_best_pairs(view(capacities=(1, 2), counts_orders=True), scores(s0=[0, 0, 9], s1=[2, 1, 0]))
-    assert chosen(found) == [(2, 0), (0, 1), (1, 1)]
-
-
 def test_scores_are_asked_for_again_where_they_changed() -> None:
-    """Who is told of an assignment says which stations' scores are others now."""
     asked: list[int] = []
 
     def score(station: Station) -> np.ndarray:
@@ -192,43 +134,3 @@ def test_nothing_to_assign() -> None:
     full = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a", "b"]}, capacities=(1,))
     full.assign(full.orders[0], full.stations[0], [0])
     assert assign_best_pairs(WarehouseView(full), unasked) == []
-
-
-def two_stations(orders: dict[str, dict[str, int]], begun: dict[str, int], now_s: float) -> Warehouse:
-    """Return a world with two stations of four and six places, and some orders assigned already."""
-    world = small_world(orders, {"p": ["a"]}, capacities=[4, 6])
-    for name, station in begun.items():
-        order = next(order for order in world.orders if order.name == name)
-        world.assign(order, world.stations[station], [line.sku for line in order.open_lines])
-    world.now = int(now_s * 1000)
-    return world
-
-
-LARGE = {"large": {"a": 9}, "x": {"a": 1}, "y": {"a": 3}, "1": {"a": 1}, "2": {"a": 1}, "3": {"a": 1}, "4": {"a": 1}}
-
-
-@OF_PAIRS
-def test_it_waits_for_a_while(rule: type[Any]) -> None:
-    """Until then, stations take what fits beside what they have."""
-    decided = decide(two_stations(LARGE, {"x": 0, "y": 1}, OVERSIZE_WAIT_S - 1), rule())
-    assert {name for name, _ in decided} == {"1", "2", "3", "4"}
-    assert {station for _, station in decided} == {0, 1}
-
-
-@OF_PAIRS
-def test_then_one_station_takes_nothing_else_until_it_is_empty(rule: type[Any]) -> None:
-    """The one that is nearest to being empty."""
-    world = two_stations(LARGE, {"x": 0, "y": 1}, OVERSIZE_WAIT_S)
-    assert {station for _, station in decide(world, rule())} == {1}
-    world = two_stations(LARGE, {"y": 1}, OVERSIZE_WAIT_S)
-    assert decide(world, rule())[0] == ("large", 0)
-
-
-FULL = {"big": {"a": 4}, "x": {"a": 3}, "y": {"a": 3}, "1": {"a": 1}, "2": {"a": 1}, "3": {"a": 1}, "4": {"a": 1}}
-
-
-@OF_PAIRS
-def test_with_a_limit_a_station_keeps_its_places_for_them(rule: type[Any]) -> None:
-    """The second station needs one place more for the order, the first three; only the first takes others."""
-    world = two_stations(FULL, {"x": 0, "y": 1}, 60)
-    assert [station for _, station in decide(world, rule(max_wait_s=60))] == [0]

@@ -1,7 +1,5 @@
 """The compiled search for a station's best order against a plain one."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -103,7 +101,6 @@ def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, dat
 
 @given(st.lists(lines, max_size=8), st.lists(st.integers(0, 4), min_size=3, max_size=3))
 def test_completed_orders_are_found(orders: list[dict[str, int]], left: list[int]) -> None:
-    """Those of which every line can be served."""
     named = {str(i): order for i, order in enumerate([dict.fromkeys(SKUS, 1), *orders])}
     view = WarehouseView(small_world(named, {"p": [*SKUS]}))
     stock, none = view.stock, np.zeros((0, 0))

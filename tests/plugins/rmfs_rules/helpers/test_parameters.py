@@ -1,7 +1,5 @@
 """Fields of a rule's class that a scenario can set."""
 
-from __future__ import annotations
-
 import pytest
 from attrs import define, fields, validators
 
@@ -17,7 +15,6 @@ class Mine:
 
 
 def test_default_check_meaning_and_unit() -> None:
-    """The unit is left out where there is none."""
     assert (Mine().share, Mine(1).window_s) == (0.5, 20.0)
     for share in (0, 2):
         with pytest.raises(ValueError, match="'share' must be"):

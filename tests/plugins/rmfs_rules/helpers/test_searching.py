@@ -1,7 +1,5 @@
 """What compiled searches see of a reservation table, against the table itself; and the way from rows to a path."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -29,7 +27,6 @@ def table_with(held: list[tuple[int, int, int]], cell: int = 1) -> Reservations:
 
 
 def free(table: Reservations, since: int, until: int, cell: int = 1) -> bool:
-    """Whether nobody else has the cell in a half-open interval."""
     return table.is_free(ME, stay(cell, since, until))
 
 
@@ -69,7 +66,6 @@ def test_a_cell_is_free_for_good_after_all_others(held: list[tuple[int, int, int
 def test_windows_are_narrowed_to_departures_that_are_free(
     held: list[tuple[int, int, int]], pieces: list[tuple[int, int]], enter: int, stay: int
 ) -> None:
-    """A departure is left when it was in a window and the cell is free from ``enter`` to ``leave`` after it."""
     table, leave = table_with(held), enter + stay
     low, high = np.zeros((2, 64), np.int64), np.zeros((2, 64), np.int64)
     at = 0
@@ -91,7 +87,6 @@ EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0
 
 
 def test_a_search_is_tried_once_where_nothing_is_reserved() -> None:
-    """From the first place to the last one."""
     asked = []
     roads = roads_on(travel_on(parse_map("......\n.#..#.\nqO....", "yard"), EVEN))
     search_once(lambda _, table, query: asked.append((int(table.arrays.count.sum()), query.cell, query.goal)), roads)

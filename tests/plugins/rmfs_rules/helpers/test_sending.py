@@ -1,19 +1,15 @@
 """Pods for the stations that lack one, and how far they drive."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import pytest
 
 from rmfs_commands.testing import small_world
 from rmfs_core.decisions import PodTrip
 from rmfs_core.warehouse import Pod, Station, Warehouse, WarehouseView
 from rmfs_rules.helpers import nearest_free_location, send_pods, ticks_to_station
+from standing import put_at_station
 
 
 def busy(pods: dict[str, list[str]], *wanted: list[str]) -> Warehouse:
-    """Return a world in which each station has one order of these SKUs."""
     world = small_world(
         {str(i): skus for i, skus in enumerate(wanted)}, pods, capacities=[9] * len(wanted), robots=len(wanted)
     )
@@ -23,12 +19,10 @@ def busy(pods: dict[str, list[str]], *wanted: list[str]) -> Warehouse:
 
 
 def first(station: Station, pods: list[Pod]) -> Pod:
-    """Choose the first pod offered."""
     return pods[0]
 
 
 def trips(found: list[PodTrip]) -> list[tuple[int, int]]:
-    """Return (pod, station) of each trip."""
     return [(one.pod, one.station) for one in found]
 
 
@@ -40,9 +34,7 @@ def test_the_station_with_fewest_pods_chooses_next() -> None:
     assert trips(send_pods(world, 9, first)) == [(1, 1), (0, 0), (2, 1)]
 
 
-def test_no_more_stored_pods_are_sent_than_robots_can_fetch(
-    put_at_station: Callable[[Warehouse, int, int], None],
-) -> None:
+def test_no_more_stored_pods_are_sent_than_robots_can_fetch() -> None:
     """A pod that leaves a station needs no robot, but goes to one other station only."""
     world = busy({"p": ["c"], "q": ["a"]}, ["a"], ["c"], ["c"])
     assert trips(send_pods(WarehouseView(world), 1, first)) == [(1, 0)]
@@ -74,9 +66,7 @@ def test_the_way_to_a_station_is_timed_with_the_pod() -> None:
         assert ticks_to_station(world, pod, station) == min(ways) < max(ways)
 
 
-def test_a_pod_goes_to_the_free_location_its_robot_reaches_first(
-    put_at_station: Callable[[Warehouse, int, int], None],
-) -> None:
+def test_a_pod_goes_to_the_free_location_its_robot_reaches_first() -> None:
     """By driving time with the pod, not by distance; it says nothing of a pod that nobody carries."""
     warehouse = small_world({}, {"p": ["a"], "q": ["b"]}, capacities=(9, 9))
     put_at_station(warehouse, 0, 1)

@@ -1,7 +1,5 @@
 """Joint rules alternating, two-stage and lns."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
@@ -10,17 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cases import cases
 from rmfs_commands.testing import check_rule, small_world
 from rmfs_core import JointDecision
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.joint import Alternating, LargeNeighborhoodSearch, TwoStage
 from rmfs_rules.mip import Integrated
 
-Put = Callable[[Warehouse, int, int], None]
-
 
 def decide(rule: Any, world: Warehouse, seed: int = 0) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
-    """Return (order's name, station) of each assignment, and (pod's name, station) of each trip, by name."""
     draws = (np.random.default_rng(seed),) if isinstance(rule, LargeNeighborhoodSearch) else ()
     decision = rule.assign_orders_and_pods(WarehouseView(world), *draws)
     return (
@@ -29,37 +25,31 @@ def decide(rule: Any, world: Warehouse, seed: int = 0) -> tuple[list[tuple[str, 
     )
 
 
-@pytest.mark.parametrize(
+@cases(
     "rule",
-    [
-        Alternating(rounds=1, max_wait_s=60, unused_capacity_weight=0.5),
-        TwoStage(first_share=0.2, max_wait_s=60),
-        TwoStage(first_orders="oldest"),
-        LargeNeighborhoodSearch(max_wait_s=60, share=1.0, iterations=5, unused_capacity_weight=0.5),
-    ],
+    Alternating(rounds=1, max_wait_s=60, unused_capacity_weight=0.5),
+    TwoStage(first_share=0.2, max_wait_s=60),
+    TwoStage(first_orders="oldest"),
+    LargeNeighborhoodSearch(max_wait_s=60, share=1.0, iterations=5, unused_capacity_weight=0.5),
 )
 def test_it_conforms(rule: object) -> None:
-    """With parameters other than the defaults, in every trial world: finite stock, order capacity, later arrivals."""
     check_rule(rule)
 
 
-@pytest.mark.parametrize(
-    ("rule", "wrong"),
-    [
-        (Alternating, {"rounds": 0}),
-        (Alternating, {"unused_capacity_weight": 0}),
-        (Alternating, {"max_wait_s": -1}),
-        (TwoStage, {"first_share": 0}),
-        (TwoStage, {"first_share": 1.5}),
-        (TwoStage, {"first_orders": "best"}),
-        (LargeNeighborhoodSearch, {"iterations": -1}),
-        (LargeNeighborhoodSearch, {"share": 0}),
-        (LargeNeighborhoodSearch, {"share": 1.1}),
-        (LargeNeighborhoodSearch, {"unused_capacity_weight": 0}),
-    ],
+@cases(
+    "rule wrong",
+    (Alternating, {"rounds": 0}),
+    (Alternating, {"unused_capacity_weight": 0}),
+    (Alternating, {"max_wait_s": -1}),
+    (TwoStage, {"first_share": 0}),
+    (TwoStage, {"first_share": 1.5}),
+    (TwoStage, {"first_orders": "best"}),
+    (LargeNeighborhoodSearch, {"iterations": -1}),
+    (LargeNeighborhoodSearch, {"share": 0}),
+    (LargeNeighborhoodSearch, {"share": 1.1}),
+    (LargeNeighborhoodSearch, {"unused_capacity_weight": 0}),
 )
 def test_bad_parameters(rule: type[Any], wrong: dict[str, Any]) -> None:
-    """They are refused."""
     with pytest.raises(ValueError, match=next(iter(wrong))):
         rule(**wrong)
 
@@ -152,28 +142,6 @@ def test_orders_for_pods_and_pods_for_orders_by_hand() -> None:
     assert decide(Alternating(), improvable()) == ([("1", 0), ("3", 0)], [("p", 0), ("q", 0)])
 
 
-def test_the_second_time_orders_go_by_the_pods_that_are_sent() -> None:
-    """Four places. Order 1 takes two and has to have x brought, hence 3 lacks one of two lines, and 2 both of them.
-
-    1 and 3 take three pods. But p, sent for a, has all of 2 as well: with the three there, no order lacks anything, the
-    oldest go, and 1 and 2 take two.
-    """
-    orders, pods = {"1": ["a", "x"], "2": ["c", "d"], "3": ["x", "b"]}, {"p": ["a", "c", "d"], "q": ["x"], "r": ["b"]}
-    first = decide(Alternating(rounds=1), small_world(orders, pods, capacities=[4]))
-    assert first == ([("1", 0), ("3", 0)], [("p", 0), ("q", 0), ("r", 0)])
-    assert decide(Alternating(), small_world(orders, pods, capacities=[4])) == (
-        [("1", 0), ("2", 0)],
-        [("p", 0), ("q", 0)],
-    )
-
-
-def test_what_is_there_goes_first(put_at_station: Put) -> None:
-    """The older order would need a pod, the younger one is on the pod that is there."""
-    world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[1])
-    put_at_station(world, 1, 0)
-    assert decide(Alternating(), world) == ([("2", 0)], [])
-
-
 def test_more_rounds_cost_no_more() -> None:
     """On random periods; some are improved, and most are decided as well as the model does."""
     one, more = (
@@ -195,43 +163,6 @@ def test_both_stages_by_hand() -> None:
     world = small_world(orders, {"p": ["a", "b"], "q": ["c", "d"], "r": ["e"]}, capacities=[6])
     given = decide(TwoStage(first_share=0.5, first_orders="oldest"), world)
     assert given == ([("1", 0), ("2", 0), ("4", 0), ("5", 0)], [("p", 0), ("q", 0)])
-
-
-def test_of_equal_pods_the_one_that_the_backlog_wants_is_sent() -> None:
-    """Both have order 1; q has order 3 as well, which the second stage takes."""
-    world = small_world({"1": ["a"], "2": ["x"], "3": ["b"]}, {"p": ["a"], "q": ["a", "b"], "r": ["x"]}, capacities=[2])
-    assert decide(TwoStage(first_share=0.5), world) == ([("1", 0), ("3", 0)], [("q", 0)])
-
-
-@pytest.mark.parametrize(("first_orders", "expected"), [("cheapest", "2"), ("oldest", "1")])
-def test_which_orders_go_first(first_orders: str, expected: str) -> None:
-    """One place; the younger order is on the pod that is bound for the station."""
-    world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[1])
-    world.bind(world.pods[1], world.stations[0])
-    assert decide(TwoStage(first_orders=first_orders), world)[0] == [(expected, 0)]
-
-
-def test_a_station_with_enough_to_do_sends_for_no_pod() -> None:
-    """Three of four places are taken: order 2 waits, though it would fit; with a larger share it does not."""
-    for share, expected in ((0.75, []), (0.8, [("q", 0)])):
-        world = small_world({"1": ["a", "b", "c"], "2": ["d"]}, {"p": ["a", "b", "c"], "q": ["d"]}, capacities=[4])
-        world.bind(world.pods[0], world.stations[0])
-        world.assign(world.orders[0], world.stations[0], [line.sku for line in world.orders[0].lines])
-        assert decide(TwoStage(first_share=share), world)[1] == expected
-
-
-def test_an_order_that_has_waited_too_long_is_not_held_up_by_the_second_stage() -> None:
-    """Order 2 needs all four places, one of which is in use; order 3 would take another while its pod is there."""
-
-    def assigned(now_s: float) -> list[tuple[str, int]]:
-        world = small_world({"1": ["a"], "2": {"b": 4}, "3": ["a"]}, {"p": ["a"], "q": ["b"]}, capacities=[4])
-        world.bind(world.pods[0], world.stations[0])
-        world.assign(world.orders[0], world.stations[0], [0])
-        world.now = round(1000 * now_s)
-        return decide(TwoStage(first_share=0.1, max_wait_s=60), world)[0]
-
-    assert assigned(59.0) == [("3", 0)]
-    assert assigned(60.0) == []
 
 
 def test_finite_stock_is_not_given_away_twice() -> None:
@@ -269,22 +200,6 @@ def test_taking_back_by_hand(seed: int) -> None:
         [("2", 0), ("3", 0)],
         [("q", 0)],
     )
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_of_equal_costs_the_oldest_orders_go(seed: int) -> None:
-    """Each order needs a pod of its own: nothing is better than the two oldest."""
-    orders, pods = {str(i): "abcdef"[i] for i in range(6)}, {f"p{sku}": [sku] for sku in "abcdef"}
-    assert decide(LargeNeighborhoodSearch(), small_world(orders, pods, capacities=[2]), seed)[0] == [("0", 0), ("1", 0)]
-
-
-def test_lns_leaves_orders_that_have_waited_too_long() -> None:
-    """As by hand, but order 1 has waited since 0 s, the others are as late and order 3 is left: nothing is improved."""
-    orders, pods = {"1": ["a"], "2": ["b"], "3": ["c"]}, {"p": ["a"], "q": ["b", "c"]}
-    world = small_world(orders, pods, capacities=[2])
-    world.now = 60_000
-    assert decide(LargeNeighborhoodSearch(max_wait_s=60), world)[0] == [("1", 0), ("2", 0)]
-    assert decide(LargeNeighborhoodSearch(max_wait_s=61), world)[0] == [("2", 0), ("3", 0)]
 
 
 def test_it_costs_less_with_the_iterations_and_is_never_below_the_optimum() -> None:

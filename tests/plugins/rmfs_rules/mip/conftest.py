@@ -1,7 +1,5 @@
 """Random small periods and a brute force over all decisions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from itertools import combinations, product
 from math import prod
@@ -217,19 +215,16 @@ def _cheapest(period: Period, station: int):
 
 @pytest.fixture(scope="session")
 def periods() -> list[Period]:
-    """Return 300 random small periods."""
     return [random_period(seed) for seed in range(300)]
 
 
 @pytest.fixture(scope="session")
 def all_periods(periods: list[Period]) -> list[Period]:
-    """Return the random periods, and 150 of them with all stations alike."""
     return [*periods, *map(made_alike, periods[:150])]
 
 
 @pytest.fixture(scope="session")
 def equal_stations(periods: list[Period]) -> list[Period]:
-    """Return 120 of the random periods with several stations, all alike."""
     return [made_alike(period) for period in periods if len(period.stations) > 1][:120]
 
 
@@ -250,7 +245,6 @@ def small_periods() -> list[Period]:
 
 @pytest.fixture(scope="session")
 def scarce_periods() -> list[Period]:
-    """Return 60 random small periods whose pods run out."""
     return [scarce_period(seed) for seed in range(60)]
 
 

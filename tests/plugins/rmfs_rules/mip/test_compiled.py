@@ -1,7 +1,5 @@
 """The compiled searches: sets of pods, the stations that they go to, the orders there; against trying everything."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import combinations, product
 from types import SimpleNamespace
@@ -31,12 +29,10 @@ seeds = st.integers(0, 10**6)
 
 
 def no_work() -> np.ndarray:
-    """Return a count of steps."""
     return np.zeros(1, np.int64)
 
 
 def there_with(arrays: Arrays, pods: Sequence[int]) -> np.ndarray:
-    """Return the SKUs that are at hand or on these pods."""
     there = arrays.at_hand > 0
     for pod in pods:
         there[arrays.pod_sku[arrays.pod_start[pod] : arrays.pod_start[pod + 1]]] = True
@@ -44,7 +40,6 @@ def there_with(arrays: Arrays, pods: Sequence[int]) -> np.ndarray:
 
 
 def value_of(arrays: Arrays, worth: np.ndarray, pods: Sequence[int]) -> float:
-    """Return the worth of the orders that the pods complete."""
     there = there_with(arrays, pods)
     lines = [arrays.line_sku[slice(*span)] for span in zip(arrays.order_start, arrays.order_start[1:], strict=False)]
     return sum(max(w, 0.0) for w, skus in zip(worth, lines, strict=True) if there[skus].all())
@@ -69,7 +64,6 @@ def arrays_from_fixture(random_period):
 @given(seed=seeds)
 @settings(max_examples=200, deadline=None)
 def test_potentials_bound_what_pods_complete(arrays_from, seed):
-    """No set of pods completes more than the sum of their potentials, whichever pods went before."""
     arrays, n, worth = arrays_from(seed)
     for before in [(), *((pod,) for pod in range(n))]:
         rest = np.array([pod for pod in range(n) if pod not in before], dtype=np.int64)
@@ -142,7 +136,6 @@ def test_sets_that_are_found_by_exchanging(random_period, splitting_period, seed
 
 
 def masks_with(arrays: Arrays, visits: Sequence[tuple[int, int]]) -> np.ndarray:
-    """Return per SKU the stations that cover it with these visits."""
     mask = arrays.at_hand.copy()
     for pod, station in visits:
         mask[arrays.pod_sku[arrays.pod_start[pod] : arrays.pod_start[pod + 1]]] |= 1 << station
@@ -215,7 +208,6 @@ def assignments(period: Period, there: np.ndarray, model: Model, choices) -> Ite
 
 
 def check_filling(period: Period, orders: np.ndarray, number: int) -> None:
-    """Hold packed orders against the number of places that they fill, and the room of the stations."""
     taken = [sum(int(packed) >> (8 * s) & 255 for _, packed in orders) for s in range(len(period.stations))]
     assert sum(taken) == number
     assert all(n <= room for n, room in zip(taken, period.capacities, strict=True))

@@ -3,6 +3,7 @@
 import pytest
 from attrs import evolve
 
+from cases import cases
 from rmfs_rules.mip.period.effort import EFFORT, EFFORT_HARD, EFFORT_LARGE, Effort
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.solution import Model
@@ -36,13 +37,11 @@ def test_little_effort_leaves_a_bound_and_a_solution(small_periods, brute_force,
 SPLITS = [(model, splits, range(380, 700)) for model in SPLIT for splits in range(3)]
 
 
-@pytest.mark.parametrize(
-    ("model", "splits", "seeds"),
-    [
-        *((model, None, range(30)) for model in Model),
-        *(pytest.param(model, None, range(60, 380), marks=pytest.mark.slow) for model in Model),
-        *(pytest.param(*case, marks=pytest.mark.slow) for case in SPLITS),
-    ],
+@cases(
+    "model splits seeds",
+    *((model, None, range(30)) for model in Model),
+    *(pytest.param(model, None, range(60, 380), marks=pytest.mark.slow) for model in Model),
+    *(pytest.param(*case, marks=pytest.mark.slow) for case in SPLITS),
 )
 def test_little_effort_with_few_items(scarce_period, brute_force_from_stock, model, splits, seeds):
     for seed in seeds:
@@ -52,7 +51,6 @@ def test_little_effort_with_few_items(scarce_period, brute_force_from_stock, mod
 @pytest.mark.parametrize("seeds", [pytest.param(range(4), id="some"), MANY])
 @pytest.mark.parametrize("splits", [0, 1])
 def test_little_effort_with_few_splits(splitting_period, brute_force, splits, seeds):
-    """Also with a weight that is not whole."""
     for seed in seeds:
         period = splitting_period(seed, orders=4, stations=2, skus=6)
         for model in SPLIT:
@@ -68,8 +66,7 @@ def test_other_weights(small_periods, brute_force, weight):
             ended(period, model, 0, brute_force, weight=weight)
 
 
-def test_enough_effort_proves(small_periods):
-    """With the default, small periods are proven, and by what proves them without a limit."""
+def test_effort_that_is_enough_or_the_same(small_periods, splitting_period):
     for period in small_periods[::7]:
         for model in Model:
             limited = Effort.for_period(period, None)
@@ -77,10 +74,6 @@ def test_enough_effort_proves(small_periods):
             assert solution == proof_of(period, model, 2, Limits()).run()
             assert solution.bound == solution.objective
             assert not limited.short
-
-
-def test_same_effort_same_solution(splitting_period):
-    """What a budget comes to is repeatable, wherever it ends."""
     for steps in (0, 500, 5000, 50_000):
         for seed in range(6):
             period = splitting_period(seed, orders=9, stations=3, skus=9)
@@ -97,9 +90,7 @@ def test_large_periods_get_less(random_period):
     assert Effort.for_period(more, 7).left == 7
 
 
-@pytest.mark.parametrize(
-    ("weight", "capacity", "effort"), [(2, None, EFFORT), (1.5, None, EFFORT_HARD), (2, 3, EFFORT_HARD)]
-)
+@cases("weight capacity effort", (2, None, EFFORT), (1.5, None, EFFORT_HARD), (2, 3, EFFORT_HARD))
 def test_periods_without_hope_of_a_proof_get_less(random_period, weight, capacity, effort):
     """By default fractional weights, and few splits between stations that are alike, get less effort."""
     period = random_period(1)

@@ -3,14 +3,12 @@
 With W_u = 2, a place that stays free costs twice the items of the largest order (`Period.factors`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pytest
 
-from rmfs_rules.mip.period.decoding import parts_of
+from cases import cases
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model, Part, Solution, objective_of
@@ -55,18 +53,7 @@ def period_of(
     )
 
 
-def solved(period: Period, model: Model, splits: int | None = None) -> tuple[float, dict[tuple[int, int], set[int]]]:
-    """Return objective (1) of the aggregated form by itself, and the SKUs of each (order, station)."""
-    reduced = Reduced(period, model)
-    aggregated = builder_of(reduced, 2, splits).build()
-    counts = aggregated.counts(aggregated.program.solve(Limits(), absolute_gap=1e-6).values)
-    parts = parts_of(reduced, counts)
-    visits = period.visits_before + len(counts.visits)
-    return objective_of(period, parts, visits, 2), {(part.order, part.station): set(part.skus) for part in parts}
-
-
 def placed(period: Period, model: Model, splits: int | None = None, weight: float = 2) -> Proof:
-    """Return what `by_places` finds out."""
     proof = Proof(Reduced(period, model), weight, Limits(), splits)
     by_places(proof)
     assert proof.best is not None
@@ -75,102 +62,35 @@ def placed(period: Period, model: Model, splits: int | None = None, weight: floa
 
 
 def known(proof: Proof) -> tuple[float, float]:
-    """Return bound and objective."""
     return proof.bound, proof.incumbent.objective
 
 
-@pytest.mark.parametrize(
-    ("model", "counting", "apart"),
-    [
-        (INTEGRATED, {0, 1}, False),  # an order is one part
-        (AMONG, {0, 1}, True),
-        (OVER_TIME, {1}, True),
-        (AMONG, set(), False),
-    ],
+@cases(
+    "model counting apart",
+    (INTEGRATED, {0, 1}, False),  # an order is one part
+    (AMONG, {0, 1}, True),
+    (OVER_TIME, {1}, True),
+    (AMONG, set(), False),
 )
 def test_parts_are_told_apart_where_they_take_places(model: Model, counting: set[int], apart: bool) -> None:
-    """Else counts of types are enough."""
     period = period_of([[A, B]], [[A], [B]], (1, 1), counting_orders=frozenset(counting))
     assert isinstance(builder_of(Reduced(period, model), 2, None), PartsBuilder) == apart
-
-
-@pytest.mark.parametrize(
-    ("model", "places", "objective"),
-    [
-        (AMONG, 1, 1),  # the order of one line
-        (AMONG, 2, 3),
-        (AMONG, 3, 3 + 4),
-        (OVER_TIME, 1, 1),
-        (OVER_TIME, 2, 2),  # one line of the other takes a place as well
-        (OVER_TIME, 3, 2 + 4),
-    ],
-)
-def test_a_part_takes_one_place_and_the_visits_of_its_lines(model: Model, places: int, objective: float) -> None:
-    """Three pods with a SKU each, none at the station."""
-    assert solved(period_of([[A, B], [C]], [[A], [B], [C]], (places,)), model)[0] == objective
 
 
 APART = ([[A, B]], [[A], [B]], (1, 1), ((0,), (1,)))
 """The lines of an order are at two stations with a place each; together they cost a visit and leave a place free."""
 
 
-@pytest.mark.parametrize("model", [AMONG, OVER_TIME])
-def test_few_orders_may_be_split(model: Model) -> None:
-    """One that was begun before is split already, and counts no more."""
-    assert solved(period_of(*APART), model) == (2, {(0, 0): {A}, (0, 1): {B}})
-    assert solved(period_of(*APART), model, 1)[0] == 2
-    objective, parts = solved(period_of(*APART), model, 0)
-    assert objective == 3 + 4
-    assert list(parts.values()) == [{A, B}]
-    assert solved(period_of(*APART, begun=(True,)), model, 0)[0] == 2
-
-
-def test_an_order_with_a_line_in_the_backlog_is_split() -> None:
-    """C is on no pod: assigned over time, the order would have to be split; among stations, it stays."""
-    for model, splits, objective in ((OVER_TIME, None, 1), (OVER_TIME, 1, 1), (OVER_TIME, 0, 4), (AMONG, None, 4)):
-        assert solved(period_of([[A, C]], [[A]]), model, splits)[0] == objective, (model, splits)
-
-
-def test_an_order_with_a_place_takes_no_other() -> None:
-    """What is left of it fills no place: another order has to."""
-    there, place = ((0,),), frozenset({(0, 0)})
-    for model in (AMONG, OVER_TIME):
-        for order, free in (([A], 2), ([A, B], 4)):
-            assert solved(period_of([order], [[A, B]], there=there), model)[0] == 1
-            assert solved(period_of([order], [[A, B]], there=there, begun=(True,), joined=place), model)[0] == 1 + free
-        two = period_of([[A, B], [C]], [[A, B], [C]], there=there, begun=(True, False), joined=place)
-        objective, parts = solved(two, model)
-        assert objective == 2
-        assert parts[1, 0] == {C}
-
-
-@pytest.mark.parametrize(("items", "objective"), [(2, 2), (3, 2), (4, 2 + 2), (5, 2 + 4)])
-@pytest.mark.parametrize("model", [AMONG, OVER_TIME])
-def test_stations_of_both_kinds(model: Model, items: int, objective: float) -> None:
-    """Four lines fill one place for an order, with one line as with two, and three for items; a free item costs two."""
-    orders, pods, there = [[A, B], [C, D]], [[A, B, C, D]], ((0,), (0,))
-    assert solved(period_of(orders, pods, (1, items), there, counting_orders=frozenset({0})), model)[0] == objective
-
-
-def test_what_is_there_fills_the_places() -> None:
-    """Nothing can be better: the bound is reached without a solver."""
+def test_what_is_there_fills_the_places_and_then_a_visit() -> None:
     for model in Model:
         proof = placed(period_of([[A, B], [A], [B]], [[A, B]], (2,), there=((0,),)), model)
         assert known(proof) == (1, 1)
         assert proof.incumbent.visits == ((0, 0),)
         assert [part.order for part in proof.incumbent.parts] == [0, 1]
-
-
-def test_a_station_that_cannot_be_filled_needs_a_visit() -> None:
-    """One of two places is filled by what is there; the pod that lets an order in goes."""
     for model in Model:
         proof = placed(period_of([[A], [B]], [[A], [C], [B]], (2,), there=((0,),)), model)
         assert known(proof) == (2, 2)
         assert proof.incumbent.visits == ((0, 0), (2, 0))
-
-
-def test_the_pod_that_lets_in_most_orders_goes() -> None:
-    """Pod 1 fills both places, also if it is bound for a station already; of equal ones an idle one goes."""
     for model in Model:
         for busy in ((), (1,)):
             proof = placed(period_of([[A], [B], [C]], [[A], [B, C]], (2,), busy=busy), model)
@@ -180,29 +100,19 @@ def test_the_pod_that_lets_in_most_orders_goes() -> None:
         assert proof.incumbent.visits == ((1, 0),)
 
 
-def test_an_order_that_no_pod_has_alone_gets_all_it_needs() -> None:
-    """From below one visit is known; whole orders need three, over time one line is enough for the place."""
+def test_places_that_cannot_be_filled() -> None:
+    period = period_of([[A, B]], [[A, B]], (3,), there=((0,),))
+    for model in Model:
+        assert known(placed(period, model)) == (1 + 2 * 2 * 2, 1 + 2 * 2 * 2)
+    for model in Model:
+        assert known(placed(period_of([[A]], [[A]], (1, 1), ((0,), ())), model)) == (1 + 2, 1 + 2)
     period = period_of([[A, B, C]], [[A], [B], [C]])
     for model in (INTEGRATED, AMONG):
         assert known(placed(period, model)) == (1, 3)
     assert known(placed(period, OVER_TIME)) == (1, 1)
 
 
-def test_places_that_no_order_is_there_for_stay_free() -> None:
-    """The bound knows of them: two of three, at two items each."""
-    period = period_of([[A, B]], [[A, B]], (3,), there=((0,),))
-    for model in Model:
-        assert known(placed(period, model)) == (1 + 2 * 2 * 2, 1 + 2 * 2 * 2)
-
-
-def test_one_line_fills_one_place_of_all_stations() -> None:
-    """Each of two places might be filled, but not both."""
-    for model in Model:
-        assert known(placed(period_of([[A]], [[A]], (1, 1), ((0,), ())), model)) == (1 + 2, 1 + 2)
-
-
 def test_over_time_an_order_goes_line_by_line_where_items_are_counted() -> None:
-    """One place for an item there: the other line takes the place for an order at the other station, with its pod."""
     proof = placed(period_of([[A, B]], [[A, B]], (1, 1), ((), (0,)), counting_orders=frozenset({0})), OVER_TIME)
     assert proof.incumbent.objective == 2
     assert {(part.station, len(part.skus)) for part in proof.incumbent.parts} == {(0, 1), (1, 1)}
@@ -243,7 +153,6 @@ def test_places_are_filled_from_what_pods_have_left() -> None:
 
 
 def joined(period: Period, *parts: Part, model: Model = OVER_TIME) -> dict[tuple[int, int], tuple[int, ...]]:
-    """Return the SKUs of each (order, station) once lines have joined; visits are those before."""
     visits = tuple((pod, station) for station, pods in enumerate(period.inbound) for pod in pods)
     value = objective_of(period, parts, len(visits), 2)
     solution = with_joining_lines(period, Solution(parts, visits, value, value, "bounds"), model)
@@ -252,33 +161,16 @@ def joined(period: Period, *parts: Part, model: Model = OVER_TIME) -> dict[tuple
 
 
 def test_lines_join_where_their_order_has_a_place() -> None:
-    """What a pod there has: not C, nor what is at another station already."""
     period = period_of([[A, B, C, D]], [[A, B, D]], (1, 1), ((0,), (0,)))
     assert joined(period, Part(0, 0, (A,))) == {(0, 0): (A, B, D)}
     assert joined(period, Part(0, 0, (A,)), Part(0, 1, (D,))) == {(0, 0): (A, B), (0, 1): (D,)}
-
-
-def test_lines_join_a_place_of_an_earlier_period() -> None:
-    """Also of an order that gets nothing new; another order needs a place for that."""
     period = period_of([[A], [A, B]], [[A, B]], (1,), ((0,),), begun=(False, True), joined=frozenset({(1, 0)}))
     assert joined(period) == {(1, 0): (A, B)}
-
-
-def test_lines_join_with_pods_that_are_sent() -> None:
-    """A new visit brings what else it has."""
     period = period_of([[A, B]], [[A, B]])
     solution = with_joining_lines(period, Solution((Part(0, 0, (A,)),), ((0, 0),), 1, 1, "bounds"), OVER_TIME)
     assert solution.parts == (Part(0, 0, (A, B)),)
-
-
-def test_no_line_joins_that_the_pods_have_no_item_for() -> None:
-    """The one item of B is for the older order."""
     period = period_of([[B], [A, B]], [{A: 1, B: 1}], (2,), ((0,),))
     assert joined(period, Part(0, 0, (B,)), Part(1, 0, (A,))) == {(0, 0): (B,), (1, 0): (A,)}
-
-
-def test_lines_join_nowhere_else() -> None:
-    """Not where places are for items, and not in models that assign orders completely."""
     items = period_of([[A, B]], [[A, B]], (1, 1), ((0,), (0,)), counting_orders=frozenset({1}))
     assert joined(items, Part(0, 0, (A,))) == {(0, 0): (A,)}
     for model in (INTEGRATED, AMONG):

@@ -1,7 +1,5 @@
 """A period: read off the warehouse, reduced, as arrays; lines that are placed, and what a solution costs."""
 
-from __future__ import annotations
-
 from itertools import combinations, product
 
 import numpy as np
@@ -9,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cases import cases
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import WarehouseView
 from rmfs_rules.mip.compiled.arrays import arrays_of
@@ -142,7 +141,6 @@ def test_sets_as_bits():
 
 @pytest.mark.parametrize("model", [INTEGRATED, AMONG])
 def test_the_arrays_are_the_period(periods, model):
-    """Lines by order, SKUs by pod and pods by SKU say the same as the period does."""
     for period in periods[:100]:
         reduced = Reduced(period, model)
         a, pods = arrays_of(reduced, splits=1)
@@ -168,7 +166,6 @@ def three_fixture() -> Period:
 
 
 def test_counts_become_lines_of_orders(three):
-    """The oldest whole orders; lines of split ones where their SKU is; any over time, unless splits are counted."""
     counts = Counts(((0, 0), (1, 0), (0, 1), (1, 1)), whole={(0, 0): 1, (0, 1): 1}, splits_limited=True)
     assert parts_of(Reduced(three, INTEGRATED), counts) == (Part(0, 0, (0, 1)), Part(1, 1, (0, 1)))
     parts = parts_of(Reduced(three, AMONG), Counts(((0, 0), (1, 1)), split={0: 2}))
@@ -176,10 +173,6 @@ def test_counts_become_lines_of_orders(three):
     over_time = Reduced(three, OVER_TIME)
     assert set(parts_of(over_time, Counts(((0, 0),)))) == {Part(0, 0, (0,)), Part(1, 0, (0,))}
     assert parts_of(over_time, Counts(((0, 0),), splits_limited=True)) == ()
-
-
-def test_lines_of_several_items_go_as_counted():
-    """With two items a line, a station gets as many lines of a kind as the counts say."""
     lines = np.array([[0, 0, 2], [1, 0, 2]]).T
     period = Period(Stock((0,), ((0,),), 1), (0, 1), (2, 2), ((), ()), (10, 11), *lines)
     counts = Counts(((0, 0), (0, 1)), split={0: 2}, lines={((0, 2), 0): 1, ((0, 2), 1): 1})
@@ -222,7 +215,6 @@ def test_lines_of_an_order_and_preferred_stations():
 
 
 def test_what_is_short(scarce_periods):
-    """A SKU of which some group of stations wants more than the pods at one of them have; the lowest of these."""
     rng = np.random.default_rng(2)
     named = 0
     for period in scarce_periods * 3:
@@ -287,13 +279,11 @@ def test_the_objective_is_visits_and_free_places(two):
     assert [is_whole(2), is_whole(1.5)] == [True, False]
 
 
-@pytest.mark.parametrize(
-    ("parts", "split"),
-    [
-        ((Part(0, 0, (0, 1)), Part(1, 1, (0,))), []),
-        ((Part(0, 0, (0,)), Part(0, 1, (1,))), [0]),  # at two stations
-        ((Part(0, 0, (0,)),), [0]),  # a line stays in the backlog
-    ],
+@cases(
+    "parts split",
+    ((Part(0, 0, (0, 1)), Part(1, 1, (0,))), []),
+    ((Part(0, 0, (0,)), Part(0, 1, (1,))), [0]),  # at two stations
+    ((Part(0, 0, (0,)),), [0]),  # a line stays in the backlog
 )
 def test_newly_split_orders(two, parts, split):
     """An order is split at several stations or with a line left over, unless it was split before."""

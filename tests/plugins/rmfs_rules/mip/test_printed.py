@@ -1,7 +1,5 @@
 """The printed constraints, each named when it is violated, and python-mip within a run."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from threading import Thread
@@ -27,7 +25,6 @@ def period() -> Period:
 
 
 def solution(parts, visits=((0, 0), (0, 1), (1, 0), (1, 1)), unused=None, bound=0.0) -> Solution:
-    """Return a solution of these parts with the objective that it has, unless ``unused`` is given."""
     taken = sum(len(skus) for _, _, skus in parts)
     objective = len(visits) + 2 * ((3 - taken) if unused is None else unused)
     return Solution(tuple(Part(*part) for part in parts), visits, objective, bound, "solver")
@@ -62,7 +59,6 @@ WRONG = [
 
 @pytest.mark.parametrize(("named", "model", "wrong"), WRONG, ids=[f"{w[0]}, {w[1]}" for w in WRONG])
 def test_the_violated_constraint_is_named(period, named, model, wrong):
-    """The sentence begins with the equation's number."""
     assert violation(period, wrong, model, 2).startswith(named)
 
 

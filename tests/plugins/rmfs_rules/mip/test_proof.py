@@ -1,13 +1,12 @@
 """What is known about an optimum, when it is proven, and what is chosen among equal ones."""
 
-from __future__ import annotations
-
 from itertools import combinations, product
 
 import numpy as np
 import pytest
 from attrs import evolve
 
+from cases import cases
 from rmfs_rules.mip.period.period import Period, Preference, Stock
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model, Part, Visits
@@ -45,7 +44,6 @@ def test_the_better_solution_is_kept(reduced: Reduced) -> None:
 
 
 def test_no_more_orders_are_split_than_allowed(reduced: Reduced) -> None:
-    """The order at two stations is taken only where one may be split."""
     split = Part(0, 0, (0,)), Part(0, 1, (1,))
     for splits in (0, 1):
         proof = Proof(reduced, 2, Limits(), splits)
@@ -81,13 +79,11 @@ def test_steps_end_with_the_proof(reduced: Reduced) -> None:
 
 
 def seniority(period: Period, parts: tuple[Part, ...]) -> float:
-    """Return the second objective of ``oldest``."""
     gains, lines = order_gains(period), period.lines
     return float(sum(gains[part.order] * dict(lines[part.order])[sku] for part in parts for sku in part.skus))
 
 
 def demand_covered(period: Period, visits: Visits) -> float:
-    """Return the second objective of ``demand``."""
     gains = pod_gains(period)
     return float(sum(gains[pod] for pod, station in visits if pod not in period.inbound[station]))
 
@@ -115,7 +111,6 @@ def test_first_objective_is_kept_and_second_not_worse(periods, putwall_period, m
 
 
 def finished(period: Period, parts: tuple[Part, ...]) -> float:
-    """Return the second objective of ``finish``."""
     taken: dict[int, int] = {}
     for part in parts:
         taken[part.order] = taken.get(part.order, 0) + len(part.skus)
@@ -192,7 +187,6 @@ PREFERENCES = {
 @pytest.mark.parametrize("packing_capacity", [None, 1])
 @pytest.mark.parametrize("model", Model)
 def test_preferred_pods_cost_nothing(periods, model, packing_capacity, weight):
-    """Whatever pods are preferred, the objective is the optimum."""
     rng = np.random.default_rng(1)
     for period in periods[::7]:
         optimum = proof_of(period, model, weight, Limits(), packing_capacity).run().objective
@@ -227,9 +221,7 @@ def test_of_pods_alike_the_preferred_one_is_sent(model, preferred):
 
 
 @pytest.mark.parametrize("model", Model)
-@pytest.mark.parametrize(
-    ("preferred", "sent"), [("idle", {0, 1}), ("bound", {2}), ("any", {0}), ("random", {1})], ids=lambda value: value
-)
+@cases("preferred sent", ("idle", {0, 1}), ("bound", {2}), ("any", {0}), ("random", {1}), ids=lambda value: value)
 def test_what_is_preferred_once_a_pod_is_sent(model, preferred, sent):
     """The third pod is bound for a station; a pod that is sent to the first station is bound at the second one."""
     period = pods_alike(2, busy=(2,))

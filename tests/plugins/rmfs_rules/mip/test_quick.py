@@ -1,7 +1,5 @@
 """What is found without a search for the optimum: flows and their bounds, greedy solutions, visits for few splits."""
 
-from __future__ import annotations
-
 import csv
 from itertools import combinations, product
 
@@ -12,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rmfs_core
+from cases import cases
 from rmfs_rules.mip.period.effort import Effort
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.placing import Places
@@ -32,12 +31,10 @@ INTEGRATED, AMONG, OVER_TIME = Model
 
 
 def pairs_of(period: Period) -> list[tuple[int, int]]:
-    """Return every pod with every station."""
     return list(product(range(len(period.stock.pods)), range(len(period.stations))))
 
 
 def wrong(period: Period, visits: Visits, parts: tuple[Part, ...], model: Model, weight: float = 2) -> str | None:
-    """Return which printed constraint a solution with these new visits violates."""
     before = {(pod, station) for station, pods in enumerate(period.inbound) for pod in pods}
     sent = tuple(sorted(before | set(visits)))
     value = objective_of(period, parts, len(sent), weight)
@@ -62,7 +59,6 @@ def test_what_is_filled_satisfies_the_constraints(periods, scarce_periods, model
 
 
 def test_orders_of_one_line_are_a_solution_of_all_models(scarce_periods):
-    """Whatever pods are sent."""
     rng = np.random.default_rng(2)
     found = 0
     for period in scarce_periods:
@@ -137,23 +133,20 @@ def test_flow_from_stock_and_its_bound(scarce_periods):
 
 
 def period_of(lines, contents, rooms=(3,), inbound=None):
-    """Return a period: lists of SKUs per order and pod, and the free places."""
     table = [(order, sku, 1) for order, skus in enumerate(lines) for sku in skus]
     stock = Stock(tuple(range(len(contents))), tuple(map(tuple, contents)), 9)
     at = ((),) * len(rooms) if inbound is None else inbound
     return Period(stock, tuple(range(len(rooms))), rooms, at, tuple(range(len(lines))), *zip(*table, strict=True))
 
 
-@pytest.mark.parametrize(
-    ("period", "sent", "orders"),
-    [
-        # a pod that completes three orders beats two that have more lines of orders which they leave open
-        (period_of([[0], [1], [2], [3, 4], [3, 5]], [[3, 6], [0, 1, 2], [4, 5]]), [1], [0, 1, 2]),
-        # the pod that completes most alone is given up for two that complete more together
-        (period_of([[0], [1], [2, 3], [2, 4], [5, 6]], [[0, 1], [2, 5], [3, 4, 6]], (6,)), [1, 2], [2, 3, 4]),
-        # orders that a pod at the station serves need no visit
-        (period_of([[0], [1], [2]], [[0, 1, 2], [0]], inbound=((0,),)), [], [0, 1, 2]),
-    ],
+@cases(
+    "period sent orders",
+    # a pod that completes three orders beats two that have more lines of orders which they leave open
+    (period_of([[0], [1], [2], [3, 4], [3, 5]], [[3, 6], [0, 1, 2], [4, 5]]), [1], [0, 1, 2]),
+    # the pod that completes most alone is given up for two that complete more together
+    (period_of([[0], [1], [2, 3], [2, 4], [5, 6]], [[0, 1], [2, 5], [3, 4, 6]], (6,)), [1, 2], [2, 3, 4]),
+    # orders that a pod at the station serves need no visit
+    (period_of([[0], [1], [2]], [[0, 1, 2], [0]], inbound=((0,),)), [], [0, 1, 2]),
     ids=["completes most", "exchanged", "there"],
 )
 def test_pods_for_a_station(period, sent, orders):

@@ -1,7 +1,5 @@
 """The three rules in the kernel: parameters, refusals, decisions of small worlds, and whole runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rmfs_core
+from cases import cases
 from rmfs_commands.testing import small_world
 from rmfs_commands.validation import validate_trace
 from rmfs_core import JointDecision, OrderAssignment
@@ -29,12 +28,10 @@ SCARCE = [*SMALL, "instance.orders=30", "instance.skus=15", "instance.skus_per_p
 
 
 def decide(rule, world) -> JointDecision:
-    """Return what a rule decides in a world."""
     return rule.assign_orders_and_pods(WarehouseView(world), np.random.default_rng(0))
 
 
 def apply(world, decision: JointDecision, period: int, room: int | None = None) -> JointDecision:
-    """Have the kernel carry a decision out."""
     return apply_assignments(
         world, decision, joint=True, shown=None, period=period, packing_capacity=room, keep=lambda event: None
     )
@@ -48,27 +45,24 @@ def run(rule: str, overrides: list[str], folder: Path | None = None) -> Result:
     return result
 
 
-@pytest.mark.parametrize(
+@cases(
     "wrong",
-    [
-        {"formulation": "short"},
-        {"solver": "glpk"},
-        {"threads": 0},
-        {"max_seconds": 0},
-        {"gap": -0.1},
-        {"unused_capacity_weight": 0},
-        {"tie_break": "youngest"},
-        {"formulation": "paper", "tie_break": "oldest"},  # the printed form leaves ties to the solver
-        {"preferred_pods": "far"},
-        {"formulation": "paper", "preferred_pods": "random"},
-        {"packing_capacity": -1},
-        {"effort": -1},
-        {"formulation": "paper", "effort": 5},
-    ],
+    {"formulation": "short"},
+    {"solver": "glpk"},
+    {"threads": 0},
+    {"max_seconds": 0},
+    {"gap": -0.1},
+    {"unused_capacity_weight": 0},
+    {"tie_break": "youngest"},
+    {"formulation": "paper", "tie_break": "oldest"},  # the printed form leaves ties to the solver
+    {"preferred_pods": "far"},
+    {"formulation": "paper", "preferred_pods": "random"},
+    {"packing_capacity": -1},
+    {"effort": -1},
+    {"formulation": "paper", "effort": 5},
     ids=str,
 )
 def test_wrong_parameters(wrong):
-    """A bad value is refused when the rule is created."""
     with pytest.raises(ValueError, match=list(wrong)[-1]):
         SplitOverTime(**wrong)
 
@@ -82,7 +76,6 @@ def test_a_solver_that_is_not_installed_is_said_before_the_run(monkeypatch):
 
 @pytest.mark.parametrize("rule", RULES)
 def test_nothing_to_do(rule):
-    """Orders that no pod can serve, or none at all: nothing is decided, and that is optimal."""
     for orders in ({"1": ["nowhere"]}, {}):
         decision = decide(rule(), small_world(orders, {"p": ["a"]}))
         assert (decision.assignments, decision.trips) == ((), ())
@@ -170,13 +163,11 @@ def test_what_a_model_decides_can_be_carried_out(held, wanted, bound, rule):
 
 
 @pytest.mark.parametrize("rule", NAMES)
-@pytest.mark.parametrize(
+@cases(
     "setting",
-    [
-        *(f"formulation={name}" for name in ("aggregated", "paper")),
-        *(f"preferred_pods={name}" for name in ("bound", "any", "random")),
-        *(f"tie_break={name}" for name in ("oldest", "demand")),
-    ],
+    *(f"formulation={name}" for name in ("aggregated", "paper")),
+    *(f"preferred_pods={name}" for name in ("bound", "any", "random")),
+    *(f"tie_break={name}" for name in ("oldest", "demand")),
 )
 def test_runs_end_complete_and_repeat(rule, setting):
     """A whole run completes every order, each period at its optimum; a second one measures the same."""
@@ -187,16 +178,14 @@ def test_runs_end_complete_and_repeat(rule, setting):
 
 
 @pytest.mark.parametrize("rule", NAMES)
-@pytest.mark.parametrize(
+@cases(
     "overrides",
-    [
-        ["instance.items_per_sku=2", "rules.pp=whca-n"],
-        ["instance.items_per_sku=5", "rules.pp=whca-n"],
-        pytest.param(["instance.items_per_sku=2", "rules.poa_pps.formulation=paper"], marks=pytest.mark.slow),
-        ["stations.order_capacity=3"],
-        ["stations.order_capacity=3", "instance.items_per_sku=5"],
-        *([f"stations.item_capacity={items}", "rules.poa_pps.max_wait_s=100"] for items in (1, 3)),
-    ],
+    ["instance.items_per_sku=2", "rules.pp=whca-n"],
+    ["instance.items_per_sku=5", "rules.pp=whca-n"],
+    pytest.param(["instance.items_per_sku=2", "rules.poa_pps.formulation=paper"], marks=pytest.mark.slow),
+    ["stations.order_capacity=3"],
+    ["stations.order_capacity=3", "instance.items_per_sku=5"],
+    *([f"stations.item_capacity={items}", "rules.poa_pps.max_wait_s=100"] for items in (1, 3)),
     ids=" ".join,
 )
 def test_other_warehouses_end_complete(rule, overrides, tmp_path):
@@ -220,14 +209,12 @@ def test_orders_too_large_are_refused_where_the_scenario_says_so(tmp_path):
 @pytest.mark.parametrize("rule", SPLIT)
 @pytest.mark.parametrize("room", [0, 2])
 def test_packing_capacity_holds_in_a_run(rule, room):
-    """Never more split orders are open than the packing stations have room for."""
     result = run(rule, [*SMALL, f"rules.poa_pps.packing_capacity={room}"])
     assert result.status == "complete"
     assert result.metrics["split_orders_open_max"] <= room
 
 
 def test_a_limit_is_reported():
-    """A run whose solves are cut short says how many were."""
     limited = run("integrated", [*SMALL, "instance.skus=60", "rules.poa_pps.max_seconds=1e-6"])
     assert limited.metrics["solves_stopped_early"] > 0
 
@@ -253,14 +240,12 @@ def test_the_example_with_finite_stock(rule, tmp_path):
     assert validate_trace(tmp_path) == []
 
 
-@pytest.mark.parametrize(
-    ("example", "visits"),
-    [
-        ("example-1-integrated", 4),  # Section 1.2: each station takes one order and needs both pods
-        ("example-1-split-among-stations", 2),  # one station gets the blue items, the other the orange ones
-        ("example-2-integrated", 4),  # Section 2.4: sequential rules need 6
-        ("example-appendix", 2),  # Appendix A: either pod comes once
-    ],
+@cases(
+    "example visits",
+    ("example-1-integrated", 4),  # Section 1.2: each station takes one order and needs both pods
+    ("example-1-split-among-stations", 2),  # one station gets the blue items, the other the orange ones
+    ("example-2-integrated", 4),  # Section 2.4: sequential rules need 6
+    ("example-appendix", 2),  # Appendix A: either pod comes once
 )
 @pytest.mark.parametrize("formulation", ["aggregated", "paper"])
 def test_visits_of_the_examples(example, visits, formulation):
@@ -288,10 +273,8 @@ from rmfs_rules.mip import Integrated, SplitAmongStations, SplitOverTime
 @define
 class AskAll:
     """Ask all three models in each period; decide as the one that is numbered."""
-
     number: int = 0
     splits_over_time: ClassVar[bool] = {splits}
-
     @hookimpl
     def assign_orders_and_pods(self, warehouse, rng):
         rules = (Integrated, SplitAmongStations, SplitOverTime)

@@ -1,12 +1,11 @@
 """The steps of the proof that search: one value of the objective after another, patterns, the aggregated model."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np
 import pytest
 
+from cases import cases
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model, Solution
@@ -27,7 +26,6 @@ ENDLESS = 10**9
 
 
 def printed_optimum(period: Period, model: Model) -> float:
-    """Return the optimum of the printed form."""
     return solve_printed(period, model, 2, LIMITS).objective
 
 
@@ -146,13 +144,11 @@ def test_patterns_prove_the_optimum(equal_stations, monkeypatch, model, quick_wo
     assert proven > 10
 
 
-@pytest.mark.parametrize(
-    ("module", "name", "value"),
-    [
-        (pricing, "MOST_WORK", 0),
-        (pricing, "MOST_WORK", 20),
-        *((steps, "CLOSE_SETS", n) for n in ((1,), (1, 2), (2, 8))),
-    ],
+@cases(
+    "module name value",
+    (pricing, "MOST_WORK", 0),
+    (pricing, "MOST_WORK", 20),
+    *((steps, "CLOSE_SETS", n) for n in ((1,), (1, 2), (2, 8))),
     ids=lambda value: str(getattr(value, "__name__", value)),
 )
 def test_so_they_do_in_other_ways(equal_stations, monkeypatch, module, name, value):

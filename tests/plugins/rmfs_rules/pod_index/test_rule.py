@@ -1,8 +1,5 @@
 """Joint rule pod-index."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -16,16 +13,13 @@ from rmfs_commands.testing import check_rule, small_instance, small_world
 from rmfs_core import run
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_rules.helpers import ticks_to_station
 from rmfs_rules.pod_index import PodIndex
-
-Put = Callable[[Warehouse, int, int], None]
+from standing import put_at_station
 
 
 def decide(
     world: Warehouse, **parameters: float
 ) -> tuple[list[tuple[str, int, tuple[int, ...]]], list[tuple[str, int]]]:
-    """Return (order's name, station, SKUs) of each assignment, and (pod's name, station) of each trip."""
     decision = PodIndex(**parameters).assign_orders_and_pods(WarehouseView(world))  # type: ignore[arg-type]
     return (
         [(world.orders[one.order].name, one.station, tuple(one.skus or ())) for one in decision.assignments],
@@ -34,7 +28,6 @@ def decide(
 
 
 def test_it_conforms() -> None:
-    """With parameters other than the defaults, in every trial world: finite stock, order capacity, later arrivals."""
     check_rule(PodIndex(packing_capacity=1))
     check_rule(PodIndex(urge_s=0, most_pods=1, elsewhere=0))
 
@@ -61,80 +54,6 @@ def test_the_pod_that_finishes_orders_goes_first() -> None:
     assert decide(world, most_pods=1) == ([("3", 0, (c,)), ("4", 0, (d,))], [("q", 0)])
 
 
-def test_without_finish_more_lines_are_more() -> None:
-    """p has three lines of large orders, q the only line of one."""
-    orders = {"1": ["a", "b", "c", "x"], "2": ["q"]}
-    pods = {"p": ["a", "b", "c"], "q": ["q"], "r": ["x"]}
-    assert decide(small_world(orders, pods, capacities=[1]), finish=0.0, cost_s=0)[1] == [("p", 0)]
-    assert decide(small_world(orders, pods, capacities=[1]), finish=1.0, cost_s=0)[1] == [("q", 0)]
-
-
-def test_a_covered_line_is_taken_while_no_pod_is_much_better(put_at_station: Put) -> None:
-    """One line of a large order is covered; q would finish an order. A large `stay` takes what is there."""
-    orders = {"1": ["a", "b", "c", "d"], "2": ["q"]}
-    pods = {"p": ["a"], "q": ["q"], "r": ["b", "c", "d"]}
-
-    def world() -> Warehouse:
-        made = small_world(orders, pods, capacities=[1])
-        put_at_station(made, 0, 0)
-        return made
-
-    assert decide(world(), stay=100.0) == ([("1", 0, (0,))], [])
-    taken, trips = decide(world(), stay=0.0)
-    assert [name for name, _, _ in taken] == ["2"]
-    assert trips == [("q", 0)]
-
-
-def test_no_more_pods_than_most_pods(put_at_station: Put) -> None:
-    """One is there: the places that it cannot fill stay free."""
-    world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[5])
-    put_at_station(world, 0, 0)
-    assert decide(world, most_pods=1) == ([("1", 0, (0,))], [])
-
-
-def test_the_nearest_of_equal_pods_is_sent() -> None:
-    """All eight have the SKU; the nearest is not the first one."""
-    pods = {str(i): ["a"] if i else ["b"] for i in range(9)}
-    world = small_world({"1": ["a"]}, pods, capacities=[5])
-    ticks = [ticks_to_station(WarehouseView(world), pod, world.stations[0]) for pod in world.pods]
-    nearest = min(range(1, 9), key=lambda pod: ticks[pod])
-    assert ticks[nearest] < ticks[1]
-    assert decide(world)[1] == [(str(nearest), 0)]
-
-
-def test_the_nearest_of_equal_pods_is_sent_from_where_it_is_now(put_at_station: Put) -> None:
-    """The nearer one visits the station, and is put down farther away than the other one."""
-    world = small_world({"1": ["a"]}, {"p": ["a"], "q": ["a"]}, capacities=[1])
-    view, station, rule = WarehouseView(world), world.stations[0], PodIndex()
-    (trip,) = rule.assign_orders_and_pods(view).trips
-    put_at_station(world, trip.pod, 0)
-    pod, robot = world.pods[trip.pod], station.line[0]
-    world.leave(robot, pod, station)
-    to_station = view.travel.times_to(station.cell, True).min(axis=1)
-    far = max(world.free_locations, key=lambda cell: int(to_station[cell]))
-    assert to_station[far] > to_station[world.pods[1 - trip.pod].cell]
-    world.reserve(far)
-    world.move(robot, far, 0)
-    world.store(robot, pod)
-    assert [one.pod for one in rule.assign_orders_and_pods(view).trips] == [1 - trip.pod]
-
-
-def test_the_station_with_the_fewest_pods_is_first(put_at_station: Put) -> None:
-    """Of two with a free place, the one without a pod gets the pod and the line."""
-    world = small_world({"1": ["a"]}, {"p": ["z"], "q": ["a"]}, capacities=[1, 1])
-    put_at_station(world, 0, 0)
-    assert decide(world, urge_s=0) == ([("1", 1, (1,))], [("q", 1)])
-
-
-def test_a_pod_at_a_station_that_it_serves_is_not_to_be_had(put_at_station: Put) -> None:
-    """One that leaves is: that whose SKU is not the one that was assigned."""
-    for assigned, sent in ((0, [("q", 1)]), (1, [("p", 1)])):
-        world = small_world({"1": ["a"], "2": ["b"], "3": ["a"]}, {"p": ["a"], "q": ["b"]}, capacities=[1, 1])
-        put_at_station(world, 0, 0)
-        world.assign(world.orders[assigned], world.stations[0], [assigned])
-        assert decide(world)[1] == sent
-
-
 def waiting(capacities: list[int]) -> Warehouse:
     """Two orders, the second of which comes a second later, and a pod for each."""
     wanted: tuple[Any, Any] = {"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}
@@ -147,7 +66,7 @@ def waiting(capacities: list[int]) -> Warehouse:
     return world
 
 
-def test_pods_wait_until_it_pays(put_at_station: Put) -> None:
+def test_pods_wait_until_it_pays() -> None:
     """While a station has one item to pick, a pod for one line that came at 1 s is not sent; at 191 s it is."""
 
     def trips(now_s: float) -> list[tuple[str, int]]:
@@ -163,26 +82,6 @@ def test_pods_wait_until_it_pays(put_at_station: Put) -> None:
     assert trips(191.0) == [("q", 0)]
 
 
-def test_no_pod_waits_before_orders_come(put_at_station: Put) -> None:
-    """All were there at the start: nothing says that there will be more to bring."""
-    world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[2])
-    put_at_station(world, 0, 0)
-    world.assign(world.orders[0], world.stations[0], [0])
-    assert PodIndex().wake_at(WarehouseView(world)) is None
-    assert decide(world)[1] == [("q", 0)]
-
-
-def test_it_wakes_up_only_where_a_pod_could_be_sent_then(put_at_station: Put) -> None:
-    """Not with nothing at work, for then no pod waits, nor with enough pods there, nor where it never waits."""
-    assert PodIndex().wake_at(WarehouseView(waiting([2]))) is None
-    world = waiting([2])
-    put_at_station(world, 0, 0)
-    world.assign(world.orders[0], world.stations[0], [0])
-    assert PodIndex(urge_s=100, full=3).wake_at(WarehouseView(world)) == 191.0
-    assert PodIndex(urge_s=0).wake_at(WarehouseView(world)) is None
-    assert PodIndex(most_pods=1).wake_at(WarehouseView(world)) is None
-
-
 def test_a_pod_is_sent_when_it_is_urgent_and_not_when_something_happens(tmp_path: Path) -> None:
     """A whole run: the second order comes at 10 s; a pick that takes 1,000 s is all that happens around 200 s."""
     (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\n1,0,a,1\n2,10,b,1\n", encoding="utf-8")
@@ -194,55 +93,23 @@ def test_a_pod_is_sent_when_it_is_urgent_and_not_when_something_happens(tmp_path
     assert second["turnover_backlog_s"] == 190.0
 
 
-def hurried(**of_second: Any) -> Warehouse:
-    """Two orders, and a pod for each; the second order has a priority or a due time."""
-    wanted: tuple[Any, Any] = {"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}
-    plain, instance = small_world(*wanted, capacities=[1]), small_instance(*wanted)
-    orders = (instance.orders[0], evolve(instance.orders[1], **of_second))
-    world = Warehouse(evolve(instance, orders=orders), plain.travel, plain.stations, plain.robots, plain.homes)
-    for order in world.orders:
-        world.order_arrives(order)
-    return world
-
-
-@pytest.mark.parametrize(
-    ("of_second", "parameters", "sent"),
-    [
-        ({"priority": 1}, {}, "q"),
-        ({"priority": 1}, {"priority_factor": 0.5}, "p"),
-        ({"priority": -1}, {}, "p"),
-        ({"due_tick": 60_000}, {}, "q"),
-    ],
-)
-def test_orders_with_priority_or_soon_due_go_first(
-    of_second: dict[str, int], parameters: dict[str, float], sent: str
-) -> None:
-    """Two pods are as good but for that."""
-    assert decide(hurried(**of_second), **parameters)[1] == [(sent, 0)]
-
-
-@pytest.mark.parametrize(("of_second", "parameters"), [({"due_tick": 60_000}, {"due_factor": 1.0}), ({}, {})])
-def test_without_factors_the_nearest_goes(of_second: dict[str, int], parameters: dict[str, float]) -> None:
-    """As in a world without due times."""
-    assert decide(hurried(**of_second), **parameters) == decide(hurried())
-
-
-def test_a_line_that_no_pod_has_enough_for_is_brought_by_several() -> None:
-    """Five items are on three pods, four wanted: the two pods with the most go."""
+def test_lines_that_several_pods_bring() -> None:
     world = small_world({"1": {"a": 4}}, {"p": {"a": 1}, "q": {"a": 2}, "r": {"a": 2}}, capacities=[5])
     taken, trips = decide(world)
     assert taken == [("1", 0, (0,))]
     assert sorted(trips) == [("q", 0), ("r", 0)]
-
-
-def test_of_two_lines_that_several_pods_bring_the_one_is_taken_that_they_were_sent_for() -> None:
-    """The oldest line needs four pods; three of them bring another one, after which it would fit no more."""
     orders = {"1": {"a": 40, "c": 20}, "2": {"b": 30}}
     pods = {name: {"a": 12, "b": 10} if name in "pqr" else {"a": 10, "c": 10} for name in "pqrstuv"}
     taken, trips = decide(small_world(orders, pods, capacities=[60]), most_pods=1)
     assert taken == [("1", 0, (0,))]
     assert [name for name, _ in trips[:3]] == ["p", "q", "r"]
     assert len(trips) == 4
+    pods = {"p": {"a": 2}, "q": {"b": 1, "z": 9}, "r": {"a": 3, "b": 4}}
+    world = small_world({"1": {"a": 5, "b": 5}}, pods, capacities=[4])
+    assert decide(world) == ([("1", 0, ())], [("r", 0), ("p", 0), ("q", 0)])
+    put_at_station(world, 2, 0)
+    assert decide(world) == ([("1", 0, ())], [("p", 0), ("q", 0)])
+    assert decide(small_world({"1": {"a": 5, "b": 6}}, pods, capacities=[4])) == ([], [])
 
 
 @pytest.mark.parametrize("parameters", [{}, {"packing_capacity": 1}])
@@ -253,16 +120,6 @@ def test_a_line_of_more_items_than_a_station_takes_goes_to_an_empty_one(paramete
     assert decide(world, **parameters) == ([("1", 0, ())], [("p", 0), ("q", 0)])
     world = small_world({"1": {"a": 4, "b": 1}}, pods, capacities=[3, 3])
     assert decide(world, **parameters) == ([("1", 0, (1,))], [("p", 0)])
-
-
-def test_the_pods_with_most_of_what_is_missing_are_sent_for_it(put_at_station: Put) -> None:
-    """r has most of both lines, then p, then q; without q nothing is assigned. What is there need not be brought."""
-    pods = {"p": {"a": 2}, "q": {"b": 1, "z": 9}, "r": {"a": 3, "b": 4}}
-    world = small_world({"1": {"a": 5, "b": 5}}, pods, capacities=[4])
-    assert decide(world) == ([("1", 0, ())], [("r", 0), ("p", 0), ("q", 0)])
-    put_at_station(world, 2, 0)
-    assert decide(world) == ([("1", 0, ())], [("p", 0), ("q", 0)])
-    assert decide(small_world({"1": {"a": 5, "b": 6}}, pods, capacities=[4])) == ([], [])
 
 
 @pytest.mark.parametrize("parameters", [{}, {"packing_capacity": 1}])
@@ -278,37 +135,6 @@ def test_orders_with_long_lines_are_completed(tmp_path: Path, parameters: dict[s
     result = run("examples/from-csv", overrides=[*files, *rules])
     assert result.status == "complete"
     assert result.orders[0]["parts"] == result.orders[0]["stations"].count(" ") + 1 == 1
-
-
-def test_a_station_is_emptied_for_a_line_that_has_waited(put_at_station: Put) -> None:
-    """From max_wait_s on it takes no other order, which the other one does."""
-    orders = {"1": {"a": 4}, "2": {"b": 1}, "3": {"b": 1}, "4": {"b": 1}}
-    world = small_world(orders, {"p": ["a"], "q": ["b"], "r": ["b"]}, capacities=[3, 3], robots=3)
-    for pod, station in ((1, 0), (2, 1)):
-        put_at_station(world, pod, station)
-        world.assign(world.orders[1 + station], world.stations[station], [1])
-    world.now = 599_999
-    assert decide(world)[0] == [("4", 0, (1,))]
-    world.now = 600_000
-    assert decide(world)[0] == [("4", 1, (1,))]
-
-
-def test_packing_stations_have_room_for_so_many_split_orders() -> None:
-    """One place: the second order may not be begun, the third is whole."""
-    orders = {"1": ["a", "x"], "2": ["a", "y"], "3": ["a"]}
-    world = small_world(orders, {"p": ["a"], "q": ["x"], "r": ["y"]}, capacities=[3])
-    taken, _ = decide(world, packing_capacity=1, most_pods=1)
-    assert sorted(name for name, _, _ in taken) == ["1", "3"]
-    taken, _ = decide(world, packing_capacity=2, most_pods=1)
-    assert sorted(name for name, _, _ in taken) == ["1", "2", "3"]
-
-
-def test_an_order_takes_one_place_with_all_of_its_lines() -> None:
-    """With order capacity: one place, two lines of the order that takes it, none of the other."""
-    pods = {"p": ["a", "b"], "q": ["c"]}
-    world = small_world({"1": ["a", "b"], "2": ["a", "c"]}, pods, capacities=[1], counts_orders=True)
-    taken, _ = decide(world, most_pods=1)
-    assert [(name, set(skus)) for name, _, skus in taken] == [("1", {0, 1})]
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -1,7 +1,5 @@
 """Ways of driving: alone, and with paths that are reserved in full, or for all robots at once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
@@ -10,6 +8,7 @@ import pytest
 from attrs import define
 
 import rmfs_core
+from cases import cases
 from corridor import CORRIDOR, INSTANCE, inline
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_layout, small_world
@@ -51,7 +50,6 @@ def world() -> Warehouse:
 
 
 def driving(world: Warehouse, folder: Path, *answers: object) -> tuple[Driving, Any]:
-    """Return the driving of a run whose PP rule gives these answers, and that rule."""
     run, rule = run_of(world, folder)
     rule.answers = {"plan_path": list(answers)}
     return Driving(run), rule
@@ -65,13 +63,11 @@ def test_a_path_is_asked_for_with_robot_and_goal(world: Warehouse, tmp_path: Pat
     assert (told["robot"], told["goal"], told["traffic"]) == (robot, 14, None)
 
 
-@pytest.mark.parametrize(
-    ("answer", "problem"),
-    [
-        (None, "returned None; expected Path"),
-        ([Leg(2)], r"returned list \[Leg\(to=2, wait_ticks=0\)\]; expected Path"),
-        (Way([Leg(7)]), "gave robot 1 .* an impossible path: row 1, column 1 to row 2, column 3 is no straight run"),
-    ],
+@cases(
+    "answer problem",
+    (None, "returned None; expected Path"),
+    ([Leg(2)], r"returned list \[Leg\(to=2, wait_ticks=0\)\]; expected Path"),
+    (Way([Leg(7)]), "gave robot 1 .* an impossible path: row 1, column 1 to row 2, column 3 is no straight run"),
 )
 def test_a_wrong_path_is_the_rules_fault(world: Warehouse, tmp_path: Path, answer: object, problem: str) -> None:
     way, _ = driving(world, tmp_path, answer)
@@ -104,16 +100,14 @@ def test_a_path_that_need_not_exist_may_be_none(world: Warehouse, tmp_path: Path
         way.path(robot, 8, traffic, needed=False)
 
 
-@pytest.mark.parametrize(
-    ("to", "heading", "turn", "run"),
-    [
-        (7, EAST, 625, 2000),  # a metre: 1 s to speed up, 1 s to slow down
-        (5, WEST, 625, 2000),
-        (1, NORTH, 0, 2000),
-        (16, SOUTH, 1250, 2828),  # two metres: 2 sqrt(2) s
-        (9, EAST, 625, 3500),  # three: the top speed of 1.5 m/s is reached
-        (6, NORTH, 0, 0),  # the cell it stands in
-    ],
+@cases(
+    "to heading turn run",
+    (7, EAST, 625, 2000),  # a metre: 1 s to speed up, 1 s to slow down
+    (5, WEST, 625, 2000),
+    (1, NORTH, 0, 2000),
+    (16, SOUTH, 1250, 2828),  # two metres: 2 sqrt(2) s
+    (9, EAST, 625, 3500),  # three: the top speed of 1.5 m/s is reached
+    (6, NORTH, 0, 0),  # the cell it stands in
 )
 def test_a_leg_is_a_turn_and_a_run(
     world: Warehouse, tmp_path: Path, to: int, heading: int, turn: int, run: int
@@ -124,14 +118,12 @@ def test_a_leg_is_a_turn_and_a_run(
     assert way.turn_and_run(robot, to) == (heading, turn, run)
 
 
-@pytest.mark.parametrize(
-    ("tick", "to"),
-    [
-        (6862, 4),  # at the end of its leg
-        (6861, 3),  # at speed in all of these
-        (4779, 2),  # 2 m: 1.125 m to the top speed, and 0.875 m at that
-        (4778, 1),
-    ],
+@cases(
+    "tick to",
+    (6862, 4),  # at the end of its leg
+    (6861, 3),  # at speed in all of these
+    (4779, 2),  # 2 m: 1.125 m to the top speed, and 0.875 m at that
+    (4778, 1),
 )
 def test_who_arrives_or_is_cut_off_is_told_from_where_to(world: Warehouse, tmp_path: Path, tick: int, to: int) -> None:
     way, _ = driving(world, tmp_path)
@@ -186,7 +178,6 @@ FREE = RuleChoice("free-flow")
 
 
 def free(world: Warehouse, folder: Path, **rules: Any) -> tuple[RunContext, FreeDriving, list[Any], Any]:
-    """Return a run, its driving, the events that are told, and the scripted rule."""
     run, rule = run_of(world, folder, **rules)
     events: list[Any] = []
     run.tell = events.append
@@ -201,13 +192,16 @@ def carrying(world: Warehouse, robot: int, pod: int) -> None:
     world.lift(carrier, carried)
 
 
-def test_robots_pass_through_each_other(tiny_run: Prepare) -> None:
+def test_robots_pass_through_each_other_where_paths_may(tiny_run: Prepare) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp="free-flow").done()
     assert len(tiny.of(OrderCompleted)) == 16
     assert all(move.wait_ticks == 0 for move in tiny.of(RobotMoved))
+    tiny = tiny_run(INSTANCE, capacity=3, robots=6, queue_length=1, pp="free-flow").done()
+    joined = [event.pod for event in tiny.of(QueueJoined)]
+    assert [event.pod for event in tiny.of(VisitStarted)] == joined
 
 
-def test_a_drive_takes_the_time_of_the_table(tmp_path: Path) -> None:
+def test_free_drives_take_the_time_of_the_table_or_of_the_rules_path(tmp_path: Path) -> None:
     world = small_world({}, {"p": ["a"]}, robots=1, layout=OPEN)
     run, driving, events, _ = free(world, tmp_path, pp=FREE)
     robot = world.robots[0]
@@ -219,9 +213,6 @@ def test_a_drive_takes_the_time_of_the_table(tmp_path: Path) -> None:
     run.env.process(driving.to_location(robot, 19))
     until_nothing_happens(run)
     assert (len(events), world.now) == (told, ticks)
-
-
-def test_the_rule_is_asked_again_where_its_path_ends(tmp_path: Path) -> None:
     world = small_world({}, {"p": ["a"]}, robots=1, layout=OPEN)
     run, driving, events, rule = free(world, tmp_path)
     robot = world.robots[0]
@@ -233,7 +224,7 @@ def test_the_rule_is_asked_again_where_its_path_ends(tmp_path: Path) -> None:
     assert [(one.to, one.start_tick, one.tick) for one in events] == [(6, 0, 2070), (6, 2070, 2100), (7, 2100, 4100)]
 
 
-def test_who_never_arrives_ends_the_run(tmp_path: Path) -> None:
+def test_who_never_comes_nearer_ends_the_run(tmp_path: Path) -> None:
     world = small_world({}, {"p": ["a"]}, robots=1, layout=OPEN)
     given, _ = run_of(world, tmp_path)
     scenario = Scenario(rules=given.scenario.rules, run=RunSection(standstill_s=60))
@@ -243,10 +234,6 @@ def test_who_never_arrives_ends_the_run(tmp_path: Path) -> None:
     run.env.process(FreeDriving(run).to_location(robot, 19))
     with pytest.raises(RuleError, match=r"at 120\.000 s: robot 1 has come no nearer to row 4, column 5 for 120 s"):
         until_nothing_happens(run)
-
-
-def test_who_comes_nearer_does_not_stand_still(tmp_path: Path) -> None:
-    """However long its way takes: 300 s, when 115 s without progress would end the run."""
     world = small_world({}, {"p": ["a"]}, robots=1, layout=OPEN)
     given, _ = run_of(world, tmp_path)
     run, rule = run_of(world, tmp_path, Scenario(rules=given.scenario.rules, run=RunSection(standstill_s=60)))
@@ -290,12 +277,6 @@ def test_the_line_is_in_order_of_arrival(tmp_path: Path) -> None:
     assert 2000 <= a_step <= 2000 + 1250
     # It set out for the station itself, when nobody was in line yet, and has waited there.
     assert starts[slow.id] == starts[third.id] + 100_000
-
-
-def test_a_queue_that_is_full_is_waited_in_at_its_end(tiny_run: Prepare) -> None:
-    tiny = tiny_run(INSTANCE, capacity=3, robots=6, queue_length=1, pp="free-flow").done()
-    joined = [event.pod for event in tiny.of(QueueJoined)]
-    assert [event.pod for event in tiny.of(VisitStarted)] == joined
 
 
 @pytest.mark.parametrize("pp", ["sipp", "pbs"])
@@ -379,7 +360,6 @@ from rmfs_core import Leg, Path, hookimpl
 @define
 class Mine:
     reserves = "fleet"
-
     @hookimpl
     def {hook}(self, warehouse, queries, traffic):
         found = {{}}
@@ -395,15 +375,13 @@ def mine(folder: Path, answer: str = "found", hook: str = "plan_paths") -> RuleC
     return RuleChoice("./mine.py:Mine")
 
 
-@pytest.mark.parametrize(
-    ("answer", "problem"),
-    [
-        ("{}", r"left out robot \d, which needs a path"),
-        ("list(found.values())", r"returned list .*; expected dict"),
-        ("{robot: path.legs for robot, path in found.items()}", r"returned tuple .*; expected Path"),
-        ("{**found, 17: Path(())}", "answered for 17, a robot that it was not asked for"),
-        ("{robot: Path(one.legs[:1]) for robot, one in found.items()}", "a path that ends at row .*, not at its goal"),
-    ],
+@cases(
+    "answer problem",
+    ("{}", r"left out robot \d, which needs a path"),
+    ("list(found.values())", r"returned list .*; expected dict"),
+    ("{robot: path.legs for robot, path in found.items()}", r"returned tuple .*; expected Path"),
+    ("{**found, 17: Path(())}", "answered for 17, a robot that it was not asked for"),
+    ("{robot: Path(one.legs[:1]) for robot, one in found.items()}", "a path that ends at row .*, not at its goal"),
 )
 def test_answers_that_cannot_be_driven_are_refused(
     answer: str, problem: str, tiny_run: Prepare, tmp_path: Path
@@ -413,13 +391,10 @@ def test_answers_that_cannot_be_driven_are_refused(
         tiny.simulation.run()
 
 
-def test_paths_are_held_against_each_other(tiny_run: Prepare, tmp_path: Path) -> None:
+def test_fleets_plan_as_their_rule_says(tiny_run: Prepare, tmp_path: Path) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=4, layout=CORRIDOR, queue_length=1, pp=mine(tmp_path))
     with pytest.raises(RuleError, match=r"plan_paths, .* a path that hits a reservation: robot \d has row \d+"):
         tiny.simulation.run()
-
-
-def test_a_rule_for_fleets_has_the_hook_for_them(tiny_run: Prepare, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(FLEET.format(answer="found", hook="plan_path").replace("queries, ", ""))
     expected = r"rules.pp: rule .* has reserves = 'fleet' and no hook `plan_paths`, which that goes with"
     with pytest.raises(InputError, match=expected):
@@ -478,13 +453,10 @@ def pp(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-def test_robots_line_up_and_are_served_in_order(tiny_run: Prepare, pp: str) -> None:
+def test_pods_are_served_in_line(tiny_run: Prepare, pp: str) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp).done()
     joined = [event.pod for event in tiny.of(QueueJoined)]
     assert [event.pod for event in tiny.of(VisitStarted)] == joined
-
-
-def test_pods_at_the_station_from_the_start_are_served_first(tiny_run: Prepare, pp: str) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp, at_stations={"1": ("2", "3")}).done()
     assert [event.pod for event in tiny.of(VisitStarted)][:2] == [1, 2]
     assert len(tiny.of(OrderCompleted)) == 16

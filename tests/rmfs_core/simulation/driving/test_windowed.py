@@ -1,7 +1,5 @@
 """Driving windows: runs that are registered or refused, robots that step aside, standstills that say why."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +7,7 @@ import numpy as np
 import pytest
 
 import rmfs_core
+from cases import cases
 from corridor import CORRIDOR, CORRIDOR_MAP, INSTANCE
 from crowds import paper_roads
 from rmfs_commands.details.loading import load_result
@@ -36,9 +35,7 @@ def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Prepare) -
     assert registered.arrays.count.sum() == 4
 
 
-@pytest.mark.parametrize(
-    ("motion", "seconds", "waiting"), [("", r"5\d\d", 2), (", top_speed_m_per_s = 0.01", r"6\d{4}", 1)]
-)
+@cases("motion seconds waiting", ("", r"5\d\d", 2), (", top_speed_m_per_s = 0.01", r"6\d{4}", 1))
 def test_a_standstill_says_who_waits_for_whom(tmp_path: Path, motion: str, seconds: str, waiting: int) -> None:
     (tmp_path / "map.txt").write_text(CORRIDOR_MAP + "\n")
     (tmp_path / "s.toml").write_text(
@@ -130,14 +127,12 @@ def test_a_run_across_a_stop_is_refused(monkeypatch: pytest.MonkeyPatch, robots:
 
 
 def leaves_at_once(driving: WindowedDriving, course: Course) -> None:
-    """Take a robot out of the line without waiting for a run to be registered."""
     station = driving.leave_line(course)
     if station is not None:
         driving.let_move_up(station)
 
 
 def blocked(simulation: Simulation) -> tuple[Course, int]:
-    """Let the last robot have the cell ahead of the first one, which only the runs that are registered know."""
     driving = simulation.driving
     assert isinstance(driving, WindowedDriving)
     first, last = driving.courses[0], driving.courses[-1]
@@ -251,16 +246,14 @@ def test_a_robot_that_has_just_left_a_cell_has_not_arrived_there(tiny_run: Prepa
     assert next(drive) is course.arrived
 
 
-@pytest.mark.parametrize(
+@cases(
     "settings",
-    [
-        ["robots.top_speed_m_per_s=0.001"],
-        ["robots.acceleration_m_per_s2=0.001"],
-        ["robots.full_turn_s=3600.0"],
-        ["robots.lift_s=3600.0"],
-        ["stations.pick_s=3600.0", "stations.handle_s=3600.0"],
-        ['robots.available=[["06:00", "06:01"]]'],
-    ],
+    ["robots.top_speed_m_per_s=0.001"],
+    ["robots.acceleration_m_per_s2=0.001"],
+    ["robots.full_turn_s=3600.0"],
+    ["robots.lift_s=3600.0"],
+    ["stations.pick_s=3600.0", "stations.handle_s=3600.0"],
+    ['robots.available=[["06:00", "06:01"]]'],
 )
 @pytest.mark.parametrize("pp", ["whca-n", "free-flow"])
 def test_what_takes_long_is_no_standstill(settings: list[str], pp: str) -> None:
