@@ -171,6 +171,8 @@ AISLES = parse_map(".>>>.\nv###^\n.<<<.\nqO...", "aisles")
 def everything(roads: Roads, table: Reservations, query: Query, end: int) -> int | None:
     """Try every wait of a second, turn and run until a time; return the arrival. Slow, simple, and on EVEN exact."""
     layout, travel, motion = roads.layout, roads.travel, roads.travel.motion
+    # A storage location is no way through for a robot with a pod
+    ends = -1 if travel.passable(query.goal, query.loaded)[query.goal] else query.goal
 
     def free(cell: int, since: int, until: int) -> bool:
         return all(who == query.robot or b <= since or a >= until for who, a, b in table.reserved(cell))
@@ -183,6 +185,8 @@ def everything(roads: Roads, table: Reservations, query: Query, end: int) -> int
             return tick
         if tick > end:
             return None
+        if cell == ends != query.cell:
+            continue
         after = [(tick + 1000, cell, heading)] if free(cell, tick, tick + 1000) else []
         for towards in range(4):
             begin, at, k = tick + motion.turn_ticks(heading, towards), cell, 0
@@ -194,7 +198,7 @@ def everything(roads: Roads, table: Reservations, query: Query, end: int) -> int
                     break
                 if free(at, begin + 1000 * (k - 1), begin + 1000 * k):
                     after.append((begin + 1000 * k, at, towards))
-                if not free(at, begin + 1000 * (k - 1), begin + 1000 * (k + 1)):
+                if at == ends or not free(at, begin + 1000 * (k - 1), begin + 1000 * (k + 1)):
                     break
         for state in after:
             if state not in seen:
