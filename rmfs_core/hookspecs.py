@@ -397,5 +397,6 @@ class ObserverHooks:
         tick
             Simulated time at the end, in ticks (1 ms).
         status
-            ``"complete"``, ``"partial"`` or ``"failed"``.
+            ``"complete"``, ``"horizon"`` (``run.until_s`` was reached with orders left), ``"partial"`` (interrupted) or
+            ``"failed"``.
         """

@@ -68,7 +68,7 @@ class Measured:
     rule, decides, world, seed
         Which run.
     status
-        ``"complete"``, ``"partial"`` or ``"failed"``.
+        ``"complete"``, ``"horizon"``, ``"partial"`` or ``"failed"``.
     metrics
         The metrics of `QUALITY` by name; the same each time. None where nothing was completed.
     calls, seconds

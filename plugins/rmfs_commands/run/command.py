@@ -181,6 +181,23 @@ def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
         say(notes, f"Loading code from {Path(scenario.folder) / file}.")
 
 
+def _at_the_horizon(result: Result) -> str:
+    """Say what a run that has reached its horizon leaves."""
+    from rmfs_commands.cli.display import duration
+    from rmfs_core.wording import counted
+
+    open_, backlog, mean, oldest = map(
+        result.metrics.get, ("open_orders_end", "backlog_end", "open_age_s", "open_age_max_s")
+    )
+    done = sum(row["completed_s"] is not None for row in result.orders)
+    text = f"The run reached its horizon, {duration(result.scenario.run.until_s or 0)} (run.until_s): "
+    text += f"{done:,} of {counted(len(result.orders), 'order')} complete, {open_:,} open ({backlog:,} in the backlog"
+    if open_:
+        text += f"; since they arrived, {duration(mean or 0)} on average, {duration(oldest or 0)} for the oldest"
+    coming = len(result.orders) - done - (open_ or 0)
+    return f"{text}){f', {coming:,} not arrived' if coming else ''}."
+
+
 def _report(console: Console, result: Result, waited: str, folder: Path, record: Sequence[str]) -> None:
     """Say what is not complete, what ``waited`` for stock, and where the files are."""
     from rich.padding import Padding
@@ -192,7 +209,9 @@ def _report(console: Console, result: Result, waited: str, folder: Path, record:
     console.print()
     if not result.orders:
         say(console, "There were no orders, so there is nothing to measure.")
-    if result.status == "partial":
+    if result.status == "horizon":
+        say(console, _at_the_horizon(result))
+    elif result.status == "partial":
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
         say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")
     for note in result.notes:
@@ -200,7 +219,10 @@ def _report(console: Console, result: Result, waited: str, folder: Path, record:
     if waited:
         say(console, waited)
     if (warmup := result.scenario.run.warmup_s) is not None:
+        simulated = result.metrics["simulated_s"]
         say(console, f"Metrics count what happens from {duration(warmup)} on (run.warmup_s).")
+        if simulated <= warmup:
+            say(console, f"The run was over at {duration(simulated)}, before that: they count nothing.")
     observers = [observer for observer, _ in make_observers(quiet=True)]
     written = files_of([*observers, *map(load_recorder, record)])
     files = [*files_of_results(), *written]

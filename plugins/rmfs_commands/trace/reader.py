@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
 
 TICK_S = 1 / TICKS_PER_S
-STATUSES = ("complete", "partial", "failed")
+STATUSES = ("complete", "horizon", "partial", "failed")
 MOST = 10**15
 """The largest whole number of an event: ticks of 31,000 years, and sums of them still fit into 64 bits."""
 

@@ -442,7 +442,7 @@ def test_overrides_need_a_file(scenario_file: Path) -> None:
 def test_a_run_that_ends_before_its_orders_do(scenario_file: Path) -> None:
     scenario = evolve(load_scenario(scenario_file), run=RunSection(until_s=60.0))
     result = rmfs_core.run(scenario)
-    assert (result.status, result.interrupted) == ("partial", False)
+    assert (result.status, result.interrupted) == ("horizon", False)
     assert (result.metrics["makespan_s"], result.metrics["simulated_s"]) == (None, 60.0)
     assert result.metrics["orders_completed"] < 10
 

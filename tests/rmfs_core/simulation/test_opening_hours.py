@@ -192,7 +192,7 @@ def test_a_rule_that_closes_everything_stands_still(tiny_run: Prepare, tmp_path:
 
 def test_the_end_of_a_run_may_come_first(tiny_run: Prepare) -> None:
     run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),)), run=RunSection(until_s=60)).done()
-    assert (run.simulation.status, run.simulation.now) == ("partial", MINUTE)
+    assert (run.simulation.status, run.simulation.now) == ("horizon", MINUTE)
 
 
 TIMES = st.integers(0, 95).map(lambda quarter: f"{quarter // 4:02}:{quarter % 4 * 15:02}")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import frozen
 
-from rmfs_commands.experiments.compare import Comparison, Interval
-from rmfs_commands.experiments.report.numbers import title
+from rmfs_commands.experiments.compare import COUNTED, Comparison, Interval
+from rmfs_commands.experiments.report.numbers import MARK, heading
 from rmfs_core.wording import one_line, sentence
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class Plot:
 
 
 def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> list[Plot]:
-    """Return the plot of all differences, one for each metric with every complete run in it, and the fronts.
+    """Return the plot of all differences, one for each metric with every run that counts in it, and the fronts.
 
     One that cannot be drawn is left out, and named on standard error.
     """
@@ -127,7 +127,7 @@ def front_name(first: str, second: str) -> str:
 
 
 def _title(comparison: Comparison, metric: str) -> str:
-    return title(comparison.described(metric))
+    return heading(comparison, metric)
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -178,7 +178,8 @@ def _forest(panel: Axes, comparison: Comparison, metric: str, others: Sequence[s
         panel.plot([], [], "o", color=colour, label=plain(name))
     panel.set_yticks(range(len(others)), [plain(other) for other in others])
     panel.set_ylim(len(others) - 0.5, -0.5)
-    panel.set_title(plain(_title(comparison, metric).partition(" (")[0]))
+    mark = MARK if comparison.censored(metric) else ""
+    panel.set_title(plain(f"{_title(comparison, metric).partition(' (')[0].rstrip(MARK)}{mark}"))
     unit = comparison.described(metric).unit
     absolute = f"difference ({unit})" if unit else "difference"
     panel.set_xlabel(plain(f"difference, % of {comparison.baseline}" if in_percent else absolute))
@@ -236,7 +237,7 @@ def _front(panel: Axes, comparison: Comparison, instances: str, first: str, seco
 
 
 def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str) -> Figure:
-    """Every complete run as a dot, means and bounds of the table as bars, by instance set and rule set."""
+    """Every run that counts as a dot, means and bounds of the table as bars, by instance set and rule set."""
     sets = shown_sets(comparison)
     found = {(one.rule_set, one.instances): one for name in sets for one in comparison.of(name, metric)}
     figure = _figure(max(4.0, 1.2 + 0.45 * len(comparison.rule_sets) * len(sets)), 3.0)
@@ -276,7 +277,7 @@ def _values(
     rows: Sequence[Mapping[str, Any]], comparison: Comparison, instances: str, rule_set: str, metric: str
 ) -> Iterator[float]:
     for row in rows:
-        if row["rule_set"] != rule_set or row["status"] != "complete" or row.get(metric) is None:
+        if row["rule_set"] != rule_set or row["status"] not in COUNTED or row.get(metric) is None:
             continue
         if comparison.holds(instances, row):
             yield _scale(metric) * row[metric]

@@ -40,12 +40,15 @@ SUMMARY_COLUMNS = (
     "relative_p_holm",
     "runs",
     "complete",
+    "horizon",
     "partial",
     "failed",
     "stood_still",
     "stopped_early",
     "bound",
     "times_bound",
+    "censored",
+    "why_left_out",
 )
 """Columns of summary.csv, see `rmfs_commands.experiments.compare`: `Paired`, `Interval` and `Counted`.
 
@@ -80,12 +83,15 @@ def _summary_rows(comparison: Comparison) -> Iterator[dict[str, Any]]:
             **_interval("relative_", "relative_", one.relative),
             "runs": count.runs,
             "complete": count.complete,
+            "horizon": count.horizon,
             "partial": count.partial,
             "failed": count.failed,
             "stood_still": count.stood_still,
             "stopped_early": count.stopped_early,
             "bound": one.bound,
             "times_bound": one.times_bound,
+            "censored": int(comparison.censored(one.metric)),
+            "why_left_out": numbers.why(one),
         }
 
 
@@ -121,10 +127,11 @@ def _metric_grid(comparison: Comparison, metric: str) -> Grid:
         mean = numbers.value(shown_as, one.mean)
         rows.append((one.instances, one.rule_set, numbers.seeds(one), mean, *times, *differences))
     notes = (numbers.caption(comparison),)
-    return Grid(numbers.title(shown_as), notes, columns, rows, range(2, len(columns)))
+    return Grid(numbers.heading(comparison, metric), notes, columns, rows, range(2, len(columns)))
 
 
 def _front_grid(comparison: Comparison, first: str, second: str) -> Grid:
+    titles = [numbers.heading(comparison, metric) for metric in (first, second)]
     metrics = comparison.described(first), comparison.described(second)
     rows = [
         (
@@ -135,7 +142,7 @@ def _front_grid(comparison: Comparison, first: str, second: str) -> Grid:
         for instances in shown_sets(comparison)
         for pair in comparison.front(instances, first, second)
     ]
-    columns = ("Instances", "Rule set", *map(numbers.title, metrics))
+    columns = ("Instances", "Rule set", *titles)
     return Grid("None beats these in both", (), columns, rows, (2, 3))
 
 

@@ -38,6 +38,8 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
                 console.print(sentence, style="yellow", highlight=False, markup=False)
     for first, second in comparison.fronts:
         print_named(console, _front(comparison, first, second, shown))
+    for sentence in numbers.left_out(comparison, shown):
+        console.print(sentence, style="yellow", highlight=False, markup=False)
     console.print(numbers.caption(comparison), style="dim", highlight=False, markup=False)
     if any(map(comparison.bounded, comparison.metrics)):
         console.print(OF_BOUND, style="dim", highlight=False, markup=False)
@@ -46,7 +48,9 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
 def _counts(comparison: Comparison) -> Table:
     table = new_table("Runs")
     table.add_column("Rule set")
-    for name in ("Runs", "Complete", "Partial", "Failed", "Stood still", "Stopped early"):
+    partial = any(one.partial for one in comparison.counted) or not comparison.horizon
+    ends = ("Complete", *["Horizon"] * comparison.horizon, *["Partial"] * partial)
+    for name in ("Runs", *ends, "Failed", "Stood still", "Stopped early"):
         table.add_column(name, justify="right")
     for one in comparison.counted:
         if one.instances != comparison.instance_sets[-1]:
@@ -56,7 +60,8 @@ def _counts(comparison: Comparison) -> Table:
             Text(one.rule_set),
             str(one.runs),
             str(one.complete),
-            Text(str(one.partial), "yellow" if one.partial else ""),
+            *([str(one.horizon)] * comparison.horizon),
+            *([Text(str(one.partial), "yellow" if one.partial else "")] * partial),
             *(Text(str(count), "bold red" if count else "") for count in bad),
         )
     return table
@@ -68,7 +73,7 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
     others = [one for name in shown for one in comparison.of(name, metric) if one.rule_set != comparison.baseline]
     relative = any(one.relative.mean is not None for one in others)
     absolute = wide or not relative
-    table = new_table(numbers.title(shown_as))
+    table = new_table(numbers.heading(comparison, metric))
     table.add_column("Rule set")
     tested = comparison.tested
     p = ["p (Holm)"] * tested
@@ -99,7 +104,7 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
 def _front(comparison: Comparison, first: str, second: str, shown: tuple[str, ...]) -> Table:
     """Return the table of the rule sets that none beats in two metrics at once."""
     metrics = comparison.described(first), comparison.described(second)
-    names = [numbers.title(metric) for metric in metrics]
+    names = [numbers.heading(comparison, metric) for metric in (first, second)]
     table = new_table("None beats these in both")
     table.add_column("Rule set")
     for name in names:

@@ -135,11 +135,40 @@ def test_pairs_with_a_side_that_failed_are_left_out_and_counted() -> None:
     assert other.difference.mean == 3.0
 
 
-def test_partial_runs_do_not_count() -> None:
-    rows = [row("base", seed, 10.0) for seed in (1, 2, 3)]
-    rows += [row("other", seed, 11.0) for seed in (1, 2)] + [row("other", 3, 99.0, status="partial")]
-    other = summary(rows, "base", ["m"]).paired[1]
-    assert (other.seeds, other.left_out, other.mean, other.difference.mean) == (2, 1, 11.0, 1.0)
+@pytest.mark.parametrize(
+    ("metric", "more", "why"),
+    [
+        ("m", {"status": "horizon"}, None),
+        (
+            "makespan_s",
+            {"status": "horizon", "makespan_s": None},
+            "orders are left at the horizon, so that there is no",
+        ),
+        ("m", {"status": "partial"}, "a run was interrupted"),
+        ("m", {"status": "failed"}, "a run failed"),
+        ("m", {"m": None}, "a run has no such figure"),
+        ("m", {"m": None, "orders_completed": 0}, "a run completes no order in the time that counts"),
+    ],
+)
+def test_which_runs_count_and_why_others_do_not(metric: str, more: dict[str, Any], why: str | None) -> None:
+    """A horizon that was reached is an end like another."""
+    rows = [row(name, seed, 10.0, makespan_s=10.0) for name in ("base", "other") for seed in (1, 2, 3)]
+    rows[-1] |= {"m": 40.0} | more
+    comparison = summary(rows, "base", [metric])
+    other = comparison.paired[1]
+    assert (other.seeds, other.left_out) == ((2, 1) if why else (3, 0))
+    assert other.mean == (10.0 if why else 20.0)
+    assert [reason for reason, number in other.why.items() if number == 1] == list(other.why)
+    assert all(reason.startswith(why or "-") for reason in other.why)
+    assert comparison.horizon == (more.get("status") == "horizon")
+
+
+def test_figures_per_completed_order_are_marked_where_a_horizon_leaves_some() -> None:
+    rows = [row("base", 1, 1.0, turnover_s=1.0, picks_per_hour=1.0), row("base", 2, 1.0, turnover_s=1.0)]
+    for status, marked in (("complete", False), ("horizon", True)):
+        rows[0]["status"] = status
+        comparison = summary(rows, "base", ["turnover_s", "picks_per_hour"])
+        assert (comparison.censored("turnover_s"), comparison.censored("picks_per_hour")) == (marked, False)
 
 
 def test_overall_has_one_value_a_seed() -> None:
@@ -245,6 +274,7 @@ def test_how_runs_ended_is_counted() -> None:
         row("base", 3, None, status="failed", error_kind="StandstillError"),
         row("base", 4, None, status="failed", error_kind="RuleError"),
         row("other", 1, 1.0, solves_stopped_early=0),
+        row("other", 2, 1.0, status="horizon"),
     ]
     base, other = summary(rows, "base", ["m"]).counted
     assert (base.runs, base.complete, base.partial, base.failed, base.stood_still, base.stopped_early) == (
@@ -255,7 +285,7 @@ def test_how_runs_ended_is_counted() -> None:
         1,
         1,
     )
-    assert (other.runs, other.complete, other.failed, other.stopped_early) == (1, 1, 0, 0)
+    assert (other.runs, other.complete, other.horizon, other.failed, other.stopped_early) == (2, 1, 1, 0, 0)
 
 
 def test_a_baseline_that_is_not_there_is_named() -> None:

@@ -164,7 +164,7 @@ def test_a_run_that_is_cut_off_is_truncated() -> None:
     assert info["time_s"] == 100
     assert not info["action_mask"].any()
     assert env.result is not None
-    assert env.result.status == "partial"
+    assert env.result.status == "horizon"
 
 
 def test_an_episode_without_a_choice_is_over_at_the_first_step() -> None:
