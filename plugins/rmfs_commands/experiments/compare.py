@@ -40,6 +40,8 @@ LEFT = ("backlog_end", "open_age_s")
 """Metrics that are compared wherever a run ended at its horizon, so that orders left are seen."""
 FEWEST_SEEDS = 3
 """With fewer seeds there are neither intervals nor p-values."""
+AWAY_FROM_ZERO = 0.1
+"""A baseline's figures are well away from 0 where each is at least this share of their mean on the same instance."""
 _ROUNDING = 1e-9
 """Values that differ by less than this share of the largest are the same but for errors of rounding."""
 
@@ -98,8 +100,11 @@ class Paired:
     difference
         Rule set minus baseline.
     relative
-        The same as a share of the baseline's figure, mean over the pairs of a seed; not defined when a baseline's
-        figure is 0.
+        The same as a share of the baseline's figure, mean over the pairs of a seed. Where some of the baseline's
+        figures are close to 0 (see `AWAY_FROM_ZERO`), the difference as a share of their mean, if that is well away
+        from 0; else not defined.
+    of_mean
+        Whether ``relative`` is a share of the mean.
     bound
         What no rules can beat, mean over the seeds; None where a run has no bound.
     times_bound
@@ -119,6 +124,7 @@ class Paired:
     bound: float | None = None
     times_bound: float | None = None
     why: Mapping[str, int] = field(factory=dict)
+    of_mean: bool = False
 
     @property
     def p_holm(self) -> float | None:
@@ -371,7 +377,7 @@ def _why(runs: Rows, metric: str) -> str:
 
 def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseline: str) -> list[Paired]:
     """Compare the rule sets with the baseline in one metric on one instance set."""
-    found, differences, relative, amounts = [], [], [], []
+    found, differences, relative, amounts, bases = [], [], [], [], []
     for rule_set in rule_sets:
         seeds, why = _by_seed(rows, metric, rule_set, baseline)
         number = sum(map(len, seeds))
@@ -380,15 +386,36 @@ def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseli
         one = Paired(name, metric, rule_set, len(seeds), number, why.total(), own, other, why=why)
         found.append(_with_bound(one, seeds))
         compared = seeds if rule_set != baseline else []
-        defined = all(base != 0 for pairs in seeds for _, base, _ in pairs)
+        defined = all(_away_from_zero([pair.base for pair in pairs]) for pairs in zip(*seeds, strict=True))
+        bases.append(interval([fmean(pair.base for pair in pairs) for pairs in compared]))
         differences.append([fmean(figure - base for figure, base, _ in pairs) for pairs in compared])
         relative.append([fmean(figure / base - 1 for figure, base, _ in pairs) for pairs in compared if defined])
-        amounts.append(all(own >= 0 and base > 0 for pairs in compared for own, base, _ in pairs))
-    shares = [
-        _at_least(-1.0, share) if amount else share for share, amount in zip(intervals(relative), amounts, strict=True)
-    ]
-    of_all = zip(found, intervals(differences), shares, strict=True)
-    return [evolve(one, difference=difference, relative=share) for one, difference, share in of_all]
+        amounts.append(all(own >= 0 and base >= 0 for pairs in compared for own, base, _ in pairs))
+    compared_all = []
+    of_all = zip(found, intervals(differences), intervals(relative), bases, amounts, strict=True)
+    for one, difference, share, base, amount in of_all:
+        of_mean = share.mean is None and base.low is not None and base.high is not None and base.low * base.high > 0
+        of_base = _scaled(difference, base.mean or 1.0) if of_mean else share
+        limited = _at_least(-1.0, of_base) if amount else of_base
+        compared_all.append(evolve(one, difference=difference, relative=limited, of_mean=of_mean))
+    return compared_all
+
+
+def _away_from_zero(figures: Sequence[float]) -> bool:
+    """Whether each figure is well away from 0, and on the same side as the others."""
+    amounts = [abs(figure) for figure in figures]
+    least = AWAY_FROM_ZERO * (_mean(amounts) or 0.0)
+    return abs(sum(figures)) == sum(amounts) > 0 and min(amounts) >= least
+
+
+def _scaled(found: Interval, base: float) -> Interval:
+    """Return a difference as a share of a mean, with the p-values of the difference."""
+    shares = {
+        name: bound / abs(base)
+        for name in ("mean", "low", "high", "low_holm", "high_holm")
+        if (bound := getattr(found, name)) is not None
+    }
+    return evolve(found, **shares)
 
 
 def _at_least(least: float, found: Interval) -> Interval:

@@ -29,6 +29,11 @@ _COMPLETE = "Runs that are not complete do not count."
 _HORIZON = "Runs count that are complete or reached their horizon (run.until_s); failed and interrupted ones do not."
 MARK = "*"
 """At the title of a metric in which orders left at a horizon are missing."""
+OF_MEAN = "\N{DAGGER}"
+"""Behind a relative difference that is one of means."""
+_OF_MEAN = (
+    f"{OF_MEAN} Difference as a share of the baseline's mean, with the same p: some of its figures are close to 0."
+)
 CENSORED = (
     f"{MARK} Per completed order: what the orders that are open at the horizon would change is not known. They are "
     "often those that wait long, or are large; their number and age are compared, too."
@@ -42,6 +47,7 @@ def caption(comparison: Comparison) -> str:
         f"{what}{_TEST}" if comparison.tested else f"{what}.",
         counted_runs(comparison),
         *([CENSORED] if any(map(comparison.censored, comparison.metrics)) else []),
+        *([_OF_MEAN] if any(one.of_mean for one in comparison.paired) else []),
     ]
     others = (one for one in comparison.paired if one.rule_set != comparison.baseline)
     if any(one.difference.mean is not None and one.difference.p is None for one in others):
@@ -104,9 +110,22 @@ def difference(metric: Metric, found: Interval, *, bounds: bool = True) -> str:
     return _with_bounds(found, lambda number: _signed(show(finer, number)), bounds=bounds)
 
 
-def relative(found: Interval, *, bounds: bool = True) -> str:
-    """Return a relative difference in percent with its interval beside Holm's p; or without."""
-    return _with_bounds(found, lambda number: _signed(f"{100 * number:,.1f}"), " %", bounds=bounds)
+def has_relative(comparison: Comparison, metric: str, shown: Sequence[str]) -> bool:
+    """Whether relative differences of a metric are shown: not of percentages, which differ by percentage points."""
+    return comparison.described(metric).unit != "%" and any(
+        one.relative.mean is not None for name in shown for one in comparison.of(name, metric)
+    )
+
+
+def difference_heading(metric: Metric) -> str:
+    """Return what the column of differences is called."""
+    return "Difference (points)" if metric.unit == "%" else "Difference"
+
+
+def relative(one: Paired, *, bounds: bool = True) -> str:
+    """Return a relative difference in percent with its interval beside Holm's p, or without; a sign where of a mean."""
+    shown = _with_bounds(one.relative, lambda number: _signed(f"{100 * number:,.1f}"), " %", bounds=bounds)
+    return f"{shown} {OF_MEAN}" if one.of_mean else shown
 
 
 def times(multiple: float | None) -> str:

@@ -166,7 +166,8 @@ def _differences(comparison: Comparison) -> Figure:
 
 def _forest(panel: Axes, comparison: Comparison, metric: str, others: Sequence[str], sets: Sequence[str]) -> None:
     found = {(one.rule_set, one.instances): one for name in sets for one in comparison.of(name, metric)}
-    in_percent = all(found[other, name].relative.mean is not None for other in others for name in sets)
+    unit = comparison.described(metric).unit
+    in_percent = unit != "%" and all(found[other, name].relative.mean is not None for other in others for name in sets)
     panel.axvline(0, color="0.6", linewidth=0.8)
     for place, name in enumerate(sets):
         spread = (place - (len(sets) - 1) / 2) * 0.8 / len(sets)
@@ -180,8 +181,7 @@ def _forest(panel: Axes, comparison: Comparison, metric: str, others: Sequence[s
     panel.set_ylim(len(others) - 0.5, -0.5)
     mark = MARK if comparison.censored(metric) else ""
     panel.set_title(plain(f"{_title(comparison, metric).partition(' (')[0].rstrip(MARK)}{mark}"))
-    unit = comparison.described(metric).unit
-    absolute = f"difference ({unit})" if unit else "difference"
+    absolute = f"difference ({'percentage points' if unit == '%' else unit})" if unit else "difference"
     panel.set_xlabel(plain(f"difference, % of {comparison.baseline}" if in_percent else absolute))
 
 

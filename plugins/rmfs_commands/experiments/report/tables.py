@@ -116,13 +116,15 @@ def grids(comparison: Comparison) -> dict[str, Grid]:
 def _metric_grid(comparison: Comparison, metric: str) -> Grid:
     shown_as, bounded = comparison.described(metric), comparison.bounded(metric)
     bound = ("x bound",) if bounded else ()
-    columns = ("Instances", "Rule set", "Seeds", "Mean", *bound, "Difference", "p (Holm)", "Relative", "p (Holm)")
+    shares = numbers.has_relative(comparison, metric, shown_sets(comparison))
+    last = (numbers.difference_heading(shown_as), "p (Holm)", *["Relative"] * shares)
+    columns = ("Instances", "Rule set", "Seeds", "Mean", *bound, *last)
     rows = []
     for one in (one for instances in shown_sets(comparison) for one in comparison.of(instances, metric)):
-        differences: tuple[str, ...] = ("", "", "", "")
+        differences: tuple[str, ...] = ("",) * len(last)
         if one.rule_set != comparison.baseline:
             absolute = numbers.difference(shown_as, one.difference), numbers.probability(one.difference.p_holm)
-            differences = (*absolute, numbers.relative(one.relative), numbers.probability(one.relative.p_holm))
+            differences = (*absolute, *[numbers.relative(one, bounds=False)] * shares)
         times = (numbers.times(one.times_bound),) if bounded else ()
         mean = numbers.value(shown_as, one.mean)
         rows.append((one.instances, one.rule_set, numbers.seeds(one), mean, *times, *differences))

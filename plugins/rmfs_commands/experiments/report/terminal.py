@@ -14,8 +14,6 @@ from rmfs_commands.experiments.running import ExperimentResult
 MOST_SETS = 6
 """With more instance sets than these the terminal has the overall figures alone."""
 MOST_ERRORS = 5
-WIDE = 120
-"""Columns from which on absolute differences are shown beside the relative ones."""
 OF_BOUND = "x bound: how many times what no rules can beat, mean over the same runs."
 
 
@@ -32,7 +30,7 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
     if result.failed:
         console.print()
     for metric in comparison.metrics:
-        print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
+        print_named(console, _metric(comparison, metric, shown))
         for one in (one for name in shown for one in comparison.of(name, metric)):
             if sentence := numbers.other_sign(comparison.described(metric), one):
                 console.print(sentence, style="yellow", highlight=False, markup=False)
@@ -67,17 +65,14 @@ def _counts(comparison: Comparison) -> Table:
     return table
 
 
-def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: bool) -> Table:
-    """Return the table of a metric: relative differences, and absolute ones where there is room or need."""
+def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...]) -> Table:
+    """Return the table of a metric: differences with interval and p, and what share of the baseline they are."""
     shown_as = comparison.described(metric)
-    others = [one for name in shown for one in comparison.of(name, metric) if one.rule_set != comparison.baseline]
-    relative = any(one.relative.mean is not None for one in others)
-    absolute = wide or not relative
+    relative = numbers.has_relative(comparison, metric, shown)
     table = new_table(numbers.heading(comparison, metric))
     table.add_column("Rule set")
     tested = comparison.tested
-    p = ["p (Holm)"] * tested
-    columns = (["Difference", *p] if absolute else []) + (["Relative", *p] if relative else [])
+    columns = [numbers.difference_heading(shown_as), *["p (Holm)"] * tested, *["Relative"] * relative]
     bounded = comparison.bounded(metric)
     for name in ("Seeds", "Mean", *(["x bound"] if bounded else []), *columns):
         table.add_column(name, justify="right")
@@ -90,13 +85,9 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
             if one.rule_set == comparison.baseline:
                 table.add_row(Text(name), "", *means, Text("baseline", "dim"))
                 continue
-            cells = []
-            if absolute:
-                cells += [numbers.difference(shown_as, one.difference, bounds=tested)]
-                cells += [numbers.probability(one.difference.p_holm)] * tested
-            if relative:
-                cells += [numbers.relative(one.relative, bounds=tested)]
-                cells += [numbers.probability(one.relative.p_holm)] * tested
+            cells = [numbers.difference(shown_as, one.difference, bounds=tested)]
+            cells += [numbers.probability(one.difference.p_holm)] * tested
+            cells += [numbers.relative(one, bounds=False)] * relative
             table.add_row(Text(name), numbers.seeds(one), *means, *cells)
     return table
 

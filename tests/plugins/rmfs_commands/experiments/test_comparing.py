@@ -232,20 +232,39 @@ def test_bounds_and_p_values_never_contradict_each_other(family: list[list[float
 
 def test_relative_differences_have_a_p_of_their_own() -> None:
     """That of the differences is another one: it may be above 0.05 where the other is below."""
-    rows = [row("base", seed, 10.0**seed) for seed in (1, 2, 3, 4)]
-    rows += [row("other", seed, 1.1 * 10.0**seed + seed) for seed in (1, 2, 3, 4)]
+    rows = [row("base", seed, 5.0 * 2**seed) for seed in (1, 2, 3, 4)]
+    rows += [row("other", seed, 5.5 * 2**seed + seed / 10) for seed in (1, 2, 3, 4)]
     other = summary(rows, "base", ["m"]).paired[1]
     assert other.relative.p is not None
-    assert other.relative.p == pytest.approx(stats.ttest_1samp([0.2, 0.12, 0.103, 0.1004], 0.0).pvalue)
+    assert other.relative.p == pytest.approx(stats.ttest_1samp([0.11, 0.11, 0.1075, 0.105], 0.0).pvalue)
     assert other.difference.p is not None
     assert other.relative.p < 0.05 < other.difference.p
 
 
-def test_a_baseline_of_zero_has_no_relative_difference() -> None:
-    rows = [row("base", 1, 0.0), row("base", 2, 4.0), row("other", 1, 1.0), row("other", 2, 5.0)]
+@pytest.mark.parametrize(
+    ("base", "share", "of_mean"),
+    [
+        ([2.0, 4.0, 5.0], (1 / 2 + 2 / 4 + 3 / 5) / 3, False),
+        ([0.0, 4.0, 4.0], None, False),
+        ([0.0, 4.0, 5.0, 4.0, 5.0, 4.0], 12 / 22, True),
+        ([0.01, 1.0, 0.0], None, False),
+        ([-2.0, 4.0, 5.0], None, False),
+        ([0.0, 0.0, 0.0], None, False),
+    ],
+)
+def test_relative_differences_are_of_baselines_well_away_from_zero(
+    base: list[float], share: float | None, of_mean: bool
+) -> None:
+    """One figure close to 0 makes them differences over the mean, with the p of these; a mean close to 0, none."""
+    rows = [row("base", seed, figure) for seed, figure in enumerate(base)]
+    rows += [row("other", seed, figure + 1 + seed % 3) for seed, figure in enumerate(base)]
     other = summary(rows, "base", ["m"]).paired[1]
-    assert other.difference.mean == 1.0
-    assert other.relative.mean is None
+    assert other.difference.mean == pytest.approx(2.0)
+    assert (other.relative.mean, other.of_mean) == (None if share is None else pytest.approx(share), of_mean)
+    if of_mean:
+        assert other.relative.mean == pytest.approx(2.0 * len(base) / sum(base))
+        assert other.relative.high == pytest.approx((other.difference.high or 0) * len(base) / sum(base))
+        assert other.relative.p_holm == other.difference.p_holm
 
 
 def test_instance_sets_and_overall() -> None:

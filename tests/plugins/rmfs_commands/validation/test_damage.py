@@ -167,7 +167,7 @@ def test_filters_may_hide_orders_but_add_none(day: Trace) -> None:
     [
         ("complete", True, []),
         ("partial", True, ["status"]),
-        ("horizon", True, ["status", "end"]),
+        ("horizon", True, ["end", "status"]),
         ("failed", True, []),
         ("complete", False, ["order-left"]),
         ("partial", False, ["order-left"]),

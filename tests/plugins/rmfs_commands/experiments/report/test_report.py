@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from rmfs_commands.experiments import ExperimentResult, RuleSetChoice
-from rmfs_commands.experiments.compare import Interval
+from rmfs_commands.experiments.compare import Interval, Paired
 from rmfs_commands.experiments.report import print_comparison, write_report
 from rmfs_commands.experiments.report.html import report_html
 from rmfs_commands.experiments.report.numbers import (
@@ -82,9 +82,11 @@ def test_multiples_of_a_bound_have_two_digits() -> None:
 
 
 def test_relative_differences_are_in_percent() -> None:
-    assert relative(found(-0.1234, -0.2, 12.0)) == f"{MINUS}12.3 % [{MINUS}20.0, +1,200.0]"
-    assert relative(found(0.5)) == "+50.0 % (no interval)"
-    assert relative(found(None)) == "-"
+    pair = Paired("one", "m", "other", 3, 3, 0, 1.0, 1.0)
+    assert relative(evolve(pair, relative=found(-0.1234, -0.2, 12.0))) == f"{MINUS}12.3 % [{MINUS}20.0, +1,200.0]"
+    assert relative(evolve(pair, relative=found(0.5))) == "+50.0 % (no interval)"
+    assert relative(evolve(pair, relative=found(0.5), of_mean=True), bounds=False) == "+50.0 % \u2020"
+    assert relative(pair) == "-"
 
 
 @pytest.mark.parametrize(
@@ -299,18 +301,19 @@ def printed(result: ExperimentResult, width: int) -> str:
 def test_the_terminal_shows_runs_and_comparisons(result: ExperimentResult) -> None:
     text = printed(result, 120)
     assert f"Failed: orders=100, bad, seed 3: {FAILURE}" in text
-    assert re.search(r"good +3 +3\.200 +\+1\.000 \(no interval\) +- +\+45\.5 % \[", text)
+    assert re.search(r"good +3 +3\.200 +\+1\.000 \(no interval\) +- +\+45\.5 % *\n", text)
     assert re.search(r"bad +2 \(1 left out\) +4\.150 ", text)
     assert "Picker utilisation (%)" in text
     assert re.search(r"overall *\n.*\n.*\n +bad +2 \(2 left out\) +4\.150 ", text)
     assert max(map(len, text.splitlines())) <= 120
 
 
-def test_a_narrow_terminal_has_relative_differences_alone(result: ExperimentResult) -> None:
-    """At 80 columns no name or interval is broken; differences from 0 are absolute, since they are no share of it."""
+def test_a_narrow_terminal_has_the_same(result: ExperimentResult) -> None:
+    """At 80 columns no name or interval is broken; a difference from 0 is no share of it, that of a share in points."""
     text = printed(result, 80)
-    assert re.search(r"good +3 +3\.200 +\+45\.5 % \[\+38\.1, \+52\.9\] +0\.001", text)
+    assert re.search(r"good +3 +3\.200 +\+1\.000 \(no interval\) +- +\+45\.5 % *\n", text)
     assert re.search(r"good +3 +2\.0 +\+2\.0 \[", text.partition("Most split orders open")[2])
+    assert re.search(r"Difference \(points\) +p \(Holm\) *\n", text.partition("Picker utilisation (%)")[2])
     assert max(map(len, text.splitlines())) <= 80
 
 
@@ -318,7 +321,7 @@ def test_two_seeds_have_no_intervals(result: ExperimentResult) -> None:
     result.rows[:] = [row for row in result.rows if row["seed"] < 3]
     for width in (80, 120):
         text = printed(result, width)
-        assert re.search(r"good +2 +3\.150 +(\+1\.000 +)?\+46\.5 % *\n", text.replace("\u2212", "-"))
+        assert re.search(r"good +2 +3\.150 +\+1\.000 +\+46\.5 % *\n", text.replace("\u2212", "-"))
         assert "p (Holm)" not in text
         assert NO_TEST in " ".join(text.split())
 
