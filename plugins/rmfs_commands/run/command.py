@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from rmfs_commands.cli.progress import RunDisplay
     from rmfs_commands.replay.live import Watch
+    from rmfs_core.errors import RunError
     from rmfs_core.results import Result
     from rmfs_core.scenario import Scenario
 
@@ -120,12 +121,9 @@ def run(
                 allow_inline_rules=not no_inline_rules,
             )
     except RunError as error:
-        if show_traceback:
-            click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
-        if error.result is not None:
-            say(notes, f"What was measured until the error is in {folder}.")
-            if as_json:
-                print_json({**error.result.to_dict(), "folder": str(folder), **failure(error, error.exit_code)})
+        _failed(notes, error, folder, show_traceback=show_traceback)
+        if as_json and error.result is not None:
+            print_json({**error.result.to_dict(), "folder": str(folder), **failure(error, error.exit_code)})
         raise
     if as_json:
         print_json({**result.to_dict(), "folder": str(folder)})
@@ -139,6 +137,16 @@ def run(
         raise click.Abort
     if viewer is not None:
         viewer.wait()
+
+
+def _failed(notes: Console, error: RunError, folder: Path, *, show_traceback: bool) -> None:
+    """Print where an error came from, or how to see that, and where what was measured before it is."""
+    if show_traceback:
+        click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
+    elif error.__cause__ is not None:
+        say(notes, "With --traceback the same command prints the calls that led to the error.")
+    if error.result is not None:
+        say(notes, f"What was measured until the error is in {folder}.")
 
 
 def _viewer(name: str) -> Watch:

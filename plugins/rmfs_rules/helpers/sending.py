@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from heapq import heapify, heappop, heappush
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,6 +37,10 @@ def _search() -> Any:
     return sending_search
 
 
+Wanted = Mapping[int, int]
+"""Items by SKU."""
+
+
 def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Ids], int]) -> list[PodTrip]:
     """Select pods one after another until every uncovered request is served or no candidate can help.
 
@@ -57,6 +62,11 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
     list[PodTrip]
         The trips in the order in which they were chosen.
     """
+    return _send(warehouse, max_fetches, lambda station, pods, _: choose(station, pods))
+
+
+def _send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Ids, Wanted], int]) -> list[PodTrip]:
+    """Select pods as `send` does; ``choose`` is also given what is still uncovered."""
     search, stock = _search(), warehouse.stock
     at, leaving = stock.at.copy(), np.count_nonzero(stock.at >= 0)  # a pod that is sent is busy from then on
     needy = []  # those with the fewest inbound pods, and of these with the most uncovered items, go first
@@ -74,7 +84,7 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
         pods = search.servers(stock, at, skus, identifier, max_fetches > 0)
         if not len(pods):
             continue
-        pod = warehouse.pods[choose(warehouse.stations[identifier], pods)]
+        pod = warehouse.pods[choose(warehouse.stations[identifier], pods, MappingProxyType(wanted))]
         trips.append(PodTrip(pod.id, identifier))
         for sku in wanted.keys() & pod.contents.keys():
             wanted[sku] -= pod.free_items(sku)
@@ -89,9 +99,12 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
 
 
 def send_pods(
-    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Sequence[Pod]], Pod]
+    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Sequence[Pod], Wanted], Pod]
 ) -> list[PodTrip]:
     """Select pods as `send` does, for rules that look at one pod after another.
+
+    `Station.uncovered_requests` is what was uncovered before the decision, and does not change while pods are selected.
+    ``choose`` is therefore given what is still uncovered, without the items of pods that were selected before.
 
     Parameters
     ----------
@@ -100,7 +113,8 @@ def send_pods(
     max_fetches
         How many stored pods may be sent.
     choose
-        Picks one of the pods, given by id, each of which serves an uncovered request of the station.
+        Picks one of the pods for a station: it is given the station, the pods, by ascending id, each of which serves an
+        uncovered request of it, and the items that are still uncovered there, by SKU.
 
     Returns
     -------
@@ -108,7 +122,9 @@ def send_pods(
         The trips in the order in which they were chosen.
     """
     pods = warehouse.pods
-    return send(warehouse, max_fetches, lambda at, found: choose(at, [pods[pod] for pod in found.tolist()]).id)
+    return _send(
+        warehouse, max_fetches, lambda at, found, wanted: choose(at, [pods[pod] for pod in found.tolist()], wanted).id
+    )
 
 
 def may_send(warehouse: WarehouseView, max_fetches: int) -> bool:

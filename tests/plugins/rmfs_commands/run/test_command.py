@@ -150,6 +150,7 @@ def test_a_rule_that_fails(folder: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert "What was measured until the error is in out" in printed
     assert printed.splitlines()[-1].startswith("Error: ")
     assert "Traceback" not in printed
+    assert "With --traceback the same command prints" in printed
     assert load_result("out").status == "failed"
 
 

@@ -284,7 +284,7 @@ class AnyPod:
 
     @hookimpl
     def select_pods(self, warehouse, max_fetches):
-        return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
+        return send_pods(warehouse, max_fetches, lambda station, pods, wanted: pods[0])
 
 
 @define
