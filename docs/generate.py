@@ -16,6 +16,8 @@ import attrs
 from rmfs_commands.cli.description import Parameter, RuleDescription, installed_rules
 from rmfs_commands.details.catalogue import DETAILS, LATENESS, METRICS, OPENING, REPLENISHMENT, UNBUSY, on_time
 from rmfs_commands.gym import FEATURES
+from rmfs_commands.testing.trial_worlds import FINITE
+from rmfs_commands.testing.trial_worlds import trial_worlds as worlds_of_trials
 from rmfs_core import entrypoints
 from rmfs_core.results.catalogue import TIMING, Metric
 from rmfs_core.roles import Role
@@ -123,6 +125,17 @@ def needs() -> str:
     return "\n".join(_table(("need", "the rule needs"), rows))
 
 
+def trial_worlds() -> str:
+    """Return the small worlds that `check_rule` tries a rule in."""
+    worlds = {world.name: world for world in worlds_of_trials()}
+    rows = [
+        (name, world.purpose, "both" if f"{name}{FINITE}" in worlds else "as it says")
+        for name, world in worlds.items()
+        if not name.endswith(FINITE)
+    ]
+    return "\n".join(_table(("world", "what it is for", "stock"), rows))
+
+
 def features() -> str:
     """Return what a learner sees of each candidate: a table for each decision."""
     parts = []
@@ -140,7 +153,7 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
 def write(folder: Path) -> None:
     """Write every part to a file of its own."""
     folder.mkdir(exist_ok=True)
-    for part in (scenario_keys, rules, metrics, needs, features):
+    for part in (scenario_keys, rules, metrics, needs, trial_worlds, features):
         file = folder / f"{part.__name__.replace('_', '-')}.md"
         text = part() + "\n"
         if not file.is_file() or file.read_text(encoding="utf-8") != text:
