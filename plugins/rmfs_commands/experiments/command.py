@@ -37,6 +37,15 @@ RUNS_FOLDER = "runs"
 @click.option(
     "--quick", is_flag=True, help="Run two seeds of the first value of each axis: a look before hours of runs."
 )
+@click.option(
+    "--width",
+    "width_cm",
+    type=click.FloatRange(4, 60),
+    default=8.4,
+    show_default=True,
+    metavar="CM",
+    help="How wide the plots are, with letters of 8 pt: a column of a page of two if left out.",
+)
 @click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
 @no_inline_option
 @json_option
@@ -48,6 +57,7 @@ def compare(
     out: Path | None,
     bounds: bool,
     quick: bool,
+    width_cm: float,
     list_them: bool,
     no_inline_rules: bool,
     as_json: bool,
@@ -96,7 +106,7 @@ def compare(
     if not result.computed:
         say(notes, f"{loaded.name}: all {len(result.rows):,} runs are stored already")
     comparison = result.comparison()
-    write_report(result, comparison, folder)
+    write_report(result, comparison, folder, width_cm)
     if as_json:
         about = {
             "experiment": loaded.name,

@@ -117,35 +117,47 @@ def _metric_grid(comparison: Comparison, metric: str) -> Grid:
     shown_as, bounded = comparison.described(metric), comparison.bounded(metric)
     bound = ("x bound",) if bounded else ()
     shares = numbers.has_relative(comparison, metric, shown_sets(comparison))
-    last = (numbers.difference_heading(shown_as), "p (Holm)", *["Relative"] * shares)
-    columns = ("Instances", "Rule set", "Seeds", "Mean", *bound, *last)
+    p = ("p (Holm)",) * comparison.tested
+    last = (numbers.difference_heading(shown_as), *p, *["Relative"] * shares)
+    found = [one for instances in shown_sets(comparison) for one in comparison.of(instances, metric)]
+    several, same = len(shown_sets(comparison)) > 1, len({numbers.seeds(one) for one in found}) == 1
+    names = ("Instances", "Rule set") if several else ("Rule set",)
+    columns = (*names, *([] if same else ["Seeds"]), "Mean", *bound, *last)
     rows = []
-    for one in (one for instances in shown_sets(comparison) for one in comparison.of(instances, metric)):
+    for one in found:
         differences: tuple[str, ...] = ("",) * len(last)
         if one.rule_set != comparison.baseline:
-            absolute = numbers.difference(shown_as, one.difference), numbers.probability(one.difference.p_holm)
-            differences = (*absolute, *[numbers.relative(one, bounds=False)] * shares)
+            absolute = numbers.difference(shown_as, one.difference, bounds=comparison.tested)
+            of_p = (numbers.probability(one.difference.p_holm),) * len(p)
+            differences = (absolute, *of_p, *[numbers.relative(one, bounds=False)] * shares)
         times = (numbers.times(one.times_bound),) if bounded else ()
-        mean = numbers.value(shown_as, one.mean)
-        rows.append((one.instances, one.rule_set, numbers.seeds(one), mean, *times, *differences))
-    notes = (numbers.caption(comparison),)
-    return Grid(numbers.heading(comparison, metric), notes, columns, rows, range(2, len(columns)))
+        which = (one.instances if one.rule_set == comparison.rule_sets[0] else "",) if several else ()
+        seeds = () if same else (numbers.seeds(one),)
+        rows.append((*which, one.rule_set, *seeds, numbers.value(shown_as, one.mean), *times, *differences))
+    caption = f"{numbers.heading(comparison, metric)}: means{f' over {numbers.seeds(found[0])} seeds' if same else ''}"
+    caption += f", and differences from {comparison.baseline}"
+    if comparison.tested:
+        caption += " with simultaneous 95 % confidence intervals and p-values of paired t tests after Holm"
+    caption += f". {numbers.CENSORED}" if comparison.censored(metric) else "."
+    return Grid(caption, (numbers.caption(comparison),), columns, rows, range(len(names), len(columns)))
 
 
 def _front_grid(comparison: Comparison, first: str, second: str) -> Grid:
     titles = [numbers.heading(comparison, metric) for metric in (first, second)]
     metrics = comparison.described(first), comparison.described(second)
+    several = len(shown_sets(comparison)) > 1
     rows = [
         (
-            instances,
+            *([instances] * several),
             pair[0].rule_set,
             *(numbers.value(metric, one.mean) for metric, one in zip(metrics, pair, strict=True)),
         )
         for instances in shown_sets(comparison)
         for pair in comparison.front(instances, first, second)
     ]
-    columns = ("Instances", "Rule set", *titles)
-    return Grid("None beats these in both", (), columns, rows, (2, 3))
+    columns = (*["Instances"] * several, "Rule set", *titles)
+    title = f"Rule sets that none beats in both {titles[0]} and {titles[1]}: means."
+    return Grid(title, (), columns, rows, range(len(columns) - 2, len(columns)))
 
 
 def write_parquet(result: ExperimentResult, path: Path) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import re
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -495,6 +497,47 @@ def test_the_same_runs_give_the_same_files(result: ExperimentResult, tmp_path: P
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
     names = {file.as_posix() for file in files}
     assert {"summary.csv", "runs.parquet", "report.html", "plots/differences.svg", "plots/pile_on.png"} <= names
+
+
+LONG = "a rule set with a name that is as long as somebody wants it to be"
+PAPER = r"""\documentclass%s{article}
+\usepackage[utf8]{inputenc}
+\usepackage{booktabs,graphicx}
+\begin{document}
+%s
+\end{document}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex: Debian's texlive-latex-recommended")
+@pytest.mark.parametrize(("options", "width_cm"), [("", 12.0), ("[twocolumn]", 7.7)])
+def test_tables_and_plots_fit_into_a_paper(
+    with_front: ExperimentResult, tmp_path: Path, options: str, width_cm: float
+) -> None:
+    """Each table and each plot at its size, with long names and large figures: no box is too wide for its column."""
+    for row in with_front.rows:
+        row["rule_set"] = LONG if row["rule_set"] == "good" else row["rule_set"]
+        row["status"] = "horizon" if row["status"] == "complete" else row["status"]
+        row |= {"turnover_s": 1e6 * row["seed"] ** 2 * len(row["rule_set"]), "open_age_s": row["seed"] // 2}
+        row["backlog_end"] = row["seed"]
+    rule_sets = tuple(evolve(one, name=LONG) if one.name == "good" else one for one in with_front.experiment.rule_sets)
+    metrics = (*with_front.experiment.metrics, "turnover_s")
+    one = evolve(with_front, experiment=evolve(with_front.experiment, rule_sets=rule_sets, metrics=metrics))
+    write_report(one, one.comparison(), tmp_path, width_cm)
+    tables = sorted(path.name for path in (tmp_path / "tables").iterdir())
+    plots = sorted(path.name for path in (tmp_path / "plots").glob("*.pdf"))
+    assert (len(tables), len(plots)) == (7, 8)
+    parts = [rf"\input{{tables/{name}}}\clearpage" for name in tables]
+    parts += [rf"\noindent\includegraphics{{{{plots/{name[:-4]}}}.pdf}}\clearpage" for name in plots]
+    parts += [rf"\ref{{tab:{name[:-4]}}}" for name in tables]
+    (tmp_path / "paper.tex").write_text(PAPER % (options, "\n".join(parts)), encoding="utf-8")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "paper.tex"]
+    for _ in range(2):  # the second time with the numbers of the labels
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, errors="replace")
+        assert done.returncode == 0, done.stdout
+    wide = [line for line in done.stdout.splitlines() if "Overfull \\hbox" in line or "undefined" in line]
+    assert wide == []
 
 
 def test_a_folder_that_cannot_be_made_is_refused(result: ExperimentResult, tmp_path: Path) -> None:
