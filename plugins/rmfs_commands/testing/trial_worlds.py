@@ -252,7 +252,10 @@ def _delivered() -> TrialWorld:
         ("5", 50, "a", 2),
         ("6", 90, "b", 1),
     )
-    coming = tuple(BundleData(name, 1000 * time, instance.skus.index(sku), n) for name, time, sku, n in bundles)
+    coming = tuple(
+        BundleData(name, arrival_tick=1000 * time, sku=instance.skus.index(sku), items=n)
+        for name, time, sku, n in bundles
+    )
     return _world(
         "replenishment stations",
         "SKUs that no pod has at first, and visits without picks",

@@ -48,7 +48,10 @@ FILE = {"process": "file", "file": "bundles.csv"}
 
 def brought(instance: Instance, *bundles: tuple[float, int, int]) -> Instance:
     """Return an instance with bundles, (seconds, SKU id, items) each, as if a file had them."""
-    data = [BundleData(f"B{i}", round(s * 1000), sku, items) for i, (s, sku, items) in enumerate(bundles, 1)]
+    data = [
+        BundleData(f"B{i}", arrival_tick=round(s * 1000), sku=sku, items=items)
+        for i, (s, sku, items) in enumerate(bundles, 1)
+    ]
     return evolve(instance, bundles=tuple(data))
 
 
@@ -448,7 +451,7 @@ def test_the_same_with_windows(scenario: Scenario) -> None:
 FROM_TWO_TO_SEVEN = {"process": "reorder-point", "reorder_point": 2, "order_up_to": 7}
 LOW = Instance(
     ("a", "b", "c"),
-    (OrderData("1", 0, ((0, 3), (1, 1))),),
+    (OrderData("1", arrival_tick=0, lines=((0, 3), (1, 1))),),
     (PodData("p", ((0, 3), (1, None))), PodData("q", ((0, 1), (2, 2)))),
     levels=((2, 7), (2, 7), (2, 7)),
     restocked=True,
@@ -499,7 +502,7 @@ def test_chance_brings_what_is_wanted() -> None:
 
 
 def test_a_file_brings_what_it_says() -> None:
-    bundles = (BundleData("x", 5, 0, 1), BundleData("y", 9, 1, 2))
+    bundles = (BundleData("x", arrival_tick=5, sku=0, items=1), BundleData("y", arrival_tick=9, sku=1, items=2))
     supply = Supply(scenario_of({"process": "file", "file": "b"}), evolve(LOW, bundles=bundles, levels=()))
     assert tuple(supply.coming()) == bundles
     assert supply.order(2) == []

@@ -153,9 +153,9 @@ def test_orders_are_sorted_by_arrival(tmp_path: Path) -> None:
     instance = read(tmp_path, orders)
     assert instance.skus == ("a", "b")
     assert instance.orders == (
-        OrderData("x", 0, ((0, 1), (1, 3))),
-        OrderData("early", 0, ((0, 2),)),
-        OrderData("late", 9500, ((1, 1), (0, 1))),
+        OrderData("x", arrival_tick=0, lines=((0, 1), (1, 3))),
+        OrderData("early", arrival_tick=0, lines=((0, 2),)),
+        OrderData("late", arrival_tick=9500, lines=((1, 1), (0, 1))),
     )
 
 
@@ -184,7 +184,7 @@ def test_exports_of_other_programs_are_read(tmp_path: Path) -> None:
     orders = '\ufeffsku,customer, quantity ,order,arrival_s\r\n"mug, red",North, 2 ,1,1e1\r\n\r\n'
     instance = read(tmp_path, orders)
     assert instance.skus == ("mug, red",)
-    assert instance.orders == (OrderData("1", 10_000, ((0, 2),)),)
+    assert instance.orders == (OrderData("1", arrival_tick=10_000, lines=((0, 2),)),)
 
 
 def test_unknown_columns_are_named_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -367,8 +367,18 @@ def test_promises_that_are_not_told_are_made() -> None:
         ("robots", {"task": 2}, ("robots", 0, "task"), "found the id 2"),
         ("robots", {"cell": 10_000}, ("robots", 0, "cell"), "expected a cell of the layout"),
         ("robots", {"cell": 11}, ("robots", 0, "cell"), "expected a cell of the layout, 0 to 119, no wall"),
-        ("orders", {"data": OrderData("1", 0, ((0, 2), (9, 1)))}, ("orders", 0, "lines"), "the id 9"),
-        ("orders", {"data": OrderData("1", 0, ((0, -2),))}, ("orders", 0, "lines"), "found -2 items"),
+        (
+            "orders",
+            {"data": OrderData("1", arrival_tick=0, lines=((0, 2), (9, 1)))},
+            ("orders", 0, "lines"),
+            "the id 9",
+        ),
+        (
+            "orders",
+            {"data": OrderData("1", arrival_tick=0, lines=((0, -2),))},
+            ("orders", 0, "lines"),
+            "found -2 items",
+        ),
         ("pods", {"data": PodData("p", ((-1, 3),))}, ("pods", 0, "contents"), "the id -1"),
         (
             "pods",

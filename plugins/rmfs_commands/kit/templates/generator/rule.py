@@ -11,11 +11,17 @@ if TYPE_CHECKING:
     from rmfs import InstanceSection
 
 
-def the_rule(section: InstanceSection, seed: int) -> Instance:
-    """Make orders of one line that come one a minute; each pod holds some SKUs without end.
+def the_rule(section: InstanceSection, seed: int, *, pace_s: float = 60.0) -> Instance:
+    """Make orders of one line that come at a pace; each pod holds some SKUs without end.
 
-    The section of the scenario says how many: ``orders``, ``skus``, ``pods``, ``skus_per_pod``. The same seed makes the
-    same instance: numbers are drawn from `stream`, under a purpose of its own.
+    Parameters
+    ----------
+    section
+        The section ``instance`` of the scenario: ``orders``, ``skus``, ``pods`` and ``skus_per_pod`` say how many.
+    seed
+        The same seed makes the same instance: numbers are drawn from `stream`, under a purpose of its own.
+    pace_s
+        Time from one order to the next (s); ``instance.parameters`` of a scenario sets it.
     """
     rng = stream(seed, "the-rule")
     pods = [rng.choice(section.skus, section.skus_per_pod, replace=False).tolist() for _ in range(section.pods)]
@@ -23,6 +29,8 @@ def the_rule(section: InstanceSection, seed: int) -> Instance:
     wanted = rng.choice(stocked, section.orders).tolist()
     return Instance(
         skus=tuple(str(sku + 1) for sku in range(section.skus)),
-        orders=tuple(OrderData(str(i + 1), to_ticks(60.0 * i), ((sku, 1),)) for i, sku in enumerate(wanted)),
+        orders=tuple(
+            OrderData(str(i + 1), arrival_tick=to_ticks(pace_s * i), lines=((sku, 1),)) for i, sku in enumerate(wanted)
+        ),
         pods=tuple(PodData(str(i + 1), tuple((sku, None) for sku in pod)) for i, pod in enumerate(pods)),
     )
