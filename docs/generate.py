@@ -14,7 +14,7 @@ from typing import Any, get_args
 import attrs
 
 from rmfs_commands.cli.description import Parameter, RuleDescription, installed_rules
-from rmfs_commands.details.catalogue import DETAILS, LATENESS, METRICS, OPENING, REPLENISHMENT, UNBUSY, on_time
+from rmfs_commands.details.catalogue import CATALOGUE
 from rmfs_commands.gym import FEATURES
 from rmfs_commands.testing.trial_worlds import FINITE
 from rmfs_commands.testing.trial_worlds import trial_worlds as worlds_of_trials
@@ -101,14 +101,7 @@ def _given(parameter: Parameter) -> str:
 def metrics() -> str:
     """Return the metrics and timing figures of result.json: a table for each group."""
     parts = []
-    details = {
-        "Percentiles, waiting and energy": DETAILS,
-        "Opening hours": OPENING,
-        "Due times": (*LATENESS, on_time("N")),
-        "Replenishment": REPLENISHMENT,
-        "Robots without a task": UNBUSY,
-    }
-    for group, ours in {**METRICS, **details, "Wall clock (under `timing`)": TIMING}.items():
+    for group, ours in {**CATALOGUE, "Wall clock (under `timing`)": TIMING}.items():
         rows = [(f"`{m.name}`", m.label.strip(), _unit(m), m.meaning) for m in ours]
         parts += [f"## {group}", "", *_table(("name", "on the screen", "unit", "meaning"), rows), ""]
     return "\n".join(parts)

@@ -1,4 +1,4 @@
-"""Tables as text cells, for papers: LaTeX (see `rmfs_commands.cli.latex`), and CSV."""
+"""Tables as text cells, for papers: as CSV, and what `rmfs_commands.cli.latex` has in LaTeX."""
 
 from __future__ import annotations
 
@@ -6,12 +6,8 @@ import csv
 import io
 import re
 from collections.abc import Collection, Sequence
-from pathlib import Path
 
 from attrs import frozen
-
-from rmfs_commands.cli.latex import to_latex
-from rmfs_core.results.files import write_text
 
 
 @frozen
@@ -60,8 +56,3 @@ def file_name(title: str) -> str:
     """Return what the file of a grid is called: the words of its title as far as the first comma or colon."""
     words = re.findall(r"\w+", re.split(r"[,:;(]", title)[0].lower())
     return "-".join(words)
-
-
-def write_grid(grid: Grid, file: Path) -> None:
-    """Write a grid as the ending of a file's name says, ``.tex`` or ``.csv``, whole or not at all."""
-    write_text(file, to_latex(grid, file.stem) if file.suffix == ".tex" else grid_csv(grid))

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from pathlib import Path
 
-if TYPE_CHECKING:
-    from rmfs_commands.cli.grids import Grid
+from rmfs_commands.cli.grids import Grid, grid_csv
+from rmfs_core.results.files import write_text
 
 COLUMN_PT, TEXT_PT = 220.0, 345.0
 """How wide a column of a page of two is at least, and the text of `article`."""
@@ -136,3 +136,8 @@ def _line(cells: Sequence[str]) -> str:
     first, *others = cells
     first = f"{{{first}}}" if first.startswith("[") else first  # else an argument of the row's end above it
     return f"    {' & '.join([first, *others])} \\\\"
+
+
+def write_grid(grid: Grid, file: Path) -> None:
+    """Write a grid as the ending of a file's name says, ``.tex`` or ``.csv``, whole or not at all."""
+    write_text(file, to_latex(grid, file.stem) if file.suffix == ".tex" else grid_csv(grid))

@@ -215,6 +215,16 @@ MEASURES = (
 )
 """All of them, with the first ten priorities; the summary of a run shows those of all groups but the first."""
 
+CATALOGUE: dict[str, tuple[Metric, ...]] = {
+    **METRICS,
+    "Percentiles, waiting and energy": DETAILS,
+    "Opening hours": OPENING,
+    "Due times": (*LATENESS, on_time("N")),
+    "Replenishment": REPLENISHMENT,
+    "Robots without a task": UNBUSY,
+}
+"""All of them by heading, for people."""
+
 MORE_IS_BETTER = frozenset(
     {
         "orders_completed",

@@ -37,6 +37,7 @@ RUNS_FOLDER = "runs"
 @click.option(
     "--quick", is_flag=True, help="Run two seeds of the first value of each axis: a look before hours of runs."
 )
+@click.option("--baseline", metavar="NAME", help="Rule set to compare with, in place of the experiment's.")
 @click.option(
     "--width",
     "width_cm",
@@ -57,6 +58,7 @@ def compare(
     out: Path | None,
     bounds: bool,
     quick: bool,
+    baseline: str | None,
     width_cm: float,
     list_them: bool,
     no_inline_rules: bool,
@@ -84,6 +86,7 @@ def compare(
     if experiment is None:
         raise click.UsageError("expected an experiment: a file, or one of `rmfs compare --list`")
     whole = load_experiment(experiment)
+    whole = whole if baseline is None else attrs.evolve(whole, baseline=baseline)
     loaded = whole.quick() if quick else whole
     folder = out or Path("rmfs-runs") / loaded.name
     notes = notes_console(quiet=quiet)

@@ -22,11 +22,21 @@ from attrs import evolve, field, frozen
 from rmfs_commands.details.catalogue import METRICS
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import TIMING, Metric
+from rmfs_core.roles import Role
 from rmfs_core.wording import nearest
 
 Rows = Sequence[Mapping[str, Any]]
 
-CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group}
+HOOKS = "hook_s."
+"""Before a hook's name: the wall-clock seconds that a run's rules took in it."""
+
+CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group} | {
+    f"{HOOKS}{role.hook}": Metric(
+        f"{HOOKS}{role.hook}", f"Time in {role.hook}", "s", 3, f"Wall-clock seconds of all {role.label} decisions."
+    )
+    for role in Role
+    if role is not Role.OBSERVER
+}
 """The metrics that every run begins with, and wall-clock figures; observers measure more."""
 
 BOUND = "bound."

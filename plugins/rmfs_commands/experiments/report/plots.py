@@ -282,7 +282,12 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
     whole = paper_width or max(4.0, 1.2 + 0.45 * len(comparison.rule_sets) * len(sets))
     names = [_wrapped(rule_set, whole - 0.6) for rule_set in comparison.rule_sets]
     columns = _legend_columns(names, whole)
-    figure = _figure(whole, 2.6 + 0.15 * -(-len(names) // columns))
+    room = (whole - 0.7) / len(sets)
+    labels = ["\n".join(_wrapped(part, max(room, 1.2)) for part in name.split(", ")) for name in sets]
+    lines = [line for label in labels for line in label.split("\n")]
+    rotated = LETTER * max(map(len, lines)) > room
+    below = LETTER * max(map(len, lines)) if rotated else 0.15 * max(label.count("\n") for label in labels)
+    figure = _figure(whole, 2.6 + below + 0.15 * -(-len(names) // columns))
     panel = figure.subplots()
     width = 0.8 / len(comparison.rule_sets)
     lowest = 0.0
@@ -306,9 +311,7 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
         panel.plot([], [], "o", color=colour, label=names[place])
     if comparison.bounded(metric):
         panel.set_xlabel("dashed: what no rules can beat")
-    labels = [plain(name).replace(", ", "\n") for name in sets]
-    longest = max(len(line) for label in labels for line in label.split("\n"))
-    panel.set_xticks(range(len(sets)), labels, rotation=0 if longest * LETTER * len(sets) < whole - 0.7 else 90)
+    panel.set_xticks(range(len(sets)), labels, rotation=90 if rotated else 0)
     panel.set_xlim(-0.5, len(sets) - 0.5)
     if lowest == 0:
         panel.set_ylim(bottom=0)

@@ -23,8 +23,8 @@ from rich.text import Text
 
 import rmfs_core
 from rmfs_commands.cli.display import duration
-from rmfs_commands.cli.grids import Grid, file_name, grid_csv, write_grid
-from rmfs_commands.cli.latex import COLUMN_PT, TEXT_PT, latex_text, to_latex, width_pt
+from rmfs_commands.cli.grids import Grid, file_name, grid_csv
+from rmfs_commands.cli.latex import COLUMN_PT, TEXT_PT, latex_text, to_latex, width_pt, write_grid
 from rmfs_commands.cli.main import main
 from rmfs_commands.cli.notes import notes_console
 from rmfs_commands.cli.progress import (

@@ -590,6 +590,22 @@ def test_json(trial: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = json.loads(capsys.readouterr().out)
     assert (found["experiment"], found["runs"], found["failed"]) == ("trial", 4, 0)
     assert {one["rule_set"] for one in found["paired"]} == set(found["rule_sets"])
+    text = TRIAL.replace('"psv_per_order"', '"hook_s.assign_orders"').replace(
+        'baseline = "pod-match"', 'baseline = "x"'
+    )
+    (trial / "other.toml").write_text(text, encoding="utf-8")
+    stored = ("--out", "rmfs-runs/trial", "--json")
+    assert compare("other.toml", "--baseline", "first-come", *stored) == 2  # the file itself is wrong
+    (trial / "other.toml").write_text(text.replace('"x"', '"pod-match"'), encoding="utf-8")
+    capsys.readouterr()
+    assert compare("other.toml", "--baseline", "first-come", *stored) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["baseline"] == "first-come"
+    (seconds,) = (one for one in found["paired"] if one["metric"].startswith("hook_s") and one["difference"]["mean"])
+    assert (seconds["rule_set"], seconds["seeds"]) == ("pod-match", 2)
+    assert seconds["mean"] > 0
+    assert compare("other.toml", "--baseline", "firstcome", *stored) == 2
+    assert "did you mean `first-come`" in capsys.readouterr().err
     assert compare("--list", "--json") == 0
     assert [one["name"] for one in json.loads(capsys.readouterr().out)] == list(shipped_experiments())
 
