@@ -14,8 +14,8 @@ from rmfs_core import run
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.info import Question
 from rmfs_core.roles import Role
+from rmfs_core.rules import RuleSet
 from rmfs_core.rules.hooks import new_manager
-from rmfs_core.rules.ruleset import RuleSet
 from rmfs_core.scenario import RuleChoice
 
 
