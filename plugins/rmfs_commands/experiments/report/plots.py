@@ -48,6 +48,8 @@ PAPER: dict[Any, Any] = dict.fromkeys(
     ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 8
 )
 """Of pictures for papers, which stand beside text of 8 to 10 pt."""
+AROUND = ((-9, -9), (3, 3), (3, -9), (-9, 3))
+"""Points from a dot to its number: in turns, so that those of dots close to each other can be read."""
 LETTER = 0.062
 """Inches that a letter of 8 or 9 pt takes on average."""
 
@@ -185,11 +187,11 @@ def _differences(comparison: Comparison, width: float | None) -> Figure:
     whole = width or 3.2 * columns + max(1.0, names)
     figure = _figure(whole, lines * (0.9 + 0.2 * len(others) * (len(sets) + 1)))
     panel_width = (whole - names) / columns - 0.2
-    panels = figure.subplots(lines, columns, sharey=True, squeeze=False).flat
+    panels = list(figure.subplots(lines, columns, sharey=True, squeeze=False).flat)
     for panel, metric in zip(panels, comparison.metrics, strict=False):
         _forest(panel, comparison, metric, others, sets, panel_width)
         panel.set_yticks(range(len(others)), [_wrapped(other, most) for other in others])
-    for panel in list(panels)[len(comparison.metrics) :]:
+    for panel in panels[len(comparison.metrics) :]:
         panel.set_visible(False)
     if len(sets) > 1:
         handles, labels = panels[0].get_legend_handles_labels()
@@ -262,7 +264,7 @@ def _front(panel: Axes, comparison: Comparison, instances: str, first: str, seco
     panel.plot(xs, ys, "o-", color=COLOURS[0], markersize=4, linewidth=1, drawstyle="steps-post")
     for x, y, rule_set in points:
         number = comparison.rule_sets.index(rule_set) + 1
-        panel.annotate(str(number), (x, y), (3, 3), textcoords="offset points")
+        panel.annotate(str(number), (x, y), AROUND[number % len(AROUND)], textcoords="offset points")
     for one, other in shown[:1]:
         for bound, line, scale in ((one.bound, panel.axvline, across), (other.bound, panel.axhline, up)):
             if bound is not None:
