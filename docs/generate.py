@@ -14,8 +14,10 @@ from typing import Any, get_args
 import attrs
 
 from rmfs_commands.cli.description import Parameter, RuleDescription, installed_rules
-from rmfs_commands.details.catalogue import DETAILS, LATENESS, METRICS, OPENING, REPLENISHMENT, UNBUSY, on_time
+from rmfs_commands.details.catalogue import CATALOGUE
 from rmfs_commands.gym import FEATURES
+from rmfs_commands.testing.trial_worlds import FINITE
+from rmfs_commands.testing.trial_worlds import trial_worlds as worlds_of_trials
 from rmfs_core import entrypoints
 from rmfs_core.results.catalogue import TIMING, Metric
 from rmfs_core.roles import Role
@@ -99,14 +101,7 @@ def _given(parameter: Parameter) -> str:
 def metrics() -> str:
     """Return the metrics and timing figures of result.json: a table for each group."""
     parts = []
-    details = {
-        "Percentiles, waiting and energy": DETAILS,
-        "Opening hours": OPENING,
-        "Due times": (*LATENESS, on_time("N")),
-        "Replenishment": REPLENISHMENT,
-        "Robots without a task": UNBUSY,
-    }
-    for group, ours in {**METRICS, **details, "Wall clock (under `timing`)": TIMING}.items():
+    for group, ours in {**CATALOGUE, "Wall clock (under `timing`)": TIMING}.items():
         rows = [(f"`{m.name}`", m.label.strip(), _unit(m), m.meaning) for m in ours]
         parts += [f"## {group}", "", *_table(("name", "on the screen", "unit", "meaning"), rows), ""]
     return "\n".join(parts)
@@ -121,6 +116,17 @@ def needs() -> str:
     """Return what a rule may say that it needs."""
     rows = [(f'`"{need}"`', sentence) for need, (_, sentence) in NEEDS.items()]
     return "\n".join(_table(("need", "the rule needs"), rows))
+
+
+def trial_worlds() -> str:
+    """Return the small worlds that `check_rule` tries a rule in."""
+    worlds = {world.name: world for world in worlds_of_trials()}
+    rows = [
+        (name, world.purpose, "both" if f"{name}{FINITE}" in worlds else "as it says")
+        for name, world in worlds.items()
+        if not name.endswith(FINITE)
+    ]
+    return "\n".join(_table(("world", "what it is for", "stock"), rows))
 
 
 def features() -> str:
@@ -140,7 +146,7 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
 def write(folder: Path) -> None:
     """Write every part to a file of its own."""
     folder.mkdir(exist_ok=True)
-    for part in (scenario_keys, rules, metrics, needs, features):
+    for part in (scenario_keys, rules, metrics, needs, trial_worlds, features):
         file = folder / f"{part.__name__.replace('_', '-')}.md"
         text = part() + "\n"
         if not file.is_file() or file.read_text(encoding="utf-8") != text:

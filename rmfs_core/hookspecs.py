@@ -97,7 +97,9 @@ class DecisionHooks:
         -------
         JointDecision
             Assignments and the pod trips they need. Every assigned request must be servable by a pod inbound to its
-            station once the trips are counted in.
+            station once the trips are counted in. A trip may name any pod that is not at or bound for that station
+            already, stored or under way to others, which it visits first; it must hold a SKU of a request open there.
+            More trips than robots may be named, and one pod for several stations.
         """
 
     @hookspec(firstresult=True)
@@ -397,5 +399,6 @@ class ObserverHooks:
         tick
             Simulated time at the end, in ticks (1 ms).
         status
-            ``"complete"``, ``"partial"`` or ``"failed"``.
+            ``"complete"``, ``"horizon"`` (``run.until_s`` was reached with orders left), ``"partial"`` (interrupted) or
+            ``"failed"``.
         """

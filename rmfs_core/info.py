@@ -26,7 +26,7 @@ class RunInfo:
     scenario, instance, layout, motion
         What the run starts from.
     warehouse
-        The warehouse at time 0; the same object shows it at any later time.
+        The warehouse now, live: kept, the same object shows it as it is at any later time.
     out
         A folder whose files will be beside the results, where an observer may write some; None where none are kept.
     """

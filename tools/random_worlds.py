@@ -141,7 +141,7 @@ def _orders(rng: np.random.Generator, skus: int, longest: int) -> tuple[OrderDat
         most = np.where(long, longest, min(longest, 3))
         due = tick + int(rng.integers(1, 2_000_000)) if rng.random() < 0.3 else None
         lines = tuple(sorted((sku, int(rng.integers(1, n + 1))) for sku, n in zip(chosen, most.tolist(), strict=True)))
-        orders.append(OrderData(str(number + 1), tick, lines, due_tick=due))
+        orders.append(OrderData(str(number + 1), arrival_tick=tick, lines=lines, due_tick=due))
     return tuple(orders)
 
 

@@ -36,7 +36,7 @@ class OldestThatFits:
 class FirstPod:
     @hookimpl
     def select_pods(self, warehouse, max_fetches):
-        return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
+        return send_pods(warehouse, max_fetches, lambda station, pods, wanted: pods[0])
 
 
 @define

@@ -26,6 +26,9 @@ class Metric:
         Under which heading the summary of a run shows it; None: not there.
     scale
         What a value is multiplied by to be shown: 100 for a share that is shown in percent.
+    of_completed
+        Whether it is a figure per completed order: what it would be with the orders that ``run.until_s`` leaves open is
+        not known, so that comparisons mark it.
     """
 
     name: str
@@ -35,6 +38,7 @@ class Metric:
     meaning: str = ""
     group: str | None = "Observers"
     scale: int = 1
+    of_completed: bool = False
 
     def __attrs_post_init__(self) -> None:
         texts = (self.name, self.label, self.unit, self.meaning, self.group or "")
@@ -47,7 +51,7 @@ TIMING: tuple[Metric, ...] = (
     Metric("simulated_s_per_wall_s", "Simulated seconds per second", "", 0, "Simulated time over wall-clock time."),
     Metric("decision_s_first", "Decisions, t = 1", "s", 3, "POA and PPS decisions of the first period."),
     Metric("decision_s_later", "Decisions, t > 1", "s", 3, "POA and PPS decisions of all later periods."),
-    Metric("decision_s_per_order", "  per order", "s", 4, "The same per completed order."),
+    Metric("decision_s_per_order", "  per order", "s", 4, "The same per completed order.", of_completed=True),
     Metric("decision_percent_of_simulated", "  of simulated time", "%", 3, "The same as a share of simulated time."),
 )
 """Wall-clock figures; they differ from run to run."""

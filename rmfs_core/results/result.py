@@ -39,8 +39,8 @@ class Result:
     versions
         Version of every distribution that took part, by name; the digest of files beside the scenario that hold rules.
     status
-        ``"complete"``; ``"partial"`` when orders are left (``run.until_s``, or the run was interrupted);
-        ``"failed"`` when an error ended the run.
+        ``"complete"``; ``"horizon"`` when ``run.until_s`` was reached with orders left; ``"partial"`` when the run
+        was interrupted; ``"failed"`` when an error ended it.
     metrics
         Every metric by name; the same on every run of the same scenario, seed and versions. None: not defined (a
         mean over no orders). ``described`` has meanings and units.

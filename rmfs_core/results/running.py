@@ -80,8 +80,8 @@ def run(
     Returns
     -------
     Result
-        Status ``"complete"``, or ``"partial"`` when orders are left because ``run.until_s`` was reached or a keyboard
-        interrupt ended the run (``result.interrupted``; it is not raised again).
+        Status ``"complete"``; ``"horizon"`` when ``run.until_s`` was reached with orders left; ``"partial"`` when a
+        keyboard interrupt ended the run (``result.interrupted``; it is not raised again).
 
     Raises
     ------
@@ -150,7 +150,7 @@ class PreparedRun:
             with _interrupts_between_events(self.simulation):
                 self.simulation.run()
             self.status = self.simulation.status
-            self.interrupted = self.simulation.interrupted and self.status != "complete"
+            self.interrupted = self.status == "partial"
         except BaseException as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
             self.interrupted = self.simulation.interrupted or is_interrupt(error)
             if not is_interrupt(error):
@@ -165,7 +165,7 @@ class PreparedRun:
         raised = (error for error in (self.error, *errors) if error is not None and not is_interrupt(error))
         self.error = error = next(raised, None)
         self.status = "failed" if error else self.status
-        if self.interrupted and self.status == "complete":  # not all that is measured may be there
+        if self.interrupted and self.status != "failed":  # not all that is measured may be there
             self.status = "partial"
         self.simulation.rules.sources.close()
         orders, periods = self.tables.orders, self.tables.periods
@@ -188,7 +188,7 @@ class PreparedRun:
             error=str(error) if isinstance(error, RmfsError) else None if error is None else one_line(error),
             interrupted=self.interrupted,
             hook_calls=dict(context.asker.calls),
-            notes=[*self.simulation.notes()] if self.status == "partial" else [],
+            notes=[*self.simulation.notes()] if self.status in ("horizon", "partial") else [],
         )
 
 

@@ -133,6 +133,7 @@ class InstanceSection:
     generator: str | None = key(
         "Who makes what follows: an entry point of the group `rmfs.instances`; left out: `paper`", None
     )
+    parameters: Mapping[str, Any] = key("What `generator` is handed by name, besides this section", factory=dict)
     orders: int = key("Number of orders |O| to generate", 250, check=at_least(0, MOST_ORDERS))
     skus: int = key("Number of SKUs |I|", 100, check=at_least(1, MOST_ORDERS))
     pods: int = key("Number of pods with contents |P|", 100, check=at_least(1, MOST_PODS))
@@ -163,6 +164,8 @@ class InstanceSection:
     )
 
     def __attrs_post_init__(self) -> None:
+        if self.parameters and self.generator is None:
+            raise ValueError("expected `generator` beside `parameters`, which are handed to it")
         if (self.orders_file is None) != (self.pods_file is None):
             raise ValueError("expected `orders_file` and `pods_file` together, or neither")
         if self.due is not None and self.arrivals.backlog is not None:
@@ -394,7 +397,19 @@ class RunSection:
 
 
 GENERATED = frozenset(
-    ("generator", "orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals", "lines", "demand")
+    (
+        "generator",
+        "parameters",
+        "orders",
+        "skus",
+        "pods",
+        "skus_per_pod",
+        "max_lines",
+        "items_per_sku",
+        "arrivals",
+        "lines",
+        "demand",
+    )
 ) | {"due"}
 DRAWN = frozenset(
     ("block_rows", "block_columns", "block_length", "hall_width", "stations_east", "stations_west", "queue")

@@ -76,18 +76,18 @@ class Observers:
         try:
             answer = one.function(*[arguments[name] for name in one.argnames])
         except BaseException as error:
-            self._blame(one.plugin.described, hook, error)
+            self._blame(one.plugin.described, hook, error, one.plugin.instance)
             raise
         self.seconds += time.perf_counter() - started
         return answer
 
-    def _blame(self, name: str | None, hook: str, error: BaseException) -> None:
+    def _blame(self, name: str | None, hook: str, error: BaseException, whose: object = None) -> None:
         """Raise an error that names who has raised one, whatever it is: the run ends in order.
 
         Not where it has no name, nor for a sentence for a person: of a file that cannot be written, say.
         """
         if name is not None and not isinstance(error, InputError) and not is_interrupt(error):
-            raise fault(self._warehouse, name, hook, f"raised {_raised(error)}") from error
+            raise fault(self._warehouse, name, hook, f"raised {_raised(error, whose)}") from error
 
     def end(self, status: str) -> tuple[dict[str, float | None], list[BaseException]]:
         """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
@@ -162,7 +162,7 @@ class Asker:
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
             if is_interrupt(error):
                 raise
-            raise self.error(rule, f"raised {_raised(error)}", hook) from error
+            raise self.error(rule, f"raised {_raised(error, rule.instance)}", hook) from error
         finally:
             if os.getpid() != process:  # a copy that the rule made, and would have simulate, and write, a second time
                 os._exit(1)
@@ -252,11 +252,14 @@ def _a(answer: object) -> str:
     return text if answer is None or text.startswith((f"{name}(", f"a {name}")) else f"{name} {text}"
 
 
-def _raised(error: BaseException) -> str:
-    text = one_line(error)
-    frame = error.__traceback__
-    while frame is not None and frame.tb_next is not None:
-        frame = frame.tb_next
-    if frame is None:
-        return text
-    return f"{text} ({frame.tb_frame.f_code.co_filename}, line {frame.tb_lineno})"
+def _raised(error: BaseException, whose: object = None) -> str:
+    """Return an error with the line of the rule's or observer's own package that led to it; without one, the last."""
+    own = type(whose).__module__.partition(".")[0]
+    last = place = error.__traceback__
+    while last is not None and last.tb_next is not None:
+        last = last.tb_next
+        if str(last.tb_frame.f_globals.get("__name__")).partition(".")[0] == own:
+            place = last
+    if place is error.__traceback__:
+        place = last
+    return one_line(error) + (f" ({place.tb_frame.f_code.co_filename}, line {place.tb_lineno})" if place else "")

@@ -124,7 +124,8 @@ class Simulation:
                         raise StandstillError(endings.standstill(warehouse, self.rules, self._info.instance.skus))
                     warehouse.advance(int(end) - 1)
                     self.driving.cut_off()
-                    break
+                    self.status = "horizon"
+                    return
                 warehouse.advance(upcoming)  # type: ignore[arg-type]  # a whole number of ticks
             step()
         self.status = "complete" if self._completed == orders else "partial"

@@ -55,7 +55,7 @@ class Supply:
             while True:
                 time_s += self._rng.exponential(3600 / self._given.bundles_per_hour)
                 sku = int(np.searchsorted(chances, self._rng.random() * chances[-1], side="right"))
-                yield BundleData("", to_ticks(time_s), sku, self._largest[sku])
+                yield BundleData("", arrival_tick=to_ticks(time_s), sku=sku, items=self._largest[sku])
 
     def order(self, sku: int) -> list[int]:
         """Return the items of each bundle of a SKU that is ordered now."""

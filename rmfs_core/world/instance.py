@@ -7,7 +7,7 @@ from attrs import field, frozen
 
 @frozen
 class OrderData:
-    """A pick order.
+    """A pick order. Its times are in ticks of 1 ms (`rmfs_core.to_ticks` of seconds), and named wherever one is made.
 
     Parameters
     ----------
@@ -24,10 +24,10 @@ class OrderData:
     """
 
     name: str
-    arrival_tick: int
+    arrival_tick: int = field(kw_only=True)
     lines: tuple[tuple[int, int], ...]
-    due_tick: int | None = None
-    priority: int = 0
+    due_tick: int | None = field(default=None, kw_only=True)
+    priority: int = field(default=0, kw_only=True)
 
     @property
     def items(self) -> int:
@@ -59,7 +59,7 @@ class BundleData:
     """A bundle of a file: its name, when it arrives (ticks of 1 ms), its SKU id and number of items."""
 
     name: str
-    arrival_tick: int
+    arrival_tick: int = field(kw_only=True)
     sku: int
     items: int
 

@@ -7,6 +7,7 @@ import os
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from importlib.metadata import EntryPoint
+from inspect import signature
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from attrs import evolve
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.model import MOST_PODS, InstanceSection, Replenishment, Scenario
+from rmfs_core.scenario.model import MOST_PODS, Arrivals, InstanceSection, Replenishment, Scenario
 from rmfs_core.scenario.reading import located
 from rmfs_core.timetable import Calendar
 from rmfs_core.wording import did_you_mean, first_few, nearest, one_line, shown_short
@@ -82,7 +83,7 @@ def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance
 
 
 def generator_of(section: InstanceSection) -> tuple[EntryPoint, ...]:
-    """Return the entry points of an instance's generator, a function of its section and a seed; one, or they clash."""
+    """Return the entry points of an instance's generator (of section, seed, parameters); one, or they clash."""
     try:
         return entrypoints.chosen(entrypoints.INSTANCES, section.generator, "paper")
     except KeyError as error:
@@ -94,8 +95,15 @@ def _generated(section: InstanceSection, seed: int) -> Instance:
     entries, place = generator_of(section), "instance.generator"
     described = entrypoints.describe("generator", entries[0].name, *entrypoints.origin(entries[0]))
     generate: Any = entrypoints.load(entries, place, "generator")
+    watched, read = _watched(section)
     try:
-        instance = generate(section, seed)
+        signature(generate).bind(watched, seed, **section.parameters)
+    except TypeError as error:
+        raise InputError("instance.parameters", f"{described} cannot be called so: {error}") from None
+    except ValueError:
+        pass  # a function whose parameters nobody knows
+    try:
+        instance = generate(watched, seed, **section.parameters)
     except InputError:
         raise
     except (Exception, SystemExit) as error:
@@ -104,7 +112,23 @@ def _generated(section: InstanceSection, seed: int) -> Instance:
         raise InputError(place, f"{described} returned {shown_short(instance)}; expected an Instance")
     for problem in _malformed(instance):
         raise InputError(place, f"{described} returned an Instance with {problem}")
+    for key, given in (("due", section.due), ("arrivals", section.arrivals)):
+        if given not in (None, Arrivals()) and section.arrivals.backlog is None and key not in read:
+            expected = "expected it left out, or times by `instance.parameters`"
+            raise InputError(f"instance.{key}", f"{described} does not look at it; {expected}")
     return instance
+
+
+def _watched(section: InstanceSection) -> tuple[InstanceSection, set[str]]:
+    """Return what is like a section, and the keys that are read of it."""
+    read: set[str] = set()
+
+    class Watched(InstanceSection):
+        def __getattribute__(self, name: str) -> Any:
+            read.add(name)
+            return getattr(section, name)
+
+    return object.__new__(Watched), read
 
 
 def _malformed(instance: Instance) -> Iterator[str]:

@@ -6,19 +6,17 @@ with the view, and for path planners the traffic, that it has then.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.metadata import entry_points
 from typing import Any
 
-import pluggy
 import pytest
 
-from rmfs_commands.bench.worlds import WORLDS, world_with
-from rmfs_core.results.running import run
+from rmfs.testing import rule_benchmark  # noqa: F401 (a fixture)
+from rmfs_commands.bench.worlds import WORLDS
 from rmfs_core.roles import Role
-from rmfs_core.rules import BoundRule
 from rmfs_core.rules.hooks import roles_of
 from rmfs_core.scenario import RuleChoice
-from rmfs_core.simulation.asking import Asker
 
 MIDDLE_S = 300
 PARAMETERS: dict[str, dict[str, Any]] = {
@@ -45,27 +43,17 @@ NAMES = [pytest.param(name, role, marks=LONG if name == "integrated" else []) fo
 SIZES = [world if world == "small" else pytest.param(world, marks=pytest.mark.slow) for world in WORLDS]
 
 
-class _MeasuredError(Exception):
-    """The run has served its purpose."""
-
-
 @pytest.mark.parametrize("world", SIZES)
 @pytest.mark.parametrize(("name", "role"), NAMES)
-def test_one_call(benchmark: Any, monkeypatch: pytest.MonkeyPatch, name: str, role: Role, world: str) -> None:
+def test_one_call(
+    rule_benchmark: Callable[..., Any],  # noqa: F811 (how pytest hands over a fixture)
+    benchmark: Any,
+    name: str,
+    role: Role,
+    world: str,
+) -> None:
     """Median of a call in the middle of a run."""
     overrides = [PREFILTER] if role is Role.POA_PPS and world == "2000" else []
-    scenario = world_with(world, role, RuleChoice(name, PARAMETERS.get(name, {})), overrides)
-    asked = Asker.ask
-
-    benchmark.group = world
-
-    def ask(asker: Asker, rule: BoundRule, arguments: dict[str, Any], hook: pluggy.HookCaller | None = None) -> Any:
-        if hook is None and rule.role is role and arguments["warehouse"].now_tick >= MIDDLE_S * 1000:
-            benchmark.extra_info["backlog"] = len(arguments["warehouse"].backlog)
-            benchmark(rule.hook, **arguments)
-            raise _MeasuredError
-        return asked(asker, rule, arguments, hook)
-
-    monkeypatch.setattr(Asker, "ask", ask)
-    with pytest.raises(_MeasuredError):
-        run(scenario)
+    choice = RuleChoice(name, PARAMETERS.get(name, {}))
+    rule_benchmark(choice, decides=role.label, world=world, overrides=overrides, at_s=MIDDLE_S)
+    benchmark.group = world  # as in the history of releases

@@ -23,7 +23,7 @@ QUALITY = {
 }
 """The metrics by which rules are compared, from `rmfs_commands.details.catalogue`, and their headings."""
 
-WARM_UP_ORDERS = 8
+WARM_UP_ORDERS, WARM_UP_S = 8, 300.0
 
 
 @frozen
@@ -68,7 +68,7 @@ class Measured:
     rule, decides, world, seed
         Which run.
     status
-        ``"complete"``, ``"partial"`` or ``"failed"``.
+        ``"complete"``, ``"horizon"``, ``"partial"`` or ``"failed"``.
     metrics
         The metrics of `QUALITY` by name; the same each time. None where nothing was completed.
     calls, seconds
@@ -130,7 +130,7 @@ def bench(
     contestants
         The rules.
     worlds
-        Names from `rmfs_commands.bench.WORLDS`.
+        Names from `rmfs_commands.bench.WORLDS`, or scenarios.
     seeds
         Seeds: the same orders, pods and robots for all rules.
     overrides
@@ -151,11 +151,19 @@ def bench(
     for world in worlds:
         for one in contestants:
             scenario = world_with(world, one.role, one.choice, overrides)
-            few = min(WARM_UP_ORDERS, scenario.instance.orders)
-            _measure(one, world, evolve(scenario, instance=evolve(scenario.instance, orders=few)), allow_inline)
+            _measure(one, world, _cut_down(scenario), allow_inline)
             for seed in seeds:
                 before(f"{world}: {one.text}, seed {seed}")
                 yield _measure(one, world, scenario.with_seed(seed), allow_inline)
+
+
+def _cut_down(scenario: Scenario) -> Scenario:
+    """Return a world with a few orders; with less time where a file names them."""
+    if scenario.instance.orders_file is not None:
+        until_s = min(scenario.run.until_s or WARM_UP_S, WARM_UP_S)
+        return evolve(scenario, run=evolve(scenario.run, until_s=until_s))
+    few = min(WARM_UP_ORDERS, scenario.instance.orders)
+    return evolve(scenario, instance=evolve(scenario.instance, orders=few))
 
 
 def _check_used(overrides: Sequence[str], contestants: Sequence[Contestant]) -> None:

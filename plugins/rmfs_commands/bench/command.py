@@ -34,8 +34,10 @@ JSON_VERSION = 1
     "--world",
     "worlds",
     multiple=True,
-    type=click.Choice(WORLDS),
-    help="World to run in. Repeatable. [default: small, 250]",
+    metavar="WORLD",
+    shell_complete=completion.scenarios,
+    help="World to run in: small, 250, 2000, or a scenario (a file, or the name of a shipped one), whose own rules "
+    "make the other decisions. Repeatable. [default: small, 250]",
 )
 @click.option(
     "--seed", "seeds", multiple=True, type=WholeNumberRange(min=0), help="Seed. Repeatable. [default: 1, 2, 3]"
@@ -78,7 +80,7 @@ def bench(
     from rmfs_commands.bench.bench import bench as run_all
     from rmfs_commands.bench.bench import contestant
     from rmfs_commands.cli.choices import option_named, parse_choice
-    from rmfs_commands.cli.grids import write_grid
+    from rmfs_commands.cli.latex import write_grid
 
     if table is not None and table.suffix not in (".tex", ".csv"):
         raise click.BadParameter(f"expected a name that ends in .tex or .csv, found {table.name}", param_hint="--table")
@@ -186,12 +188,12 @@ def _times(runs: Sequence[Measured]) -> tuple[str, str, str]:
 
 
 def _quality(runs: Sequence[Measured]) -> list[str]:
-    """Return the means of the metrics; how the runs ended instead, where not all of them were completed."""
+    """Return the means of the metrics; how the runs ended instead, where one was interrupted or failed."""
     from rmfs_commands.bench.bench import QUALITY
     from rmfs_commands.details.catalogue import METRICS
     from rmfs_core.results.catalogue import show
 
-    ended = [run.status for run in runs if run.status != "complete"]
+    ended = [run.status for run in runs if run.status not in ("complete", "horizon")]
     if ended:
         return [f"{len(ended)} of {len(runs)} {ended[0]}", *["-"] * (len(QUALITY) - 1)]
     metrics = {metric.name: metric for group in METRICS.values() for metric in group}

@@ -10,6 +10,7 @@ from attrs import evolve
 
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice, Scenario, load_scenario
+from rmfs_core.scenario.rulenames import is_inline
 
 WORLDS = {"small": "examples/small", "250": "paper-250", "2000": "paper-2000"}
 """Name of a world to the shipped scenario that has its layout, robots, stations, orders and pods."""
@@ -52,7 +53,8 @@ def world_with(world: str, role: Role, choice: RuleChoice, overrides: Sequence[s
     Parameters
     ----------
     world
-        One of `WORLDS`.
+        One of `WORLDS`, with `FIXED` for all other decisions; or a scenario (a file, or the name of a shipped one),
+        with its own rules for them.
     role
         What the rule decides; one for POA+PPS replaces two.
     choice
@@ -61,12 +63,21 @@ def world_with(world: str, role: Role, choice: RuleChoice, overrides: Sequence[s
         ``key=value`` each, changing the world (``instance.orders=50``) or a fixed rule (``rules.pp=sipp``).
     """
     replenished = role is Role.ROA_RPS or role in BUNDLES
+    first, *others = keys_of(role)
+    playing: dict[str, Any] = dict.fromkeys(others) | {first: (choice,) if role is Role.FILTER else choice}
+    if world not in WORLDS:
+        own = load_scenario(world, overrides)
+        if is_inline(choice.rule):  # it is looked up where the command is given; what the scenario names, in its folder
+            there = evolve(choice, rule=str(Path.cwd() / choice.rule))
+            playing[first] = (there,) if role is Role.FILTER else there
+        playing = dict.fromkeys(other.key for other in role.excludes) | playing
+        if own.rules.poa_pps and role in (Role.POA, Role.PPS):
+            playing = {one.key: RuleChoice(FIXED[one]) for one in (Role.POA, Role.PPS)} | playing
+        return evolve(own, rules=evolve(own.rules, **playing), source=None)
     named = FIXED | BUNDLES if replenished else FIXED
     fixed = [f"rules.{other}={name}" for other, name in named.items()]
     stock = REPLENISHED if replenished else ()
     scenario = load_scenario(WORLDS[world], [*fixed, "rules.filters=[]", *stock, *overrides])
-    first, *others = keys_of(role)
-    playing: dict[str, Any] = dict.fromkeys(others) | {first: (choice,) if role is Role.FILTER else choice}
     rules = evolve(scenario.rules, **playing)
     # Rules from files are looked up where the command is given; the worlds themselves name no files.
     return evolve(scenario, rules=rules, folder=str(Path.cwd()), source=None)

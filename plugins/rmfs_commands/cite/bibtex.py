@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 
 from attrs import evolve, frozen
 
-from rmfs_commands.cli.grids import latex_text
+from rmfs_commands.cli.latex import latex_text
 
 _PARTS = re.compile(r"(?P<authors>.+?): (?P<title>.+?)\. (?P<where>.*?),? (?P<year>(?:19|20)\d\d)\b[.:]?(?P<rest>.*)")
 _JOURNAL = re.compile(r"(?P<journal>.+) (?P<volume>\d+)(?:\((?P<number>[\d-]+)\))?, (?P<pages>[\d-]+)")

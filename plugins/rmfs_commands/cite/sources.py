@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import inspect
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping
-from importlib.metadata import version
+from importlib.metadata import metadata, version
 from pathlib import Path
 from typing import Any
 
-from attrs import frozen
+from attrs import evolve, frozen
 
 from rmfs_commands.cite.bibtex import CORPORATE, Reference, references_in, with_own_keys
 from rmfs_commands.cli.description import RuleDescription, installed_rules, sections
+from rmfs_commands.experiments import load_experiment, shipped_experiments
+from rmfs_commands.experiments.command import RUNS_FOLDER
 from rmfs_commands.validation.checking import read_result
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
@@ -22,9 +25,11 @@ from rmfs_core.scenario import Scenario, load_scenario, located, scenario_from_d
 from rmfs_core.scenario.reading import shipped_scenarios
 from rmfs_core.scenario.rulenames import rule_choices
 from rmfs_core.scenario.source import dotted
+from rmfs_core.scenario.tomltext import read_toml
 from rmfs_core.wording import did_you_mean
 
-RMFS = "rmfs"
+RMFS, CITATION = "rmfs", "CITATION.cff"
+EXPECTED = "a rule, a scenario, an experiment, or the folder of a run or comparison"
 
 
 @frozen
@@ -80,10 +85,57 @@ def _references(one: str, installed: Mapping[str, RuleDescription], allow_inline
         target = RuleSources(".", allow_inline).find(one, "rmfs cite").target
         yield one, _own_references(target)
         return
+    runs = Path(one) / RUNS_FOLDER
+    if _is_folder(runs):
+        for scenario in _stored(runs):
+            yield from _of_result(one, scenario, installed, allow_inline)
+        return
+    if _is_experiment(one):
+        for scenario in _of_experiment(one, allow_inline):
+            yield from _of_scenario(scenario, installed, allow_inline)
+        return
     scenario = _scenario(one, installed)
     if scenario.source is None:
         yield from _of_result(one, scenario, installed, allow_inline)
-        return
+    else:
+        yield from _of_scenario(scenario, installed, allow_inline)
+
+
+def _is_folder(path: Path) -> bool:
+    return os.path.isdir(path)  # noqa: PTH112 (False for a name that is too long, too)
+
+
+def _is_experiment(one: str) -> bool:
+    """Whether a name is that of an experiment file, or of a shipped experiment and of no scenario."""
+    if one in shipped_experiments() and one not in shipped_scenarios():
+        return True
+    try:
+        return one.endswith(".toml") and "rule_sets" in read_toml(Path(one).read_bytes().decode("utf-8-sig"))
+    except (OSError, ValueError):  # what is wrong with it, a scenario's reader says
+        return False
+
+
+def _of_experiment(one: str, allow_inline: bool) -> Iterator[Scenario]:
+    """Yield a scenario with each choice of rules of an experiment."""
+    experiment = load_experiment(one)
+    jobs = evolve(experiment, seeds=experiment.seeds[:1]).jobs(allow_inline_rules=allow_inline)
+    yield from {repr(job.scenario.rules): job.scenario for job in jobs}.values()
+
+
+def _stored(runs: Path) -> Iterator[Scenario]:
+    """Yield a scenario with each choice of rules in a folder of finished runs."""
+    found: dict[str, Scenario] = {}
+    for folder in sorted(path for path in runs.iterdir() if (path / RESULT_FILE).is_file()):
+        if result := read_result(folder / RESULT_FILE):
+            scenario = scenario_from_dict(result["scenario"], name=str(folder / RESULT_FILE))
+            found.setdefault(repr(scenario.rules), scenario)
+    yield from found.values()
+
+
+def _of_scenario(
+    scenario: Scenario, installed: Mapping[str, RuleDescription], allow_inline: bool
+) -> Iterator[tuple[str, str]]:
+    """Yield the name and the references of each rule of a scenario."""
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline)
     for bound in (*rules.deciding, *rules.observers):
@@ -117,16 +169,16 @@ def _own_references(rule: object) -> str:
 
 def _scenario(one: str, installed: Iterable[str]) -> Scenario:
     path = Path(one)
-    if os.path.isdir(path):  # noqa: PTH112 (False for a name that is too long, too)
+    if _is_folder(path):
         result = read_result(path / RESULT_FILE)
         if result is None:
-            raise InputError(one, f"there is no {RESULT_FILE}; expected the folder of a run, a scenario, or a rule")
+            raise InputError(one, f"there is no {RESULT_FILE}; expected {EXPECTED}")
         return scenario_from_dict(result["scenario"], name=str(path / RESULT_FILE))
     is_file = os.path.isfile(path)  # noqa: PTH113 (as above)
     if path.suffix == ".toml" or is_file or one in shipped_scenarios():
         return load_scenario(one)
-    near = did_you_mean(one, {*installed, *shipped_scenarios()})
-    raise InputError("rmfs cite", f'found "{one}"{near}; expected the folder of a run, a scenario, or a rule')
+    near = did_you_mean(one, {*installed, *shipped_scenarios(), *shipped_experiments()})
+    raise InputError("rmfs cite", f'found "{one}"{near}; expected {EXPECTED}')
 
 
 def _references_inside(parameters: Any, installed: Mapping[str, RuleDescription]) -> Iterator[tuple[str, str]]:
@@ -148,4 +200,21 @@ def _rules_inside(parameters: Any) -> Iterator[str]:
 
 def _software() -> Reference:
     title = "rmfs: interchangeable decision rules for robotic mobile fulfillment systems"
-    return Reference("software", RMFS, {"author": CORPORATE, "title": title, "version": version(RMFS)})
+    told = {"author": CORPORATE, "title": title, "version": version(RMFS)}
+    return Reference("software", RMFS, {**told, "year": _year(told["version"]), "url": _address()})
+
+
+def _year(of: str) -> str:
+    """Return the year of a release, as CITATION.cff has it; nothing for a version between releases."""
+    beside = Path(__file__).with_name(CITATION)  # where the wheel has it; else a checkout, where it is at the top
+    file = beside if beside.is_file() else Path(__file__).parents[3] / CITATION
+    if not file.is_file():
+        return ""
+    found = re.search(rf"^version: {re.escape(of)}\ndate-released: (\d{{4}})", file.read_text("utf-8"), re.MULTILINE)
+    return found[1] if found else ""
+
+
+def _address() -> str:
+    """Return the address of the project, once it has a public one."""
+    addresses = dict(entry.split(", ", 1) for entry in metadata(RMFS).get_all("Project-URL") or [])
+    return next((addresses[name] for name in ("Repository", "Source", "Homepage") if name in addresses), "")

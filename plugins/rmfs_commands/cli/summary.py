@@ -17,7 +17,7 @@ from rmfs_core.results.catalogue import TIMING, Metric, by_heading, show
 
 LEFT = ("Orders", "Robots", "Decisions")
 NARROW = 76
-STATUS_STYLE = {"complete": "bold green", "partial": "bold yellow", "failed": "bold red"}
+STATUS_STYLE = {"complete": "bold green", "horizon": "bold green", "partial": "bold yellow", "failed": "bold red"}
 
 GAPS = (
     Metric("ended_at_effort", "  at their effort", "", 0, "Of these, decisions whose effort was used up."),

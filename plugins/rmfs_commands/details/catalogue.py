@@ -6,6 +6,9 @@ arrive before ``run.warmup_s`` are left out of what is said of orders' times; ot
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
+
 from attrs import evolve
 
 from rmfs_core.results.catalogue import Metric
@@ -36,8 +39,8 @@ _GROUPS: dict[str, tuple[Metric, ...]] = {
     "Throughput": (
         Metric("makespan_s", "Makespan", "s", 1, "Time of the last completed order; none when orders are left."),
         Metric("simulated_s", "Simulated time", "s", 1, "The makespan; the end of the run when orders are left."),
-        Metric("orders_per_hour", "Orders per hour", "", 1, "Completed orders per hour of simulated time."),
-        Metric("picks_per_hour", "Picks per hour", "", 1, "Picks per hour of simulated time."),
+        Metric("orders_per_hour", "Orders per hour", "", 1, "Completed orders per hour of the time that counts."),
+        Metric("picks_per_hour", "Picks per hour", "", 1, "Picks per hour of the time that counts."),
         Metric(
             "picker_utilisation", "Picker utilisation", "%", 1, "Share of it in which pickers handle items.", scale=100
         ),
@@ -49,7 +52,18 @@ _GROUPS: dict[str, tuple[Metric, ...]] = {
         ),
     ),
 }
-METRICS = {heading: tuple(evolve(metric, group=heading) for metric in metrics) for heading, metrics in _GROUPS.items()}
+
+_OF_COMPLETED = re.compile(r"(turnover|tardiness)_.*s|bundle_turnover_s|.*_per_order(_m|_wh)?")
+"""Means over completed orders, and figures per completed order."""
+
+
+def _grouped(metrics: Iterable[Metric], group: str | None) -> tuple[Metric, ...]:
+    return tuple(
+        evolve(one, group=group, of_completed=_OF_COMPLETED.fullmatch(one.name) is not None) for one in metrics
+    )
+
+
+METRICS = {heading: _grouped(metrics, heading) for heading, metrics in _GROUPS.items()}
 """What `rmfs_commands.details.metrics.Metrics` measures, by heading, in the order of a table."""
 
 DETAILS: tuple[Metric, ...] = (
@@ -59,6 +73,12 @@ DETAILS: tuple[Metric, ...] = (
     Metric("turnover_backlog_p95_s", "  in the backlog, 95 %", "s", 1, "95th percentile of the times in the backlog."),
     Metric("turnover_station_median_s", "  at stations, median", "s", 1, "Median of the times at stations."),
     Metric("turnover_station_p95_s", "  at stations, 95 %", "s", 1, "95th percentile of the times at stations."),
+    Metric("open_orders_end", "Open orders at the end", "", 0, "Orders that have arrived and are not complete."),
+    Metric("backlog_end", "Backlog at the end", "", 0, "The part of these of which not all is assigned."),
+    Metric(
+        "open_age_s", "Age of open orders", "s", 1, "Time since their arrival at the end of the run, mean of these."
+    ),
+    Metric("open_age_max_s", "  of the oldest", "s", 1, "Time since arrival of the oldest open order, at the end."),
     Metric("items_per_line", "Items per order line", "", 2, "Items over order lines of the completed orders."),
     Metric("orders_per_visit", "Orders per visit", "", 3, "Orders whose last item was picked, per pod-station visit."),
     Metric(
@@ -187,13 +207,23 @@ def on_time(priority: int | str) -> Metric:
 
 
 MEASURES = (
-    *(evolve(metric, group=None) for metric in DETAILS),
-    *(evolve(metric, group="Opening hours") for metric in OPENING),
-    *(evolve(metric, group="Replenishment") for metric in REPLENISHMENT),
-    *(evolve(metric, group="Robots without a task") for metric in UNBUSY),
-    *(evolve(metric, group="Due times") for metric in (*LATENESS, *map(on_time, range(10)))),
+    *_grouped(DETAILS, None),
+    *_grouped(OPENING, "Opening hours"),
+    *_grouped(REPLENISHMENT, "Replenishment"),
+    *_grouped(UNBUSY, "Robots without a task"),
+    *_grouped((*LATENESS, *map(on_time, range(10))), "Due times"),
 )
 """All of them, with the first ten priorities; the summary of a run shows those of all groups but the first."""
+
+CATALOGUE: dict[str, tuple[Metric, ...]] = {
+    **METRICS,
+    "Percentiles, waiting and energy": DETAILS,
+    "Opening hours": OPENING,
+    "Due times": (*LATENESS, on_time("N")),
+    "Replenishment": REPLENISHMENT,
+    "Robots without a task": UNBUSY,
+}
+"""All of them by heading, for people."""
 
 MORE_IS_BETTER = frozenset(
     {

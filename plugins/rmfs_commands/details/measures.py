@@ -6,7 +6,7 @@ from collections import Counter
 
 from rmfs_commands.details.catalogue import on_time
 from rmfs_commands.details.spans import Handlers, Number, percentile, ratio
-from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
 
@@ -29,6 +29,8 @@ class Measures:
         self._arrived = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
         self._assigned: dict[int, int] = {}
         self._completed: dict[int, int] = {}
+        self._open: dict[int, int] = {}  # when those arrived that are not complete
+        self._backlog = 0
         self.visits = 0
         self.handlers: Handlers = {
             OrderArrived: self._note_arrived,
@@ -38,13 +40,16 @@ class Measures:
         }
 
     def _note_arrived(self, event: OrderArrived) -> None:
-        self._arrived[event.order] = event.tick
+        self._arrived[event.order] = self._open[event.order] = event.tick
+        self._backlog += 1
 
     def _note_assigned(self, event: OrderAssigned) -> None:
         self._assigned[event.order] = event.tick
+        self._backlog -= event.complete
 
     def _note_completed(self, event: OrderCompleted) -> None:
         self._completed[event.order] = event.tick
+        self._open.pop(event.order, None)
 
     def _note_visit(self, event: VisitStarted) -> None:
         self.visits += event.tick >= self._begin
@@ -72,6 +77,16 @@ class Measures:
         found["items_per_line"] = ratio(items, lines)
         found["orders_per_visit"] = ratio(len(counted), self.visits)
         return found | self._lateness(end)
+
+    def left(self, tick: int) -> dict[str, Number]:
+        """Return the metrics of the orders that are open when the run is over."""
+        ages = [tick - arrived for arrived in self._open.values()]
+        return {
+            "open_orders_end": len(ages),
+            "backlog_end": self._backlog,
+            "open_age_s": ratio(sum(ages), len(ages) * TICKS_PER_S),
+            "open_age_max_s": to_seconds(max(ages)) if ages else None,
+        }
 
     def _lateness(self, end: int) -> dict[str, Number]:
         """Return the metrics of orders with a due time; none where no order has one."""

@@ -48,6 +48,7 @@ class Details:
         """Start afresh."""
         self._out = run.out
         self._begin = self._end = to_ticks(run.scenario.run.warmup_s or 0)
+        self._over = 0
         self._hours, self._stations, self._delays = Hours(run), Stations(run), Delays(run, self._begin)
         self._robots, self._measures = Robots(run, self._begin), Measures(run, self._begin)
         self._energy = Energy(run, self._begin)
@@ -74,7 +75,7 @@ class Details:
     @hookimpl
     def run_ended(self, tick: int) -> None:
         """Write the files, where results are kept."""
-        self._end = max(tick, self._begin)
+        self._over, self._end = tick, max(tick, self._begin)
         if self._out is None:
             return
         write_text(self._out / DELAYS, to_csv(("order", "turnover_s", *self._delays.columns), self._delays.rows()))
@@ -94,6 +95,7 @@ class Details:
         visits_ticks = self._measures.visits * TICKS_PER_S
         return {
             **self._measures.values(self._end),
+            **self._measures.left(self._over),
             **self._stations.values(self._begin, self._end),
             "waiting_per_visit_s": ratio(self._robots.waiting_ticks, visits_ticks),
             "waiting_for_room_per_visit_s": ratio(self._robots.for_room_ticks, visits_ticks),

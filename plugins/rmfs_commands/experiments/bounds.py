@@ -64,7 +64,8 @@ def add_bounds(jobs: Sequence[Job], rows: Sequence[Row], store: Path, watcher: W
         found[key] = _computed(different[key])
         write_text(folder / f"{key}.json", to_json({"bounds": found[key], "digest": _digest(found[key])}, indent=2))
     for key, row in zip(keys, rows, strict=True):
-        row.update(found[key] or {})
+        if row["status"] != "horizon":  # orders left need not be served, so that all may be less
+            row.update(found[key] or {})
 
 
 def _computed(job: Job) -> dict[str, float | None]:

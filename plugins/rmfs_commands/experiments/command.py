@@ -37,6 +37,16 @@ RUNS_FOLDER = "runs"
 @click.option(
     "--quick", is_flag=True, help="Run two seeds of the first value of each axis: a look before hours of runs."
 )
+@click.option("--baseline", metavar="NAME", help="Rule set to compare with, in place of the experiment's.")
+@click.option(
+    "--width",
+    "width_cm",
+    type=click.FloatRange(4, 60),
+    default=8.4,
+    show_default=True,
+    metavar="CM",
+    help="How wide the plots are, with letters of 8 pt: a column of a page of two if left out.",
+)
 @click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
 @no_inline_option
 @json_option
@@ -48,6 +58,8 @@ def compare(
     out: Path | None,
     bounds: bool,
     quick: bool,
+    baseline: str | None,
+    width_cm: float,
     list_them: bool,
     no_inline_rules: bool,
     as_json: bool,
@@ -74,6 +86,7 @@ def compare(
     if experiment is None:
         raise click.UsageError("expected an experiment: a file, or one of `rmfs compare --list`")
     whole = load_experiment(experiment)
+    whole = whole if baseline is None else attrs.evolve(whole, baseline=baseline)
     loaded = whole.quick() if quick else whole
     folder = out or Path("rmfs-runs") / loaded.name
     notes = notes_console(quiet=quiet)
@@ -96,7 +109,7 @@ def compare(
     if not result.computed:
         say(notes, f"{loaded.name}: all {len(result.rows):,} runs are stored already")
     comparison = result.comparison()
-    write_report(result, comparison, folder)
+    write_report(result, comparison, folder, width_cm)
     if as_json:
         about = {
             "experiment": loaded.name,

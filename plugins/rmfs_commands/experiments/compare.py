@@ -11,6 +11,7 @@ after Holm (1979, A simple sequentially rejective multiple test procedure, Scand
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import lru_cache
 from statistics import fmean, stdev
@@ -21,11 +22,21 @@ from attrs import evolve, field, frozen
 from rmfs_commands.details.catalogue import METRICS
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import TIMING, Metric
+from rmfs_core.roles import Role
 from rmfs_core.wording import nearest
 
 Rows = Sequence[Mapping[str, Any]]
 
-CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group}
+HOOKS = "hook_s."
+"""Before a hook's name: the wall-clock seconds that a run's rules took in it."""
+
+CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group} | {
+    f"{HOOKS}{role.hook}": Metric(
+        f"{HOOKS}{role.hook}", f"Time in {role.hook}", "s", 3, f"Wall-clock seconds of all {role.label} decisions."
+    )
+    for role in Role
+    if role is not Role.OBSERVER
+}
 """The metrics that every run begins with, and wall-clock figures; observers measure more."""
 
 BOUND = "bound."
@@ -33,8 +44,14 @@ BOUND = "bound."
 
 OVERALL = "overall"
 CONFIDENCE = 0.95
+COUNTED = ("complete", "horizon")
+"""How runs end that are compared: every order is complete, or ``run.until_s`` was reached as asked."""
+LEFT = ("backlog_end", "open_age_s")
+"""Metrics that are compared wherever a run ended at its horizon, so that orders left are seen."""
 FEWEST_SEEDS = 3
 """With fewer seeds there are neither intervals nor p-values."""
+AWAY_FROM_ZERO = 0.1
+"""A baseline's figures are well away from 0 where each is at least this share of their mean on the same instance."""
 _ROUNDING = 1e-9
 """Values that differ by less than this share of the largest are the same but for errors of rounding."""
 
@@ -83,16 +100,21 @@ class Paired:
     pairs
         Number of their pairs of runs of the same instance and seed. (For the baseline: of its runs.)
     left_out
-        Pairs that do not count: a side is not complete or has no such figure, or that is so of another instance of
-        the seed, whose mean would be over other instances than those of other seeds. (An instance without any pair
-        is left out alone.)
+        Pairs that do not count: a side failed, was interrupted or has no such figure, or that is so of another
+        instance of the seed, whose mean would be over other instances than those of other seeds. (An instance without
+        any pair is left out alone.)
+    why
+        How many of them for which reason.
     mean, baseline_mean
         Means over the seeds.
     difference
         Rule set minus baseline.
     relative
-        The same as a share of the baseline's figure, mean over the pairs of a seed; not defined when a baseline's
-        figure is 0.
+        The same as a share of the baseline's figure, mean over the pairs of a seed. Where some of the baseline's
+        figures are close to 0 (see `AWAY_FROM_ZERO`), the difference as a share of their mean, if that is well away
+        from 0; else not defined.
+    of_mean
+        Whether ``relative`` is a share of the mean.
     bound
         What no rules can beat, mean over the seeds; None where a run has no bound.
     times_bound
@@ -111,6 +133,8 @@ class Paired:
     relative: Interval = Interval(None)
     bound: float | None = None
     times_bound: float | None = None
+    why: Mapping[str, int] = field(factory=dict)
+    of_mean: bool = False
 
     @property
     def p_holm(self) -> float | None:
@@ -127,7 +151,7 @@ class Counted:
     instances, rule_set
         Which runs.
     runs
-        All of them; ``complete``, ``partial`` and ``failed`` add up to it.
+        All of them; ``complete``, ``horizon``, ``partial`` and ``failed`` add up to it.
     stood_still
         Those of the failed ones in which nothing could happen any more.
     stopped_early
@@ -138,6 +162,7 @@ class Counted:
     rule_set: str
     runs: int
     complete: int
+    horizon: int
     partial: int
     failed: int
     stood_still: int
@@ -185,6 +210,15 @@ class Comparison:
     def tested(self) -> bool:
         """Whether any difference has an interval and a p-value."""
         return any(one.difference.p is not None or one.relative.p is not None for one in self.paired)
+
+    @property
+    def horizon(self) -> bool:
+        """Whether any run ended at its horizon."""
+        return any(one.horizon for one in self.counted)
+
+    def censored(self, metric: str) -> bool:
+        """Whether a metric is of completed orders alone, and a horizon has left some open."""
+        return self.horizon and self.described(metric).of_completed
 
     def described(self, metric: str) -> Metric:
         """Return how a metric is shown: under its name when nobody describes it."""
@@ -292,9 +326,9 @@ def _label(row: Mapping[str, Any], by: Sequence[str]) -> str:
 
 
 def _figures(rows: Iterable[Mapping[str, Any]], rule_set: str, metric: str) -> dict[tuple[str, int], float | None]:
-    """Return a rule set's figure by instance and seed; None where the run is not complete or has none."""
+    """Return a rule set's figure by instance and seed; None where the run does not count or has none."""
     return {
-        (row["instance"], row["seed"]): row.get(metric) if row["status"] == "complete" else None
+        (row["instance"], row["seed"]): row.get(metric) if row["status"] in COUNTED else None
         for row in rows
         if row["rule_set"] == rule_set
     }
@@ -312,8 +346,8 @@ Pairs = Sequence[_Pair]
 """Those of a seed, an instance each."""
 
 
-def _by_seed(rows: Rows, metric: str, rule_set: str, baseline: str) -> tuple[list[Pairs], int]:
-    """Return the pairs of each seed that counts, and the number of pairs left out."""
+def _by_seed(rows: Rows, metric: str, rule_set: str, baseline: str) -> tuple[list[Pairs], Counter[str]]:
+    """Return the pairs of each seed that counts, and the number of pairs left out for each reason."""
     ours, theirs = _figures(rows, rule_set, metric), _figures(rows, baseline, metric)
     bounds = _figures(rows, rule_set, f"{BOUND}{metric}")
     all_of_them = ours.keys() | theirs.keys()
@@ -328,29 +362,70 @@ def _by_seed(rows: Rows, metric: str, rule_set: str, baseline: str) -> tuple[lis
     for (_, seed), pair in pairs.items():
         if seed not in broken:
             seeds.setdefault(seed, []).append(pair)
-    return list(seeds.values()), len(all_of_them) - sum(map(len, seeds.values()))
+    left = [key for key in sorted(all_of_them) if key not in pairs or key[1] in broken]
+    both = {(row["instance"], row["seed"], row["rule_set"]): row for row in rows} if left else {}
+    sides = ([row for name in (rule_set, baseline) if (row := both.get((*key, name))) is not None] for key in left)
+    return list(seeds.values()), Counter(_why(side, metric) for side in sides)
+
+
+def _why(runs: Rows, metric: str) -> str:
+    """Say why a pair of runs does not count."""
+    status = [run["status"] for run in runs]
+    if "failed" in status:
+        return "a run failed"
+    if "partial" in status:
+        return "a run was interrupted"
+    lacking = [run for run in runs if run.get(metric) is None]
+    if not lacking:
+        return "a pair of another instance of the seed is left out"
+    if metric == "makespan_s" and "horizon" in status:
+        return "orders are left at the horizon, so that there is no makespan"
+    if not all(run.get("orders_completed", 1) for run in lacking):
+        return "a run completes no order in the time that counts"
+    return "a run has no such figure"
 
 
 def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseline: str) -> list[Paired]:
     """Compare the rule sets with the baseline in one metric on one instance set."""
-    found, differences, relative, amounts = [], [], [], []
+    found, differences, relative, amounts, bases = [], [], [], [], []
     for rule_set in rule_sets:
-        seeds, left_out = _by_seed(rows, metric, rule_set, baseline)
+        seeds, why = _by_seed(rows, metric, rule_set, baseline)
         number = sum(map(len, seeds))
         own = _mean([fmean(pair.own for pair in pairs) for pairs in seeds])
         other = _mean([fmean(pair.base for pair in pairs) for pairs in seeds])
-        one = Paired(name, metric, rule_set, len(seeds), number, left_out, own, other)
+        one = Paired(name, metric, rule_set, len(seeds), number, why.total(), own, other, why=why)
         found.append(_with_bound(one, seeds))
         compared = seeds if rule_set != baseline else []
-        defined = all(base != 0 for pairs in seeds for _, base, _ in pairs)
+        defined = all(_away_from_zero([pair.base for pair in pairs]) for pairs in zip(*seeds, strict=True))
+        bases.append(interval([fmean(pair.base for pair in pairs) for pairs in compared]))
         differences.append([fmean(figure - base for figure, base, _ in pairs) for pairs in compared])
         relative.append([fmean(figure / base - 1 for figure, base, _ in pairs) for pairs in compared if defined])
-        amounts.append(all(own >= 0 and base > 0 for pairs in compared for own, base, _ in pairs))
-    shares = [
-        _at_least(-1.0, share) if amount else share for share, amount in zip(intervals(relative), amounts, strict=True)
-    ]
-    of_all = zip(found, intervals(differences), shares, strict=True)
-    return [evolve(one, difference=difference, relative=share) for one, difference, share in of_all]
+        amounts.append(all(own >= 0 and base >= 0 for pairs in compared for own, base, _ in pairs))
+    compared_all = []
+    of_all = zip(found, intervals(differences), intervals(relative), bases, amounts, strict=True)
+    for one, difference, share, base, amount in of_all:
+        of_mean = share.mean is None and base.low is not None and base.high is not None and base.low * base.high > 0
+        of_base = _scaled(difference, base.mean or 1.0) if of_mean else share
+        limited = _at_least(-1.0, of_base) if amount else of_base
+        compared_all.append(evolve(one, difference=difference, relative=limited, of_mean=of_mean))
+    return compared_all
+
+
+def _away_from_zero(figures: Sequence[float]) -> bool:
+    """Whether each figure is well away from 0, and on the same side as the others."""
+    amounts = [abs(figure) for figure in figures]
+    least = AWAY_FROM_ZERO * (_mean(amounts) or 0.0)
+    return abs(sum(figures)) == sum(amounts) > 0 and min(amounts) >= least
+
+
+def _scaled(found: Interval, base: float) -> Interval:
+    """Return a difference as a share of a mean, with the p-values of the difference."""
+    shares = {
+        name: bound / abs(base)
+        for name in ("mean", "low", "high", "low_holm", "high_holm")
+        if (bound := getattr(found, name)) is not None
+    }
+    return evolve(found, **shares)
 
 
 def _at_least(least: float, found: Interval) -> Interval:
@@ -446,6 +521,7 @@ def _count(name: str, rows: Rows, rule_set: str) -> Counted:
         rule_set,
         len(own),
         status.count("complete"),
+        status.count("horizon"),
         status.count("partial"),
         status.count("failed"),
         sum(row.get("error_kind") == "StandstillError" for row in own),

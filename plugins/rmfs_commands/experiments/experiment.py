@@ -24,6 +24,8 @@ from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.wording import did_you_mean, listed, nearest
 
 DEFAULT_METRICS = ("psv_per_order", "pile_on", "distance_per_order_m", "turnover_s", "makespan_s", "picker_utilisation")
+HORIZON_METRICS = ("orders_per_hour", "picks_per_hour", *(name for name in DEFAULT_METRICS if name != "makespan_s"))
+"""Those of runs that end at ``run.until_s``, and have no makespan."""
 LABELS = ("instance", "scenario", "rule_set", "seed", "status", "error", "error_kind", "key", "run_s")
 QUICK_SEEDS = 2
 """Seeds of the quick part of an experiment."""
@@ -265,6 +267,7 @@ class Experiment:
         of_all = described_by(standing)
         self._check_columns(of_all)
         loaded: dict[tuple[str, ...], _Loaded] = {}  # most have the same rules
+        times: dict[str, Scenario] = {}
         for instance, base, points in self._instances():
             values = {"scenario": base.name} | {a.name: p.value for a, p in zip(self.axes, points, strict=True)}
             for rule_set in self.rule_sets:
@@ -276,6 +279,7 @@ class Experiment:
                 scenario = resolve(base.scenario, changes, self.folder, place)
                 files, generator = scenario.instance.orders_file, scenario.instance.generator
                 chosen = (repr(scenario.rules), scenario.folder, repr((files is None, generator)))
+                _check_times(times.setdefault(instance, scenario), scenario, place)
                 with located_in(place):
                     if chosen not in loaded:
                         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
@@ -321,6 +325,15 @@ class Experiment:
                 labels = [point.label for point in points]
                 parts = [base.name, *labels] if len(self.bases) > 1 or not labels else labels
                 yield ", ".join(parts), base, points
+
+
+def _check_times(first: Scenario, other: Scenario, place: str) -> None:
+    """Refuse rule sets that are measured over different times: their figures cannot be held against each other."""
+    for key in ("until_s", "warmup_s"):
+        expected, found = getattr(first.run, key), getattr(other.run, key)
+        if found != expected:
+            problem = f"`run.{key}` is {found}, of the first rule set {expected}; expected the same of all rule sets"
+            raise InputError(place, f"{problem} (set it in the scenario, or as an axis)")
 
 
 def _rule_names(key: str, value: Any) -> Iterator[str]:

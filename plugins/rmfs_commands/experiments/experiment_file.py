@@ -10,7 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from rmfs_commands.experiments.changes import SCENARIO_KEYS, changes_of
-from rmfs_commands.experiments.experiment import DEFAULT_METRICS, Axis, AxisPoint, Base, Experiment, RuleSetChoice
+from rmfs_commands.experiments.experiment import (
+    DEFAULT_METRICS,
+    HORIZON_METRICS,
+    Axis,
+    AxisPoint,
+    Base,
+    Experiment,
+    RuleSetChoice,
+)
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.scenario import load_scenario, shipped_scenarios
@@ -89,6 +97,7 @@ def _experiment(data: Mapping[str, Any], file: Path, metrics_place: str) -> Expe
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name):
         raise KeyProblem(f"expected letters, digits, `.`, `_` and `-`, found {shown(name)}", ("name",))
     bases = tuple(_bases(data, file.parent))
+    usual = DEFAULT_METRICS if all(base.scenario.run.until_s is None for base in bases) else HORIZON_METRICS
     try:
         return Experiment(
             name=name,
@@ -98,7 +107,7 @@ def _experiment(data: Mapping[str, Any], file: Path, metrics_place: str) -> Expe
             rule_sets=tuple(_rule_sets(data["rule_sets"])),
             seeds=_seeds(data["seeds"]),
             baseline=_text(data, "baseline", ""),
-            metrics=_texts(data, "metrics", DEFAULT_METRICS),
+            metrics=_texts(data, "metrics", usual),
             by=_texts(data, "by", ()),
             fronts=_fronts(data.get("fronts", [])),
             folder=str(file.parent),

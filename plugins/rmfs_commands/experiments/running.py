@@ -10,7 +10,7 @@ from pathlib import Path
 from attrs import field, frozen
 
 from rmfs_commands.experiments.bounds import add_bounds
-from rmfs_commands.experiments.compare import CATALOGUE, Comparison, summary
+from rmfs_commands.experiments.compare import CATALOGUE, LEFT, Comparison, summary
 from rmfs_commands.experiments.experiment import Experiment, Job
 from rmfs_commands.experiments.outcome import Outcome
 from rmfs_commands.experiments.rows import Row, row_without_result
@@ -59,7 +59,7 @@ class ExperimentResult:
         return {name: [row.get(name) for row in self.rows] for name in names}
 
     def comparison(self) -> Comparison:
-        """Return the rule sets compared with the baseline, as the experiment asks.
+        """Return the rule sets compared with the baseline, as the experiment asks; with orders left, where some are.
 
         Raises
         ------
@@ -70,10 +70,11 @@ class ExperimentResult:
         if len(self.failed) < len(self.rows):
             one.check_metrics({*CATALOGUE, *self.measures, *_metrics(self.rows)})
         by = one.by or ("instance",)
+        left = LEFT if any(row["status"] == "horizon" for row in self.rows) else ()
         return summary(
             self.rows,
             one.baseline,
-            one.metrics,
+            tuple(dict.fromkeys((*one.metrics, *left))),
             by=by,
             measures=self.measures,
             fronts=one.fronts,

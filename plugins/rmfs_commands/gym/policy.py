@@ -67,7 +67,7 @@ class PolicyRule:
         """Send pods one after the other."""
         choices = PodChoices(warehouse)
 
-        def one(station: Station, pods: Sequence[Pod]) -> Pod:
+        def one(station: Station, pods: Sequence[Pod], _wanted: object) -> Pod:
             pod: Pod = self._chosen(choices.among(station, pods))
             choices.take(station, pod)
             return pod

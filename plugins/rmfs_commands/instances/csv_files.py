@@ -89,7 +89,9 @@ def restocked(instance: Instance, scenario: Scenario, wrong: Wrong = refuse) -> 
     skus = tuple(dict.fromkeys([*instance.skus, *(sku for _, sku, _, _ in coming.values())]))
     told = {} if section.skus_file is None else read_skus(folder / section.skus_file, wrong)
     ids = {sku: i for i, sku in enumerate(skus)}
-    bundles = [BundleData(name, tick, ids[sku], items) for name, (tick, sku, items, _) in coming.items()]
+    bundles = [
+        BundleData(name, arrival_tick=tick, sku=ids[sku], items=items) for name, (tick, sku, items, _) in coming.items()
+    ]
     return evolve(
         instance,
         skus=skus,
@@ -219,7 +221,12 @@ def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[Orde
             problem = f"found {row[column]}; expected a time within ten years from time 0 (`instance.start`) on"
             wrong(InputError(f"{file}, line {line}, {column}", problem))
         else:
-            found.append((OrderData(name, arrival, (), due, told.get("priority") or 0), lines))
+            found.append(
+                (
+                    OrderData(name, arrival_tick=arrival, lines=(), due_tick=due, priority=told.get("priority") or 0),
+                    lines,
+                )
+            )
     return sorted(found, key=lambda order: order[0].arrival_tick)
 
 

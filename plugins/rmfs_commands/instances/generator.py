@@ -58,8 +58,14 @@ def generate_instance(section: InstanceSection, seed: int) -> Instance:
     return Instance(
         skus=tuple(str(sku + 1) for sku in held),
         orders=tuple(
-            OrderData(str(i + 1), tick, tuple((new_id[sku], 1) for sku in skus), *when)
-            for i, (tick, skus, when) in enumerate(zip(arrivals, orders, due, strict=True))
+            OrderData(
+                str(i + 1),
+                arrival_tick=tick,
+                lines=tuple((new_id[sku], 1) for sku in skus),
+                due_tick=due_tick,
+                priority=priority,
+            )
+            for i, (tick, skus, (due_tick, priority)) in enumerate(zip(arrivals, orders, due, strict=True))
         ),
         pods=tuple(
             PodData(str(i + 1), tuple((new_id[sku], items) for sku, items in contents.items()))

@@ -7,7 +7,7 @@ import shlex
 import click
 
 from rmfs_commands.cli.screen import tell
-from rmfs_commands.kit.kinds import COMMAND
+from rmfs_commands.kit.kinds import KINDS
 from rmfs_core.roles import Role
 
 
@@ -16,12 +16,12 @@ from rmfs_core.roles import Role
 @click.option(
     "--decides",
     required=True,
-    type=click.Choice([*(role.label for role in Role), COMMAND]),
+    type=click.Choice([*(role.label for role in Role), *KINDS]),
     help="What the rule decides: POA orders to stations, PPS pods to stations, POA+PPS both together, PR where pods go "
     "back to, TA pods to robots, PP paths, ROA bundles to stations, RPS bundles to pods, ROA+RPS both together, "
     "activation which stations take orders, idle where robots without a task rest, repositioning pods that these carry "
-    "elsewhere; a filter chooses the orders that POA sees, an observer decides nothing, it measures; a command is none "
-    "of these, but called as `rmfs NAME`.",
+    "elsewhere; a filter chooses the orders that POA sees, an observer decides nothing, it measures; a generator makes "
+    "orders, SKUs and pods, a layout the grid; a command is called as `rmfs NAME`.",
 )
 @click.option("--into", default=".", metavar="DIR", help="Folder in which the folder NAME is made. [default: this one]")
 def new_rule(name: str, decides: str, into: str) -> None:
@@ -32,7 +32,7 @@ def new_rule(name: str, decides: str, into: str) -> None:
     """
     from rmfs_commands.kit import NewRule, project_files, trying, write_project
 
-    rule = NewRule(name, COMMAND if decides == COMMAND else Role.labelled(decides))
+    rule = NewRule(name, decides if decides in KINDS else Role.labelled(decides))
     folder = write_project(rule, into)
     tell(f"Wrote {folder}: {', '.join(project_files(rule))}.")
     tell("Next:")

@@ -1,4 +1,40 @@
-"""What can be written besides rules."""
+"""What can be written besides rules: functions under entry points of other groups."""
 
-COMMAND = "command"
-"""A command of `rmfs`."""
+from __future__ import annotations
+
+from attrs import frozen
+
+from rmfs_core import entrypoints
+
+
+@frozen
+class Kind:
+    """What is no rule.
+
+    Parameters
+    ----------
+    group
+        Of its entry points.
+    library
+        What its code needs besides rmfs.
+    found
+        How rmfs comes to it.
+    section
+        The section of a scenario whose key ``generator`` names it; none for a command.
+    """
+
+    group: str
+    library: str
+    found: str
+    section: str = ""
+
+
+COMMAND, GENERATOR, LAYOUT = "command", "generator", "layout"
+KINDS = {
+    COMMAND: Kind(entrypoints.COMMANDS, "click>=8.2", "the name after `rmfs`, and the command."),
+    GENERATOR: Kind(
+        entrypoints.INSTANCES, "numpy>=1.26", "the name in `instance.generator`, and the function.", "instance"
+    ),
+    LAYOUT: Kind(entrypoints.LAYOUTS, "numpy>=1.26", "the name in `layout.generator`, and the function.", "layout"),
+}
+"""A command of `rmfs`; a function that makes orders, SKUs and pods; one that makes the grid."""

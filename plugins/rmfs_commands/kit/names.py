@@ -9,14 +9,14 @@ from importlib.util import find_spec
 
 from attrs import field, frozen
 
-from rmfs_commands.kit.kinds import COMMAND
+from rmfs_commands.kit.kinds import KINDS
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 
 
 def _role(role: str) -> Role | str:
-    return role if role == COMMAND else Role(role)
+    return role if role in KINDS else Role(role)
 
 
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
@@ -32,7 +32,7 @@ class NewRule:
         Its name in scenarios or on the command line, its distribution's and its folder's: small letters, digits and
         hyphens.
     role
-        What it decides; or `COMMAND`.
+        What it decides; or one of `KINDS`.
     """
 
     name: str = field()
@@ -51,7 +51,7 @@ class NewRule:
     @property
     def kind(self) -> str:
         """What it is for people."""
-        return COMMAND if self.role == COMMAND else "rule"
+        return "rule" if isinstance(self.role, Role) else self.role
 
     @property
     def place(self) -> str:
@@ -65,15 +65,15 @@ class NewRule:
 
     @property
     def target(self) -> str:
-        """Name of its class, or of a command's function."""
-        if self.role == COMMAND:
+        """Name of its class; of its function where it is no rule."""
+        if not isinstance(self.role, Role):
             return self.module
         return "".join(part.capitalize() for part in self.name.split("-"))
 
     def check_free(self) -> None:
-        """Raise `InputError` when a rule or command, a distribution or a module has the name already."""
+        """Raise `InputError` when another of its kind, a distribution or a module has the name already."""
         place = self.place
-        offers = entrypoints.offers(entrypoints.COMMANDS if self.role == COMMAND else entrypoints.RULES)
+        offers = entrypoints.offers(entrypoints.RULES if isinstance(self.role, Role) else KINDS[self.role].group)
         if self.name in offers:
             by = " ".join(entrypoints.origin(offers[self.name][0]))
             raise InputError(place, f"a {self.kind} of that name is installed ({by}); choose another name")

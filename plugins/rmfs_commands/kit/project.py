@@ -15,7 +15,7 @@ from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rmfs_commands.kit.kinds import COMMAND
+from rmfs_commands.kit.kinds import COMMAND, KINDS, Kind
 from rmfs_commands.kit.names import NewRule
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import output_folder
@@ -24,6 +24,8 @@ from rmfs_core.roles import Role
 
 def selecting(rule: NewRule) -> str:
     """Return the arguments of `rmfs run` that select the rule in place of the scenario's."""
+    if kind := KINDS.get(rule.role):
+        return f"--set {kind.section}.generator={rule.name}"
     if _is_listed(rule):
         return f"""--set 'rules.{Role(rule.role).key}=["{rule.name}"]'"""
     return f"--set rules.{rule.role}={rule.name}"
@@ -46,6 +48,8 @@ def _is_listed(rule: NewRule) -> bool:
 
 
 def _scenario_line(rule: NewRule) -> str:
+    if rule.role in KINDS:
+        return f'generator = "{rule.name}"'
     if _is_listed(rule):
         return f'{Role(rule.role).key} = ["{rule.name}"]'
     return f'{rule.role} = "{rule.name}"'
@@ -60,29 +64,30 @@ def project_files(rule: NewRule) -> Mapping[str, str]:
         When the name of the class or function is one that its code needs for something else.
     """
     code, tests = _template(f"{rule.role}/rule.py"), _template(f"{rule.role}/test_rule.py")
-    is_command = rule.role == COMMAND
-    found = "the name after `rmfs`, and the command." if is_command else "the name that scenarios use, and the class."
+    kind = KINDS.get(rule.role)
     if re.search(rf"\b{rule.target}\b", code + tests):
-        what = "function" if is_command else "class"
+        what = "function" if kind else "class"
         raise InputError(rule.place, f"its {what} would hide the `{rule.target}` it uses; choose another name")
-    label = COMMAND if is_command else Role(rule.role).label
+    label = rule.kind if kind else Role(rule.role).label
+    of = kind or Kind("rmfs.rules", "attrs>=24.2", "the name that scenarios use, and the class.", "rules")
     words = {
         "the-rule": rule.name,
         "the_rule": rule.module,
         "TheRule": rule.target,
         "TARGET": rule.target,
-        "DECIDES": label.capitalize() if is_command or _is_listed(rule) else f"{label} rule",
+        "DECIDES": label.capitalize() if kind or _is_listed(rule) else f"{label} rule",
         "SUMMARY": _summary(code),
-        "GROUP": "rmfs.commands" if is_command else "rmfs.rules",
-        "LIBRARY": "click>=8.2" if is_command else "attrs>=24.2",
-        "FOUND": found,
+        "GROUP": of.group,
+        "LIBRARY": of.library,
+        "FOUND": of.found,
         "rmfs>=0.1": f"rmfs>={version('rmfs')}",
         "TRYING": trying(rule),
-        "SCENARIO_LINE": "" if is_command else _scenario_line(rule),
+        "SECTION": of.section,
+        "SCENARIO_LINE": _scenario_line(rule),
     }
     templates = {
         "pyproject.toml": _template("pyproject.toml"),
-        "README.md": _template("command/README.md" if is_command else "README.md"),
+        "README.md": _template(f"{rule.role}/README.md" if kind else "README.md"),
         f"src/{rule.module}/__init__.py": code,
         f"tests/test_{rule.module}.py": tests,
     }

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from rmfs_commands.cli.grids import file_name, write_grid
+from rmfs_commands.cli.grids import file_name
+from rmfs_commands.cli.latex import write_grid
 from rmfs_commands.experiments import ExperimentResult
 from rmfs_commands.experiments.report import TABLES_FOLDER
 from rmfs_commands.experiments.report.tables import write_parquet

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from rmfs_commands.cli.progress import RunDisplay
     from rmfs_commands.replay.live import Watch
+    from rmfs_core.errors import RunError
     from rmfs_core.results import Result
     from rmfs_core.scenario import Scenario
 
@@ -120,12 +121,9 @@ def run(
                 allow_inline_rules=not no_inline_rules,
             )
     except RunError as error:
-        if show_traceback:
-            click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
-        if error.result is not None:
-            say(notes, f"What was measured until the error is in {folder}.")
-            if as_json:
-                print_json({**error.result.to_dict(), "folder": str(folder), **failure(error, error.exit_code)})
+        _failed(notes, error, folder, show_traceback=show_traceback)
+        if as_json and error.result is not None:
+            print_json({**error.result.to_dict(), "folder": str(folder), **failure(error, error.exit_code)})
         raise
     if as_json:
         print_json({**result.to_dict(), "folder": str(folder)})
@@ -139,6 +137,16 @@ def run(
         raise click.Abort
     if viewer is not None:
         viewer.wait()
+
+
+def _failed(notes: Console, error: RunError, folder: Path, *, show_traceback: bool) -> None:
+    """Print where an error came from, or how to see that, and where what was measured before it is."""
+    if show_traceback:
+        click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
+    elif error.__cause__ is not None:
+        say(notes, "With --traceback the same command prints the calls that led to the error.")
+    if error.result is not None:
+        say(notes, f"What was measured until the error is in {folder}.")
 
 
 def _viewer(name: str) -> Watch:
@@ -181,6 +189,23 @@ def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
         say(notes, f"Loading code from {Path(scenario.folder) / file}.")
 
 
+def _at_the_horizon(result: Result) -> str:
+    """Say what a run that has reached its horizon leaves."""
+    from rmfs_commands.cli.display import duration
+    from rmfs_core.wording import counted
+
+    open_, backlog, mean, oldest = map(
+        result.metrics.get, ("open_orders_end", "backlog_end", "open_age_s", "open_age_max_s")
+    )
+    done = sum(row["completed_s"] is not None for row in result.orders)
+    text = f"The run reached its horizon, {duration(result.scenario.run.until_s or 0)} (run.until_s): "
+    text += f"{done:,} of {counted(len(result.orders), 'order')} complete, {open_:,} open ({backlog:,} in the backlog"
+    if open_:
+        text += f"; since they arrived, {duration(mean or 0)} on average, {duration(oldest or 0)} for the oldest"
+    coming = len(result.orders) - done - (open_ or 0)
+    return f"{text}){f', {coming:,} not arrived' if coming else ''}."
+
+
 def _report(console: Console, result: Result, waited: str, folder: Path, record: Sequence[str]) -> None:
     """Say what is not complete, what ``waited`` for stock, and where the files are."""
     from rich.padding import Padding
@@ -192,7 +217,9 @@ def _report(console: Console, result: Result, waited: str, folder: Path, record:
     console.print()
     if not result.orders:
         say(console, "There were no orders, so there is nothing to measure.")
-    if result.status == "partial":
+    if result.status == "horizon":
+        say(console, _at_the_horizon(result))
+    elif result.status == "partial":
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
         say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")
     for note in result.notes:
@@ -200,7 +227,10 @@ def _report(console: Console, result: Result, waited: str, folder: Path, record:
     if waited:
         say(console, waited)
     if (warmup := result.scenario.run.warmup_s) is not None:
+        simulated = result.metrics["simulated_s"]
         say(console, f"Metrics count what happens from {duration(warmup)} on (run.warmup_s).")
+        if simulated <= warmup:
+            say(console, f"The run was over at {duration(simulated)}, before that: they count nothing.")
     observers = [observer for observer, _ in make_observers(quiet=True)]
     written = files_of([*observers, *map(load_recorder, record)])
     files = [*files_of_results(), *written]

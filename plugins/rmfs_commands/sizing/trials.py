@@ -154,6 +154,6 @@ def _problem(row: Row, metric: str) -> str | None:
     seed, status = row["seed"], row["status"]
     if status == "failed":
         return f"seed {seed} failed: {row['error']}"
-    if status == "partial":
+    if status in ("horizon", "partial"):
         return f"seed {seed} ends with orders left"
     return None if row.get(metric) is not None else f"seed {seed} has no {metric}"

@@ -81,10 +81,12 @@ def _orders(state: State, names: Names) -> tuple[OrderMemento, ...]:
     data = [
         OrderData(
             name,
-            to_ticks(state.orders[name].arrival_s),
-            tuple((names.sku(sku, "orders", name, "lines", sku), n) for sku, n in state.orders[name].lines.items()),
-            None if (due := state.orders[name].due_s) is None else to_ticks(due),
-            state.orders[name].priority,
+            arrival_tick=to_ticks(state.orders[name].arrival_s),
+            lines=tuple(
+                (names.sku(sku, "orders", name, "lines", sku), n) for sku, n in state.orders[name].lines.items()
+            ),
+            due_tick=None if (due := state.orders[name].due_s) is None else to_ticks(due),
+            priority=state.orders[name].priority,
         )
         for name in names.orders
     ]

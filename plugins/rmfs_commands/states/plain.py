@@ -61,7 +61,13 @@ class OrderMemento:
         parts = tuple(PartMemento(part.station, part.skus, part.period) for part in order.parts)
         lines = tuple((sku, n) for sku, n in order.lines)
         return cls(
-            OrderData(order.name, order.arrival_tick, lines, order.due_tick, order.priority),
+            OrderData(
+                order.name,
+                arrival_tick=order.arrival_tick,
+                lines=lines,
+                due_tick=order.due_tick,
+                priority=order.priority,
+            ),
             parts,
             order.waits_for_stock,
         )

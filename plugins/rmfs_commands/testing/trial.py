@@ -13,7 +13,7 @@ from attrs import define, evolve, field, frozen
 
 from rmfs_commands.testing.snapshot import Snapshot
 from rmfs_commands.testing.traces import Recorder
-from rmfs_commands.testing.trial_worlds import PLAIN_RULES
+from rmfs_commands.testing.trial_worlds import LONGEST_S, PLAIN_RULES
 from rmfs_core.errors import RuleError, StandstillError
 from rmfs_core.events import Event
 from rmfs_core.hookspecs import hookimpl
@@ -182,7 +182,7 @@ def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> 
         simulation.run()
         rules.pm.hook.run_ended(tick=simulation.now, status=simulation.status)
         rule.manager.hook.measured()
-        problems = _incomplete(simulation)
+        problems = _incomplete(simulation) if world.scenario.run.until_s == LONGEST_S else []
         if Role.PP in roles:
             problems += _impossible(simulation, recorder, rule, roles)
     except Exception as error:  # what an observer raises comes as it is, what a rule raises as a RuleError

@@ -38,6 +38,10 @@ PLAIN_RULES = RulesSection(
 robots without a task come in."""
 
 
+FINITE = ", finite stock"
+"""At the end of the name of a world that has finite stock, and is otherwise like the one named before."""
+
+
 @frozen(eq=False)
 class TrialWorld:
     """A warehouse with its orders, and the scenario around it.
@@ -46,6 +50,8 @@ class TrialWorld:
     ----------
     name
         What findings call it.
+    purpose
+        What it is for: what a rule may not have thought of.
     scenario
         Robots, stations and limits, with `PLAIN_RULES`, and in some worlds rules for robots without a task.
     instance, layout
@@ -53,6 +59,7 @@ class TrialWorld:
     """
 
     name: str
+    purpose: str
     scenario: Scenario
     instance: Instance
     layout: Layout
@@ -83,7 +90,7 @@ class TrialWorld:
         pods = tuple(
             evolve(pod, contents=tuple((sku, items[pod.name, sku]) for sku, _ in pod.contents)) for pod in given.pods
         )
-        return evolve(self, name=f"{self.name}, finite stock", instance=evolve(given, pods=pods))
+        return evolve(self, name=f"{self.name}{FINITE}", instance=evolve(given, pods=pods))
 
 
 BATTERY = BatterySection(capacity_wh=40, idle_w=400, charging_w=5000)
@@ -100,25 +107,49 @@ def trial_worlds() -> tuple[TrialWorld, ...]:
         {str(i): "abcdefgh"[i:] + "abcdefgh"[:i] for i in range(8)}, {s: s for s in "abcdefgh"}
     )
     worlds = (
-        _world("one station", plain, capacities=(8,)),
-        _world("several stations", plain, capacities=(4, 6, 5), robots=5),
-        _world("finite stock", _finite(), capacities=(7, 7)),
-        _world("full queues", one_pod_each, capacities=(32,), robots=6, queue_length=1),
-        _world("a single robot", plain, capacities=(5, 5), robots=1),
-        _world("no order", small_instance({}, PODS), capacities=(8, 8)),
-        _world("later orders", _later(), capacities=(5, 5)),
-        _world("an order as large as the largest station", _large(), capacities=(4, 9, 5)),
-        _world("an order larger than the largest station", _large(), capacities=(4, 6, 5)),
-        _world("a line longer than the largest station", _long_line(), capacities=(4, 6)),
-        _world("lines of 10 to 40 items on finite stock", _many_items(), capacities=(45, 60)),
-        _world("order capacity", plain, capacities=(2, 1), counts_orders=True),
-        _world("a station that closes", _later(), capacities=(5, 5), opening={"1": (("00:00", "00:02"),)}),
-        _world("batteries", _later(), capacities=(5, 5), battery=BATTERY, idle="charge-when-low"),
-        _world("moved pods", _later(), capacities=(5, 5), robots=5, move="utility", pod_fill=0.95),
+        _world("one station", "the plainest case", plain, capacities=(8,)),
+        _world("several stations", "stations of different size, one too small for most orders", plain, (4, 6, 5), 5),
+        _world("finite stock", "exactly what is ordered is there, some of it on several pods", _finite(), (7, 7)),
+        _world("full queues", "six robots for a queue of one pod", one_pod_each, (32,), 6, queue_length=1),
+        _world("a single robot", "decisions that wait for a robot", plain, (5, 5), 1),
+        _world("no order", "nothing to decide: no candidate at all", small_instance({}, PODS), (8, 8)),
+        _world("later orders", "an empty backlog, and orders long after all is quiet", _later(), (5, 5)),
+        _world("an order as large as the largest station", "it fits only when that is empty", _large(), (4, 9, 5)),
+        _world("an order larger than the largest station", "it has a station alone", _large(), (4, 6, 5)),
+        _world("a line longer than the largest station", "splitting does not help", _long_line(), (4, 6)),
+        _world("lines of 10 to 40 items on finite stock", "several pods for one line", _many_items(), (45, 60)),
+        _world("order capacity", "stations that count orders, whatever their size", plain, (2, 1), counts_orders=True),
+        _world(
+            "a station that closes",
+            "what was assigned before is finished, nothing more",
+            _later(),
+            (5, 5),
+            opening={"1": (("00:00", "00:02"),)},
+        ),
+        _world("batteries", "robots that have to charge", _later(), (5, 5), battery=BATTERY, idle="charge-when-low"),
+        _world("moved pods", "pods that are away without a visit", _later(), (5, 5), 5, move="utility", pod_fill=0.95),
         _reordered(),
         _delivered(),
     )
-    return (*worlds, *(world.running_out() for world in worlds if world.instance.unlimited_stock))
+    more = (
+        _world(
+            "due times and priorities",
+            "`due_s` in the past, near, far and None, and orders that are late at the end",
+            _dated(),
+            (5, 5),
+        ),
+        _world(
+            "stations that take turns",
+            "they close in the middle of orders, for a time none is open, and one opens later",
+            _large(),
+            (4, 9, 5),
+            opening={"1": (("00:00", "00:01"), ("00:05", "24:00")), "2": (("00:01", "00:03"), ("00:06", "24:00"))}
+            | {"3": (("00:04", "24:00"),)},
+        ),
+        _world("long lines", "lines of 10 to 40 items that one pod serves", _without_end(_many_items()), (45, 60)),
+        _world("a horizon", "the run ends with orders open, after a warm-up", _later(), (5, 5), until_s=125),
+    )
+    return (*worlds, *(world.running_out() for world in worlds if world.instance.unlimited_stock), *more)
 
 
 def _finite() -> Instance:
@@ -138,6 +169,23 @@ def _later() -> Instance:
     """Nothing is there at the start; orders come one by one, two at once, and one long after all is quiet again."""
     arrivals = {"1": 60, "2": 60, "3": 75.5, "4": 80, "5": 110, "6": 111, "7": 112, "8": 130, "9": 200, "10": 3000}
     return small_instance(ORDERS, PODS, arrivals_s=arrivals)
+
+
+def _dated() -> Instance:
+    """Orders with due times of all kinds, with priorities, and without either."""
+    given = _later()
+    due = (1, None, 90_000, 3_000_000, 110_001, None, 112_000, 600_000, 201_000, None)
+    orders = (
+        evolve(order, due_tick=tick, priority=number % 3)
+        for number, (order, tick) in enumerate(zip(given.orders, due, strict=True))
+    )
+    return evolve(given, orders=tuple(orders))
+
+
+def _without_end(given: Instance) -> Instance:
+    """Return an instance whose pods have enough of what they hold."""
+    pods = (evolve(pod, contents=tuple((sku, None) for sku, _ in pod.contents)) for pod in given.pods)
+    return evolve(given, pods=tuple(pods))
 
 
 def _large() -> Instance:
@@ -180,6 +228,7 @@ def _reordered() -> TrialWorld:
     process = Replenishment("reorder-point", reorder_point=2, order_up_to=5, lead_s=60, bundle_items=2)
     return _world(
         "replenishment at picking stations",
+        "stock that runs out and is ordered, on pods with hardly any room",
         evolve(instance, levels=levels, restocked=True),
         capacities=(4, 6),
         replenishment=process,
@@ -203,9 +252,13 @@ def _delivered() -> TrialWorld:
         ("5", 50, "a", 2),
         ("6", 90, "b", 1),
     )
-    coming = tuple(BundleData(name, 1000 * time, instance.skus.index(sku), n) for name, time, sku, n in bundles)
+    coming = tuple(
+        BundleData(name, arrival_tick=1000 * time, sku=instance.skus.index(sku), items=n)
+        for name, time, sku, n in bundles
+    )
     return _world(
         "replenishment stations",
+        "SKUs that no pod has at first, and visits without picks",
         evolve(instance, bundles=coming, restocked=True),
         capacities=(7,),
         replenishment=Replenishment("file", file="bundles.csv"),
@@ -217,10 +270,11 @@ def _delivered() -> TrialWorld:
 
 def _world(
     name: str,
+    purpose: str,
     instance: Instance,
-    *,
     capacities: Sequence[int],
     robots: int = 3,
+    *,
     queue_length: int = 3,
     counts_orders: bool = False,
     opening: Mapping[str, tuple[Span, ...]] | None = None,
@@ -232,6 +286,7 @@ def _world(
     idle: str | None = None,
     move: str | None = None,
     pod_fill: float = 0.6,
+    until_s: float | None = None,
 ) -> TrialWorld:
     capacity = tuple(capacities)
     resting, moving = (RuleChoice(name) if name else None for name in (idle, move))
@@ -248,9 +303,9 @@ def _world(
             also_replenish=True if replenishment and not replenishment_stations else None,
             bundle_capacity=bundle_capacity,
         ),
-        run=RunSection(until_s=LONGEST_S, standstill_s=2 * LONGEST_S),
+        run=RunSection(until_s or LONGEST_S, until_s and until_s / 4, 2 * LONGEST_S),
     )
     layout = small_layout(
         len(capacity), queue_length=queue_length, replenishment=replenishment_stations, chargers=1 if battery else 0
     )
-    return TrialWorld(name, scenario, instance, layout)
+    return TrialWorld(name, purpose, scenario, instance, layout)

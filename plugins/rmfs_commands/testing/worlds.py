@@ -43,8 +43,8 @@ def small_instance(
         orders=tuple(
             OrderData(
                 name,
-                round(arrivals.get(name, 0.0) * 1000),
-                tuple((ids[s], n) for s, n in _numbers(wanted, 1)),
+                arrival_tick=round(arrivals.get(name, 0.0) * 1000),
+                lines=tuple((ids[s], n) for s, n in _numbers(wanted, 1)),
                 due_tick=due.get(name),
             )
             for name, wanted in orders.items()

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
 
 TICK_S = 1 / TICKS_PER_S
-STATUSES = ("complete", "partial", "failed")
+STATUSES = ("complete", "horizon", "partial", "failed")
 MOST = 10**15
 """The largest whole number of an event: ticks of 31,000 years, and sums of them still fit into 64 bits."""
 
@@ -321,10 +321,10 @@ def _instance(first: Mapping[str, Any]) -> Instance:
     orders = tuple(
         OrderData(
             order["name"],
-            order["arrival"],
-            tuple((sku, quantity) for sku, quantity in order["lines"]),
-            order.get("due"),
-            order.get("priority", 0),
+            arrival_tick=order["arrival"],
+            lines=tuple((sku, quantity) for sku, quantity in order["lines"]),
+            due_tick=order.get("due"),
+            priority=order.get("priority", 0),
         )
         for order in first["orders"]
     )
@@ -337,7 +337,10 @@ def _instance(first: Mapping[str, Any]) -> Instance:
         orders,
         pods,
         tuple(first.get("sizes", ())),
-        tuple(BundleData(name, tick, sku, items) for name, tick, sku, items in first.get("bundles", ())),
+        tuple(
+            BundleData(name, arrival_tick=tick, sku=sku, items=items)
+            for name, tick, sku, items in first.get("bundles", ())
+        ),
         tuple((s, up_to) for s, up_to in first.get("levels", ())),
         bool(first.get("restocked", False)),
     )

@@ -47,8 +47,8 @@ the end, and ``to`` is the last cell whose centre the robot has passed by then. 
 ``pod_lifted`` to ``pod_stored``; an item leaves it with each ``item_picked``, and those of a bundle come with
 ``bundle_stored``.
 
-Last line: ``{"e": "end", "tick": ..., "status": ...}`` with the status ``complete``, ``partial`` or ``failed``. A trace
-without it was cut off.
+Last line: ``{"e": "end", "tick": ..., "status": ...}`` with the status ``complete``, ``horizon``, ``partial`` or
+``failed``. A trace without it was cut off.
 """
 
 from __future__ import annotations

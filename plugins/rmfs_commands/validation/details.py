@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from collections.abc import Container
 from itertools import pairwise
 
 import numpy as np
@@ -23,6 +24,7 @@ from rmfs_commands.validation.tables import (
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import (
     ItemPicked,
+    OrderArrived,
     OrderAssigned,
     OrderCompleted,
     PodLifted,
@@ -67,7 +69,26 @@ def recompute_details(trace: Trace) -> dict[str, float | None]:
     for name, values in times.items():
         found[f"{name}_median_s"] = _percentile(values, 50)
         found[f"{name}_p95_s"] = _percentile(values, 95)
-    return found | _opening(trace) | _lateness(trace, begin, done) | recompute_robots(trace, begin, len(after))
+    return (
+        found
+        | _left(trace, done)
+        | _opening(trace)
+        | _lateness(trace, begin, done)
+        | recompute_robots(trace, begin, len(after))
+    )
+
+
+def _left(trace: Trace, done: Container[int]) -> dict[str, float | None]:
+    """Return what is open at the end."""
+    arrived = {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)}
+    whole = {event.order for event in trace.events if isinstance(event, OrderAssigned) and event.complete}
+    ages = [(trace.tick - tick) / TICKS_PER_S for order, tick in arrived.items() if order not in done]
+    return {
+        "open_orders_end": len(ages),
+        "backlog_end": len(arrived.keys() - whole),
+        "open_age_s": float(np.mean(ages)) if ages else None,
+        "open_age_max_s": max(ages, default=None),
+    }
 
 
 def _opening(trace: Trace) -> dict[str, float | None]:

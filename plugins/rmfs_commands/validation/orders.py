@@ -29,6 +29,8 @@ BUNDLE_DECISIONS = (Role.ROA, Role.RPS, Role.ROA_RPS)
 DECISIONS = (Role.POA, Role.PPS, Role.POA_PPS, *BUNDLE_DECISIONS)
 REPORTING = (Role.POA_PPS, Role.ROA_RPS)
 UNREPORTED = "decided"
+LEFT = ("horizon", "partial")
+"""How a run ends with orders left, but for errors."""
 STATUSES = {"optimal": False, "effort": True, "stopped": True, "heuristic": False}
 """What rmfs's own rules report, and whether a limit has ended the solve then."""
 
@@ -156,14 +158,14 @@ class OrderCheck:
         tick, status = self.case.trace.tick, self.case.trace.status
         for i, order in enumerate(self.state.orders):
             left = sum(order.unpicked.values()) + order.in_hand
-            if not order.completed and (status == "complete" or (status == "partial" and not left)):
+            if not order.completed and (status == "complete" or (status in LEFT and not left)):
                 self.case.add(
                     "order-left",
                     tick,
                     f"{self.case.order(i)} is not complete at the end ({left} of its items are not {self.done})",
                 )
-        if status == "partial" and self.state.orders and all(order.completed for order in self.state.orders):
-            self.case.add("status", tick, "every order is complete, but the status of the run is partial")
+        if status in LEFT and self.state.orders and all(order.completed for order in self.state.orders):
+            self.case.add("status", tick, f"every order is complete, but the status of the run is {status}")
 
 
 class DecisionCheck:

@@ -134,5 +134,7 @@ def _check_end(case: Case, last: int) -> None:
     ends = f"the run ends at {seconds(tick)}"
     if until is not None and tick > to_ticks(until):
         case.add("end", tick, f"{ends}; run.until_s is {until}")
+    elif case.trace.status == "horizon" and (until is None or tick < to_ticks(until)):
+        case.add("end", tick, f"{ends} with the status horizon; run.until_s is {until}")
     elif case.trace.status == "complete" and case.trace.instance.orders and tick > last:
         case.add("end", tick, f"{ends}, complete, but nothing has happened since {seconds(last)}")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from heapq import heapify, heappop, heappush
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,6 +37,10 @@ def _search() -> Any:
     return sending_search
 
 
+Wanted = Mapping[int, int]
+"""Items by SKU."""
+
+
 def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, Station, Ids], int]) -> list[PodTrip]:
     """Select pods one after another until every uncovered request is served or no candidate can help.
 
@@ -58,12 +63,17 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, St
     list[PodTrip]
         The trips in the order in which they were chosen.
     """
+    return _send(warehouse, max_fetches, lambda stock, station, pods, _: choose(stock, station, pods))
+
+
+def _send(
+    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, Station, Ids, Wanted], int]
+) -> list[PodTrip]:
+    """Select pods as `send` does; ``choose`` is also given what is still uncovered."""
     search, stock = _search(), warehouse.stock
     at = stock.at.copy()  # a pod that is sent is busy from then on
-    plain, needy = (
-        tuple(stock),
-        [],
-    )  # those with the fewest inbound pods, and of these with the most uncovered items, go first
+    plain = tuple(stock)
+    needy = []  # those with the fewest inbound pods, and of these with the most uncovered items, go first
     for station in warehouse.stations:
         if uncovered := station.uncovered_requests:
             wanted: dict[int, int] = {}
@@ -78,7 +88,7 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, St
         pods = search.servers(plain, at, skus, identifier, max_fetches > 0)
         if not len(pods):
             continue
-        pod = warehouse.pods[choose(stock, warehouse.stations[identifier], pods)]
+        pod = warehouse.pods[choose(stock, warehouse.stations[identifier], pods, MappingProxyType(wanted))]
         trips.append(PodTrip(pod.id, identifier))
         for sku in wanted.keys() & pod.contents.keys():
             wanted[sku] -= pod.free_items(sku)
@@ -90,9 +100,12 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, St
 
 
 def send_pods(
-    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Sequence[Pod]], Pod]
+    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Sequence[Pod], Wanted], Pod]
 ) -> list[PodTrip]:
     """Select pods as `send` does, for rules that look at one pod after another.
+
+    `Station.uncovered_requests` is what was uncovered before the decision, and does not change while pods are selected.
+    ``choose`` is therefore given what is still uncovered, without the items of pods that were selected before.
 
     Parameters
     ----------
@@ -101,7 +114,8 @@ def send_pods(
     max_fetches
         How many stored pods may be sent.
     choose
-        Picks one of the pods, given by id, each of which serves an uncovered request of the station.
+        Picks one of the pods for a station: it is given the station, the pods, by ascending id, each of which serves an
+        uncovered request of it, and the items that are still uncovered there, by SKU.
 
     Returns
     -------
@@ -109,7 +123,11 @@ def send_pods(
         The trips in the order in which they were chosen.
     """
     pods = warehouse.pods
-    return send(warehouse, max_fetches, lambda _, at, found: choose(at, [pods[pod] for pod in found.tolist()]).id)
+    return _send(
+        warehouse,
+        max_fetches,
+        lambda _, at, found, wanted: choose(at, [pods[pod] for pod in found.tolist()], wanted).id,
+    )
 
 
 def may_send(warehouse: WarehouseView, max_fetches: int) -> bool:

@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+from rmfs_rules.classes.places import Places
 
 from cases import cases
 from rmfs_commands.layouts import parse_map
@@ -12,7 +13,6 @@ from rmfs_core.warehouse import Station, Warehouse, WarehouseView
 from rmfs_core.world import NORTH
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.classes import Cache, Utility
-from rmfs_rules.classes.places import Places
 from rmfs_rules.fixed import Fixed
 from rmfs_rules.nearest import Nearest
 from standing import put_at_station

@@ -430,7 +430,7 @@ def test_seed_overrides_and_limit_count(scenario_file: Path) -> None:
         rmfs_core.run(load_scenario(scenario_file), overrides=["seed=2"])
     scenario = evolve(load_scenario(scenario_file), run=RunSection(until_s=60.0))
     result = rmfs_core.run(scenario)
-    assert (result.status, result.interrupted) == ("partial", False)
+    assert (result.status, result.interrupted) == ("horizon", False)
     assert (result.metrics["makespan_s"], result.metrics["simulated_s"]) == (None, 60.0)
     assert result.metrics["orders_completed"] < 10
     with pytest.raises(InputError, match="folder"):

@@ -1,6 +1,7 @@
 """What rules and observers raise, or take too long for, ends the run with their name."""
 
 import os
+import re
 import signal
 import threading
 import time
@@ -42,6 +43,19 @@ WHATEVER = [
 @pytest.mark.parametrize(("role", "body", "message"), WHATEVER)
 def test_what_is_no_answer_ends_the_run(tiny_run: Prepare, tmp_path: Path, role: str, body: str, message: str) -> None:
     assert message in what_ends(prepare_bad(tiny_run, tmp_path, role, body), role)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "return warehouse.fits(None, warehouse.stations[0])",
+        "from rmfs.helpers import send_pods; return send_pods(warehouse, 9, lambda station, pods: pods[0])",
+    ],
+)
+def test_an_error_within_the_kernel_or_a_helper_names_the_line_of_the_rule(
+    tiny_run: Prepare, tmp_path: Path, body: str
+) -> None:
+    assert re.search(r"\(.*bad\.py, line 11\)", what_ends(prepare_bad(tiny_run, tmp_path, "pps", body), "pps"))
 
 
 def test_what_was_picked_before_the_error_was_told(tiny_run: Prepare, tmp_path: Path) -> None:

@@ -108,7 +108,7 @@ def test_when_a_run_stands_still(tiny_run: Prepare) -> None:
     run = tiny_run(instance, change=hours((("06:00", "22:00"),))).done()
     assert run.of(OrderCompleted)[-1].tick > 10 * DAY
     run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),)), run=RunSection(until_s=60)).done()
-    assert (run.simulation.status, run.simulation.now) == ("partial", MINUTE)
+    assert (run.simulation.status, run.simulation.now) == ("horizon", MINUTE)
 
 
 def test_a_later_line_of_an_order_joins_its_place_at_a_closed_station() -> None:

@@ -46,7 +46,10 @@ FILE = {"process": "file", "file": "bundles.csv"}
 
 
 def brought(instance: Instance, *bundles: tuple[float, int, int]) -> Instance:
-    data = [BundleData(f"B{i}", round(s * 1000), sku, items) for i, (s, sku, items) in enumerate(bundles, 1)]
+    data = [
+        BundleData(f"B{i}", arrival_tick=round(s * 1000), sku=sku, items=items)
+        for i, (s, sku, items) in enumerate(bundles, 1)
+    ]
     return evolve(instance, bundles=tuple(data))
 
 
@@ -256,7 +259,7 @@ def test_endless_bundles_of_which_some_have_room(seed: int) -> None:
         ends[places] = run.simulation.status
         skus = [event.sku for event in run.of(BundleArrived)]
     late = skus.index(instance.skus.index("a")) >= 2
-    assert ends == {1: "partial" if late else "complete", 100: "complete"}
+    assert ends == {1: "horizon" if late else "complete", 100: "complete"}
 
 
 def test_a_joint_rule_decides_both() -> None:
@@ -428,7 +431,7 @@ def test_the_same_with_windows(scenario: Scenario) -> None:
 FROM_TWO_TO_SEVEN = {"process": "reorder-point", "reorder_point": 2, "order_up_to": 7}
 LOW = Instance(
     ("a", "b", "c"),
-    (OrderData("1", 0, ((0, 3), (1, 1))),),
+    (OrderData("1", arrival_tick=0, lines=((0, 3), (1, 1))),),
     (PodData("p", ((0, 3), (1, None))), PodData("q", ((0, 1), (2, 2)))),
     levels=((2, 7), (2, 7), (2, 7)),
     restocked=True,
@@ -471,7 +474,7 @@ def test_chance_and_files_bring_bundles() -> None:
     assert {bundle.items for bundle in drawn} == {4}
     assert 36 < drawn[-1].arrival_tick / 3_600_000 < 44
     assert drawn == list(islice(Supply(scenario_of(given), LOW).coming(), 400))
-    bundles = (BundleData("x", 5, 0, 1), BundleData("y", 9, 1, 2))
+    bundles = (BundleData("x", arrival_tick=5, sku=0, items=1), BundleData("y", arrival_tick=9, sku=1, items=2))
     supply = Supply(scenario_of({"process": "file", "file": "b"}), evolve(LOW, bundles=bundles, levels=()))
     assert tuple(supply.coming()) == bundles
     assert supply.order(2) == []

@@ -60,7 +60,9 @@ def instances(draw: st.DrawFn) -> Instance:
                 pods[pod][sku] = share
     return Instance(
         tuple(map(str, range(n_skus))),
-        tuple(OrderData(str(i), tick, tuple(order.items())) for i, (order, tick) in enumerate(orders)),
+        tuple(
+            OrderData(str(i), arrival_tick=tick, lines=tuple(order.items())) for i, (order, tick) in enumerate(orders)
+        ),
         tuple(PodData(str(i), tuple(held.items())) for i, held in enumerate(pods)),
     )
 

@@ -152,7 +152,7 @@ def test_orders_that_stock_cannot_serve_take_no_places(rule: str) -> None:
     pps = None if key == "poa_pps" else scenario.rules.pps
     none: dict[str, RuleChoice | None] = {"poa": None, "poa_pps": None}
     scenario = evolve(scenario, rules=evolve(scenario.rules, **none | {"pps": pps, key: RuleChoice(name)}))
-    run = prepared(scenario, without_lamps(BundleData("D-1", 7_200_000, 2, 5))).done()
+    run = prepared(scenario, without_lamps(BundleData("D-1", arrival_tick=7_200_000, sku=2, items=5))).done()
     done = {event.order: event.tick for event in run.of(OrderCompleted)}
     assert max(done[order] for order in (2, 3, 4, 5)) < 150_000
     assert min(done[order] for order in (0, 1)) > 7_200_000
@@ -167,7 +167,7 @@ def test_what_a_run_says_of_orders_that_wait() -> None:
         stations={"order_capacity": 2, "queue_length": 3},
         rules=REPLENISHED | {"wait_for_stock": False, "poa": "first-come"},
     )
-    run = prepared(scenario, without_lamps(BundleData("D-1", 600_000, 2, 5))).done()
+    run = prepared(scenario, without_lamps(BundleData("D-1", arrival_tick=600_000, sku=2, items=5))).done()
     assert [event.order for event in run.of(OrderAssigned)][:2] == [0, 1]
     assert run.of(OrderInStock) == []
     run = prepared(scenario_of({"process": "file", "file": "bundles.csv"}), without_lamps())

@@ -24,7 +24,7 @@ def test_what_is_set_once_stays(world: Warehouse) -> None:
         with pytest.raises(AttributeError, match=rf"^{type(thing).__name__}\.{name} is read-only$"):
             setattr(thing, name, 3)
     cells = StationCells(3, (4,))
-    assert Order(7, OrderData("A-1", 0, ()), lambda: 0).label == "A-1 (id 7)"
+    assert Order(7, OrderData("A-1", arrival_tick=0, lines=()), lambda: 0).label == "A-1 (id 7)"
     assert Station(0, cells, 5, False, 1).label == "1 (id 0)"
     assert Station(0, cells, 5, False, 1, name="north").label == "north (id 0)"
     assert Robot(1, 0, NORTH).label == "2 (id 1)"

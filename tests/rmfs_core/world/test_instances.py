@@ -14,7 +14,7 @@ from saying import said
 
 
 def test_what_instances_tell() -> None:
-    assert OrderData("1", 0, ((0, 2), (3, 5))).items == 7
+    assert OrderData("1", arrival_tick=0, lines=((0, 2), (3, 5))).items == 7
     with pytest.raises(InputError, match=r"has no meaning beside `instance.orders_file`"):
         load_scenario("examples/from-csv", ["instance.generator=paper"])
 
@@ -202,8 +202,13 @@ from rmfs_core.world import Instance, OrderData, PodData
 def singles(section, seed):
     drawn = stream(seed, "singles").integers(section.skus, size=section.orders).tolist()
     names = tuple(map(str, range(section.skus)))
-    orders = tuple(OrderData(str(i), 0, ((sku, 1),)) for i, sku in enumerate(drawn))
+    orders = tuple(OrderData(str(i), arrival_tick=0, lines=((sku, 1),)) for i, sku in enumerate(drawn))
     return Instance(names, orders, tuple(PodData(name, ((int(name), None),)) for name in names))
+
+def paced(section, seed, *, pace_s, lines=1):
+    skus = tuple((sku, 1) for sku in range(lines))
+    orders = (OrderData(str(i), arrival_tick=i * 1000 * pace_s, lines=skus) for i in range(section.orders))
+    return Instance(tuple("abc"), tuple(orders), (PodData("p", ((0, None), (1, None), (2, None))),))
 
 def fails(section, seed):
     return {}[section.orders]
@@ -214,25 +219,37 @@ def nothing(section, seed):
 def ends(section, seed):
     raise SystemExit(3)
 
-def _made(orders=(OrderData("1", 0, ((0, 1),)),), pods=(PodData("p", ((0, None),)),), skus=("A",)):
+def _made(orders=(OrderData("1", arrival_tick=0, lines=((0, 1),)),), pods=(PodData("p", ((0, None),)),), skus=("A",)):
     return lambda section, seed: Instance(skus, orders, pods)
 
 no_tuple = _made(orders=None)
-early = _made((OrderData("1", -50, ((0, 1),)),))
-half = _made((OrderData("1", 0.5, ((0, 1),)),))
-unsorted = _made((OrderData("1", 9, ((0, 1),)), OrderData("2", 3, ((0, 1),))))
-no_sku = _made((OrderData("1", 0, ((5, 1),)),))
-no_items = _made((OrderData("1", 0, ((0, 0),)),))
-no_lines = _made((OrderData("1", 0, ()),))
-same_sku = _made((OrderData("1", 0, ((0, 1), (0, 2))),))
-same_name = _made((OrderData("1", 0, ((0, 1),)),) * 2)
-no_name = _made((OrderData(1, 0, ((0, 1),)),))
+early = _made((OrderData("1", arrival_tick=-50, lines=((0, 1),)),))
+half = _made((OrderData("1", arrival_tick=0.5, lines=((0, 1),)),))
+unsorted = _made((OrderData("1", arrival_tick=9, lines=((0, 1),)), OrderData("2", arrival_tick=3, lines=((0, 1),))))
+no_sku = _made((OrderData("1", arrival_tick=0, lines=((5, 1),)),))
+no_items = _made((OrderData("1", arrival_tick=0, lines=((0, 0),)),))
+no_lines = _made((OrderData("1", arrival_tick=0, lines=()),))
+same_sku = _made((OrderData("1", arrival_tick=0, lines=((0, 1), (0, 2))),))
+same_name = _made((OrderData("1", arrival_tick=0, lines=((0, 1),)),) * 2)
+no_name = _made((OrderData(1, arrival_tick=0, lines=((0, 1),)),))
 bad_pod = _made(pods=(PodData("p", ((0, 1.5),)),))
 """
 GENERATORS = {
     name: f"acme_days:{name}"
     for name in (
-        *("singles", "fails", "nothing", "ends", "no_tuple", "early", "half", "unsorted", "no_sku", "no_items"),
+        *(
+            "singles",
+            "paced",
+            "fails",
+            "nothing",
+            "ends",
+            "no_tuple",
+            "early",
+            "half",
+            "unsorted",
+            "no_sku",
+            "no_items",
+        ),
         *("no_lines", "same_sku", "same_name", "no_name", "bad_pod"),
     )
 }
@@ -251,6 +268,31 @@ def test_a_scenario_names_the_generator_of_its_instance(install: Callable[..., N
     result = run(scenario)
     assert (result.status, result.versions["acme"]) == ("complete", "1.0")
     assert "acme" not in run("examples/small", overrides=["instance.orders=1"]).versions
+
+
+def test_a_generator_takes_parameters(install: Callable[..., None]) -> None:
+    install("acme", GENERATORS, group="rmfs.instances", acme_days=SINGLES)
+    keys = ["instance.generator=paced", "instance.orders=3", "instance.parameters={pace_s=5, lines=2}"]
+    instance = make_instance(load_scenario("examples/small", keys))
+    assert [(order.arrival_tick, order.items) for order in instance.orders] == [(0, 2), (5000, 2), (10_000, 2)]
+
+
+@cases(
+    "keys place problem",
+    (["parameters={pace=5}"], "parameters", "missing a required argument: 'pace_s'"),
+    (["parameters={pace_s=5, line=1}"], "parameters", "got an unexpected keyword argument 'line'"),
+    (["parameters={pace_s=5}", "due={allowance_s=60}"], "due", "does not look at it; expected it left out, or times"),
+    (["parameters={pace_s=5}", "arrivals={process='poisson', orders_per_hour=9}"], "arrivals", "does not look at"),
+    (["generator=", "parameters={pace_s=5}"], "", "expected `generator` beside `parameters`"),
+)
+def test_what_a_generator_does_not_take_is_refused(
+    install: Callable[..., None], keys: list[str], place: str, problem: str
+) -> None:
+    install("acme", GENERATORS, group="rmfs.instances", acme_days=SINGLES)
+    with pytest.raises(InputError) as caught:
+        make_instance(load_scenario("examples/small", [f"instance.{key}" for key in ("generator=paced", *keys)]))
+    assert place in caught.value.place
+    assert problem in caught.value.problem
 
 
 @cases(

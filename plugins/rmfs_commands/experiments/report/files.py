@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rmfs_commands.cli.grids import to_latex
+from rmfs_commands.cli.latex import to_latex
 from rmfs_commands.experiments.compare import Comparison
 from rmfs_commands.experiments.report.html import report_html
 from rmfs_commands.experiments.report.plots import make_plots
@@ -19,8 +19,23 @@ PLOTS_FOLDER = "plots"
 TABLES_FOLDER = "tables"
 
 
-def write_report(result: ExperimentResult, comparison: Comparison, folder: str | Path) -> None:
+ONE_COLUMN_CM = 8.4
+"""How wide a column of a page of two is, in about all journals."""
+
+
+def write_report(
+    result: ExperimentResult, comparison: Comparison, folder: str | Path, width_cm: float = ONE_COLUMN_CM
+) -> None:
     """Write summary.csv, runs.parquet, report.html, the plots and the tables for papers, each whole or not at all.
+
+    Parameters
+    ----------
+    result, comparison
+        What to report.
+    folder
+        Where to.
+    width_cm
+        How wide the plots are.
 
     Raises
     ------
@@ -29,12 +44,12 @@ def write_report(result: ExperimentResult, comparison: Comparison, folder: str |
     """
     path = output_folder(folder)
     plots = make_plots(result.rows, comparison)
-    for plot in plots:
+    for plot in make_plots(result.rows, comparison, width_cm / 2.54):
         for file, content in plot.files.items():
             with AtomicFile(output_folder(path / PLOTS_FOLDER) / file) as stream:
                 stream.write(content)
     for name, grid in grids(comparison).items():
-        write_text(output_folder(path / TABLES_FOLDER) / f"{name}.tex", to_latex(grid))
+        write_text(output_folder(path / TABLES_FOLDER) / f"{name}.tex", to_latex(grid, name))
     write_text(path / SUMMARY_FILE, summary_csv(comparison))
     write_parquet(result, path / PARQUET_FILE)
     write_text(path / REPORT_FILE, report_html(result, comparison, plots))

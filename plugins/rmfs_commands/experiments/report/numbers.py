@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from attrs import evolve
 
 from rmfs_commands.experiments.compare import FEWEST_SEEDS, Comparison, Interval, Paired
 from rmfs_core.results.catalogue import Metric, show
-from rmfs_core.wording import first_few
+from rmfs_core.wording import counted, first_few, listed
 
 NONE = "-"
 MINUS = "\N{MINUS SIGN}"
@@ -26,12 +26,29 @@ _FIXED = (
     "draw. Intervals and p hold for these orders, not for those of other days."
 )
 _COMPLETE = "Runs that are not complete do not count."
+_HORIZON = "Runs count that are complete or reached their horizon (run.until_s); failed and interrupted ones do not."
+MARK = "*"
+"""At the title of a metric in which orders left at a horizon are missing."""
+OF_MEAN = "\N{DAGGER}"
+"""Behind a relative difference that is one of means."""
+_OF_MEAN = (
+    f"{OF_MEAN} Difference as a share of the baseline's mean, with the same p: some of its figures are close to 0."
+)
+CENSORED = (
+    f"{MARK} Per completed order: what the orders that are open at the horizon would change is not known. They are "
+    "often those that wait long, or are large; their number and age are compared, too."
+)
 
 
 def caption(comparison: Comparison) -> str:
     """Return what the figures beside a baseline are, and what p holds for."""
     what = _DIFFERENCES.format(comparison.baseline)
-    sentences = [f"{what}{_TEST}" if comparison.tested else f"{what}.", _COMPLETE]
+    sentences = [
+        f"{what}{_TEST}" if comparison.tested else f"{what}.",
+        counted_runs(comparison),
+        *([CENSORED] if any(map(comparison.censored, comparison.metrics)) else []),
+        *([_OF_MEAN] if any(one.of_mean for one in comparison.paired) else []),
+    ]
     others = (one for one in comparison.paired if one.rule_set != comparison.baseline)
     if any(one.difference.mean is not None and one.difference.p is None for one in others):
         sentences.insert(1, NO_TEST)
@@ -54,6 +71,34 @@ def title(metric: Metric) -> str:
     return f"{label} ({metric.unit})" if metric.unit else label
 
 
+def counted_runs(comparison: Comparison) -> str:
+    """Return a sentence on which runs count."""
+    return _HORIZON if comparison.horizon else _COMPLETE
+
+
+def heading(comparison: Comparison, metric: str) -> str:
+    """Return a metric's title in a comparison, marked where orders left at a horizon are missing in it."""
+    return f"{title(comparison.described(metric))}{MARK if comparison.censored(metric) else ''}"
+
+
+def why(one: Paired) -> str | None:
+    """Return how many pairs were left out for which reason: ``2 pairs, as a run failed``; None of none."""
+    return "; ".join(f"{counted(number, 'pair')}, as {reason}" for reason, number in sorted(one.why.items())) or None
+
+
+def left_out(comparison: Comparison, shown: Sequence[str]) -> list[str]:
+    """Return a sentence for each rule set with pairs left out, and why: once for all metrics of which it is so."""
+    metrics: dict[tuple[str, str, str], list[str]] = {}
+    for one in (one for metric in comparison.metrics for name in shown for one in comparison.of(name, metric)):
+        if one.rule_set != comparison.baseline and (reasons := why(one)):
+            metrics.setdefault((one.instances, one.rule_set, reasons), []).append(heading(comparison, one.metric))
+    return [
+        f"Left out, {instances}, {rule_set}: {reasons}"
+        + ("." if len(titles) == len(comparison.metrics) else f" (in {listed(titles)}).")
+        for (instances, rule_set, reasons), titles in metrics.items()
+    ]
+
+
 def value(metric: Metric, number: float | None) -> str:
     """Return a metric's value, one digit finer than a single run's: it is a mean."""
     return show(_finer(metric), number)
@@ -65,9 +110,22 @@ def difference(metric: Metric, found: Interval, *, bounds: bool = True) -> str:
     return _with_bounds(found, lambda number: _signed(show(finer, number)), bounds=bounds)
 
 
-def relative(found: Interval, *, bounds: bool = True) -> str:
-    """Return a relative difference in percent with its interval beside Holm's p; or without."""
-    return _with_bounds(found, lambda number: _signed(f"{100 * number:,.1f}"), " %", bounds=bounds)
+def has_relative(comparison: Comparison, metric: str, shown: Sequence[str]) -> bool:
+    """Whether relative differences of a metric are shown: not of percentages, which differ by percentage points."""
+    return comparison.described(metric).unit != "%" and any(
+        one.relative.mean is not None for name in shown for one in comparison.of(name, metric)
+    )
+
+
+def difference_heading(metric: Metric) -> str:
+    """Return what the column of differences is called."""
+    return "Difference (points)" if metric.unit == "%" else "Difference"
+
+
+def relative(one: Paired, *, bounds: bool = True) -> str:
+    """Return a relative difference in percent with its interval beside Holm's p, or without; a sign where of a mean."""
+    shown = _with_bounds(one.relative, lambda number: _signed(f"{100 * number:,.1f}"), " %", bounds=bounds)
+    return f"{shown} {OF_MEAN}" if one.of_mean else shown
 
 
 def times(multiple: float | None) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
+import textwrap
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -11,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import frozen
 
-from rmfs_commands.experiments.compare import Comparison, Interval
-from rmfs_commands.experiments.report.numbers import title
+from rmfs_commands.experiments.compare import COUNTED, Comparison, Interval
+from rmfs_commands.experiments.report.numbers import MARK, heading
 from rmfs_core.wording import one_line, sentence
 
 if TYPE_CHECKING:
@@ -43,6 +44,15 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
 }
 
+PAPER: dict[Any, Any] = dict.fromkeys(
+    ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 8
+)
+"""Of pictures for papers, which stand beside text of 8 to 10 pt."""
+AROUND = ((-9, -9), (3, 3), (3, -9), (-9, 3))
+"""Points from a dot to its number: in turns, so that those of dots close to each other can be read."""
+LETTER = 0.062
+"""Inches that a letter of 8 or 9 pt takes on average."""
+
 
 @frozen
 class Plot:
@@ -70,25 +80,35 @@ class Plot:
         return {f"{self.name}.{ending}": getattr(self, ending) for ending in ("png", "svg", "pdf")}
 
 
-def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> list[Plot]:
-    """Return the plot of all differences, one for each metric with every complete run in it, and the fronts.
+def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison, width: float | None = None) -> list[Plot]:
+    """Return the plot of all differences, one for each metric with every run that counts in it, and the fronts.
 
     One that cannot be drawn is left out, and named on standard error.
+
+    Parameters
+    ----------
+    rows, comparison
+        What to draw.
+    width
+        Of each picture in inches, with letters of 8 pt, for a paper that shows it at its size; left out, each is as
+        wide as it needs to be on a screen.
     """
     import matplotlib as mpl
 
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(STYLE if width is None else STYLE | PAPER):
         plots = [
-            plot_of(plot_name(metric), _title(comparison, metric), partial(_runs, rows, comparison, metric))
+            plot_of(plot_name(metric), _title(comparison, metric), partial(_runs, rows, comparison, metric, width))
             for metric in comparison.metrics
             if len(comparison.rule_sets) <= MOST_RULE_SETS
         ]
         if len(comparison.rule_sets) > 1:
             heading = f"Differences from {comparison.baseline}"
-            plots.insert(0, plot_of(DIFFERENCES, heading, partial(_differences, comparison)))
+            plots.insert(0, plot_of(DIFFERENCES, heading, partial(_differences, comparison, width)))
         for first, second in comparison.fronts:
             heading = f"{_title(comparison, second)} against {_title(comparison, first)}"
-            plots.append(plot_of(front_name(first, second), heading, partial(_fronts, comparison, first, second)))
+            plots.append(
+                plot_of(front_name(first, second), heading, partial(_fronts, comparison, first, second, width))
+            )
     return [plot for plot in plots if plot is not None]
 
 
@@ -127,7 +147,7 @@ def front_name(first: str, second: str) -> str:
 
 
 def _title(comparison: Comparison, metric: str) -> str:
-    return title(comparison.described(metric))
+    return heading(comparison, metric)
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -145,28 +165,46 @@ def shown_sets(comparison: Comparison) -> tuple[str, ...]:
     return comparison.instance_sets if len(comparison.instance_sets) <= MOST_SETS else comparison.instance_sets[-1:]
 
 
-def _differences(comparison: Comparison) -> Figure:
+def _wrapped(text: str, width: float) -> str:
+    """Return a text on as many lines as it needs within a width in inches."""
+    return "\n".join(textwrap.wrap(plain(text), max(8, int(width / LETTER)))) or plain(text)
+
+
+def _legend_columns(names: Sequence[str], width: float) -> int:
+    """Return how many names of a legend fit beside each other."""
+    return max(1, min(4, len(names), int(width / (LETTER * max(map(len, names)) + 0.5))))
+
+
+def _differences(comparison: Comparison, width: float | None) -> Figure:
     """Intervals of the differences: a panel for each metric, a row for each rule set and instance set."""
     others = [name for name in comparison.rule_sets if name != comparison.baseline]
     sets = shown_sets(comparison)
-    columns = min(3, len(comparison.metrics))
+    most = 0.4 * width if width else 9.0
+    names = min(0.07 * max(len(plain(other)) for other in others), most)  # inches that the longest name takes
+    fit = 3 if width is None else int((width - names) / 1.8)
+    columns = max(1, min(3, fit, len(comparison.metrics)))
     lines = -(-len(comparison.metrics) // columns)
-    names = 0.07 * max(len(plain(other)) for other in others)  # inches that the longest name takes
-    figure = _figure(3.2 * columns + max(1.0, names), lines * (0.9 + 0.2 * len(others) * (len(sets) + 1)))
-    panels = figure.subplots(lines, columns, sharey=True, squeeze=False).flat
+    whole = width or 3.2 * columns + max(1.0, names)
+    figure = _figure(whole, lines * (0.9 + 0.2 * len(others) * (len(sets) + 1)))
+    panel_width = (whole - names) / columns - 0.2
+    panels = list(figure.subplots(lines, columns, sharey=True, squeeze=False).flat)
     for panel, metric in zip(panels, comparison.metrics, strict=False):
-        _forest(panel, comparison, metric, others, sets)
-    for panel in list(panels)[len(comparison.metrics) :]:
+        _forest(panel, comparison, metric, others, sets, panel_width)
+        panel.set_yticks(range(len(others)), [_wrapped(other, most) for other in others])
+    for panel in panels[len(comparison.metrics) :]:
         panel.set_visible(False)
     if len(sets) > 1:
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(sets)))
+        figure.legend(handles, labels, loc="outside lower center", ncols=_legend_columns(labels, whole))
     return figure
 
 
-def _forest(panel: Axes, comparison: Comparison, metric: str, others: Sequence[str], sets: Sequence[str]) -> None:
+def _forest(
+    panel: Axes, comparison: Comparison, metric: str, others: Sequence[str], sets: Sequence[str], width: float
+) -> None:
     found = {(one.rule_set, one.instances): one for name in sets for one in comparison.of(name, metric)}
-    in_percent = all(found[other, name].relative.mean is not None for other in others for name in sets)
+    unit = comparison.described(metric).unit
+    in_percent = unit != "%" and all(found[other, name].relative.mean is not None for other in others for name in sets)
     panel.axvline(0, color="0.6", linewidth=0.8)
     for place, name in enumerate(sets):
         spread = (place - (len(sets) - 1) / 2) * 0.8 / len(sets)
@@ -176,12 +214,11 @@ def _forest(panel: Axes, comparison: Comparison, metric: str, others: Sequence[s
             interval = one.relative if in_percent else one.difference
             _whisker(panel, interval, row + spread, colour, 100 if in_percent else _scale(metric))
         panel.plot([], [], "o", color=colour, label=plain(name))
-    panel.set_yticks(range(len(others)), [plain(other) for other in others])
     panel.set_ylim(len(others) - 0.5, -0.5)
-    panel.set_title(plain(_title(comparison, metric).partition(" (")[0]))
-    unit = comparison.described(metric).unit
-    absolute = f"difference ({unit})" if unit else "difference"
-    panel.set_xlabel(plain(f"difference, % of {comparison.baseline}" if in_percent else absolute))
+    mark = MARK if comparison.censored(metric) else ""
+    panel.set_title(_wrapped(f"{_title(comparison, metric).partition(' (')[0].rstrip(MARK)}{mark}", width))
+    absolute = f"difference ({'percentage points' if unit == '%' else unit})" if unit else "difference"
+    panel.set_xlabel(_wrapped(f"difference, % of {comparison.baseline}" if in_percent else absolute, width))
 
 
 def _whisker(panel: Axes, interval: Interval, y: float, colour: str, scale: float) -> None:
@@ -197,49 +234,62 @@ def _scale(metric: str) -> float:
     return 100.0 if metric == "picker_utilisation" else 1.0
 
 
-def _fronts(comparison: Comparison, first: str, second: str) -> Figure:
-    """Means of all rule sets in two metrics, a panel for each instance set; whom none beats in both has a number."""
+def _fronts(comparison: Comparison, first: str, second: str, width: float | None) -> Figure:
+    """Means of all rule sets in two metrics, a panel for each instance set; those none beats in both are joined."""
     sets = shown_sets(comparison)
-    columns = min(2, len(sets))
+    columns = min(2 if width is None else max(1, int(width / 3)), len(sets))
     lines = -(-len(sets) // columns)
-    figure = _figure(4.6 * columns, 3.6 * lines)
+    figure = _figure(width or 4.6 * columns, (3.6 if width is None else 2.6) * lines)
     panels = list(figure.subplots(lines, columns, squeeze=False).flat)
     for panel, name in zip(panels, sets, strict=False):
-        _front(panel, comparison, name, first, second)
+        _front(panel, comparison, name, first, second, (width or 4.6 * columns) / columns)
     for panel in panels[len(sets) :]:
         panel.set_visible(False)
+    whole = width or 4.6 * columns
+    names = [_wrapped(f"{number} {name}", whole - 0.3) for number, name in enumerate(comparison.rule_sets, 1)]
+    handles = [panels[0].plot([], [], " ")[0] for _ in names]  # names beside the points would overlap
+    columns = _legend_columns(names, whole)
+    figure.legend(handles, names, loc="outside lower center", ncols=columns, handlelength=0, handletextpad=0)
     return figure
 
 
-def _front(panel: Axes, comparison: Comparison, instances: str, first: str, second: str) -> None:
-    points = zip(comparison.of(instances, first), comparison.of(instances, second), strict=True)
-    shown = [(one, other) for one, other in points if one.mean is not None and other.mean is not None]
+def _front(panel: Axes, comparison: Comparison, instances: str, first: str, second: str, width: float) -> None:
+    both = zip(comparison.of(instances, first), comparison.of(instances, second), strict=True)
+    shown = [(one, other) for one, other in both if one.mean is not None and other.mean is not None]
     across, up = _scale(first), _scale(second)
-    panel.plot([across * (a.mean or 0) for a, _ in shown], [up * (b.mean or 0) for _, b in shown], "o", color="0.75")
+    points = [(across * (a.mean or 0), up * (b.mean or 0), a.rule_set) for a, b in shown]
+    panel.plot([x for x, _, _ in points], [y for _, y, _ in points], "o", color="0.75")
     front = comparison.front(instances, first, second)
     xs, ys = [across * (a.mean or 0) for a, _ in front], [up * (b.mean or 0) for _, b in front]
     panel.plot(xs, ys, "o-", color=COLOURS[0], markersize=4, linewidth=1, drawstyle="steps-post")
-    for number, (x, y, (one, _)) in enumerate(zip(xs, ys, front, strict=True), 1):
-        panel.annotate(str(number), (x, y), (3, 3), textcoords="offset points", size=7)
-        panel.plot([], [], " ", label=plain(f"{number} {one.rule_set}"))  # names beside the points would overlap
-    if front:
-        panel.legend(fontsize=7, handlelength=0, handletextpad=0)
+    for x, y, rule_set in points:
+        number = comparison.rule_sets.index(rule_set) + 1
+        panel.annotate(str(number), (x, y), AROUND[number % len(AROUND)], textcoords="offset points")
     for one, other in shown[:1]:
         for bound, line, scale in ((one.bound, panel.axvline, across), (other.bound, panel.axhline, up)):
             if bound is not None:
                 line(scale * bound, linestyle="--", color="black", linewidth=1)
-    panel.set_title(plain(instances))
-    panel.set_xlabel(plain(_title(comparison, first)))
-    panel.set_ylabel(plain(_title(comparison, second)))
+    if len(shown_sets(comparison)) > 1:
+        panel.set_title(_wrapped(instances, width - 0.6))
+    panel.set_xlabel(_wrapped(_title(comparison, first), width - 0.6))
+    panel.set_ylabel(_wrapped(_title(comparison, second), 2.0))
     panel.set_xlim(left=0)
     panel.set_ylim(bottom=0)
 
 
-def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str) -> Figure:
-    """Every complete run as a dot, means and bounds of the table as bars, by instance set and rule set."""
+def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str, paper_width: float | None) -> Figure:
+    """Every run that counts as a dot, means and bounds of the table as bars, by instance set and rule set."""
     sets = shown_sets(comparison)
     found = {(one.rule_set, one.instances): one for name in sets for one in comparison.of(name, metric)}
-    figure = _figure(max(4.0, 1.2 + 0.45 * len(comparison.rule_sets) * len(sets)), 3.0)
+    whole = paper_width or max(4.0, 1.2 + 0.45 * len(comparison.rule_sets) * len(sets))
+    names = [_wrapped(rule_set, whole - 0.6) for rule_set in comparison.rule_sets]
+    columns = _legend_columns(names, whole)
+    room = (whole - 0.7) / len(sets)
+    labels = ["\n".join(_wrapped(part, max(room, 1.2)) for part in name.split(", ")) for name in sets]
+    lines = [line for label in labels for line in label.split("\n")]
+    rotated = LETTER * max(map(len, lines)) > room
+    below = LETTER * max(map(len, lines)) if rotated else 0.15 * max(label.count("\n") for label in labels)
+    figure = _figure(whole, 2.6 + below + 0.15 * -(-len(names) // columns))
     panel = figure.subplots()
     width = 0.8 / len(comparison.rule_sets)
     lowest = 0.0
@@ -260,15 +310,15 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
             if one.bound is not None:
                 bar = [_scale(metric) * one.bound] * 2
                 panel.plot([x - width / 2, x + width / 2], bar, "--", color="black", linewidth=1)
-        panel.plot([], [], "o", color=colour, label=plain(rule_set))
+        panel.plot([], [], "o", color=colour, label=names[place])
     if comparison.bounded(metric):
         panel.set_xlabel("dashed: what no rules can beat")
-    panel.set_xticks(range(len(sets)), [plain(name).replace(", ", "\n") for name in sets])
+    panel.set_xticks(range(len(sets)), labels, rotation=90 if rotated else 0)
     panel.set_xlim(-0.5, len(sets) - 0.5)
     if lowest == 0:
         panel.set_ylim(bottom=0)
-    panel.set_ylabel(plain(_title(comparison, metric)))
-    figure.legend(loc="outside upper left", ncols=min(4, len(comparison.rule_sets)))
+    panel.set_ylabel(_wrapped(_title(comparison, metric), 2.0))
+    figure.legend(loc="outside upper left", ncols=columns)
     return figure
 
 
@@ -276,7 +326,7 @@ def _values(
     rows: Sequence[Mapping[str, Any]], comparison: Comparison, instances: str, rule_set: str, metric: str
 ) -> Iterator[float]:
     for row in rows:
-        if row["rule_set"] != rule_set or row["status"] != "complete" or row.get(metric) is None:
+        if row["rule_set"] != rule_set or row["status"] not in COUNTED or row.get(metric) is None:
             continue
         if comparison.holds(instances, row):
             yield _scale(metric) * row[metric]

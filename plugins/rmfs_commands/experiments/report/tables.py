@@ -40,12 +40,15 @@ SUMMARY_COLUMNS = (
     "relative_p_holm",
     "runs",
     "complete",
+    "horizon",
     "partial",
     "failed",
     "stood_still",
     "stopped_early",
     "bound",
     "times_bound",
+    "censored",
+    "why_left_out",
 )
 """Columns of summary.csv, see `rmfs_commands.experiments.compare`: `Paired`, `Interval` and `Counted`.
 
@@ -80,12 +83,15 @@ def _summary_rows(comparison: Comparison) -> Iterator[dict[str, Any]]:
             **_interval("relative_", "relative_", one.relative),
             "runs": count.runs,
             "complete": count.complete,
+            "horizon": count.horizon,
             "partial": count.partial,
             "failed": count.failed,
             "stood_still": count.stood_still,
             "stopped_early": count.stopped_early,
             "bound": one.bound,
             "times_bound": one.times_bound,
+            "censored": int(comparison.censored(one.metric)),
+            "why_left_out": numbers.why(one),
         }
 
 
@@ -110,33 +116,48 @@ def grids(comparison: Comparison) -> dict[str, Grid]:
 def _metric_grid(comparison: Comparison, metric: str) -> Grid:
     shown_as, bounded = comparison.described(metric), comparison.bounded(metric)
     bound = ("x bound",) if bounded else ()
-    columns = ("Instances", "Rule set", "Seeds", "Mean", *bound, "Difference", "p (Holm)", "Relative", "p (Holm)")
+    shares = numbers.has_relative(comparison, metric, shown_sets(comparison))
+    p = ("p (Holm)",) * comparison.tested
+    last = (numbers.difference_heading(shown_as), *p, *["Relative"] * shares)
+    found = [one for instances in shown_sets(comparison) for one in comparison.of(instances, metric)]
+    several, same = len(shown_sets(comparison)) > 1, len({numbers.seeds(one) for one in found}) == 1
+    names = ("Instances", "Rule set") if several else ("Rule set",)
+    columns = (*names, *([] if same else ["Seeds"]), "Mean", *bound, *last)
     rows = []
-    for one in (one for instances in shown_sets(comparison) for one in comparison.of(instances, metric)):
-        differences: tuple[str, ...] = ("", "", "", "")
+    for one in found:
+        differences: tuple[str, ...] = ("",) * len(last)
         if one.rule_set != comparison.baseline:
-            absolute = numbers.difference(shown_as, one.difference), numbers.probability(one.difference.p_holm)
-            differences = (*absolute, numbers.relative(one.relative), numbers.probability(one.relative.p_holm))
+            absolute = numbers.difference(shown_as, one.difference, bounds=comparison.tested)
+            of_p = (numbers.probability(one.difference.p_holm),) * len(p)
+            differences = (absolute, *of_p, *[numbers.relative(one, bounds=False)] * shares)
         times = (numbers.times(one.times_bound),) if bounded else ()
-        mean = numbers.value(shown_as, one.mean)
-        rows.append((one.instances, one.rule_set, numbers.seeds(one), mean, *times, *differences))
-    notes = (numbers.caption(comparison),)
-    return Grid(numbers.title(shown_as), notes, columns, rows, range(2, len(columns)))
+        which = (one.instances if one.rule_set == comparison.rule_sets[0] else "",) if several else ()
+        seeds = () if same else (numbers.seeds(one),)
+        rows.append((*which, one.rule_set, *seeds, numbers.value(shown_as, one.mean), *times, *differences))
+    caption = f"{numbers.heading(comparison, metric)}: means{f' over {numbers.seeds(found[0])} seeds' if same else ''}"
+    caption += f", and differences from {comparison.baseline}"
+    if comparison.tested:
+        caption += " with simultaneous 95 % confidence intervals and p-values of paired t tests after Holm"
+    caption += f". {numbers.CENSORED}" if comparison.censored(metric) else "."
+    return Grid(caption, (numbers.caption(comparison),), columns, rows, range(len(names), len(columns)))
 
 
 def _front_grid(comparison: Comparison, first: str, second: str) -> Grid:
+    titles = [numbers.heading(comparison, metric) for metric in (first, second)]
     metrics = comparison.described(first), comparison.described(second)
+    several = len(shown_sets(comparison)) > 1
     rows = [
         (
-            instances,
+            *([instances] * several),
             pair[0].rule_set,
             *(numbers.value(metric, one.mean) for metric, one in zip(metrics, pair, strict=True)),
         )
         for instances in shown_sets(comparison)
         for pair in comparison.front(instances, first, second)
     ]
-    columns = ("Instances", "Rule set", *map(numbers.title, metrics))
-    return Grid("None beats these in both", (), columns, rows, (2, 3))
+    columns = (*["Instances"] * several, "Rule set", *titles)
+    title = f"Rule sets that none beats in both {titles[0]} and {titles[1]}: means."
+    return Grid(title, (), columns, rows, range(len(columns) - 2, len(columns)))
 
 
 def write_parquet(result: ExperimentResult, path: Path) -> None:

@@ -14,8 +14,6 @@ from rmfs_commands.experiments.running import ExperimentResult
 MOST_SETS = 6
 """With more instance sets than these the terminal has the overall figures alone."""
 MOST_ERRORS = 5
-WIDE = 120
-"""Columns from which on absolute differences are shown beside the relative ones."""
 OF_BOUND = "x bound: how many times what no rules can beat, mean over the same runs."
 
 
@@ -32,12 +30,14 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
     if result.failed:
         console.print()
     for metric in comparison.metrics:
-        print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
+        print_named(console, _metric(comparison, metric, shown))
         for one in (one for name in shown for one in comparison.of(name, metric)):
             if sentence := numbers.other_sign(comparison.described(metric), one):
                 console.print(sentence, style="yellow", highlight=False, markup=False)
     for first, second in comparison.fronts:
         print_named(console, _front(comparison, first, second, shown))
+    for sentence in numbers.left_out(comparison, shown):
+        console.print(sentence, style="yellow", highlight=False, markup=False)
     console.print(numbers.caption(comparison), style="dim", highlight=False, markup=False)
     if any(map(comparison.bounded, comparison.metrics)):
         console.print(OF_BOUND, style="dim", highlight=False, markup=False)
@@ -46,7 +46,9 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
 def _counts(comparison: Comparison) -> Table:
     table = new_table("Runs")
     table.add_column("Rule set")
-    for name in ("Runs", "Complete", "Partial", "Failed", "Stood still", "Stopped early"):
+    partial = any(one.partial for one in comparison.counted) or not comparison.horizon
+    ends = ("Complete", *["Horizon"] * comparison.horizon, *["Partial"] * partial)
+    for name in ("Runs", *ends, "Failed", "Stood still", "Stopped early"):
         table.add_column(name, justify="right")
     for one in comparison.counted:
         if one.instances != comparison.instance_sets[-1]:
@@ -56,23 +58,21 @@ def _counts(comparison: Comparison) -> Table:
             Text(one.rule_set),
             str(one.runs),
             str(one.complete),
-            Text(str(one.partial), "yellow" if one.partial else ""),
+            *([str(one.horizon)] * comparison.horizon),
+            *([Text(str(one.partial), "yellow" if one.partial else "")] * partial),
             *(Text(str(count), "bold red" if count else "") for count in bad),
         )
     return table
 
 
-def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: bool) -> Table:
-    """Return the table of a metric: relative differences, and absolute ones where there is room or need."""
+def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...]) -> Table:
+    """Return the table of a metric: differences with interval and p, and what share of the baseline they are."""
     shown_as = comparison.described(metric)
-    others = [one for name in shown for one in comparison.of(name, metric) if one.rule_set != comparison.baseline]
-    relative = any(one.relative.mean is not None for one in others)
-    absolute = wide or not relative
-    table = new_table(numbers.title(shown_as))
+    relative = numbers.has_relative(comparison, metric, shown)
+    table = new_table(numbers.heading(comparison, metric))
     table.add_column("Rule set")
     tested = comparison.tested
-    p = ["p (Holm)"] * tested
-    columns = (["Difference", *p] if absolute else []) + (["Relative", *p] if relative else [])
+    columns = [numbers.difference_heading(shown_as), *["p (Holm)"] * tested, *["Relative"] * relative]
     bounded = comparison.bounded(metric)
     for name in ("Seeds", "Mean", *(["x bound"] if bounded else []), *columns):
         table.add_column(name, justify="right")
@@ -85,13 +85,9 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
             if one.rule_set == comparison.baseline:
                 table.add_row(Text(name), "", *means, Text("baseline", "dim"))
                 continue
-            cells = []
-            if absolute:
-                cells += [numbers.difference(shown_as, one.difference, bounds=tested)]
-                cells += [numbers.probability(one.difference.p_holm)] * tested
-            if relative:
-                cells += [numbers.relative(one.relative, bounds=tested)]
-                cells += [numbers.probability(one.relative.p_holm)] * tested
+            cells = [numbers.difference(shown_as, one.difference, bounds=tested)]
+            cells += [numbers.probability(one.difference.p_holm)] * tested
+            cells += [numbers.relative(one, bounds=False)] * relative
             table.add_row(Text(name), numbers.seeds(one), *means, *cells)
     return table
 
@@ -99,7 +95,7 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
 def _front(comparison: Comparison, first: str, second: str, shown: tuple[str, ...]) -> Table:
     """Return the table of the rule sets that none beats in two metrics at once."""
     metrics = comparison.described(first), comparison.described(second)
-    names = [numbers.title(metric) for metric in metrics]
+    names = [numbers.heading(comparison, metric) for metric in (first, second)]
     table = new_table("None beats these in both")
     table.add_column("Rule set")
     for name in names:

@@ -1,9 +1,10 @@
 """`rmfs bench`: the worlds that are timed, and the report of the times."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
@@ -13,14 +14,30 @@ from cases import cases
 from rmfs_commands.bench import command
 from rmfs_commands.bench.bench import QUALITY, WARM_UP_ORDERS, bench, contestant
 from rmfs_commands.bench.command import ROLES
+from rmfs_commands.bench.fixture import rule_benchmark
 from rmfs_commands.bench.worlds import FIXED, WORLDS, keys_of, world_with
 from rmfs_commands.cli.main import main
 from rmfs_commands.details.catalogue import METRICS
+from rmfs_core.decisions import PodTrip
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
-from rmfs_core.scenario import RuleChoice, load_scenario
+from rmfs_core.scenario import RuleChoice, RulesSection, load_scenario
+from rmfs_rules.demand import Demand
 
 FEW = ["instance.orders=9"]
+MINE = """
+from attrs import define
+from rmfs_core import OrderAssignment, hookimpl
+
+@define
+class Mine:
+    "POA: the first order that fits."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        fits = ((o, s) for o in warehouse.backlog for s in warehouse.stations if warehouse.fits(o, s))
+        return [OrderAssignment(o.id, s.id) for o, s in fits][:1]
+"""
 COUNTING = """
 import json
 from pathlib import Path
@@ -116,7 +133,11 @@ def test_an_override_that_no_run_would_show_is_refused(rules: list[str], overrid
 
 def names(world: str, role: Role, *overrides: str) -> dict[str, object]:
     """Return the rules of a world by key, with a rule called ``new`` in a role."""
-    rules = world_with(world, role, RuleChoice("new"), overrides).rules
+    return names_of(world_with(world, role, RuleChoice("new"), overrides).rules)
+
+
+def names_of(rules: RulesSection) -> dict[str, object]:
+    """Return the names of rules by key."""
     found = {
         key: getattr(rules, key)
         for key in (*PLAIN, "roa", "rps", "roa_rps")
@@ -183,6 +204,50 @@ def test_a_world_is_its_scenario_with_fixed_rules(world: str) -> None:
     assert FIXED.keys() == {Role.POA, Role.PPS, Role.PR, Role.TA, Role.PP}
 
 
+def test_a_scenario_of_ones_own_is_a_world_with_its_own_rules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also with files of its own folder, for a rule of the current one, and up to a horizon."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(MINE, encoding="utf-8")
+    shipped = load_scenario("examples/from-csv")
+    world = tmp_path / "there" / "world.toml"
+    world.parent.mkdir()
+    for file in Path(shipped.folder).glob("from-csv*"):
+        shutil.copy(file, world.parent)
+    text = (world.parent / "from-csv.toml").read_text(encoding="utf-8")
+    world.write_text(f"{text}\n[run]\nuntil_s = 60\n", encoding="utf-8")
+    assert names(str(world), Role.PR) == names_of(shipped.rules) | {"pr": "new"}
+    joint = tmp_path / "joint.toml"
+    joint.write_text('[rules]\npoa_pps = "pod-index"\n', encoding="utf-8")
+    assert names(str(joint), Role.PPS) == PLAIN | {"pps": "new", "ta": "balanced", "pp": "sipp"}
+    one = contestant("mine", RuleChoice("./mine.py:Mine"))
+    (run,) = bench([one], [str(world)], [1])
+    assert (run.status, run.world) == ("horizon", str(world))
+    assert run.calls > 0
+
+
+def test_the_fixture_asks_a_rule_in_the_middle_of_a_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """By name and as an object, beside each other; what it answers is the answer of a run."""
+    monkeypatch.chdir(tmp_path)
+
+    class Benchmark:
+        extra_info: ClassVar[dict[str, Any]] = {}
+        group = ""
+
+        def __call__(self, function: Callable[..., Any], **arguments: Any) -> Any:
+            assert function(**arguments) == function(**arguments)
+            return arguments["warehouse"].now_s, function(**arguments)
+
+    benchmark = Benchmark()
+    measure = rule_benchmark.__wrapped__(benchmark)  # type: ignore[attr-defined]
+    now_s, named = measure("demand", decides="PPS", overrides=FEW, at_s=60)
+    assert now_s >= 60
+    assert all(isinstance(one, PodTrip) for one in named)
+    assert measure(Demand(), decides="PPS", overrides=FEW, at_s=60) == (now_s, named)
+    assert benchmark.group == "PPS in small"
+    with pytest.raises(ValueError, match="no rule is asked for PPS from 90000 s on in the world small; expected less"):
+        measure("demand", decides="PPS", overrides=FEW, at_s=90_000)
+
+
 def test_worlds_and_rules_can_be_chosen() -> None:
     scenario = world_with("small", Role.POA, RuleChoice("new"), ["instance.orders=3", "rules.pp=sipp"])
     assert (scenario.instance.orders, scenario.rules.pp) == (3, RuleChoice("sipp"))
@@ -233,7 +298,7 @@ class Both:
         return assign_best_pairs(warehouse, lambda _: np.zeros(len(warehouse.backlog), dtype=np.int64))
     @hookimpl
     def select_pods(self, warehouse, max_fetches):
-        return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
+        return send_pods(warehouse, max_fetches, lambda station, pods, wanted: pods[0])
 """
 
 
@@ -327,7 +392,7 @@ def test_runs_that_fail_or_are_interrupted(acme: None, capsys: pytest.CaptureFix
     (("pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
     (("pod-match", "--set", "rules.poa.name=first-come"), "takes the place of `rules.poa`"),
     (("integrated", "pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
-    (("demand", "--world", "tiny"), "Invalid value for '--world'"),
+    (("demand", "--world", "tiny"), "tiny: there is no such file, and no shipped"),
     (("./x.py:X", "--no-inline-rules"), "--no-inline-rules refuses"),
     ((), "Missing argument"),
 )

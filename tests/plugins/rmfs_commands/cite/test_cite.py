@@ -2,6 +2,7 @@
 
 import json
 import re
+from email.message import Message
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 import rmfs_core
 from calling import exit_code
 from cases import cases
+from rmfs_commands.cite import sources
 from rmfs_commands.cite.bibtex import references_in, with_own_keys
 from rmfs_commands.cite.sources import cited
 from rmfs_commands.cli.main import main
@@ -32,8 +34,40 @@ def test_bibtex_json_and_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     assert found["dinkelbach1967nonlinear"]["fields"]["year"] == "1967"
     assert exit_code("cite", "nothing-of-it") == 2
     assert capsys.readouterr().err == (
-        'Error: rmfs cite: found "nothing-of-it"; expected the folder of a run, a scenario, or a rule\n'
+        'Error: rmfs cite: found "nothing-of-it"; expected a rule, a scenario, an experiment, or the folder of a '
+        "run or comparison\n"
     )
+
+
+def test_an_experiment_and_its_folder_have_the_sources_of_all_their_rules(tmp_path: Path) -> None:
+    scenario = load_scenario("examples/small", ["instance.orders=3"])
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        'base = "examples/small"\nseeds = [1]\nbaseline = "a"\naxes = { instance.orders = [3] }\n'
+        '[[rule_sets]]\nname = "a"\n[[rule_sets]]\nname = "b"\nrules.poa_pps = "pod-index"\n',
+        encoding="utf-8",
+    )
+    rmfs_core.run(scenario, out=tmp_path / "out" / "runs" / "1")
+    of_file, of_folder = (
+        {name for one in cited([str(what)]) for name in one.rules} for what in (file, tmp_path / "out")
+    )
+    assert {"rmfs", "pod-match", "demand", "pod-index"} <= of_file
+    assert {"rmfs", "pod-match", "demand"} <= of_folder
+    assert "pod-index" not in of_folder
+
+
+def test_a_release_has_its_year_and_the_project_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sources, "version", lambda _: "0.1.0")
+    monkeypatch.setattr(sources, "metadata", lambda _: Message())
+    assert cited([])[0].reference.fields["year"] == "2026"
+    monkeypatch.setattr(sources, "version", lambda _: "0.1.1.dev0")
+    entry = cited([])[0].reference
+    assert (entry.fields["version"], entry.fields["year"], entry.fields["url"]) == ("0.1.1.dev0", "", "")
+    assert "year" not in entry.bibtex()
+    found = Message()
+    found["Project-URL"] = "Repository, https://example.org/rmfs"
+    monkeypatch.setattr(sources, "metadata", lambda _: found)
+    assert "  url = {https://example.org/rmfs},\n" in cited([])[0].reference.bibtex()
 
 
 HOSTILE = r'''

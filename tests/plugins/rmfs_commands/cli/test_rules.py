@@ -16,7 +16,9 @@ from rmfs_commands.cli.choices import option_named, parse_choice, with_parameter
 from rmfs_commands.cli.description import RuleDescription, installed_rules, sections
 from rmfs_commands.cli.rules import rules
 from rmfs_commands.cli.single_rule import load_rule
+from rmfs_commands.details.catalogue import CATALOGUE
 from rmfs_core import InputError, entrypoints
+from rmfs_core.results.catalogue import TIMING
 from rmfs_core.roles import Role
 from rmfs_core.rules.parameters import parameters_of
 from rmfs_core.rules.sources import RuleSources, load_entry
@@ -299,3 +301,18 @@ def test_a_file_is_loaded_once_for_several_calls(tmp_path: Path) -> None:
     first, second = (load_rule(choice, (Role.FILTER,), sources=sources) for _ in range(2))
     alone = load_rule(choice, (Role.FILTER,), folder=str(tmp_path))
     assert type(first.instance) is type(second.instance) is not type(alone.instance)
+
+
+def test_metrics_are_listed_with_unit_and_meaning(capsys: pytest.CaptureFixture[str]) -> None:
+    """All of them, or those with each word in name, label or meaning."""
+    assert exit_code("metrics", "--json") == 0
+    listed = {one["name"]: one for one in json.loads(capsys.readouterr().out)}
+    known = {metric.name for group in CATALOGUE.values() for metric in group}
+    assert known | {metric.name for metric in TIMING} <= listed.keys()
+    assert (listed["turnover_s"]["unit"], listed["turnover_s"]["group"]) == ("s", "Orders")
+    assert exit_code("metrics", "turn-over", "95th") == 0
+    shown = capsys.readouterr().out
+    assert "turnover_p95_s" in shown
+    assert "turnover_median_s" not in shown
+    assert exit_code("metrics", "nothing of it") == 0
+    assert capsys.readouterr().out == "No metric has nothing of it in its name or meaning.\n"

@@ -22,7 +22,8 @@ from rich.text import Text
 import rmfs_core
 from cases import cases
 from rmfs_commands.cli.display import duration
-from rmfs_commands.cli.grids import Grid, file_name, grid_csv, latex_text, to_latex, write_grid
+from rmfs_commands.cli.grids import Grid, file_name, grid_csv
+from rmfs_commands.cli.latex import COLUMN_PT, TEXT_PT, latex_text, to_latex, width_pt, write_grid
 from rmfs_commands.cli.main import main
 from rmfs_commands.cli.notes import notes_console
 from rmfs_commands.cli.progress import (
@@ -519,11 +520,14 @@ COMMANDS = re.compile(r"\\text\w+\{\}|\{\\char34\}|\\[&%$#_]|\$(?:\\pm|\\times|-
 
 
 def test_latex() -> None:
-    assert to_latex(GRID) == "\n".join(
+    assert to_latex(GRID, "a b") == "\n".join(
         [
             r"\begin{table}",
             r"  \centering",
             r"  \caption{Visits \& more}",
+            r"  \label{tab:a-b}",
+            r"  \footnotesize",
+            r"  \setlength{\tabcolsep}{3pt}",
             r"  \begin{tabular}{@{}lr@{}}",
             r"    \toprule",
             r"    Rule set & Mean \\",
@@ -539,6 +543,29 @@ def test_latex() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("names", "figures", "kind", "parts", "broken"),
+    [
+        (["first-come"], 3, "table", 1, False),
+        (["first-come"], 6, "table*", 1, False),
+        (["a rule set with a name that is as long as somebody wants it to be"], 6, "table*", 1, True),
+        (["first-come"], 12, "table*", 2, False),
+    ],
+)
+def test_a_table_fits_into_a_column_or_into_the_text(
+    names: list[str], figures: int, kind: str, parts: int, broken: bool
+) -> None:
+    """Too wide for a column of two it spans both; then its names are broken, and at last it is split."""
+    figure = "1,234.56"
+    grid = Grid("", (), ("Rule set", *["Mean"] * figures), [(*names, *[figure] * figures)], range(1, figures + 1))
+    text = to_latex(grid, "a")
+    assert text.startswith(rf"\begin{{{kind}}}")
+    assert text.count("toprule") == text.count("Rule set") == parts
+    assert (r"\begin{tabular}[t]" in text) == broken
+    whole = width_pt(names[0]) + figures * (width_pt(figure) + 6)
+    assert (whole <= COLUMN_PT, whole <= TEXT_PT) == (kind == "table", parts == 1 and not broken)
+
+
 @given(st.text())
 def test_no_text_is_a_command(text: str) -> None:
     assert not set(COMMANDS.sub("", latex_text(text))) & set("\\{}&%$#_^\n")
@@ -547,7 +574,7 @@ def test_no_text_is_a_command(text: str) -> None:
 def test_files_of_grids(tmp_path: Path) -> None:
     grid = Grid("", (), ("Rule\nset", "p", "p"), [("=1+1", "+3 %", "-")], right=(1, 2))
     assert list(csv.reader(io.StringIO(grid_csv(grid)))) == [["Rule set", "p", "p"], ["'=1+1", "+3 %", "-"]]
-    for name, content in (("a.tex", to_latex(GRID)), ("a.csv", grid_csv(GRID))):
+    for name, content in (("a.tex", to_latex(GRID, "a")), ("a.csv", grid_csv(GRID))):
         write_grid(GRID, tmp_path / name)
         assert (tmp_path / name).read_text(encoding="utf-8") == content
     assert file_name("Tables 1 and 2, Figure 9: instances (all)") == "tables-1-and-2"

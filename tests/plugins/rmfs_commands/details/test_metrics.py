@@ -47,12 +47,12 @@ def test_metrics_have_names_and_say_what_they_mean() -> None:
 
 
 ORDERS = (
-    OrderData("a", 0, ((0, 1),), due_tick=15_000),  # complete at 10 s: in time
-    OrderData("b", 0, ((0, 3), (1, 1)), due_tick=15_000, priority=2),  # at 20 s: 5 s late
-    OrderData("c", 10_000, ((0, 1),), due_tick=5_000),  # due before it arrives; at 40 s: 35 s late
-    OrderData("d", 0, ((0, 1),)),  # never due; at 40 s
-    OrderData("e", 0, ((0, 1),), due_tick=30_000),  # not complete at 50 s: late
-    OrderData("f", 0, ((0, 1),), due_tick=60_000),  # not complete, but there is time
+    OrderData("a", arrival_tick=0, lines=((0, 1),), due_tick=15_000),  # complete at 10 s: in time
+    OrderData("b", arrival_tick=0, lines=((0, 3), (1, 1)), due_tick=15_000, priority=2),  # at 20 s: 5 s late
+    OrderData("c", arrival_tick=10_000, lines=((0, 1),), due_tick=5_000),  # due before it arrives; at 40 s: 35 s late
+    OrderData("d", arrival_tick=0, lines=((0, 1),)),  # never due; at 40 s
+    OrderData("e", arrival_tick=0, lines=((0, 1),), due_tick=30_000),  # not complete at 50 s: late
+    OrderData("f", arrival_tick=0, lines=((0, 1),), due_tick=60_000),  # not complete, but there is time
 )
 
 

@@ -135,11 +135,40 @@ def test_pairs_with_a_side_that_failed_are_left_out_and_counted() -> None:
     assert other.difference.mean == 3.0
 
 
-def test_partial_runs_do_not_count() -> None:
-    rows = [row("base", seed, 10.0) for seed in (1, 2, 3)]
-    rows += [row("other", seed, 11.0) for seed in (1, 2)] + [row("other", 3, 99.0, status="partial")]
-    other = summary(rows, "base", ["m"]).paired[1]
-    assert (other.seeds, other.left_out, other.mean, other.difference.mean) == (2, 1, 11.0, 1.0)
+@pytest.mark.parametrize(
+    ("metric", "more", "why"),
+    [
+        ("m", {"status": "horizon"}, None),
+        (
+            "makespan_s",
+            {"status": "horizon", "makespan_s": None},
+            "orders are left at the horizon, so that there is no",
+        ),
+        ("m", {"status": "partial"}, "a run was interrupted"),
+        ("m", {"status": "failed"}, "a run failed"),
+        ("m", {"m": None}, "a run has no such figure"),
+        ("m", {"m": None, "orders_completed": 0}, "a run completes no order in the time that counts"),
+    ],
+)
+def test_which_runs_count_and_why_others_do_not(metric: str, more: dict[str, Any], why: str | None) -> None:
+    """A horizon that was reached is an end like another."""
+    rows = [row(name, seed, 10.0, makespan_s=10.0) for name in ("base", "other") for seed in (1, 2, 3)]
+    rows[-1] |= {"m": 40.0} | more
+    comparison = summary(rows, "base", [metric])
+    other = comparison.paired[1]
+    assert (other.seeds, other.left_out) == ((2, 1) if why else (3, 0))
+    assert other.mean == (10.0 if why else 20.0)
+    assert [reason for reason, number in other.why.items() if number == 1] == list(other.why)
+    assert all(reason.startswith(why or "-") for reason in other.why)
+    assert comparison.horizon == (more.get("status") == "horizon")
+
+
+def test_figures_per_completed_order_are_marked_where_a_horizon_leaves_some() -> None:
+    rows = [row("base", 1, 1.0, turnover_s=1.0, picks_per_hour=1.0), row("base", 2, 1.0, turnover_s=1.0)]
+    for status, marked in (("complete", False), ("horizon", True)):
+        rows[0]["status"] = status
+        comparison = summary(rows, "base", ["turnover_s", "picks_per_hour"])
+        assert (comparison.censored("turnover_s"), comparison.censored("picks_per_hour")) == (marked, False)
 
 
 def test_overall_has_one_value_a_seed() -> None:
@@ -203,20 +232,39 @@ def test_bounds_and_p_values_never_contradict_each_other(family: list[list[float
 
 def test_relative_differences_have_a_p_of_their_own() -> None:
     """That of the differences is another one: it may be above 0.05 where the other is below."""
-    rows = [row("base", seed, 10.0**seed) for seed in (1, 2, 3, 4)]
-    rows += [row("other", seed, 1.1 * 10.0**seed + seed) for seed in (1, 2, 3, 4)]
+    rows = [row("base", seed, 5.0 * 2**seed) for seed in (1, 2, 3, 4)]
+    rows += [row("other", seed, 5.5 * 2**seed + seed / 10) for seed in (1, 2, 3, 4)]
     other = summary(rows, "base", ["m"]).paired[1]
     assert other.relative.p is not None
-    assert other.relative.p == pytest.approx(stats.ttest_1samp([0.2, 0.12, 0.103, 0.1004], 0.0).pvalue)
+    assert other.relative.p == pytest.approx(stats.ttest_1samp([0.11, 0.11, 0.1075, 0.105], 0.0).pvalue)
     assert other.difference.p is not None
     assert other.relative.p < 0.05 < other.difference.p
 
 
-def test_a_baseline_of_zero_has_no_relative_difference() -> None:
-    rows = [row("base", 1, 0.0), row("base", 2, 4.0), row("other", 1, 1.0), row("other", 2, 5.0)]
+@pytest.mark.parametrize(
+    ("base", "share", "of_mean"),
+    [
+        ([2.0, 4.0, 5.0], (1 / 2 + 2 / 4 + 3 / 5) / 3, False),
+        ([0.0, 4.0, 4.0], None, False),
+        ([0.0, 4.0, 5.0, 4.0, 5.0, 4.0], 12 / 22, True),
+        ([0.01, 1.0, 0.0], None, False),
+        ([-2.0, 4.0, 5.0], None, False),
+        ([0.0, 0.0, 0.0], None, False),
+    ],
+)
+def test_relative_differences_are_of_baselines_well_away_from_zero(
+    base: list[float], share: float | None, of_mean: bool
+) -> None:
+    """One figure close to 0 makes them differences over the mean, with the p of these; a mean close to 0, none."""
+    rows = [row("base", seed, figure) for seed, figure in enumerate(base)]
+    rows += [row("other", seed, figure + 1 + seed % 3) for seed, figure in enumerate(base)]
     other = summary(rows, "base", ["m"]).paired[1]
-    assert other.difference.mean == 1.0
-    assert other.relative.mean is None
+    assert other.difference.mean == pytest.approx(2.0)
+    assert (other.relative.mean, other.of_mean) == (None if share is None else pytest.approx(share), of_mean)
+    if of_mean:
+        assert other.relative.mean == pytest.approx(2.0 * len(base) / sum(base))
+        assert other.relative.high == pytest.approx((other.difference.high or 0) * len(base) / sum(base))
+        assert other.relative.p_holm == other.difference.p_holm
 
 
 def test_instance_sets_and_overall() -> None:
@@ -245,6 +293,7 @@ def test_how_runs_ended_is_counted() -> None:
         row("base", 3, None, status="failed", error_kind="StandstillError"),
         row("base", 4, None, status="failed", error_kind="RuleError"),
         row("other", 1, 1.0, solves_stopped_early=0),
+        row("other", 2, 1.0, status="horizon"),
     ]
     base, other = summary(rows, "base", ["m"]).counted
     assert (base.runs, base.complete, base.partial, base.failed, base.stood_still, base.stopped_early) == (
@@ -255,7 +304,7 @@ def test_how_runs_ended_is_counted() -> None:
         1,
         1,
     )
-    assert (other.runs, other.complete, other.failed, other.stopped_early) == (1, 1, 0, 0)
+    assert (other.runs, other.complete, other.horizon, other.failed, other.stopped_early) == (2, 1, 1, 0, 0)
 
 
 def test_a_baseline_that_is_not_there_is_named() -> None:
@@ -541,6 +590,22 @@ def test_json(trial: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = json.loads(capsys.readouterr().out)
     assert (found["experiment"], found["runs"], found["failed"]) == ("trial", 4, 0)
     assert {one["rule_set"] for one in found["paired"]} == set(found["rule_sets"])
+    text = TRIAL.replace('"psv_per_order"', '"hook_s.assign_orders"').replace(
+        'baseline = "pod-match"', 'baseline = "x"'
+    )
+    (trial / "other.toml").write_text(text, encoding="utf-8")
+    stored = ("--out", "rmfs-runs/trial", "--json")
+    assert compare("other.toml", "--baseline", "first-come", *stored) == 2  # the file itself is wrong
+    (trial / "other.toml").write_text(text.replace('"x"', '"pod-match"'), encoding="utf-8")
+    capsys.readouterr()
+    assert compare("other.toml", "--baseline", "first-come", *stored) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["baseline"] == "first-come"
+    (seconds,) = (one for one in found["paired"] if one["metric"].startswith("hook_s") and one["difference"]["mean"])
+    assert (seconds["rule_set"], seconds["seeds"]) == ("pod-match", 2)
+    assert seconds["mean"] > 0
+    assert compare("other.toml", "--baseline", "firstcome", *stored) == 2
+    assert "did you mean `first-come`" in capsys.readouterr().err
     assert compare("--list", "--json") == 0
     assert [one["name"] for one in json.loads(capsys.readouterr().out)] == list(shipped_experiments())
 

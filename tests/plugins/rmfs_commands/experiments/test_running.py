@@ -22,6 +22,7 @@ import rmfs_core
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.experiments import Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
+from rmfs_commands.experiments.experiment import HORIZON_METRICS
 from rmfs_commands.experiments.local import LocalWorkers
 from rmfs_commands.experiments.outcome import simulate
 from rmfs_commands.experiments.progress import ExperimentLines, ExperimentPanel, experiment_display
@@ -317,17 +318,32 @@ def test_a_run_that_always_kills_its_worker_is_given_up(experiment: Write, folde
     assert (again.computed, len(again.failed)) == (1, 0)
 
 
-@pytest.mark.slow
-def test_means_are_of_complete_runs(experiment: Write, tmp_path: Path) -> None:
-    limited = '[[rule_sets]]\nname = "limited"\nrun.until_s = 30\n'
-    text = f'base = "tiny.toml"\nseeds = [1, 2]\nbaseline = "whole"\n[[rule_sets]]\nname = "whole"\n{limited}'
-    result = run_experiment(experiment(text), store=tmp_path / "runs", jobs=1)
+def test_runs_that_reach_their_horizon_are_compared(experiment: Write, folder: Path, tmp_path: Path) -> None:
+    """Rates are those of the time from the warm-up to the horizon, and what is left is compared without being asked."""
+    with (folder / "tiny.toml").open("a", encoding="utf-8") as stream:
+        stream.write("\n[run]\nuntil_s = 90\nwarmup_s = 30\n")
+    one = experiment()
+    assert one.metrics == HORIZON_METRICS
+    result = run_experiment(one, store=tmp_path / "runs", jobs=1, bounds=True)
     compared = result.comparison()
-    name = compared.instance_sets[-1]
-    whole, limited_runs = compared.of(name, "makespan_s")
-    assert (whole.pairs, limited_runs.pairs, limited_runs.left_out, limited_runs.mean) == (2, 0, 2, None)
-    assert compared.of(name, "picker_utilisation")[1].pairs == 0
-    assert [one.partial for one in compared.counted if one.instances == name] == [0, 2]
+    assert {row["status"] for row in result.rows} == {"horizon"}
+    assert compared.metrics == (*HORIZON_METRICS, "backlog_end", "open_age_s")
+    assert all(one.bound is None and one.pairs == 2 * (one.metric != "turnover_s") for one in compared.paired)
+    for row in result.rows:
+        assert row["picks_per_hour"] == pytest.approx(row["picks"] * 3600 / 60)
+        assert 0 <= row["backlog_end"] <= row["open_orders_end"] <= row["orders_total"] - row["orders_completed"]
+        assert row["open_orders_end"] > 0
+        assert row["open_age_s"] == row["open_age_max_s"] == 90
+
+
+def test_rule_sets_are_measured_over_the_same_time(experiment: Write) -> None:
+    one = experiment()
+    first, second = one.rule_sets
+    limited = evolve(one, rule_sets=(first, evolve(second, changes={**second.changes, "run.until_s": 30.0})))
+    with pytest.raises(
+        InputError, match=r'"first-come" on .*`run.until_s` is 30.0, of the first rule set None; expect'
+    ):
+        limited.jobs()
 
 
 @pytest.mark.slow

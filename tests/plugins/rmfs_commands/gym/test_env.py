@@ -147,7 +147,7 @@ def test_runs_that_are_cut_off_or_without_a_choice() -> None:
     assert info["time_s"] == 100
     assert not info["action_mask"].any()
     assert env.result is not None
-    assert env.result.status == "partial"
+    assert env.result.status == "horizon"
     env = rmfs_commands.gym.make("examples/small", "PR", overrides=[*FEW, "run.until_s=30"], reward="distance")
     observation, info = env.reset()
     assert not observation.any()

@@ -141,9 +141,9 @@ def test_orders_skus_and_names_are_brought_together(tmp_path: Path) -> None:
     instance = read(tmp_path, orders)
     assert instance.skus == ("a", "b")
     assert instance.orders == (
-        OrderData("x", 0, ((0, 1), (1, 3))),
-        OrderData("early", 0, ((0, 2),)),
-        OrderData("late", 9500, ((1, 1), (0, 1))),
+        OrderData("x", arrival_tick=0, lines=((0, 1), (1, 3))),
+        OrderData("early", arrival_tick=0, lines=((0, 2),)),
+        OrderData("late", arrival_tick=9500, lines=((1, 1), (0, 1))),
     )
     instance = read(tmp_path, ORDERS + "1,0,a,1\n1,0,a,2\n", PODS + "p,a,1\np,a,2\nq,a,\nq,a,2\nr,a,2\nr,a,\n")
     assert instance.orders[0].lines == ((0, 3),)
@@ -156,7 +156,7 @@ def test_orders_skus_and_names_are_brought_together(tmp_path: Path) -> None:
     orders = '\ufeffsku,customer, quantity ,order,arrival_s\r\n"mug, red",North, 2 ,1,1e1\r\n\r\n'
     instance = read(tmp_path, orders)
     assert instance.skus == ("mug, red",)
-    assert instance.orders == (OrderData("1", 10_000, ((0, 2),)),)
+    assert instance.orders == (OrderData("1", arrival_tick=10_000, lines=((0, 2),)),)
 
 
 def test_columns_and_names_are_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

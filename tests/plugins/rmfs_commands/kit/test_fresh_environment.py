@@ -9,14 +9,14 @@ from typing import Any
 import pytest
 
 from rmfs_commands.kit import NewRule, selecting, trying
-from rmfs_commands.kit.command import COMMAND
+from rmfs_commands.kit.kinds import COMMAND, GENERATOR, KINDS, LAYOUT
 from rmfs_core.roles import Role
 
 RULES = [role.label for role in Role]
 
 
 def rule_of(label: str) -> NewRule:
-    return NewRule(f"try-{label.lower().replace('+', '-')}", label if label == COMMAND else Role.labelled(label))
+    return NewRule(f"try-{label.lower().replace('+', '-')}", label if label in KINDS else Role.labelled(label))
 
 
 @pytest.fixture(scope="session")
@@ -24,10 +24,10 @@ def place(environment: Callable[..., Any], built: Callable[..., tuple[Path, Path
     """Return an environment with the built wheel of rmfs and one new rule of each kind installed beside it."""
     place = environment(borrowed=False)
     place.call("pip", "install", "--quiet", str(built()[1]), "pytest", "hatchling")
-    for label in (*RULES, COMMAND):
+    for label in (*RULES, *KINDS):
         place.call("rmfs", "new-rule", rule_of(label).name, "--decides", label)
     # The new rules need nothing that is not there; their build tool is installed already: no downloads.
-    folders = [f"./{rule_of(label).name}" for label in (*RULES, COMMAND)]
+    folders = [f"./{rule_of(label).name}" for label in (*RULES, *KINDS)]
     place.call("pip", "install", "--quiet", "--no-deps", "--no-build-isolation", *folders)
     return place
 
@@ -100,6 +100,16 @@ def test_a_new_observers_metric_is_a_metric(place: Any) -> None:
     metrics = json.loads((place.folder / "observed" / "result.json").read_text(encoding="utf-8"))["metrics"]
     assert 50 <= metrics["busiest_station_percent"] <= 100
     assert (place.folder / "observed" / f"{rule.module}.csv").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [GENERATOR, LAYOUT])
+def test_a_new_generator_passes_its_tests_and_runs(place: Any, kind: str) -> None:
+    rule = rule_of(kind)
+    assert " passed" in place.call("python", "-m", "pytest", "-q", within=rule.name)
+    place.call(*shlex.split(trying(rule)), "--quiet", "--out", kind)
+    result = json.loads((place.folder / kind / "result.json").read_text(encoding="utf-8"))
+    assert (result["status"], result["versions"][rule.name]) == ("complete", "0.1.0")
 
 
 @pytest.mark.slow

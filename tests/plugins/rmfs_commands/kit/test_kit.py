@@ -15,7 +15,7 @@ from calling import exit_code
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.kit import NewRule, project_files, selecting, write_project
-from rmfs_commands.kit.names import COMMAND
+from rmfs_commands.kit.kinds import COMMAND, GENERATOR, KINDS, LAYOUT
 from rmfs_core import InputError
 from rmfs_core.roles import Role
 
@@ -139,7 +139,7 @@ def test_a_name_that_is_taken_is_refused(name: str, role: Role | str, problem: s
 
 WORDS = (
     *("the-rule", "the_rule", "TheRule", "TARGET", "DECIDES", "SUMMARY", "GROUP", "LIBRARY", "FOUND", "TRYING"),
-    "SCENARIO_LINE",
+    *("SCENARIO_LINE", "SECTION"),
 )
 
 
@@ -170,17 +170,24 @@ def test_no_word_of_the_templates_is_left(role: Role) -> None:
     assert f"rmfs run {scenario} {selecting(rule)}" in texts["README.md"]
 
 
-def test_a_command_has_its_templates(tmp_path: Path) -> None:
-    rule = NewRule("fine-tool", COMMAND)
+@pytest.mark.parametrize(
+    ("kind", "group", "summary", "trying"),
+    [
+        (COMMAND, "rmfs.commands", "Run SCENARIO", "rmfs fine-tool examples/small\n"),
+        (GENERATOR, "rmfs.instances", "Make orders", "rmfs run examples/small --set instance.generator=fine-tool\n"),
+        (LAYOUT, "rmfs.layouts", "Make pairs of rows", "rmfs run examples/small --set layout.generator=fine-tool\n"),
+    ],
+)
+def test_what_is_no_rule_has_its_templates(tmp_path: Path, kind: str, group: str, summary: str, trying: str) -> None:
+    rule = NewRule("fine-tool", kind)
     folder = write_project(rule, tmp_path)
     project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert project["entry-points"] == {"rmfs.commands": {"fine-tool": "fine_tool:fine_tool"}}
-    assert project["dependencies"][1].startswith("click")
-    assert project["description"].startswith("Command for rmfs: Run SCENARIO")
+    assert project["entry-points"] == {group: {"fine-tool": "fine_tool:fine_tool"}}
+    assert project["description"].startswith(f"{kind.capitalize()} for rmfs: {summary}")
     code = ast.parse((folder / "src/fine_tool/__init__.py").read_text(encoding="utf-8"))
     assert [node.name for node in code.body if isinstance(node, ast.FunctionDef)] == ["fine_tool"]
     texts = project_files(rule)
-    assert "rmfs fine-tool examples/small\n" in texts["README.md"]
+    assert trying in texts["README.md"]
     assert not any(word in text for text in texts.values() for word in WORDS)
 
 
@@ -227,7 +234,8 @@ def test_imports_are_sorted(tmp_path: Path) -> None:
     for role in Role:
         write_project(NewRule(f"aaa-{role.value}".replace("_", "-").lower(), role), tmp_path)
         write_project(NewRule(f"zzz-{role.value}".replace("_", "-").lower(), role), tmp_path)
-    write_project(NewRule("fine-tool", COMMAND), tmp_path)
+    for kind in KINDS:
+        write_project(NewRule(f"fine-{kind}", kind), tmp_path)
     command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "I", "--line-length", "120"]
     for folder in tmp_path.iterdir():
         done = subprocess.run([*command, "."], cwd=folder, capture_output=True, text=True, check=False)

@@ -44,10 +44,10 @@ def test_nothing_is_hidden(row) -> None:
 THREE_ORDERS = Instance(
     skus=("2", "1"),
     orders=(
-        OrderData("a", 0, ((0, 1),)),
-        OrderData("b", 0, ((1, 1),)),
-        OrderData("c", 0, ((1, 1), (0, 1))),
-        OrderData("d", 0, ((1, 1),)),
+        OrderData("a", arrival_tick=0, lines=((0, 1),)),
+        OrderData("b", arrival_tick=0, lines=((1, 1),)),
+        OrderData("c", arrival_tick=0, lines=((1, 1), (0, 1))),
+        OrderData("d", arrival_tick=0, lines=((1, 1),)),
     ),
     pods=(),
 )

@@ -98,12 +98,15 @@ def test_quiet_prints_nothing(folder: Path, capfd: pytest.CaptureFixture[str]) -
     assert (folder / "rmfs-runs" / "small-seed1" / "result.json").exists()
 
 
-def test_what_a_run_says_of_its_orders(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert exit_code("run", "small.toml", "--set", "run.until_s=60") == 0
-    printed = capsys.readouterr().out
-    assert "partial" in printed
-    assert "of 10 orders left" in printed
-    assert "Metrics count" not in printed
+def test_a_run_that_reaches_its_horizon_says_what_it_leaves(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("run", "small.toml", "--set", "run.until_s=60", "--set", "run.warmup_s=90", "--out", "out") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    found = load_result("out").metrics
+    assert 0 < found["open_orders_end"] <= 10
+    assert "seed 1: horizon" in printed
+    text = f"of 10 orders complete, {found['open_orders_end']} open ({found['backlog_end']} in the backlog"
+    assert f"{text}; since they arrived, 0:01:00 on average, 0:01:00 for the oldest)." in printed
+    assert "The run was over at 0:01:00, before that: they count nothing." in printed
     assert "Simulated time" in printed
     assert "Makespan" not in printed
     assert exit_code("run", "small.toml", "--set", "run.warmup_s=90") == 0
@@ -137,6 +140,7 @@ def test_a_rule_that_fails(folder: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert "What was measured until the error is in out" in printed
     assert printed.splitlines()[-1].startswith("Error: ")
     assert "Traceback" not in printed
+    assert "With --traceback the same command prints" in printed
     assert load_result("out").status == "failed"
     assert exit_code("run", "small.toml", "--set", "rules.pr=./failing.py:Failing", "--traceback") == 1
     printed = capsys.readouterr().err

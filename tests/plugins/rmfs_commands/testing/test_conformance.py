@@ -213,7 +213,29 @@ class Waker:
         return self.wakes(warehouse)
 
 
+@define
+class Assumes:
+    """Decides nothing, but fails where something is not as it takes for granted."""
+
+    wrong: Callable[[Any], bool]
+
+    @hookimpl
+    def filter_backlog(self, warehouse, orders):
+        assert not self.wrong(warehouse)
+        return orders
+
+
+@define
+class Finishes:
+    """An observer that has never seen an order left."""
+
+    @hookimpl
+    def run_ended(self, status):
+        assert status == "complete"
+
+
 ONE, FINITE, LARGE = "one station", "finite stock", "an order as large as the largest station"
+TURNS = "stations that take turns"
 
 
 @cases(
@@ -236,6 +258,10 @@ ONE, FINITE, LARGE = "one station", "finite stock", "an order as large as the la
     (NeverAssigns(), "starved order", ONE, "stands still"),
     (ForgetsThree(), "starved order", ONE, "stands still"),
     (FirstStationOnly(), "starved order", LARGE, "stands still"),
+    (Assumes(lambda now: any(o.due_s for o in now.backlog)), "exception", "due times and priorities", "Assertion"),
+    (Assumes(lambda now: any(o.priority > 1 for o in now.backlog)), "exception", "due times and priorities", "Asse"),
+    (Assumes(lambda now: not now.stations[-1].open and len(now.stations) == 3), "exception", TURNS, "AssertionError"),
+    (Finishes(), "exception", "a horizon", "AssertionError"),
     (WaitsAndWaits(1), "starved order", ONE, "after 100 decisions the run is not over"),
     (WaitsAndWaits(60_000), "starved order", ONE, "are not complete after 14400 s"),
     ids=lambda value: "" if isinstance(value, str) else type(value).__name__,
@@ -277,7 +303,7 @@ class AnyPod:
 
     @hookimpl
     def select_pods(self, warehouse, max_fetches):
-        return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
+        return send_pods(warehouse, max_fetches, lambda station, pods, wanted: pods[0])
 
 
 @define
@@ -312,7 +338,7 @@ class Watches:
 def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
     report = check_rule(rule)
     assert report.findings == ()
-    assert len(report.worlds) == 30
+    assert len(report.worlds) == 34
     assert all(
         times.calls >= len(report.worlds) and 0 < times.total_s / times.calls <= times.longest_s
         for times in report.times.values()
@@ -332,7 +358,7 @@ def test_where_rules_are_tried() -> None:
     lacking = {"order capacity", "replenishment at picking stations", "replenishment stations"}
     assert {name for name in report.left_out if "finite stock" not in name} == lacking
     assert len(report.left_out) == 18
-    assert len(report.worlds) == 12
+    assert len(report.worlds) == 16
     assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
     report = conformance_report(Both())
     assert report.decides == ("POA", "POA+PPS")

@@ -178,7 +178,7 @@ def day() -> Trace:
     script = Script(YARD, robots=[(5, 3)], pods=[(3, 3), (3, 2)])
     script.instance = Instance(
         ("tea", "jam", "rye"),
-        (OrderData("A", 0, ((0, 1), (1, 2))),),
+        (OrderData("A", arrival_tick=0, lines=((0, 1), (1, 2))),),
         (PodData("P0", ((0, None), (1, 5), (2, None))), PodData("P1", ((2, None),))),
     )
     script.events += [

@@ -146,6 +146,7 @@ def test_filters_may_hide_orders_but_add_none(day: Trace) -> None:
     "status completed kinds",
     ("complete", True, []),
     ("partial", True, ["status"]),
+    ("horizon", True, ["end", "status"]),
     ("failed", True, []),
     ("complete", False, ["order-left"]),
     ("partial", False, ["order-left"]),

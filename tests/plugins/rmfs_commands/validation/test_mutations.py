@@ -120,7 +120,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
             scenario, overrides = BASES[name]
             out = made[name] = tmp_path_factory.mktemp("base")
             result = rmfs_core.run(scenario, overrides=overrides, out=out, record=["trace"])
-            assert result.status == ("partial" if name == PARTIAL else "complete")
+            assert result.status == ("horizon" if name == PARTIAL else "complete")
         return made[name]
 
     return folder

@@ -106,7 +106,7 @@ UNREADABLE: list[tuple[Damage, str]] = [
         "found cell of a station 99; expected a whole number from 0 to 47",
     ),
     (
-        lambda t: evolve(t, instance=evolve(t.instance, orders=(OrderData("A", 0, ((3, 1),)),))),
+        lambda t: evolve(t, instance=evolve(t.instance, orders=(OrderData("A", arrival_tick=0, lines=((3, 1),)),))),
         "found SKU 3; expected a whole number from 0 to 2",
     ),
     (

@@ -1,5 +1,7 @@
 """Pods for the stations that lack one, and how far they drive."""
 
+from collections.abc import Mapping, Sequence
+
 import pytest
 
 from rmfs_commands.testing import small_world
@@ -18,7 +20,7 @@ def busy(pods: dict[str, list[str]], *wanted: list[str]) -> Warehouse:
     return world
 
 
-def first(station: Station, pods: list[Pod]) -> Pod:
+def first(station: Station, pods: Sequence[Pod], wanted: Mapping[int, int]) -> Pod:
     return pods[0]
 
 
@@ -44,17 +46,18 @@ def test_no_more_stored_pods_are_sent_than_robots_can_fetch() -> None:
 
 
 def test_only_pods_that_serve_an_uncovered_request_are_offered() -> None:
-    """By id, and not those that are bound for somewhere already."""
-    world = busy({"p": ["x"], "q": ["a"], "r": ["a", "b"], "s": ["b"], "t": ["a"]}, ["a", "b"])
+    """By id, not those that are bound for somewhere already, with what no pod serves yet: also none sent just now."""
+    world = busy({"p": ["x"], "q": ["a"], "r": ["a", "b"], "s": ["b", "c"], "t": ["a"]}, ["a", "b", "c"])
     world.bind(world.pods[4], world.stations[0])  # covers a
-    offered: list[list[int]] = []
+    sku = {name: line.sku for name, line in zip("abc", world.orders[0].lines, strict=True)}
+    offered: list[tuple[list[int], dict[int, int]]] = []
 
-    def choose(station: Station, pods: list[Pod]) -> Pod:
-        offered.append([pod.id for pod in pods])
-        return pods[-1]
+    def choose(station: Station, pods: Sequence[Pod], wanted: Mapping[int, int]) -> Pod:
+        offered.append(([pod.id for pod in pods], dict(wanted)))
+        return pods[0]
 
-    assert trips(send_pods(WarehouseView(world), 9, choose)) == [(3, 0)]
-    assert offered == [[2, 3]]
+    assert trips(send_pods(WarehouseView(world), 9, choose)) == [(2, 0), (3, 0)]
+    assert offered == [([2, 3], {sku["b"]: 1, sku["c"]: 1}), ([3], {sku["c"]: 1})]
 
 
 def test_the_way_to_a_station_is_timed_with_the_pod() -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from attrs import define, field, validators
@@ -33,12 +32,12 @@ class TheRule:
     def select_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[PodTrip]:
         """Send pods one after another, the one with the lowest cost each time."""
 
-        def cost(station: Station, pod: Pod) -> tuple[float, int]:
-            wanted = Counter[int]()
-            for request in station.uncovered_requests:
-                wanted[request.sku] += request.items
+        def cost(station: Station, pod: Pod, wanted: Mapping[int, int]) -> tuple[float, int]:
             items = sum(min(number, pod.free_items(sku)) for sku, number in wanted.items())
             drive_s = to_seconds(ticks_to_station(warehouse, pod, station))
             return drive_s - self.seconds_per_item * items, pod.id
 
-        return send_pods(warehouse, max_fetches, lambda station, pods: min(pods, key=lambda pod: cost(station, pod)))
+        def choose(station: Station, pods: Sequence[Pod], wanted: Mapping[int, int]) -> Pod:
+            return min(pods, key=lambda pod: cost(station, pod, wanted))
+
+        return send_pods(warehouse, max_fetches, choose)  # wanted: items that no pod serves yet, by SKU

@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import re
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -16,7 +18,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from rmfs_commands.experiments import ExperimentResult, RuleSetChoice
-from rmfs_commands.experiments.compare import Interval
+from rmfs_commands.experiments.compare import Interval, Paired
 from rmfs_commands.experiments.report import print_comparison, write_report
 from rmfs_commands.experiments.report.html import report_html
 from rmfs_commands.experiments.report.numbers import (
@@ -82,9 +84,11 @@ def test_multiples_of_a_bound_have_two_digits() -> None:
 
 
 def test_relative_differences_are_in_percent() -> None:
-    assert relative(found(-0.1234, -0.2, 12.0)) == f"{MINUS}12.3 % [{MINUS}20.0, +1,200.0]"
-    assert relative(found(0.5)) == "+50.0 % (no interval)"
-    assert relative(found(None)) == "-"
+    pair = Paired("one", "m", "other", 3, 3, 0, 1.0, 1.0)
+    assert relative(evolve(pair, relative=found(-0.1234, -0.2, 12.0))) == f"{MINUS}12.3 % [{MINUS}20.0, +1,200.0]"
+    assert relative(evolve(pair, relative=found(0.5))) == "+50.0 % (no interval)"
+    assert relative(evolve(pair, relative=found(0.5), of_mean=True), bounds=False) == "+50.0 % \u2020"
+    assert relative(pair) == "-"
 
 
 @pytest.mark.parametrize(
@@ -299,18 +303,19 @@ def printed(result: ExperimentResult, width: int) -> str:
 def test_the_terminal_shows_runs_and_comparisons(result: ExperimentResult) -> None:
     text = printed(result, 120)
     assert f"Failed: orders=100, bad, seed 3: {FAILURE}" in text
-    assert re.search(r"good +3 +3\.200 +\+1\.000 \(no interval\) +- +\+45\.5 % \[", text)
+    assert re.search(r"good +3 +3\.200 +\+1\.000 \(no interval\) +- +\+45\.5 % *\n", text)
     assert re.search(r"bad +2 \(1 left out\) +4\.150 ", text)
     assert "Picker utilisation (%)" in text
     assert re.search(r"overall *\n.*\n.*\n +bad +2 \(2 left out\) +4\.150 ", text)
     assert max(map(len, text.splitlines())) <= 120
 
 
-def test_a_narrow_terminal_has_relative_differences_alone(result: ExperimentResult) -> None:
-    """At 80 columns no name or interval is broken; differences from 0 are absolute, since they are no share of it."""
+def test_a_narrow_terminal_has_the_same(result: ExperimentResult) -> None:
+    """At 80 columns no name or interval is broken; a difference from 0 is no share of it, that of a share in points."""
     text = printed(result, 80)
-    assert re.search(r"good +3 +3\.200 +\+45\.5 % \[\+38\.1, \+52\.9\] +0\.001", text)
+    assert re.search(r"good +3 +3\.200 +\+1\.000 \(no interval\) +- +\+45\.5 % *\n", text)
     assert re.search(r"good +3 +2\.0 +\+2\.0 \[", text.partition("Most split orders open")[2])
+    assert re.search(r"Difference \(points\) +p \(Holm\) *\n", text.partition("Picker utilisation (%)")[2])
     assert max(map(len, text.splitlines())) <= 80
 
 
@@ -318,7 +323,7 @@ def test_two_seeds_have_no_intervals(result: ExperimentResult) -> None:
     result.rows[:] = [row for row in result.rows if row["seed"] < 3]
     for width in (80, 120):
         text = printed(result, width)
-        assert re.search(r"good +2 +3\.150 +(\+1\.000 +)?\+46\.5 % *\n", text.replace("\u2212", "-"))
+        assert re.search(r"good +2 +3\.150 +\+1\.000 +\+46\.5 % *\n", text.replace("\u2212", "-"))
         assert "p (Holm)" not in text
         assert NO_TEST in " ".join(text.split())
 
@@ -492,6 +497,47 @@ def test_the_same_runs_give_the_same_files(result: ExperimentResult, tmp_path: P
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
     names = {file.as_posix() for file in files}
     assert {"summary.csv", "runs.parquet", "report.html", "plots/differences.svg", "plots/pile_on.png"} <= names
+
+
+LONG = "a rule set with a name that is as long as somebody wants it to be"
+PAPER = r"""\documentclass%s{article}
+\usepackage[utf8]{inputenc}
+\usepackage{booktabs,graphicx}
+\begin{document}
+%s
+\end{document}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex: Debian's texlive-latex-recommended")
+@pytest.mark.parametrize(("options", "width_cm"), [("", 12.0), ("[twocolumn]", 7.7)])
+def test_tables_and_plots_fit_into_a_paper(
+    with_front: ExperimentResult, tmp_path: Path, options: str, width_cm: float
+) -> None:
+    """Each table and each plot at its size, with long names and large figures: no box is too wide for its column."""
+    for row in with_front.rows:
+        row["rule_set"] = LONG if row["rule_set"] == "good" else row["rule_set"]
+        row["status"] = "horizon" if row["status"] == "complete" else row["status"]
+        row |= {"turnover_s": 1e6 * row["seed"] ** 2 * len(row["rule_set"]), "open_age_s": row["seed"] // 2}
+        row["backlog_end"] = row["seed"]
+    rule_sets = tuple(evolve(one, name=LONG) if one.name == "good" else one for one in with_front.experiment.rule_sets)
+    metrics = (*with_front.experiment.metrics, "turnover_s")
+    one = evolve(with_front, experiment=evolve(with_front.experiment, rule_sets=rule_sets, metrics=metrics))
+    write_report(one, one.comparison(), tmp_path, width_cm)
+    tables = sorted(path.name for path in (tmp_path / "tables").iterdir())
+    plots = sorted(path.name for path in (tmp_path / "plots").glob("*.pdf"))
+    assert (len(tables), len(plots)) == (7, 8)
+    parts = [rf"\input{{tables/{name}}}\clearpage" for name in tables]
+    parts += [rf"\noindent\includegraphics{{{{plots/{name[:-4]}}}.pdf}}\clearpage" for name in plots]
+    parts += [rf"\ref{{tab:{name[:-4]}}}" for name in tables]
+    (tmp_path / "paper.tex").write_text(PAPER % (options, "\n".join(parts)), encoding="utf-8")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "paper.tex"]
+    for _ in range(2):  # the second time with the numbers of the labels
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, errors="replace")
+        assert done.returncode == 0, done.stdout
+    wide = [line for line in done.stdout.splitlines() if "Overfull \\hbox" in line or "undefined" in line]
+    assert wide == []
 
 
 def test_a_folder_that_cannot_be_made_is_refused(result: ExperimentResult, tmp_path: Path) -> None:
