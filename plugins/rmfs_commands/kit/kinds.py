@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from attrs import frozen
+from typing import NamedTuple
 
 from rmfs_core import entrypoints
 
 
-@frozen
-class Kind:
+class Kind(NamedTuple):
     """What is no rule.
 
     Parameters
