@@ -48,8 +48,8 @@ class Details:
         """Start afresh."""
         self._out = run.out
         self._begin = self._end = to_ticks(run.scenario.run.warmup_s or 0)
-        self._hours, self._stations, self._delays = Hours(run), Stations(run), Delays(run, self._begin)
-        self._robots, self._measures = Robots(run, self._begin), Measures(run, self._begin)
+        self._hours, self._stations, self._robots = Hours(run), Stations(run), Robots(run, self._begin)
+        self._delays, self._measures = Delays(run, self._begin, self._robots), Measures(run, self._begin)
         self._energy = Energy(run, self._begin)
         self._handlers: dict[type[Event], list[Callable[[Any], None]]] = {}
         self._replenishment = Replenishment(run, self._begin)

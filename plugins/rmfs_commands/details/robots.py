@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rmfs_commands.details.spans import Handlers, Number, ratio
+from rmfs_commands.details.spans import Count, Handlers, Number, Span, ratio
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     PodLifted,
@@ -93,19 +93,42 @@ class Robots:
         self._lowest = 1.0
         self.for_room_ticks = 0
         """Time in which robots waited beneath their pods for room at a station, summed over the robots."""
+        self.free, self.queueing = Count(), Count()
+        """Robots on duty without a task, and robots in queues of stations."""
+        self.free.add(0, sum(robot.state == "idle" for robot in self._robots))
+        self.queueing.add(0, len(robots) - self.free.number)
+        self.beneath: dict[int, Span] = {}
+        """When a robot last waited beneath each pod for room at a station, before it lifted the pod."""
+        self.all_beneath: list[Span] = []
+        """All times, longer than none, in which a robot did that."""
+        self._none_ticks = self._none_since = 0
         self.handlers: Handlers = {
-            TaskAssigned: lambda event: self._robots[event.robot].turn_to("to_pod", event.tick),
+            TaskAssigned: lambda event: self._turn(event.robot, "to_pod", event.tick),
             RobotMoved: self._moved,
             PodLifted: self._lifted,
-            QueueJoined: lambda event: self._robots[event.robot].turn_to("queue", event.tick),
+            QueueJoined: self._joined,
             VisitStarted: self._started,
             VisitEnded: self._ended,
             PodStored: self._stored,
             RobotsOnDuty: self._duty,
-            RobotSent: lambda event: self._robots[event.robot].turn_to(TO_REST, event.tick),
+            RobotSent: lambda event: self._turn(event.robot, TO_REST, event.tick),
             RobotRested: self._rested,
-            PodMoveDecided: lambda event: self._robots[event.robot].turn_to(MOVING, event.tick),
+            PodMoveDecided: lambda event: self._turn(event.robot, MOVING, event.tick),
         }
+
+    def _turn(self, robot: int, state: str, tick: int) -> None:
+        """Let a robot do something else from now on, and count those that are free."""
+        known, free = self._robots[robot], self.free
+        change = (state == "idle") - (known.state == "idle")
+        known.turn_to(state, tick)
+        if change:
+            self._none_ticks = self.none_free(tick)
+            self._none_since = tick
+            free.add(tick, change)
+
+    def none_free(self, tick: int) -> int:
+        """Return for how many ticks, up to now, no robot was free."""
+        return self._none_ticks + (0 if self.free.number else tick - self._none_since)
 
     def _moved(self, event: RobotMoved) -> None:
         robot, start = self._robots[event.robot], event.start_tick + event.wait_ticks
@@ -122,13 +145,21 @@ class Robots:
             self._look_at(event.robot)
 
     def _lifted(self, event: PodLifted) -> None:
-        robot = self._robots[event.robot]
-        self.for_room_ticks += robot.busy(event.start_tick, event.tick)
+        robot, start = self._robots[event.robot], event.start_tick
+        waited = self.beneath[event.pod] = min(robot.free, start), start
+        if waited[0] < start:
+            self.all_beneath.append(waited)
+        self.for_room_ticks += robot.busy(start, event.tick)
         if robot.state != MOVING:
             robot.turn_to("to_station", event.tick)
 
+    def _joined(self, event: QueueJoined) -> None:
+        self.queueing.add(event.tick, 1)
+        self._robots[event.robot].turn_to("queue", event.tick)
+
     def _started(self, event: VisitStarted) -> None:
         self._at[event.pod] = event.robot
+        self.queueing.add(event.tick, -1)
         self._robots[event.robot].turn_to("station", event.tick)
 
     def _ended(self, event: VisitEnded) -> None:
@@ -139,7 +170,7 @@ class Robots:
         robot = self._robots[event.robot]
         robot.busy(event.start_tick, event.tick)
         self._moved_pods += robot.state == MOVING and event.tick >= self._begin
-        robot.turn_to(self._resting(event.robot), event.tick)
+        self._turn(event.robot, self._resting(event.robot), event.tick)
         if self._battery:
             self._look_at(event.robot)
 
@@ -147,7 +178,7 @@ class Robots:
         self._on_duty = event.number
         for i, robot in enumerate(self._robots):
             if robot.state in ("idle", OFF):
-                robot.turn_to(self._resting(i), event.tick)
+                self._turn(i, self._resting(i), event.tick)
 
     def _resting(self, robot: int) -> str:
         return "idle" if robot < self._on_duty else OFF
@@ -155,7 +186,7 @@ class Robots:
     def _rested(self, event: RobotRested) -> None:
         charging = event.cell in self._chargers and self._battery
         self._charges += charging and event.tick >= self._begin
-        self._robots[event.robot].turn_to(CHARGING if charging else self._resting(event.robot), event.tick)
+        self._turn(event.robot, CHARGING if charging else self._resting(event.robot), event.tick)
 
     def _look_at(self, robot: int) -> None:
         """Note how much is in its battery."""
