@@ -74,8 +74,9 @@ class Delays:
         """Columns besides order and turnover_s."""
         self._begin = begin
         self._waited = array("q")  # of completed orders that count in means
-        self.arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)}
-        """When each order arrives; where that is not known beforehand, as if at that time until it does."""
+        known = run.scenario.instance.arrivals.backlog is None
+        self.arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
+        """When each order arrives; where that is not known beforehand, those that have arrived."""
         self.in_stock: dict[int, int] = {}
         """When orders that had to wait for stock joined the backlog."""
         self._first: dict[int, int] = {}

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from rmfs_commands.details.bottleneck import Bottleneck
 from rmfs_commands.details.catalogue import MEASURES
 from rmfs_commands.details.delays import Delays
 from rmfs_commands.details.energy import Energy
@@ -46,7 +47,7 @@ class Details:
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Start afresh."""
-        self._out = run.out
+        self._run, self._out = run, run.out
         self._begin = self._end = to_ticks(run.scenario.run.warmup_s or 0)
         self._hours, self._stations, self._robots = Hours(run), Stations(run), Robots(run, self._begin)
         self._delays, self._measures = Delays(run, self._begin, self._robots), Measures(run, self._begin)
@@ -73,8 +74,10 @@ class Details:
 
     @hookimpl
     def run_ended(self, tick: int) -> None:
-        """Write the files, where results are kept."""
+        """Say what limits the run, and write the files, where results are kept."""
         self._end = max(tick, self._begin)
+        followed = self._stations, self._robots, self._delays
+        self._run.summary["bottleneck"] = Bottleneck(self._run, self._begin, self._end, *followed).summary()
         if self._out is None:
             return
         write_text(self._out / DELAYS, to_csv(("order", "turnover_s", *self._delays.columns), self._delays.rows()))

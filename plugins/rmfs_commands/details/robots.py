@@ -82,7 +82,7 @@ class Robots:
         self._names = [robot.name for robot in robots]
         self._robots = [_Robot("idle" if robot.pod is None else "queue", begin) for robot in robots]
         self._at = {pod: robot.id for robot in robots if (pod := robot.pod) is not None}
-        self._begin, self._on_duty = begin, len(robots)
+        self._begin = begin
         self._has_off = run.scenario.robots.available is not None
         self._chargers = frozenset(run.layout.chargers)
         self._warehouse = run.warehouse
@@ -99,8 +99,11 @@ class Robots:
         self.queueing.add(0, len(robots) - self.free.number)
         self.beneath: dict[int, Span] = {}
         """When a robot last waited beneath each pod for room at a station, before it lifted the pod."""
-        self.all_beneath: list[Span] = []
-        """All times, longer than none, in which a robot did that."""
+        self.beneath_for: dict[int, list[Span]] = {}
+        """All such times, by station."""
+        self.on_duty = Count()
+        """Robots on duty."""
+        self.on_duty.add(0, len(robots))
         self._none_ticks = self._none_since = 0
         self.handlers: Handlers = {
             TaskAssigned: lambda event: self._turn(event.robot, "to_pod", event.tick),
@@ -146,15 +149,15 @@ class Robots:
 
     def _lifted(self, event: PodLifted) -> None:
         robot, start = self._robots[event.robot], event.start_tick
-        waited = self.beneath[event.pod] = min(robot.free, start), start
-        if waited[0] < start:
-            self.all_beneath.append(waited)
+        self.beneath[event.pod] = min(robot.free, start), start
         self.for_room_ticks += robot.busy(start, event.tick)
         if robot.state != MOVING:
             robot.turn_to("to_station", event.tick)
 
     def _joined(self, event: QueueJoined) -> None:
         self.queueing.add(event.tick, 1)
+        if (waited := self.beneath.pop(event.pod, None)) is not None:
+            self.beneath_for.setdefault(event.station, []).append(waited)
         self._robots[event.robot].turn_to("queue", event.tick)
 
     def _started(self, event: VisitStarted) -> None:
@@ -175,13 +178,13 @@ class Robots:
             self._look_at(event.robot)
 
     def _duty(self, event: RobotsOnDuty) -> None:
-        self._on_duty = event.number
+        self.on_duty.add(event.tick, event.number - self.on_duty.number)
         for i, robot in enumerate(self._robots):
             if robot.state in ("idle", OFF):
                 self._turn(i, self._resting(i), event.tick)
 
     def _resting(self, robot: int) -> str:
-        return "idle" if robot < self._on_duty else OFF
+        return "idle" if robot < self.on_duty.number else OFF
 
     def _rested(self, event: RobotRested) -> None:
         charging = event.cell in self._chargers and self._battery

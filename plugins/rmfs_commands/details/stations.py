@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from typing import Any
 
-from rmfs_commands.details.spans import Count, Handlers, Number, length, merged, overlap, ratio, within
+from rmfs_commands.details.spans import Count, Handlers, Number, Span, length, merged, overlap, ratio, within
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     ItemPicked,
@@ -80,6 +80,18 @@ class Stations:
         station.begun.append(event.start_tick)
         station.free.append(event.picker_free_tick)
 
+    def spans(self, begin: int, end: int) -> list[tuple[list[Span], list[Span], list[Span]]]:
+        """Return, for each station, when its picker handled items, did or had some to pick, and the station was there.
+
+        There it is while it is open or finishes what it has.
+        """
+        found = []
+        for station in self._stations:
+            busy = merged(within(zip(station.begun, station.free, strict=True), begin, end))
+            either = merged([*busy, *station.requests.above_zero(begin, end)])
+            found.append((busy, either, merged([*either, *station.open.above_zero(begin, end)])))
+        return found
+
     def rows(self, begin: int, end: int) -> list[dict[str, Any]]:
         """Return a row for each station, of what there was between two times.
 
@@ -91,11 +103,8 @@ class Stations:
         """
         orders_wait = self._backlog.above_zero(begin, end)
         found = []
-        for name, station in zip(self._names, self._stations, strict=True):
-            busy = merged(within(zip(station.begun, station.free, strict=True), begin, end))
-            wanted = station.requests.above_zero(begin, end)
-            either = merged([*busy, *wanted])
-            there = merged([*either, *station.open.above_zero(begin, end)])
+        spans = self.spans(begin, end)
+        for name, station, (busy, either, there) in zip(self._names, self._stations, spans, strict=True):
             times = {
                 "busy_s": length(busy),
                 "waiting_s": length(either) - length(busy),

@@ -88,7 +88,7 @@ def run(
     from rmfs_commands.cli.checking import idle_notes, load_checked
     from rmfs_commands.cli.compiling import compiling_announced
     from rmfs_commands.cli.progress import run_display
-    from rmfs_commands.cli.summary import print_profile, print_summary
+    from rmfs_commands.cli.summary import print_bottleneck, print_profile, print_summary
     from rmfs_commands.cli.waiting import StockWaits
     from rmfs_core import run as simulate
     from rmfs_core.errors import RunError
@@ -132,6 +132,7 @@ def run(
     else:
         console = output_console(quiet=quiet)
         print_summary(console, name, result)
+        print_bottleneck(console, result)
         if profile:
             print_profile(console, result)
         _report(console, result, waits.sentence, folder, recorded)

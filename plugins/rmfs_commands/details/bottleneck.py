@@ -1,0 +1,346 @@
+"""What the orders' time went to, what they waited for, and so what limits a run: ``bottleneck`` of `Result.summary`.
+
+Every tick of an order's time has a cause; the limit is the cause with the largest share. While an order waits in the
+backlog, the cause is what the picking stations do at that time, each its part: a picker who handles an item (the
+pickers), a station with nothing to pick (how the rules spread the orders), a closed one (the hours). A station that
+waits for pods does so since pods stand beneath which it has no room for (the queues), or since no robot is free (the
+robots); else its pods are on their way, and it has not room for more orders that could be picked meanwhile (the room).
+Robots off duty are a matter of the hours; robots in queues and beneath pods wait themselves, for what the stations do.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+from math import fsum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from attrs import define, field
+from numpy.typing import NDArray
+
+from rmfs_commands.details.delays import Delays
+from rmfs_commands.details.robots import Robots
+from rmfs_commands.details.spans import Span, length, ratio
+from rmfs_commands.details.stations import Stations
+from rmfs_core.clock import TICKS_PER_S, to_ticks
+
+if TYPE_CHECKING:
+    from rmfs_core.info import RunInfo
+
+PARTS: Mapping[str, tuple[str, ...]] = {
+    "stock": ("stock_s",),
+    "room": ("backlog_s", "other_parts_s"),
+    "robot": ("robot_s",),
+    "pod": ("pod_s",),
+    "driving": ("to_pod_s", "driving_s"),
+    "queueing": ("room_s", "queueing_s"),
+    "picking": ("station_s",),
+    "hands": ("handling_s",),
+}
+"""Parts of the turn-over time, by the columns of delays.csv that they are made of."""
+
+LIMITS: Mapping[str, tuple[str, str]] = {
+    "pickers": ("pickers had other items in hand", "one more station"),
+    "robots": ("no robot was free", "one more robot"),
+    "queues": (
+        "pods waited for room at stations that had none to pick from",
+        "longer queues (`stations.queue_length`)",
+    ),
+    "spread": ("they waited while other stations had nothing to pick", "rules that spread the orders evenly"),
+    "stock": ("the pods held too little", "stock that never lacks"),
+    "hours": ("stations were closed, or robots off duty", "stations and robots at all hours"),
+    "room": ("stations had no room, with robots free", "more orders per station (`stations.item_capacity`)"),
+    "pods": ("their pods were elsewhere, with robots free", "their SKUs on more pods"),
+}
+"""Causes that there could be less of: what happened meanwhile, and what would help. Those besides are ``driving`` and
+``picking``, the work on an order itself."""
+
+DOES = {
+    "idle": "idle",
+    **dict.fromkeys(("to_pod", "to_station", "storing", "to_rest", "moving_pods"), "driving"),
+    "waiting": "traffic",
+    "queue": "queueing",
+    "station": "at_station",
+    "charging": "charging",
+    "off": "off",
+}
+"""What robots do, by the columns of robots.csv. Waiting beneath a pod for room at a station is queueing, too."""
+
+Ticks = NDArray[np.int64]
+Shares = Mapping[str, NDArray[np.float64]]
+
+
+@define
+class _Pieces:
+    """Time cut into pieces in each of which nothing changes at stations and among robots.
+
+    Parameters
+    ----------
+    bounds
+        Where the pieces begin, and where the last one ends. Shape (pieces + 1,).
+    """
+
+    bounds: Ticks
+
+    def level(self, spans: Sequence[Span]) -> Ticks:
+        """Return how many of some spans, which begin and end at bounds, hold in each piece."""
+        begins, ends = np.array(spans, dtype=np.int64).reshape(-1, 2).T
+        change = np.bincount(np.searchsorted(self.bounds, begins), minlength=len(self.bounds))
+        change -= np.bincount(np.searchsorted(self.bounds, ends), minlength=len(self.bounds))
+        return change.cumsum()[:-1]
+
+    def total(self, rate: NDArray[Any], begins: Ticks, ends: Ticks) -> float:
+        """Return what a rate, one for each piece, comes to in all the spans from begins to ends."""
+        rate = rate.astype(np.float64)
+        until = np.concatenate(([0.0], np.cumsum(rate * np.diff(self.bounds))))
+        rate = np.append(rate, 0.0)
+        sums = []
+        for ticks in (begins, ends):
+            piece = np.searchsorted(self.bounds, ticks, side="right") - 1
+            sums.append(until[piece] + rate[piece] * (ticks - self.bounds[piece]))
+        return fsum((sums[1] - sums[0]).tolist())
+
+
+@define
+class _Waits:
+    """When orders waited for something: begins and ends, some of which are the same."""
+
+    begins: list[int] = field(factory=list)
+    ends: list[int] = field(factory=list)
+
+    def add(self, begin: int, end: int) -> None:
+        if begin < end:
+            self.begins.append(begin)
+            self.ends.append(end)
+
+    def total(self, pieces: _Pieces, rate: NDArray[Any]) -> float:
+        begins, ends = (np.array(ticks, dtype=np.int64) for ticks in (self.begins, self.ends))
+        return pieces.total(rate, begins, ends)
+
+
+class Bottleneck:
+    """Tells it, when a run is over.
+
+    Parameters
+    ----------
+    run
+        The run.
+    begin, end
+        The times between which is counted; orders that arrive before the first are left out.
+    stations, robots, delays
+        Those who have followed the run.
+    """
+
+    def __init__(self, run: RunInfo, begin: int, end: int, stations: Stations, robots: Robots, delays: Delays) -> None:
+        self._run, self._begin, self._end = run, begin, end
+        self._robots, self._delays = robots, delays
+        self._lift, self._spans = run.motion.lift_ticks, stations.spans(begin, end)
+        self.causes: dict[str, float] = dict.fromkeys((*LIMITS, "driving", "picking"), 0.0)
+        """Ticks of the orders' time by cause, summed over the orders."""
+        self._room, self._robot = _Waits(), _Waits()
+        self._beneath = [_Waits() for _ in run.warehouse.stations]
+        self._queueing = [_Waits() for _ in run.warehouse.stations]
+        self._orders = self._collect()
+        self._share_out()
+
+    def _collect(self) -> int:
+        """Collect what each order waited for, and add up what needs no more; return how many orders count."""
+        delays, causes, counted = self._delays, self.causes, 0
+        for order, arrival in delays.arrival.items():
+            if not self._begin <= arrival <= self._end:
+                continue
+            counted += 1
+            if (times := delays.times.get(order)) is None:
+                self._collect_left(order, arrival)
+                continue
+            ticks = dict(zip(delays.columns, times, strict=True))
+            station = delays.stations[order]
+            joins = arrival + ticks.get("stock_s", 0)
+            last = joins + ticks["backlog_s"] + ticks["other_parts_s"]
+            asked = last + ticks["robot_s"] + ticks["pod_s"]
+            lifted = asked + ticks["to_pod_s"] + ticks["room_s"]
+            joined = lifted + ticks["driving_s"]
+            self._room.add(joins, last)
+            self._robot.add(last, asked)
+            self._beneath[station].add(lifted - self._lift - ticks["room_s"], lifted - self._lift)
+            self._queueing[station].add(joined, joined + ticks["queueing_s"])
+            causes["stock"] += joins - arrival
+            causes["pods"] += ticks["pod_s"]
+            causes["driving"] += ticks["to_pod_s"] + ticks["driving_s"]
+            causes["picking"] += ticks["station_s"] + ticks.get("handling_s", 0)
+        return counted
+
+    def _collect_left(self, order: int, arrival: int) -> None:
+        """Collect what an order that is not complete waited for until the end, as far as that is known."""
+        if order in self._delays.last:
+            last, _ = self._delays.last[order]
+            self._room.add(self._delays.in_stock.get(order, arrival), last)
+            self._robot.add(last, self._end)
+        elif self._run.warehouse.order(order).waits_for_stock:
+            self.causes["stock"] += self._end - arrival
+        else:
+            joins = self._delays.in_stock.get(order, arrival)
+            self.causes["stock"] += joins - arrival
+            self._room.add(joins, self._end)
+
+    def _share_out(self) -> None:
+        """Share out the waits among the causes."""
+        spans, robots = self._spans, self._robots
+        every = [*chain.from_iterable(chain.from_iterable(spans)), *chain.from_iterable(robots.beneath_for.values())]
+        counts = (robots.free, robots.queueing, robots.on_duty)
+        bounds = np.unique(
+            np.concatenate(
+                (
+                    np.array(every, dtype=np.int64).ravel(),
+                    *(count.ticks for count in counts),
+                    np.array([self._begin, self._end]),
+                )
+            )
+        )
+        pieces = _Pieces(bounds)
+        free, queueing, on_duty = (count.at(bounds[:-1]) for count in counts)
+        busy, idle, short, waiting = (np.zeros(len(bounds) - 1, dtype=np.int64) for _ in range(4))
+        beneath = np.zeros_like(busy)
+        for station, (handled, either, there) in enumerate(spans):
+            here, wanting, open_ = (pieces.level(of) for of in (handled, either, there))
+            stand = pieces.level(robots.beneath_for.get(station, []))
+            busy += here
+            idle += open_ - wanting
+            waits = wanting - here
+            short += np.where(stand > 0, waits, 0)
+            waiting += np.where(stand > 0, 0, waits)
+            beneath += stand
+        number, fleet = len(spans), len(self._run.warehouse.robots)
+        closed = number - busy - idle - short - waiting
+        spread, hours, off = idle / number, closed / number, 1 - on_duty / fleet
+        none_free = free == 0
+        working = 1 - off - np.minimum(queueing + beneath, on_duty) / fleet
+        handling = busy / np.maximum(busy + waiting, 1)
+        both = np.maximum(handling + working + off, 1e-9)
+        at_work = (busy + waiting) / number
+        room = {
+            "pickers": np.where(none_free, at_work * handling / both, busy / number),
+            "robots": np.where(none_free, at_work * working / both, 0.0),
+            "room": np.where(none_free, 0.0, waiting / number),
+            "queues": short / number,
+            "spread": spread,
+            "hours": hours + np.where(none_free, at_work * off / both, 0.0),
+        }
+        held = 1 - working - off
+        robot = {
+            "robots": working,
+            "spread": held * spread,
+            "hours": off + held * hours,
+            "pickers": held * (1 - spread - hours),
+        }
+        for cause, rate in room.items():
+            self.causes[cause] += self._room.total(pieces, rate)
+        for cause, rate in robot.items():
+            self.causes[cause] += self._robot.total(pieces, np.where(none_free, rate, 0.0))
+        for station, (handled, *_) in enumerate(spans):
+            here = pieces.level(handled)
+            for waits_, cause in ((self._beneath[station], "queues"), (self._queueing[station], "driving")):
+                if waits_.begins:
+                    self.causes["pickers"] += waits_.total(pieces, here * (1 - spread - hours))
+                    self.causes["spread"] += waits_.total(pieces, here * spread)
+                    self.causes["hours"] += waits_.total(pieces, here * hours)
+                    self.causes[cause] += waits_.total(pieces, 1 - here)
+
+    def summary(self) -> dict[str, Any]:
+        """Return it as plain values; means and shares of nothing are None."""
+        whole = fsum(self.causes.values())
+        largest = max(self.causes, key=lambda cause: self.causes[cause])
+        limit = largest if whole and largest in LIMITS else None
+        percent = {cause: _percent(ticks, whole) for cause, ticks in self.causes.items()}
+        bound = None if limit is None else self._one_more(limit)
+        return {
+            "turnover_s": self._parts(),
+            "pickers_percent": self._of_pickers(),
+            **self._of_stations(),
+            "robots_percent": self._of_robots(),
+            "causes_percent": percent,
+            "limit": limit,
+            "bound": bound,
+            "says": [*_says(limit, percent, bound)] if whole else [],
+        }
+
+    def _parts(self) -> dict[str, float | None]:
+        """Return the mean of each part of the turn-over time, over the orders that it is measured of."""
+        delays = self._delays
+        timed = [times for order, times in delays.times.items() if delays.arrival[order] >= self._begin]
+        sums = dict(zip(delays.columns, map(sum, zip(*timed, strict=True)), strict=True)) if timed else {}
+        return {
+            part: ratio(sum(sums.get(column, 0) for column in columns), len(timed) * TICKS_PER_S)
+            for part, columns in PARTS.items()
+        }
+
+    def _of_pickers(self) -> dict[str, float | None]:
+        """Return what the time went to in which stations were there."""
+        handled, either, there = (sum(map(length, of)) for of in zip(*self._spans, strict=True))
+        parts = {"handling": handled, "waiting": either - handled, "idle": there - either}
+        return {part: _percent(ticks, there) for part, ticks in parts.items()}
+
+    def _of_stations(self) -> dict[str, dict[str, Any] | None]:
+        """Return the stations whose pickers handled items for the most and the least of their time."""
+        shares = {
+            station.name: _percent(length(handled), length(there))
+            for station, (handled, _, there) in zip(self._run.warehouse.stations, self._spans, strict=True)
+        }
+        known = {name: share for name, share in shares.items() if share is not None}
+        ends = {"busiest_station": max, "idlest_station": min}
+        if not known:
+            return dict.fromkeys(ends)
+        named = {key: choose(known, key=lambda name: known[name]) for key, choose in ends.items()}
+        return {key: {"station": name, "handling_percent": known[name]} for key, name in named.items()}
+
+    def _of_robots(self) -> dict[str, float | None]:
+        """Return what the robots' time went to."""
+        ticks: Counter[str] = Counter()
+        for row in self._robots.rows(self._end):
+            for state, does in DOES.items():
+                ticks[does] += to_ticks(row.get(f"{state}_s", 0))
+        ticks["traffic"] -= self._robots.for_room_ticks
+        ticks["queueing"] += self._robots.for_room_ticks
+        return {does: _percent(ticks[does], ticks.total()) for does in dict.fromkeys(DOES.values())}
+
+    def _one_more(self, limit: str) -> dict[str, float | None]:
+        """Return what one more of the limit can bring at most: less turn-over time, and more picks and trips an hour.
+
+        Of orders that are all there at once, or are refilled, n + 1 serve no more than (n + 1) / n as many in a time as
+        n do, so that at most 1 / (n + 1) of the time goes away.
+        """
+        number = {"pickers": len(self._spans), "robots": len(self._run.warehouse.robots)}.get(limit)
+        whole, most = fsum(self.causes.values()), self.causes[limit]
+        arrivals = {order.arrival_tick for order in self._run.instance.orders}
+        if number is not None and (len(arrivals) == 1 or self._run.scenario.instance.arrivals.backlog is not None):
+            most = min(most, whole / (number + 1))
+        return {
+            "turnover_s": round(most / self._orders / TICKS_PER_S, 3),
+            "turnover_percent": _percent(most, whole),
+            "throughput_percent": None if number is None else round(100 / number, 3),
+        }
+
+
+def _says(
+    limit: str | None, percent: Mapping[str, float | None], bound: Mapping[str, float | None] | None
+) -> Iterator[str]:
+    """Yield what limits the run, and what one more of it can bring at most, as sentences."""
+    if limit is None or bound is None:
+        work = (percent["driving"] or 0) + (percent["picking"] or 0)
+        yield f"Nothing: for {work:.0f} % of the orders' time they were driven, picked or handled."
+        return
+    told = f"{limit.capitalize()}: for {percent[limit]:.0f} % of the orders' time {LIMITS[limit][0]}"
+    following = max((cause for cause in LIMITS if cause != limit), key=lambda cause: percent[cause] or 0)
+    further = f"; then {following}, {percent[following]:.0f} %" if round(percent[following] or 0) else ""
+    yield f"{told}{further}."
+    more = {"pickers": "picks", "robots": "trips"}.get(limit)
+    faster = "" if more is None else f"{bound['throughput_percent']:.3g} % more {more}, "
+    seconds = bound["turnover_s"] or 0.0
+    less = f"{seconds:,.{seconds < 10:d}f} s ({bound['turnover_percent']:.0f} %) less turn-over time"
+    yield f"{LIMITS[limit][1].capitalize()}: at most {faster}{less}."
+
+
+def _percent(part: float, whole: float) -> float | None:
+    return round(100 * part / whole, 3) if whole else None
