@@ -11,10 +11,10 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from statistics import fmean
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from attrs import asdict, define, frozen
+from attrs import asdict, define, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.cli.screen import say
@@ -32,10 +32,11 @@ if TYPE_CHECKING:
 
     from rmfs_core.info import RunInfo
 
+T = TypeVar("T")
 HOUR = 3600 * TICKS_PER_S
 AT_ONCE = HOUR
 SAMPLE = 5
-"""Storage locations from which empty ways are measured."""
+"""Stations, and storage locations without a pod on the robot, to and from which ways are measured, at most."""
 MOST_CHANGES = 10_000
 """Of stations that open and close, after which nobody asks any more when all is done."""
 
@@ -60,27 +61,23 @@ class Demand:
 
     Parameters
     ----------
-    first, last
-        Ticks of the first and the last arrival.
     items, lines
         Items and order lines by the number of the hour, from 0.
+    first, last
+        Ticks of the first and the last arrival; those of no order are of no use.
     """
 
-    first: int
-    last: int
-    items: Counter[int]
-    lines: Counter[int]
+    items: Counter[int] = field(factory=Counter)
+    lines: Counter[int] = field(factory=Counter)
+    first: int = 1 << 62
+    last: int = 0
 
-    @classmethod
-    def of(cls, instance: Instance) -> Demand:
-        """Return that of an instance, which has orders."""
-        items: Counter[int] = Counter()
-        lines: Counter[int] = Counter()
-        for order in instance.orders:
-            items[order.arrival_tick // HOUR] += order.items
-            lines[order.arrival_tick // HOUR] += len(order.lines)
-        ticks = [order.arrival_tick for order in instance.orders]
-        return cls(min(ticks), max(ticks), items, lines)
+    def add(self, tick: int, items: int, lines: int = 1) -> None:
+        """Add items and lines that arrive at a tick."""
+        hour = tick // HOUR
+        self.items[hour] += items
+        self.lines[hour] += lines
+        self.first, self.last = min(self.first, tick), max(self.last, tick)
 
 
 @frozen
@@ -141,14 +138,22 @@ def _percent(wanted: float, there: float) -> float:
     return 100 * wanted / there if there else math.inf if wanted else 0.0
 
 
-def loads(scenario: Scenario, instance: Instance, layout: Layout, demand: Demand | None = None) -> list[Load]:
+def loads(scenario: Scenario, instance: Instance, layout: Layout) -> list[Load]:
     """Return the loads of a scenario: of pickers and robots, and of replenishment and chargers where there are any.
 
     Empty where there are no orders, or they arrive as others are assigned (process ``refill``).
     """
     if not instance.orders or scenario.instance.arrivals.backlog is not None:
         return []
-    return _Reckoning(scenario, layout, demand or Demand.of(instance), _bundles(scenario, instance)).loads()
+    demand = Demand()
+    for order in instance.orders:
+        demand.add(order.arrival_tick, order.items, len(order.lines))
+    return loads_of(scenario, layout, demand, _bundles(scenario, instance))
+
+
+def loads_of(scenario: Scenario, layout: Layout, demand: Demand, bundles: int = 0) -> list[Load]:
+    """Return the loads that some orders and bundles bring to a warehouse; of the scenario's instance counts time 0."""
+    return _Reckoning(scenario, layout, demand, bundles).loads()
 
 
 class _Reckoning:
@@ -278,12 +283,18 @@ class _Reckoning:
         """
         travel, storage = travel_on(self._layout, motion_of(self._scenario.robots)), self._layout.storage_locations
         cells = np.array(storage)
-        there = [travel.times_to(one.station, loaded=True)[cells] for one in self._layout.stations[: self._picking]]
-        back = [_back(travel, one.station)[cells] for one in self._layout.stations[: self._picking]]
-        some = [storage[i * len(storage) // SAMPLE] for i in range(min(SAMPLE, len(storage)))]
-        empty = [travel.times_to(cell, loaded=False)[cells] for cell in some]
+        stations = [one.station for one in _some(self._layout.stations[: self._picking])]
+        there = [travel.times_to(station, loaded=True)[cells] for station in stations]
+        back = [_back(travel, station)[cells] for station in stations]
+        empty = [travel.times_to(cell, loaded=False)[cells] for cell in _some(storage)]
         empty_s, loaded_s = _mean_s(empty), _mean_s(there) + _mean_s(back)
         return empty_s + loaded_s + 2 * self._scenario.robots.lift_s, (empty_s, loaded_s)
+
+
+def _some(every: Sequence[T]) -> list[T]:
+    """Return at most `SAMPLE` of them, spread evenly."""
+    number = min(SAMPLE, len(every))
+    return [every[(2 * i + 1) * len(every) // (2 * number)] for i in range(number)]
 
 
 def _back(travel: Travel, cell: int) -> NDArray[np.int64]:

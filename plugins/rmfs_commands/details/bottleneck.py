@@ -57,6 +57,13 @@ LIMITS: Mapping[str, tuple[str, str]] = {
 """Causes that there could be less of: what happened meanwhile, and what would help. Those besides are ``driving`` and
 ``picking``, the work on an order itself."""
 
+MADE_BY: Mapping[str, tuple[str, ...]] = {"spread": ("pickers",), "pods": ("room",)}
+"""Causes that a limit may be behind: stations of which one has more to pick than the others have all their pickers at
+work, and orders whose pods are elsewhere take up room."""
+
+WORTH_SAYING = 10
+"""Percent of the orders' time from which on a cause is said besides the limit."""
+
 DOES = {
     "idle": "idle",
     **dict.fromkeys(("to_pod", "to_station", "storing", "to_rest", "moving_pods"), "driving"),
@@ -69,7 +76,6 @@ DOES = {
 """What robots do, by the columns of robots.csv. Waiting beneath a pod for room at a station is queueing, too."""
 
 Ticks = NDArray[np.int64]
-Shares = Mapping[str, NDArray[np.float64]]
 
 
 @define
@@ -136,7 +142,8 @@ class Bottleneck:
     def __init__(self, run: RunInfo, begin: int, end: int, stations: Stations, robots: Robots, delays: Delays) -> None:
         self._run, self._begin, self._end = run, begin, end
         self._robots, self._delays = robots, delays
-        self._lift, self._spans = run.motion.lift_ticks, stations.spans(begin, end)
+        self._pick, self._handle = (to_ticks(run.scenario.stations.pick_s), to_ticks(run.scenario.stations.handle_s))
+        self._lift, self._spans, self._counts = run.motion.lift_ticks, stations.spans(begin, end), stations.counts()
         self.causes: dict[str, float] = dict.fromkeys((*LIMITS, "driving", "picking"), 0.0)
         """Ticks of the orders' time by cause, summed over the orders."""
         self._room, self._robot = _Waits(), _Waits()
@@ -156,7 +163,7 @@ class Bottleneck:
                 self._collect_left(order, arrival)
                 continue
             ticks = dict(zip(delays.columns, times, strict=True))
-            station = delays.stations[order]
+            station, items = delays.picks[order]
             joins = arrival + ticks.get("stock_s", 0)
             last = joins + ticks["backlog_s"] + ticks["other_parts_s"]
             asked = last + ticks["robot_s"] + ticks["pod_s"]
@@ -165,11 +172,12 @@ class Bottleneck:
             self._room.add(joins, last)
             self._robot.add(last, asked)
             self._beneath[station].add(lifted - self._lift - ticks["room_s"], lifted - self._lift)
-            self._queueing[station].add(joined, joined + ticks["queueing_s"])
+            own = min(self._pick + (items - 1) * self._handle, ticks["station_s"])
+            self._queueing[station].add(joined, joined + ticks["queueing_s"] + ticks["station_s"] - own)
             causes["stock"] += joins - arrival
             causes["pods"] += ticks["pod_s"]
             causes["driving"] += ticks["to_pod_s"] + ticks["driving_s"]
-            causes["picking"] += ticks["station_s"] + ticks.get("handling_s", 0)
+            causes["picking"] += own + ticks.get("handling_s", 0)
         return counted
 
     def _collect_left(self, order: int, arrival: int) -> None:
@@ -185,68 +193,68 @@ class Bottleneck:
             self.causes["stock"] += joins - arrival
             self._room.add(joins, self._end)
 
+    def _pieces(self) -> _Pieces:
+        """Return the pieces of time between any two changes at stations and among robots."""
+        spans = chain.from_iterable((*chain.from_iterable(self._spans), *self._robots.beneath_for.values()))
+        counts = (self._robots.free, self._robots.on_duty, *chain.from_iterable(self._counts))
+        ends = np.array([*spans, (self._begin, self._end)], dtype=np.int64).ravel()
+        return _Pieces(np.unique(np.concatenate((ends, *(count.ticks for count in counts)))))
+
     def _share_out(self) -> None:
         """Share out the waits among the causes."""
-        spans, robots = self._spans, self._robots
-        every = [*chain.from_iterable(chain.from_iterable(spans)), *chain.from_iterable(robots.beneath_for.values())]
-        counts = (robots.free, robots.queueing, robots.on_duty)
-        bounds = np.unique(
-            np.concatenate(
-                (
-                    np.array(every, dtype=np.int64).ravel(),
-                    *(count.ticks for count in counts),
-                    np.array([self._begin, self._end]),
-                )
-            )
-        )
-        pieces = _Pieces(bounds)
-        free, queueing, on_duty = (count.at(bounds[:-1]) for count in counts)
-        busy, idle, short, waiting = (np.zeros(len(bounds) - 1, dtype=np.int64) for _ in range(4))
-        beneath = np.zeros_like(busy)
-        for station, (handled, either, there) in enumerate(spans):
+        pieces, number = self._pieces(), len(self._spans)
+        begins = pieces.bounds[:-1]
+        busy, idle, short, waiting, stuck, wanted = (np.zeros(len(begins), dtype=np.int64) for _ in range(6))
+        for station, ((handled, either, there), (requests, queue)) in enumerate(
+            zip(self._spans, self._counts, strict=True)
+        ):
             here, wanting, open_ = (pieces.level(of) for of in (handled, either, there))
-            stand = pieces.level(robots.beneath_for.get(station, []))
+            beneath = pieces.level(self._robots.beneath_for.get(station, []))
             busy += here
             idle += open_ - wanting
-            waits = wanting - here
-            short += np.where(stand > 0, waits, 0)
-            waiting += np.where(stand > 0, 0, waits)
-            beneath += stand
-        number, fleet = len(spans), len(self._run.warehouse.robots)
-        closed = number - busy - idle - short - waiting
-        spread, hours, off = idle / number, closed / number, 1 - on_duty / fleet
-        none_free = free == 0
-        working = 1 - off - np.minimum(queueing + beneath, on_duty) / fleet
-        handling = busy / np.maximum(busy + waiting, 1)
-        both = np.maximum(handling + working + off, 1e-9)
-        at_work = (busy + waiting) / number
-        room = {
-            "pickers": np.where(none_free, at_work * handling / both, busy / number),
-            "robots": np.where(none_free, at_work * working / both, 0.0),
+            short += np.where(beneath > 0, wanting - here, 0)
+            waiting += np.where(beneath > 0, 0, wanting - here)
+            stuck += beneath + queue.at(begins)
+            wanted += requests.at(begins)
+        closed = (number - busy - idle - short - waiting) / number
+        even = wanted / np.maximum(busy + idle + short + waiting, 1)
+        uneven = np.zeros(len(begins))
+        for station, ((handled, *_), (requests, queue)) in enumerate(zip(self._spans, self._counts, strict=True)):
+            here, known = pieces.level(handled), requests.at(begins)
+            beneath = pieces.level(self._robots.beneath_for.get(station, []))
+            beyond = np.maximum(1 - even / np.maximum(known, 1), 0.0) * (1 - closed)
+            uneven += beyond * (beneath + queue.at(begins))
+            shares = {"spread": here * beyond, "hours": here * closed, "pickers": here * (1 - beyond - closed)}
+            self._add(self._beneath[station], pieces, shares | {"queues": 1 - here})
+            self._add(self._queueing[station], pieces, shares | {"driving": 1 - here})
+        fleet, on_duty = len(self._run.warehouse.robots), self._robots.on_duty.at(begins)
+        off, held = 1 - on_duty / fleet, np.minimum(stuck, on_duty) / fleet
+        none_free, working = self._robots.free.at(begins) == 0, 1 - off - held
+        uneven *= held / np.maximum(stuck, 1)
+        of_robots = {
+            "robots": working,
+            "spread": uneven,
+            "hours": off + held * closed,
+            "pickers": held * (1 - closed) - uneven,
+        }
+        self._add(self._robot, pieces, {cause: none_free * share for cause, share in of_robots.items()})
+        handling, at_work = busy / np.maximum(busy + waiting, 1), (busy + waiting) / number
+        each = none_free * at_work / np.maximum(handling + working + off, 1e-9)
+        of_stations = {
+            "pickers": np.where(none_free, each * handling, busy / number),
+            "robots": each * working,
+            "hours": closed + each * off,
             "room": np.where(none_free, 0.0, waiting / number),
             "queues": short / number,
-            "spread": spread,
-            "hours": hours + np.where(none_free, at_work * off / both, 0.0),
+            "spread": idle / number,
         }
-        held = 1 - working - off
-        robot = {
-            "robots": working,
-            "spread": held * spread,
-            "hours": off + held * hours,
-            "pickers": held * (1 - spread - hours),
-        }
-        for cause, rate in room.items():
-            self.causes[cause] += self._room.total(pieces, rate)
-        for cause, rate in robot.items():
-            self.causes[cause] += self._robot.total(pieces, np.where(none_free, rate, 0.0))
-        for station, (handled, *_) in enumerate(spans):
-            here = pieces.level(handled)
-            for waits_, cause in ((self._beneath[station], "queues"), (self._queueing[station], "driving")):
-                if waits_.begins:
-                    self.causes["pickers"] += waits_.total(pieces, here * (1 - spread - hours))
-                    self.causes["spread"] += waits_.total(pieces, here * spread)
-                    self.causes["hours"] += waits_.total(pieces, here * hours)
-                    self.causes[cause] += waits_.total(pieces, 1 - here)
+        self._add(self._room, pieces, of_stations)
+
+    def _add(self, waits: _Waits, pieces: _Pieces, shares: Mapping[str, NDArray[Any]]) -> None:
+        """Add to the causes their shares of some waits."""
+        if waits.begins:
+            for cause, share in shares.items():
+                self.causes[cause] += waits.total(pieces, share)
 
     def summary(self) -> dict[str, Any]:
         """Return it as plain values; means and shares of nothing are None."""
@@ -260,6 +268,7 @@ class Bottleneck:
             "pickers_percent": self._of_pickers(),
             **self._of_stations(),
             "robots_percent": self._of_robots(),
+            "orders_time_s": whole / self._orders / TICKS_PER_S if self._orders else None,
             "causes_percent": percent,
             "limit": limit,
             "bound": bound,
@@ -313,6 +322,7 @@ class Bottleneck:
         """
         number = {"pickers": len(self._spans), "robots": len(self._run.warehouse.robots)}.get(limit)
         whole, most = fsum(self.causes.values()), self.causes[limit]
+        most += fsum(self.causes[cause] for cause in MADE_BY.get(limit, ()))
         arrivals = {order.arrival_tick for order in self._run.instance.orders}
         if number is not None and (len(arrivals) == 1 or self._run.scenario.instance.arrivals.backlog is not None):
             most = min(most, whole / (number + 1))
@@ -332,9 +342,9 @@ def _says(
         yield f"Nothing: for {work:.0f} % of the orders' time they were driven, picked or handled."
         return
     told = f"{limit.capitalize()}: for {percent[limit]:.0f} % of the orders' time {LIMITS[limit][0]}"
-    following = max((cause for cause in LIMITS if cause != limit), key=lambda cause: percent[cause] or 0)
-    further = f"; then {following}, {percent[following]:.0f} %" if round(percent[following] or 0) else ""
-    yield f"{told}{further}."
+    others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
+    further = [f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause])]
+    yield f"{told}{'; then ' if further else ''}{', '.join(further)}."
     more = {"pickers": "picks", "robots": "trips"}.get(limit)
     faster = "" if more is None else f"{bound['throughput_percent']:.3g} % more {more}, "
     seconds = bound["turnover_s"] or 0.0

@@ -83,11 +83,12 @@ class Delays:
         self.last: dict[int, tuple[int, int]] = {}
         """When the last lines of orders that are not complete were assigned so far, and `Robots.none_free` then."""
         self._way: list[_Way] = [(0,) * 7] * len(run.instance.pods)
-        self._served: dict[int, tuple[_Way, int, int]] = {}  # of the last pick: the pod's way, station, tick
+        # Of the last pick: the pod's way, station, tick, visit, and how many items of the order were picked in that
+        self._served: dict[int, tuple[_Way, int, int, int, int]] = {}
         self.times: dict[int, array[int]] = {}
         """Of each completed order, the ticks that the columns have in seconds."""
-        self.stations: dict[int, int] = {}
-        """Of each completed order, the station of its last pick."""
+        self.picks: dict[int, tuple[int, int]] = {}
+        """Of each completed order, the station of its last pick, and how many of its items that visit served."""
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
             OrderInStock: self._joined_late,
@@ -127,12 +128,15 @@ class Delays:
         self._way[event.pod] = (*self._way[event.pod][:6], event.tick)
 
     def _picked(self, event: ItemPicked) -> None:
-        self._served[event.order] = self._way[event.pod], event.station, event.tick
+        before = self._served.get(event.order)
+        items = before[4] + 1 if before is not None and before[3] == event.visit else 1
+        self._served[event.order] = self._way[event.pod], event.station, event.tick, event.visit, items
 
     def _completed(self, event: OrderCompleted) -> None:
         order, arrival = event.order, self.arrival[event.order]
         last, none_free = self.last.pop(order)
-        (asked, none_asked, *way), self.stations[order], picked = self._served.pop(order)
+        (asked, none_asked, *way), station, picked, _, items = self._served.pop(order)
+        self.picks[order] = station, items
         robot = none_asked - none_free if asked > last else 0
         asked, begun, ended, lifted, joined, started = (max(tick, last) for tick in (asked, *way))
         room = ended - begun

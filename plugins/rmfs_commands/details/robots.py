@@ -93,10 +93,9 @@ class Robots:
         self._lowest = 1.0
         self.for_room_ticks = 0
         """Time in which robots waited beneath their pods for room at a station, summed over the robots."""
-        self.free, self.queueing = Count(), Count()
-        """Robots on duty without a task, and robots in queues of stations."""
+        self.free = Count()
+        """Robots on duty without a task."""
         self.free.add(0, sum(robot.state == "idle" for robot in self._robots))
-        self.queueing.add(0, len(robots) - self.free.number)
         self.beneath: dict[int, Span] = {}
         """When a robot last waited beneath each pod for room at a station, before it lifted the pod."""
         self.beneath_for: dict[int, list[Span]] = {}
@@ -155,14 +154,12 @@ class Robots:
             robot.turn_to("to_station", event.tick)
 
     def _joined(self, event: QueueJoined) -> None:
-        self.queueing.add(event.tick, 1)
         if (waited := self.beneath.pop(event.pod, None)) is not None:
             self.beneath_for.setdefault(event.station, []).append(waited)
         self._robots[event.robot].turn_to("queue", event.tick)
 
     def _started(self, event: VisitStarted) -> None:
         self._at[event.pod] = event.robot
-        self.queueing.add(event.tick, -1)
         self._robots[event.robot].turn_to("station", event.tick)
 
     def _ended(self, event: VisitEnded) -> None:

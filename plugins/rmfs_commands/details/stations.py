@@ -92,6 +92,10 @@ class Stations:
             found.append((busy, either, merged([*either, *station.open.above_zero(begin, end)])))
         return found
 
+    def counts(self) -> list[tuple[Count, Count]]:
+        """Return, for each station, its items to be picked and its pods that queue."""
+        return [(station.requests, station.queue) for station in self._stations]
+
     def rows(self, begin: int, end: int) -> list[dict[str, Any]]:
         """Return a row for each station, of what there was between two times.
 
