@@ -279,14 +279,14 @@ class _Reckoning:
         """Return the mean seconds of a trip without the picking, and of these those of driving without and with a pod.
 
         To a pod from where another one stands, to a station, and from there to where a pod stands, all of them alike
-        often and without traffic.
+        often, and each way as if the robot had the heading that takes least, and no other were in its way.
         """
         travel, storage = travel_on(self._layout, motion_of(self._scenario.robots)), self._layout.storage_locations
         cells = np.array(storage)
         stations = [one.station for one in _some(self._layout.stations[: self._picking])]
-        there = [travel.times_to(station, loaded=True)[cells] for station in stations]
+        there = [travel.times_to(station, loaded=True)[cells].min(axis=1) for station in stations]
         back = [_back(travel, station)[cells] for station in stations]
-        empty = [travel.times_to(cell, loaded=False)[cells] for cell in _some(storage)]
+        empty = [travel.times_to(cell, loaded=False)[cells].min(axis=1) for cell in _some(storage)]
         empty_s, loaded_s = _mean_s(empty), _mean_s(there) + _mean_s(back)
         return empty_s + loaded_s + 2 * self._scenario.robots.lift_s, (empty_s, loaded_s)
 
@@ -372,17 +372,15 @@ def load_warnings(found: Sequence[Load]) -> Iterator[str]:
     for load in found:
         unit, trips = UNITS[load.who], load.who in OF_TRIPS
         if (percent := load.percent or 0.0) > 100:
-            work = f"{_hours(load.wanted_h)} of work in {_hours(load.there_h or 0.0)}"
-            enough = "" if (more := load.enough(percent)) is None else f" {counted(more, unit)} would be enough"
-            fewer = f", or trips that serve {percent / 100:.1f} order lines each" if trips and enough else ""
-            yield (
-                f"Warning: {load.who} have {work}{ASSUMED if trips else ''}.{enough}{fewer}{'.' if enough else ''}"
-                + (
-                    ""
-                    if load.done_h is None
-                    else f" The last item is handled {load.done_h:,.1f} h after time 0, or later."
-                )
-            )
+            told = f"{_hours(load.wanted_h)} of work in {_hours(load.there_h or 0.0)}{ASSUMED if trips else ''}."
+            if (more := load.enough(percent)) is not None:
+                peak = load.enough(load.peak_percent or 0.0) or 0
+                told += f" {counted(more, unit)} would be enough"
+                told += f", {peak:,} in the peak hour" if peak > more else ""
+                told += f", or trips that serve {percent / 100:.1f} order lines each." if trips else "."
+            if load.done_h is not None:
+                told += f" The last item is handled about {load.done_h:,.1f} h after time 0, or later."
+            yield f"Warning: {load.who} have {told}"
         elif (percent := load.peak_percent or 0.0) > 100:
             yield (
                 f"Note: the orders of the hour from {load.peak} bring {_shown(percent)} of what {load.who} can do in it"

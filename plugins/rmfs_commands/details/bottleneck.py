@@ -239,13 +239,14 @@ class Bottleneck:
         }
         self._add(self._robot, pieces, {cause: none_free * share for cause, share in of_robots.items()})
         handling, at_work = busy / np.maximum(busy + waiting, 1), (busy + waiting) / number
-        each = none_free * at_work / np.maximum(handling + working + off, 1e-9)
+        both = handling + working + off  # none where all robots move up in queues
+        each = none_free * at_work / np.where(both > 0, both, 1)
         of_stations = {
             "pickers": np.where(none_free, each * handling, busy / number),
             "robots": each * working,
             "hours": closed + each * off,
             "room": np.where(none_free, 0.0, waiting / number),
-            "queues": short / number,
+            "queues": short / number + none_free * at_work * (both <= 0),
             "spread": idle / number,
         }
         self._add(self._room, pieces, of_stations)
