@@ -119,7 +119,7 @@ def _told(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield from zip(("Limit", "Bound"), found.get("says", ()), strict=False)
 
 
-PICKERS = {"handling": "handling", "waiting": "waiting for pods", "idle": "idle"}
+PICKERS = {"handling": "handling", "waiting": "waiting", "idle": "idle"}
 ROBOTS = {
     "idle": "idle",
     "driving": "driving",

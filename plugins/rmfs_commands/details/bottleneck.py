@@ -42,17 +42,14 @@ PARTS: Mapping[str, tuple[str, ...]] = {
 """Parts of the turn-over time, by the columns of delays.csv that they are made of."""
 
 LIMITS: Mapping[str, tuple[str, str]] = {
-    "pickers": ("pickers had other items in hand", "one more station"),
-    "robots": ("no robot was free", "one more robot"),
-    "queues": (
-        "pods waited for room at stations that had none to pick from",
-        "longer queues (`stations.queue_length`)",
-    ),
-    "spread": ("they waited while other stations had nothing to pick", "rules that spread the orders evenly"),
+    "pickers": ("busy with other items", "one more station"),
+    "robots": ("none was free", "one more robot"),
+    "queues": ("no room for pods, though pickers had none", "longer queues (`stations.queue_length`)"),
+    "spread": ("other stations had less to pick", "rules that spread the orders evenly"),
     "stock": ("the pods held too little", "stock that never lacks"),
     "hours": ("stations were closed, or robots off duty", "stations and robots at all hours"),
-    "room": ("stations had no room, with robots free", "more orders per station (`stations.item_capacity`)"),
-    "pods": ("their pods were elsewhere, with robots free", "their SKUs on more pods"),
+    "room": ("stations were full, with robots free", "more orders per station (`stations.item_capacity`)"),
+    "pods": ("the pods were elsewhere, with robots free", "the same SKUs on more pods"),
 }
 """Causes that there could be less of: what happened meanwhile, and what would help. Those besides are ``driving`` and
 ``picking``, the work on an order itself."""
@@ -340,17 +337,17 @@ def _says(
     """Yield what limits the run, and what one more of it can bring at most, as sentences."""
     if limit is None or bound is None:
         work = (percent["driving"] or 0) + (percent["picking"] or 0)
-        yield f"Nothing: for {work:.0f} % of the orders' time they were driven, picked or handled."
+        yield f"Nothing, {work:.0f} % of the orders' time: their pods were driving, or they were picked."
         return
-    told = f"{limit.capitalize()}: for {percent[limit]:.0f} % of the orders' time {LIMITS[limit][0]}"
+    told = f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}"
     others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
     further = [f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause])]
     yield f"{told}{'; then ' if further else ''}{', '.join(further)}."
     more = {"pickers": "picks", "robots": "trips"}.get(limit)
-    faster = "" if more is None else f"{bound['throughput_percent']:.3g} % more {more}, "
+    faster = "" if more is None else f"{bound['throughput_percent']:.1f} % more {more}, "
     seconds = bound["turnover_s"] or 0.0
     less = f"{seconds:,.{seconds < 10:d}f} s ({bound['turnover_percent']:.0f} %) less turn-over time"
-    yield f"{LIMITS[limit][1].capitalize()}: at most {faster}{less}."
+    yield f"{LIMITS[limit][1].capitalize()}: up to {faster}{less}."
 
 
 def _percent(part: float, whole: float) -> float | None:

@@ -96,7 +96,7 @@ def test_each_cause_in_turn_is_the_limit(
 def test_nothing_limits_a_quiet_warehouse() -> None:
     found = bottleneck(*MANY, "instance.arrivals={process='poisson', orders_per_hour=20}")
     assert (found["limit"], found["bound"]) == (None, None)
-    assert found["says"][0].startswith("Nothing: for ")
+    assert found["says"][0].startswith("Nothing, ")
     assert found["turnover_s"]["driving"] > 10 > found["turnover_s"]["hands"] == 6
 
 
