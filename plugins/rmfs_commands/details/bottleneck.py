@@ -344,7 +344,7 @@ def _says(
     further = [f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause])]
     yield f"{told}{'; then ' if further else ''}{', '.join(further)}."
     more = {"pickers": "picks", "robots": "trips"}.get(limit)
-    faster = "" if more is None else f"{bound['throughput_percent']:.1f} % more {more}, "
+    faster = "" if more is None else f"{bound['throughput_percent']:.3g} % more {more}, "
     seconds = bound["turnover_s"] or 0.0
     less = f"{seconds:,.{seconds < 10:d}f} s ({bound['turnover_percent']:.0f} %) less turn-over time"
     yield f"{LIMITS[limit][1].capitalize()}: up to {faster}{less}."
