@@ -94,16 +94,15 @@ class _Pieces:
         change -= np.bincount(np.searchsorted(self.bounds, ends), minlength=len(self.bounds))
         return change.cumsum()[:-1]
 
-    def total(self, rate: NDArray[Any], begins: Ticks, ends: Ticks) -> float:
-        """Return what a rate, one for each piece, comes to in all the spans from begins to ends."""
-        rate = rate.astype(np.float64)
-        until = np.concatenate(([0.0], np.cumsum(rate * np.diff(self.bounds))))
-        rate = np.append(rate, 0.0)
-        sums = []
-        for ticks in (begins, ends):
-            piece = np.searchsorted(self.bounds, ticks, side="right") - 1
-            sums.append(until[piece] + rate[piece] * (ticks - self.bounds[piece]))
-        return fsum((sums[1] - sums[0]).tolist())
+    def ticks_of(self, begins: Ticks, ends: Ticks) -> Ticks:
+        """Return how many ticks of some spans are in each piece, summed over the spans."""
+        number, found = len(self.bounds) - 1, np.zeros(len(self.bounds) - 1, dtype=np.int64)
+        for ticks, sign in ((begins, 1), (ends, -1)):
+            piece = np.minimum(np.searchsorted(self.bounds, ticks, side="right") - 1, number - 1)
+            later = np.bincount(piece, minlength=number).cumsum()
+            within = np.bincount(piece, weights=self.bounds[piece + 1] - ticks, minlength=number).astype(np.int64)
+            found += sign * (within + np.diff(self.bounds) * np.concatenate(([0], later[:-1])))
+        return found
 
 
 @define
@@ -118,9 +117,9 @@ class _Waits:
             self.begins.append(begin)
             self.ends.append(end)
 
-    def total(self, pieces: _Pieces, rate: NDArray[Any]) -> float:
-        begins, ends = (np.array(ticks, dtype=np.int64) for ticks in (self.begins, self.ends))
-        return pieces.total(rate, begins, ends)
+    def ticks_in(self, pieces: _Pieces) -> Ticks:
+        """Return how many ticks of waiting are in each piece, summed over the orders."""
+        return pieces.ticks_of(*(np.array(ticks, dtype=np.int64) for ticks in (self.begins, self.ends)))
 
 
 class Bottleneck:
@@ -146,6 +145,7 @@ class Bottleneck:
         self._room, self._robot = _Waits(), _Waits()
         self._beneath = [_Waits() for _ in run.warehouse.stations]
         self._queueing = [_Waits() for _ in run.warehouse.stations]
+        self._left = False
         self._orders = self._collect()
         self._share_out()
 
@@ -156,6 +156,7 @@ class Bottleneck:
             if not self._begin <= arrival <= self._end:
                 continue
             counted += 1
+            self._left |= order not in delays.times
             if (times := delays.times.get(order)) is None:
                 self._collect_left(order, arrival)
                 continue
@@ -251,8 +252,9 @@ class Bottleneck:
     def _add(self, waits: _Waits, pieces: _Pieces, shares: Mapping[str, NDArray[Any]]) -> None:
         """Add to the causes their shares of some waits."""
         if waits.begins:
+            ticks = waits.ticks_in(pieces)
             for cause, share in shares.items():
-                self.causes[cause] += waits.total(pieces, share)
+                self.causes[cause] += float(np.cumsum(ticks * share)[-1])  # one after the other, the same everywhere
 
     def summary(self) -> dict[str, Any]:
         """Return it as plain values; means and shares of nothing are None."""
@@ -270,7 +272,7 @@ class Bottleneck:
             "causes_percent": percent,
             "limit": limit,
             "bound": bound,
-            "says": [*_says(limit, percent, bound)] if whole else [],
+            "says": [*_says(limit, percent, bound, self._left)] if whole else [],
         }
 
     def _parts(self) -> dict[str, float | None]:
@@ -313,7 +315,7 @@ class Bottleneck:
         return {does: _percent(ticks[does], ticks.total()) for does in dict.fromkeys(DOES.values())}
 
     def _one_more(self, limit: str) -> dict[str, float | None]:
-        """Return what one more of the limit can bring at most: less turn-over time, and more picks and trips an hour.
+        """Return what one more of the limit can bring at most: less time per order, and more picks and trips an hour.
 
         Of orders that are all there at once, or are refilled, n + 1 serve no more than (n + 1) / n as many in a time as
         n do, so that at most 1 / (n + 1) of the time goes away.
@@ -325,14 +327,14 @@ class Bottleneck:
         if number is not None and (len(arrivals) == 1 or self._run.scenario.instance.arrivals.backlog is not None):
             most = min(most, whole / (number + 1))
         return {
-            "turnover_s": round(most / self._orders / TICKS_PER_S, 3),
-            "turnover_percent": _percent(most, whole),
+            "time_s": round(most / self._orders / TICKS_PER_S, 3),
+            "time_percent": _percent(most, whole),
             "throughput_percent": None if number is None else round(100 / number, 3),
         }
 
 
 def _says(
-    limit: str | None, percent: Mapping[str, float | None], bound: Mapping[str, float | None] | None
+    limit: str | None, percent: Mapping[str, float | None], bound: Mapping[str, float | None] | None, left: bool
 ) -> Iterator[str]:
     """Yield what limits the run, and what one more of it can bring at most, as sentences."""
     if limit is None or bound is None:
@@ -345,8 +347,9 @@ def _says(
     yield f"{told}{'; then ' if further else ''}{', '.join(further)}."
     more = {"pickers": "picks", "robots": "trips"}.get(limit)
     faster = "" if more is None else f"{bound['throughput_percent']:.3g} % more {more}, "
-    seconds = bound["turnover_s"] or 0.0
-    less = f"{seconds:,.{seconds < 10:d}f} s ({bound['turnover_percent']:.0f} %) less turn-over time"
+    seconds = bound["time_s"] or 0.0
+    less = f"{seconds:,.{seconds < 10:d}f} s ({bound['time_percent']:.0f} %) less "
+    less += "time per order so far" if left else "turn-over time"
     yield f"{LIMITS[limit][1].capitalize()}: up to {faster}{less}."
 
 
