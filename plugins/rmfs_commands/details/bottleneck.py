@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from rmfs_commands.details.delays import Delays
 from rmfs_commands.details.robots import Robots
-from rmfs_commands.details.spans import Span, length, ratio
-from rmfs_commands.details.stations import Stations
+from rmfs_commands.details.spans import Span, ratio
+from rmfs_commands.details.stations import Followed, Stations
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 
 if TYPE_CHECKING:
@@ -87,12 +87,23 @@ class _Pieces:
 
     bounds: Ticks
 
-    def level(self, spans: Sequence[Span]) -> Ticks:
+    def level(self, begins: Ticks, ends: Ticks) -> Ticks:
         """Return how many of some spans, which begin and end at bounds, hold in each piece."""
-        begins, ends = np.array(spans, dtype=np.int64).reshape(-1, 2).T
         change = np.bincount(np.searchsorted(self.bounds, begins), minlength=len(self.bounds))
         change -= np.bincount(np.searchsorted(self.bounds, ends), minlength=len(self.bounds))
         return change.cumsum()[:-1]
+
+    def beneath(self, spans: Sequence[Span]) -> Ticks:
+        """Return in how many of some spans, during which robots stand beneath pods, each piece is."""
+        return self.level(*np.array(spans, dtype=np.int64).reshape(-1, 2).T)
+
+    def of(self, station: Followed) -> tuple[Ticks, Ticks, Ticks]:
+        """Return, as 0 or 1 for each piece, whether a station's picker handles an item, does or has one to pick, and
+        whether the station is there: open, or finishing what it has."""
+        begins = self.bounds[:-1]
+        here = np.minimum(self.level(np.array(station.begun), np.array(station.free)), 1)
+        either = np.maximum(here, station.requests.at(begins) > 0)
+        return here, either, np.maximum(either, station.open.at(begins) > 0)
 
     def ticks_of(self, begins: Ticks, ends: Ticks) -> Ticks:
         """Return how many ticks of some spans are in each piece, summed over the spans."""
@@ -139,7 +150,8 @@ class Bottleneck:
         self._run, self._begin, self._end = run, begin, end
         self._robots, self._delays = robots, delays
         self._pick, self._handle = (to_ticks(run.scenario.stations.pick_s), to_ticks(run.scenario.stations.handle_s))
-        self._lift, self._spans, self._counts = run.motion.lift_ticks, stations.spans(begin, end), stations.counts()
+        self._lift, self._stations = run.motion.lift_ticks, stations.followed
+        self._lengths: list[tuple[int, int, int]] = []  # of each station: as `_Pieces.of`, in ticks
         self.causes: dict[str, float] = dict.fromkeys((*LIMITS, "driving", "picking"), 0.0)
         """Ticks of the orders' time by cause, summed over the orders."""
         self._room, self._robot = _Waits(), _Waits()
@@ -193,38 +205,41 @@ class Bottleneck:
 
     def _pieces(self) -> _Pieces:
         """Return the pieces of time between any two changes at stations and among robots."""
-        spans = chain.from_iterable((*chain.from_iterable(self._spans), *self._robots.beneath_for.values()))
-        counts = (self._robots.free, self._robots.on_duty, *chain.from_iterable(self._counts))
-        ends = np.array([*spans, (self._begin, self._end)], dtype=np.int64).ravel()
-        return _Pieces(np.unique(np.concatenate((ends, *(count.ticks for count in counts)))))
+        robots, ends = self._robots, [(self._begin, self._end)]
+        ticks = [robots.free.ticks, robots.on_duty.ticks]
+        for station in self._stations:
+            counts = (station.requests, station.queue, station.open)
+            ticks += [np.array(station.begun), np.array(station.free), *(count.ticks for count in counts)]
+        ends += chain.from_iterable(robots.beneath_for.values())
+        return _Pieces(np.unique(np.concatenate((np.array(ends, dtype=np.int64).ravel(), *ticks))))
 
     def _share_out(self) -> None:
         """Share out the waits among the causes."""
-        pieces, number = self._pieces(), len(self._spans)
+        pieces, number = self._pieces(), len(self._stations)
         begins = pieces.bounds[:-1]
         busy, idle, short, waiting, stuck, wanted = (np.zeros(len(begins), dtype=np.int64) for _ in range(6))
-        for station, ((handled, either, there), (requests, queue)) in enumerate(
-            zip(self._spans, self._counts, strict=True)
-        ):
-            here, wanting, open_ = (pieces.level(of) for of in (handled, either, there))
-            beneath = pieces.level(self._robots.beneath_for.get(station, []))
+        duration = np.diff(pieces.bounds.clip(self._begin, self._end))
+        for number_of, station in enumerate(self._stations):
+            here, wanting, open_ = pieces.of(station)
+            self._lengths.append((int(duration @ here), int(duration @ wanting), int(duration @ open_)))
+            beneath = pieces.beneath(self._robots.beneath_for.get(number_of, []))
             busy += here
             idle += open_ - wanting
             short += np.where(beneath > 0, wanting - here, 0)
             waiting += np.where(beneath > 0, 0, wanting - here)
-            stuck += beneath + queue.at(begins)
-            wanted += requests.at(begins)
+            stuck += beneath + station.queue.at(begins)
+            wanted += station.requests.at(begins)
         closed = (number - busy - idle - short - waiting) / number
         even = wanted / np.maximum(busy + idle + short + waiting, 1)
         uneven = np.zeros(len(begins))
-        for station, ((handled, *_), (requests, queue)) in enumerate(zip(self._spans, self._counts, strict=True)):
-            here, known = pieces.level(handled), requests.at(begins)
-            beneath = pieces.level(self._robots.beneath_for.get(station, []))
+        for number_of, station in enumerate(self._stations):
+            here, known = pieces.of(station)[0], station.requests.at(begins)
+            beneath = pieces.beneath(self._robots.beneath_for.get(number_of, []))
             beyond = np.maximum(1 - even / np.maximum(known, 1), 0.0) * (1 - closed)
-            uneven += beyond * (beneath + queue.at(begins))
+            uneven += beyond * (beneath + station.queue.at(begins))
             shares = {"spread": here * beyond, "hours": here * closed, "pickers": here * (1 - beyond - closed)}
-            self._add(self._beneath[station], pieces, shares | {"queues": 1 - here})
-            self._add(self._queueing[station], pieces, shares | {"driving": 1 - here})
+            self._add(self._beneath[number_of], pieces, shares | {"queues": 1 - here})
+            self._add(self._queueing[number_of], pieces, shares | {"driving": 1 - here})
         fleet, on_duty = len(self._run.warehouse.robots), self._robots.on_duty.at(begins)
         off, held = 1 - on_duty / fleet, np.minimum(stuck, on_duty) / fleet
         none_free, working = self._robots.free.at(begins) == 0, 1 - off - held
@@ -287,15 +302,15 @@ class Bottleneck:
 
     def _of_pickers(self) -> dict[str, float | None]:
         """Return what the time went to in which stations were there."""
-        handled, either, there = (sum(map(length, of)) for of in zip(*self._spans, strict=True))
+        handled, either, there = map(sum, zip(*self._lengths, strict=True))
         parts = {"handling": handled, "waiting": either - handled, "idle": there - either}
         return {part: _percent(ticks, there) for part, ticks in parts.items()}
 
     def _of_stations(self) -> dict[str, dict[str, Any] | None]:
         """Return the stations whose pickers handled items for the most and the least of their time."""
         shares = {
-            station.name: _percent(length(handled), length(there))
-            for station, (handled, _, there) in zip(self._run.warehouse.stations, self._spans, strict=True)
+            station.name: _percent(handled, there)
+            for station, (handled, _, there) in zip(self._run.warehouse.stations, self._lengths, strict=True)
         }
         known = {name: share for name, share in shares.items() if share is not None}
         ends = {"busiest_station": max, "idlest_station": min}
@@ -320,7 +335,7 @@ class Bottleneck:
         Of orders that are all there at once, or are refilled, n + 1 serve no more than (n + 1) / n as many in a time as
         n do, so that at most 1 / (n + 1) of the time goes away.
         """
-        number = {"pickers": len(self._spans), "robots": len(self._run.warehouse.robots)}.get(limit)
+        number = {"pickers": len(self._stations), "robots": len(self._run.warehouse.robots)}.get(limit)
         whole, most = fsum(self.causes.values()), self.causes[limit]
         most += fsum(self.causes[cause] for cause in MADE_BY.get(limit, ()))
         arrivals = {order.arrival_tick for order in self._run.instance.orders}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from typing import Any
 
-from rmfs_commands.details.spans import Count, Handlers, Number, Span, length, merged, overlap, ratio, within
+from rmfs_commands.details.spans import Count, Handlers, Number, length, merged, overlap, ratio, within
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     ItemPicked,
@@ -20,7 +20,7 @@ from rmfs_core.events import (
 from rmfs_core.info import RunInfo
 
 
-class _Station:
+class Followed:
     """What is known of a station: visits, picks, when its picker was busy and it was open, its requests, its queue."""
 
     def __init__(self) -> None:
@@ -43,20 +43,20 @@ class Stations:
 
     def __init__(self, run: RunInfo) -> None:
         self._names = [station.name for station in run.warehouse.stations]
-        self._stations = [_Station() for _ in self._names]
+        self.followed = [Followed() for _ in self._names]
         self._backlog, self._view = Count(), run.warehouse
         self._has_hours = run.scenario.stations.open is not None or run.scenario.rules.activate is not None
-        for station, known in zip(run.warehouse.stations, self._stations, strict=True):
+        for station, known in zip(run.warehouse.stations, self.followed, strict=True):
             known.queue.add(0, len(station.line))
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
             OrderInStock: lambda event: self._backlog.add(event.tick, 1),
             OrderAssigned: self._assigned,
-            QueueJoined: lambda event: self._stations[event.station].queue.add(event.tick, 1),
+            QueueJoined: lambda event: self.followed[event.station].queue.add(event.tick, 1),
             VisitStarted: self._started,
             ItemPicked: self._picked,
-            StationOpened: lambda event: self._stations[event.station].open.add(event.tick, 1),
-            StationClosed: lambda event: self._stations[event.station].open.add(event.tick, -1),
+            StationOpened: lambda event: self.followed[event.station].open.add(event.tick, 1),
+            StationClosed: lambda event: self.followed[event.station].open.add(event.tick, -1),
         }
 
     def _arrived(self, event: OrderArrived) -> None:
@@ -64,37 +64,21 @@ class Stations:
             self._backlog.add(event.tick, 1)
 
     def _assigned(self, event: OrderAssigned) -> None:
-        self._stations[event.station].requests.add(event.tick, event.items)
+        self.followed[event.station].requests.add(event.tick, event.items)
         if event.complete:
             self._backlog.add(event.tick, -1)
 
     def _started(self, event: VisitStarted) -> None:
-        station = self._stations[event.station]
+        station = self.followed[event.station]
         station.queue.add(event.tick, -1)
         station.visits.append(event.tick)
 
     def _picked(self, event: ItemPicked) -> None:
-        station = self._stations[event.station]
+        station = self.followed[event.station]
         station.requests.add(event.tick, -1)
         station.picks.append(event.tick)
         station.begun.append(event.start_tick)
         station.free.append(event.picker_free_tick)
-
-    def spans(self, begin: int, end: int) -> list[tuple[list[Span], list[Span], list[Span]]]:
-        """Return, for each station, when its picker handled items, did or had some to pick, and the station was there.
-
-        There it is while it is open or finishes what it has.
-        """
-        found = []
-        for station in self._stations:
-            busy = merged(within(zip(station.begun, station.free, strict=True), begin, end))
-            either = merged([*busy, *station.requests.above_zero(begin, end)])
-            found.append((busy, either, merged([*either, *station.open.above_zero(begin, end)])))
-        return found
-
-    def counts(self) -> list[tuple[Count, Count]]:
-        """Return, for each station, its items to be picked and its pods that queue."""
-        return [(station.requests, station.queue) for station in self._stations]
 
     def rows(self, begin: int, end: int) -> list[dict[str, Any]]:
         """Return a row for each station, of what there was between two times.
@@ -107,8 +91,11 @@ class Stations:
         """
         orders_wait = self._backlog.above_zero(begin, end)
         found = []
-        spans = self.spans(begin, end)
-        for name, station, (busy, either, there) in zip(self._names, self._stations, spans, strict=True):
+        for name, station in zip(self._names, self.followed, strict=True):
+            busy = merged(within(zip(station.begun, station.free, strict=True), begin, end))
+            wanted = station.requests.above_zero(begin, end)
+            either = merged([*busy, *wanted])
+            there = merged([*either, *station.open.above_zero(begin, end)])
             times = {
                 "busy_s": length(busy),
                 "waiting_s": length(either) - length(busy),
