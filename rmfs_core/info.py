@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import field, frozen
 
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
@@ -29,6 +29,8 @@ class RunInfo:
         The warehouse now, live: kept, the same object shows it as it is at any later time.
     out
         A folder whose files will be beside the results, where an observer may write some; None where none are kept.
+    summary
+        Plain values by name that observers put here until the run is over: `Result.summary`.
     """
 
     scenario: Scenario
@@ -37,6 +39,7 @@ class RunInfo:
     motion: Motion
     warehouse: WarehouseView
     out: Path | None = None
+    summary: dict[str, Any] = field(factory=dict)
 
 
 @frozen(eq=False)

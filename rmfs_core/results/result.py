@@ -52,6 +52,8 @@ class Result:
         Message of the error that ended a failed run.
     notes
         Sentences on what may be a surprise: why no order is complete, how many orders wait for stock at the end.
+    summary
+        What observers say of the run as a whole: ``"bottleneck"``, where the orders' time went and what limits the run.
     interrupted
         Whether a keyboard interrupt ended the run. (Not in the files.)
     described
@@ -71,6 +73,7 @@ class Result:
     periods: list[Row] = field(factory=list, repr=False)
     error: str | None = None
     notes: list[str] = field(factory=list)
+    summary: dict[str, Any] = field(factory=dict, repr=False)
     interrupted: bool = False
     described: dict[str, Metric] = field(factory=dict, repr=False)
     hook_calls: dict[str, int] = field(factory=dict, repr=False)
@@ -87,6 +90,8 @@ class Result:
             content["error"] = self.error
         if self.notes:
             content["notes"] = self.notes
+        if self.summary:
+            content["summary"] = json_ready(self.summary)
         return content | {"metrics": self.metrics, "timing": self.timing}
 
     def _repr_html_(self) -> str:

@@ -188,6 +188,7 @@ class PreparedRun:
             error=str(error) if isinstance(error, RmfsError) else None if error is None else one_line(error),
             interrupted=self.interrupted,
             hook_calls=dict(context.asker.calls),
+            summary=self.simulation.info.summary,
             notes=[*self.simulation.notes()] if self.status in ("horizon", "partial") else [],
         )
 

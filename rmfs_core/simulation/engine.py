@@ -78,7 +78,7 @@ class Simulation:
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
         self.motion = opening.warehouse.travel.motion
         self._pick_ticks, self._handle_ticks = to_ticks(scenario.stations.pick_s), to_ticks(scenario.stations.handle_s)
-        self._info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
+        self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
         self._at_stations, self._hours = opening.at_stations, opening.hours
         self._waiting_for_slot: list[list[simpy.Event]] = [[] for _ in self.warehouse.stations]
@@ -95,7 +95,7 @@ class Simulation:
     def start(self) -> None:
         """Place what is at the stations, tell the observers, and let everything begin at time 0."""
         placed = self._place_at_stations()
-        self.context.observers.call("run_started", run=self._info)
+        self.context.observers.call("run_started", run=self.info)
         if self._hours:
             self._keep_hours()
             self.env.process(self._follow_hours())
@@ -121,7 +121,7 @@ class Simulation:
             if (upcoming := peek()) > warehouse.now:
                 if upcoming >= end or decisions.alarms_in_a_row > MOST_ALARMS:
                     if upcoming == math.inf or decisions.alarms_in_a_row > MOST_ALARMS:
-                        raise StandstillError(endings.standstill(warehouse, self.rules, self._info.instance.skus))
+                        raise StandstillError(endings.standstill(warehouse, self.rules, self.info.instance.skus))
                     warehouse.advance(int(end) - 1)
                     self.driving.cut_off()
                     self.status = "horizon"
@@ -132,7 +132,7 @@ class Simulation:
 
     def notes(self) -> Iterator[str]:
         """Yield sentences on what may be a surprise at the end of a run that is not complete."""
-        return endings.notes(self.warehouse, self._hours, self._info.instance.skus)
+        return endings.notes(self.warehouse, self._hours, self.info.instance.skus)
 
     # Processes
 

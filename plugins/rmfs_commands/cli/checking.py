@@ -14,6 +14,7 @@ from typing import Any
 import click
 from attrs import define, evolve, field
 
+from rmfs_commands.cli.loads import Load, loads
 from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.instances.csv_files import read_skus
 from rmfs_core import entrypoints
@@ -52,12 +53,15 @@ class Checked:
         What is not wrong, but may be a surprise.
     inline_files
         Files that code was loaded from.
+    loads
+        The loads, when nothing is wrong.
     """
 
     problems: list[dict[str, str]] = field(factory=list)
     sizes: dict[str, int] = field(factory=dict)
     notes: list[str] = field(factory=list)
     inline_files: list[str] = field(factory=list)
+    loads: list[Load] = field(factory=list)
 
 
 def check_scenario(path: str, overrides: Sequence[str], seed: int | None, *, allow_inline: bool) -> Checked:
@@ -306,6 +310,7 @@ class _Check:
                 )
         self.found.notes += [*_starving(scenario, instance, rules), *_misspelt(scenario, instance)]
         self.found.notes += idle_notes(scenario, layout)
+        self.found.loads = loads(scenario, instance, layout)
 
 
 def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[str]:

@@ -24,17 +24,19 @@ def scenario() -> None:
 def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline_rules: bool, as_json: bool) -> None:
     """Say all that is wrong with SCENARIO, without running it.
 
-    Everything a run needs is made: orders and pods, the layout, the rules with their parameters. Exit codes: 0 nothing
-    is wrong, 2 something is.
+    Everything a run needs is made: orders and pods, the layout, the rules with their parameters. The load says whether
+    pickers and robots can do what the orders want. Exit codes: 0 nothing is wrong, 2 something is.
     """
     from rmfs_commands.cli.checking import check_scenario
+    from rmfs_commands.cli.loads import load_sentences
     from rmfs_core.wording import counted, sentence
 
     checked = check_scenario(scenario, overrides, seed, allow_inline=not no_inline_rules)
     for file in checked.inline_files:
         tell(f"Loaded code from {file}.", err=True)
     if as_json:
-        print_json({"valid": not checked.problems, "problems": checked.problems, "sizes": checked.sizes})
+        found = {"valid": not checked.problems, "problems": checked.problems, "sizes": checked.sizes}
+        print_json({**found, "loads": [load.to_dict() for load in checked.loads]})
     elif checked.problems:
         for problem in checked.problems:
             click.echo(sentence(f"Error: {problem['place']}: {problem['problem']}"), err=True)
@@ -42,7 +44,7 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
         (_, orders), (_, items), *rest = checked.sizes.items()
         others = ", ".join(counted(number, what.removesuffix("s")) for what, number in rest)
         tell(f"{scenario} is valid: {counted(orders, 'order')} of {counted(items, 'item')}, {others}.")
-        for note in checked.notes:
+        for note in (*load_sentences(checked.loads), *checked.notes):
             tell(note)
     if checked.problems:
         raise click.exceptions.Exit(2)

@@ -64,10 +64,8 @@ def _key(attribute: attrs.Attribute[Any], type_: Any) -> dict[str, Any]:
 
 
 def _type(type_: Any) -> dict[str, Any]:
-    if type_ in _SINGLE:
-        return {"type": _SINGLE[type_]}
-    if type_ is Any:
-        return {}
+    if type_ is Any or type_ in _SINGLE:
+        return {} if type_ is Any else {"type": _SINGLE[type_]}
     if type_ is RuleChoice:
         return {"$ref": "#/$defs/rule"}
     if attrs.has(type_):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console, Group, RenderableType
@@ -64,6 +64,71 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     console.print(columns, width=min(console.width, NARROW + 24))
 
 
+PARTS = {
+    "stock": "waiting for stock",
+    "room": "waiting for room at a station",
+    "robot": "waiting for a robot",
+    "pod": "waiting for the pod",
+    "driving": "driving",
+    "queueing": "queueing",
+    "picking": "picking",
+    "hands": "the picker's hands",
+}
+"""Parts of the turn-over time: four times of waiting, and four with the pod under way."""
+
+
+def print_bottleneck(console: Console, result: Result) -> None:
+    """Print where the turn-over time went, what pickers and robots did, and what limits the run, as far as known."""
+    found = result.summary.get("bottleneck", {})
+    parts = found.get("turnover_s", {})
+    console.print()
+    if whole := sum(seconds or 0.0 for seconds in parts.values()):
+        console.print(Text(f"Where the turn-over time of {whole:,.1f} s went", style="bold cyan"))
+        cells = [
+            (PARTS[part], f"{seconds:,.1f} s", f"{100 * seconds / whole:.0f} %") for part, seconds in parts.items()
+        ]
+        grid = Table.grid(padding=(0, 2, 0, 0))
+        rows = [(one,) for one in cells] if console.width < NARROW else zip(cells[:4], cells[4:], strict=True)
+        for row in rows:
+            grid.add_row(*(cell for one in row for cell in one))
+        for column in grid.columns:
+            column.justify = "right"
+        for column in grid.columns[::3]:
+            column.justify = "left"
+        console.print(grid)
+    lines = Table.grid(padding=(0, 1, 0, 0))
+    lines.add_column(style="bold cyan", no_wrap=True)
+    lines.add_column()
+    for label, text in _told(found):
+        lines.add_row(label, Text(text))
+    if lines.row_count:
+        console.print(lines)
+
+
+def _told(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield what pickers and robots did, and what limits the run, each with its label."""
+    ends = [found[name] for name in ("busiest_station", "idlest_station") if found.get(name)]
+    named = ", ".join(f"station {one['station']} {one['handling_percent']:.0f} %" for one in ends)
+    for label, does in (("Pickers", PICKERS), ("Robots", ROBOTS)):
+        shares = found.get(f"{label.lower()}_percent", {})
+        shown = {what: share for what, share in shares.items() if share and round(share)}
+        if shown:
+            first, *rest = (f"{share:.0f} % {does[what]}" for what, share in shown.items())
+            several = label == "Pickers" and "handling" in shown and len({*map(str, ends)}) > 1
+            yield label, ", ".join([f"{first} ({named})" if several else first, *rest])
+    yield from zip(("Limit", "Bound"), found.get("says", ()), strict=False)
+
+
+PICKERS = {"handling": "handling", "waiting": "waiting", "idle": "idle"}
+ROBOTS = {
+    "idle": "idle",
+    "driving": "driving",
+    "traffic": "in traffic",
+    "queueing": "queueing",
+    "at_station": "at stations",
+    "charging": "charging",
+    "off": "off duty",
+}
 PROFILE = {
     "tables": "Tables of travel times",
     "queries": "Path queries",

@@ -15,6 +15,7 @@ from typing import NoReturn, Self, TextIO
 
 from attrs import frozen
 
+from rmfs_commands.cli.loads import Demand
 from rmfs_commands.convert.cleaning import Cleaner
 from rmfs_commands.convert.loading import keep_lost, load
 from rmfs_commands.convert.order_heads import OrderHeads
@@ -299,16 +300,16 @@ class OrderLines:
         for _, order in islice(groupby(rows, itemgetter(0)), most):
             yield [sku for _, sku in order]
 
-    def write(self, stream: TextIO, start: int) -> Counter[str]:
-        """Write the orders, by arrival, with time 0 at the tick ``start``; return totals.
+    def write(self, stream: TextIO, start: int) -> tuple[Counter[str], Demand]:
+        """Write the orders, by arrival, with time 0 at the tick ``start``; return totals and what they want.
 
         The columns are ``order,arrival_s,sku,quantity``, and ``due_s`` and ``priority`` where the table has them.
 
         Returns
         -------
-        Counter
-            ``items``; ``last``: the arrival of the last order in ticks after ``start``; ``early``: orders that were due
-            before ``start``, for which 0 is written.
+        tuple
+            Totals: ``items``; ``early``: orders that were due before ``start``, for which 0 is written. And what they
+            want, by the hour.
         """
         writer = csv.writer(stream, lineterminator="\n")
         columns = (self.cleaner if self.heads is None else self.heads.cleaner).columns
@@ -321,12 +322,13 @@ class OrderLines:
             "SELECT packed.name, packed.tick, sku, quantity, due, priority"
             " FROM packed JOIN whole USING (name) ORDER BY packed.tick, packed.first, row"
         )
+        demand = Demand()
         for name, tick, sku, quantity, due, priority in self._base.execute(query):
             said = {"due_s": None if due is None else _seconds(max(due - start, 0)), "priority": priority}
             writer.writerow((name, _seconds(tick - start), sku, quantity, *(said[column] for column in shown)))
             totals["items"] += quantity
-            totals["last"] = tick - start
-        return totals
+            demand.add(tick - start, quantity)
+        return totals, demand
 
     def _count(self, query: str, *arguments: int | None) -> int:
         (found,) = self._base.execute(query, arguments).fetchone()

@@ -10,16 +10,25 @@ from pathlib import Path
 
 from attrs import frozen
 
+from rmfs_commands.cli.loads import Demand, Load, load_sentences
 from rmfs_commands.cli.screen import tell
 from rmfs_commands.convert.history import Learned
 from rmfs_commands.convert.lines import OrderLines, Sku
 from rmfs_commands.convert.names import short
 from rmfs_commands.convert.placement import items_on
-from rmfs_commands.convert.scenarios import scenario_of
+from rmfs_commands.convert.scenarios import (
+    MOST_PEAK_PERCENT,
+    MOST_PERCENT,
+    SHIFT_H,
+    Size,
+    scenario_of,
+    size_for,
+)
 from rmfs_commands.convert.shares import warn_of_share
 from rmfs_commands.convert.stock_table import StockTable
 from rmfs_commands.convert.time_formats import Moment
 from rmfs_commands.convert.times import offset
+from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import AtomicFile, staged, write_text
 from rmfs_core.timetable import DAY
@@ -78,7 +87,9 @@ def write_pods(stock: StockTable, folder: Path, start: str | None = None) -> Non
     with staged(folder) as place:
         _write_csv(place / "pods.csv", stock.lines())
         if made:
-            write_text(place / SCENARIO, scenario_of(len(stock.pods), start))
+            demand = _demand_of(folder / "orders.csv")
+            size, found = (None, []) if demand is None else size_for(len(stock.pods), demand, start)
+            write_text(place / SCENARIO, scenario_of(len(stock.pods), start, size=size))
     for sentence in stock.sentences():
         tell(sentence)
     warn_of_share(stock.file, stock)
@@ -86,8 +97,31 @@ def write_pods(stock: StockTable, folder: Path, start: str | None = None) -> Non
     if made:
         orders = "" if (folder / "orders.csv").exists() else f"; it needs {folder / 'orders.csv'}"
         tell(f"Wrote {scenario}; run it with: rmfs run {scenario}{orders}")
+        for sentence in [] if size is None else _reckoning(size, found):
+            tell(sentence)
         if start is None:
             tell("Its time 0 is a midnight; for orders with dates, give --start (`instance.start`).")
+
+
+def _reckoning(size: Size, found: Sequence[Load]) -> list[str]:
+    """Say what stations and robots were guessed, and what for."""
+    guess = f"Guessed {counted(size.stations, 'station')} and {counted(size.robots, 'robot')}"
+    aim = f"for loads of at most {MOST_PERCENT} %, and of {MOST_PEAK_PERCENT} % in the peak hour"
+    if found[0].percent is None:
+        aim = f"that pick within {SHIFT_H} hours what arrives at once"
+    return [f"{guess} {aim}.", *load_sentences(found)]
+
+
+def _demand_of(file: Path) -> Demand | None:
+    """Return what orders want that were converted before; None where the file is another, or not there."""
+    demand = Demand()
+    try:
+        with file.open(encoding="utf-8", newline="") as stream:
+            for row in csv.DictReader(stream):
+                demand.add(to_ticks(float(row["arrival_s"])), int(row["quantity"]))
+    except (OSError, ValueError, KeyError, TypeError, OverflowError, csv.Error):
+        return None
+    return demand if demand.lines else None
 
 
 def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) -> None:
@@ -95,9 +129,9 @@ def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) ->
     with staged(folder) as place:
         with AtomicFile(place / "orders.csv") as stream:
             text = io.TextIOWrapper(stream, encoding="utf-8", newline="", write_through=True)
-            totals = lines.write(text, zero.tick)
+            totals, demand = lines.write(text, zero.tick)
             text.detach()
-        told = [] if stock is None else _write_stock(stock, place, folder, _start(lines, zero))
+        told = [] if stock is None else _write_stock(stock, demand, place, folder, _start(lines, zero))
     _tell_left_out(lines)
     _tell_kept(lines, totals)
     clock, skus = lines.cleaner.reader.clock, len(lines.skus())
@@ -105,7 +139,7 @@ def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) ->
     tell(
         f"Wrote {folder / 'orders.csv'}: {counted(lines.n_orders, 'order')}, {counted(lines.n_lines, 'line')}, "
         f"{counted(totals['items'], 'item')} of {counted(skus, 'SKU')}; "
-        f"time 0 is {clock.iso(zero)}{start}, the last order arrives {totals['last'] / 3_600_000:.1f} hours later."
+        f"time 0 is {clock.iso(zero)}{start}, the last order arrives {demand.last / 3_600_000:.1f} hours later."
     )
     for sentence in told:
         tell(sentence)
@@ -125,11 +159,12 @@ def _start(lines: OrderLines, zero: Moment) -> str | None:
     return f"2000-01-01T{clock.iso(zero)}" if clock.of_day and zero.tick % DAY else None
 
 
-def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> list[str]:
+def _write_stock(stock: Stock, demand: Demand, place: Path, folder: Path, start: str | None) -> list[str]:
     number, raised = items_on(stock.skus, stock.held, stock.items)
     pods = [(f"P{i}", stock.skus[sku].name, number[sku]) for i, pod in enumerate(stock.held, 1) for sku in pod]
     _write_csv(place / "pods.csv", [("pod", "sku", "quantity"), *pods])
-    write_text(place / "scenario.toml", scenario_of(len(stock.held), start, stock.learned.sentence()))
+    size, found = size_for(len(stock.held), demand, start)
+    write_text(place / SCENARIO, scenario_of(len(stock.held), start, stock.learned.sentence(), size))
     wanted = "since the orders want more"
     more = f"; of {raised:,} SKUs more than {stock.items:,} on a pod, {wanted}" if raised else ""
     places = sum(map(len, stock.held))
@@ -137,7 +172,8 @@ def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> 
     return [
         *([] if learned is None else [learned]),
         f"Wrote {folder / 'pods.csv'}: {counted(len(stock.held), 'pod')} with {counted(places, 'place')}{more}.",
-        f"Wrote {folder / 'scenario.toml'}; run it with: rmfs run {folder / 'scenario.toml'}",
+        f"Wrote {folder / SCENARIO}; run it with: rmfs run {folder / SCENARIO}",
+        *_reckoning(size, found),
     ]
 
 

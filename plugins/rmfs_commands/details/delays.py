@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from array import array
-from operator import sub
 from typing import Any
 
+from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.spans import Handlers, Number, ratio
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import (
@@ -16,25 +16,41 @@ from rmfs_core.events import (
     OrderInStock,
     PodLifted,
     QueueJoined,
+    TaskAssigned,
     VisitEnded,
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
 
-COLUMNS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
-"""Columns besides order and turnover_s, in the order of time: they follow each other and add up to it.
+COLUMNS = (
+    "backlog_s",
+    "other_parts_s",
+    "robot_s",
+    "pod_s",
+    "to_pod_s",
+    "room_s",
+    "driving_s",
+    "queueing_s",
+    "station_s",
+)
+"""Columns besides order and turnover_s, in the order of time: they add up to it.
 
 ``backlog_s``: from its arrival, or from ``stock_s`` on, until its first lines are assigned. ``other_parts_s``: from
 then on, until its last lines are. What follows is that of the pod that its last item is picked from, on the way of that
-pick: ``fetch_s`` until a robot sets out with the pod for the station, ``driving_s`` until it joins the queue,
-``queueing_s`` until it stands at the station, and ``station_s`` until the pick is done. What of these came before the
-last assignment counts as nothing."""
+pick. Until a robot has the task to fetch it, or carries it on from another station: ``robot_s`` while no robot is free,
+``pod_s`` while one is. Then ``to_pod_s``: the robot drives to the pod and lifts it; ``room_s``: it stands beneath the
+pod until the station has room. ``driving_s`` until it joins the queue, ``queueing_s`` until it stands at the station,
+and ``station_s`` until the pick is done. What of these came before the last assignment counts as nothing."""
 
 WAITED = "stock_s"
 """Column ahead of these where stock can run out: from the arrival until the pods hold enough for the order."""
 
 HANDLING = "handling_s"
 """Further column where ``stations.release`` is ``"handled"``: from the last pick until its item is handled."""
+
+_Way = tuple[int, ...]
+"""Of a pod: when a robot had the task to fetch it, or it left another station; `Robots.none_free` then; when the robot
+began and ended to wait beneath it for room, had lifted it, joined the queue, and stood at the station. All ticks."""
 
 
 class Delays:
@@ -46,74 +62,93 @@ class Delays:
         The run.
     begin
         The time from which on orders that arrive count in means.
+    robots
+        The robots, which are told of an event before this.
     """
 
-    def __init__(self, run: RunInfo, begin: int) -> None:
-        self._orders = run.instance.orders
+    def __init__(self, run: RunInfo, begin: int, robots: Robots) -> None:
+        self._orders, self._robots = run.instance.orders, robots
         self._handled = run.scenario.stations.release == "handled"
         self._waits = run.instance.restocked and run.scenario.rules.wait_for_stock is not False
         self.columns = (*((WAITED,) if self._waits else ()), *COLUMNS, *((HANDLING,) if self._handled else ()))
         """Columns besides order and turnover_s."""
         self._begin = begin
-        self._in_stock: dict[int, int] = {}
         self._waited = array("q")  # of completed orders that count in means
-        self._arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)}  # until it arrives otherwise
+        known = run.scenario.instance.arrivals.backlog is None
+        self.arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
+        """When each order arrives; where that is not known beforehand, those that have arrived."""
+        self.in_stock: dict[int, int] = {}
+        """When orders that had to wait for stock joined the backlog."""
         self._first: dict[int, int] = {}
-        self._last: dict[int, int] = {}
-        self._way = [(0, 0, 0)] * len(run.instance.pods)  # of each pod: set out, joined the queue, at the station
-        self._served: dict[int, tuple[int, int, int, int]] = {}
+        self.last: dict[int, tuple[int, int]] = {}
+        """When the last lines of orders that are not complete were assigned so far, and `Robots.none_free` then."""
+        self._way: list[_Way] = [(0,) * 7] * len(run.instance.pods)
+        # Of the last pick: the pod's way, station, tick, visit, and how many items of the order were picked in that
+        self._served: dict[int, tuple[_Way, int, int, int, int]] = {}
         self.times: dict[int, array[int]] = {}
         """Of each completed order, the ticks that the columns have in seconds."""
+        self.picks: dict[int, tuple[int, int]] = {}
+        """Of each completed order, the station of its last pick, and how many of its items that visit served."""
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
             OrderInStock: self._joined_late,
             OrderAssigned: self._assigned,
+            TaskAssigned: self._begin_way,
             PodLifted: self._set_out,
             QueueJoined: self._joined,
             VisitStarted: self._started,
             ItemPicked: self._picked,
-            VisitEnded: self._ended,
+            VisitEnded: self._begin_way,
             OrderCompleted: self._completed,
         }
 
     def _arrived(self, event: OrderArrived) -> None:
-        self._arrival[event.order] = event.tick
+        self.arrival[event.order] = event.tick
 
     def _joined_late(self, event: OrderInStock) -> None:
-        self._in_stock[event.order] = event.tick
+        self.in_stock[event.order] = event.tick
 
     def _assigned(self, event: OrderAssigned) -> None:
         self._first.setdefault(event.order, event.tick)
-        self._last[event.order] = event.tick
+        self.last[event.order] = event.tick, self._robots.none_free(event.tick)
+
+    def _begin_way(self, event: TaskAssigned | VisitEnded) -> None:
+        tick = event.tick
+        self._way[event.pod] = (tick, self._robots.none_free(tick), tick, tick, tick, tick, tick)
 
     def _set_out(self, event: PodLifted) -> None:
-        self._way[event.pod] = (event.tick, event.tick, event.tick)
-
-    def _ended(self, event: VisitEnded) -> None:
-        self._way[event.pod] = (event.tick, event.tick, event.tick)
+        asked, none_free, *_ = self._way[event.pod]
+        tick = event.tick
+        self._way[event.pod] = (asked, none_free, *self._robots.beneath[event.pod], tick, tick, tick)
 
     def _joined(self, event: QueueJoined) -> None:
-        self._way[event.pod] = (self._way[event.pod][0], event.tick, event.tick)
+        self._way[event.pod] = (*self._way[event.pod][:5], event.tick, event.tick)
 
     def _started(self, event: VisitStarted) -> None:
-        self._way[event.pod] = (*self._way[event.pod][:2], event.tick)
+        self._way[event.pod] = (*self._way[event.pod][:6], event.tick)
 
     def _picked(self, event: ItemPicked) -> None:
-        self._served[event.order] = (*self._way[event.pod], event.tick)
+        before = self._served.get(event.order)
+        items = before[4] + 1 if before is not None and before[3] == event.visit else 1
+        self._served[event.order] = self._way[event.pod], event.station, event.tick, event.visit, items
 
     def _completed(self, event: OrderCompleted) -> None:
-        order = event.order
-        last = self._last.pop(order)
-        set_out, joined, started, picked = self._served.pop(order)
-        ends = [self._first.pop(order), last, max(set_out, last), max(joined, last), max(started, last), picked]
+        order, arrival = event.order, self.arrival[event.order]
+        last, none_free = self.last.pop(order)
+        (asked, none_asked, *way), station, picked, _, items = self._served.pop(order)
+        self.picks[order] = station, items
+        robot = none_asked - none_free if asked > last else 0
+        asked, begun, ended, lifted, joined, started = (max(tick, last) for tick in (asked, *way))
+        room = ended - begun
+        joins, first = self.in_stock.get(order, arrival), self._first.pop(order)
+        times = [joins - arrival] if self._waits else []
+        times += first - joins, last - first, robot, asked - last - robot, lifted - asked - room, room
+        times += joined - lifted, started - joined, picked - started
         if self._handled:
-            ends.append(event.tick)
-        arrival = self._arrival.pop(order)
-        if self._waits:
-            ends.insert(0, self._in_stock.pop(order, arrival))
-            if arrival >= self._begin:
-                self._waited.append(ends[0] - arrival)
-        self.times[order] = array("q", map(sub, ends, (arrival, *ends)))
+            times.append(event.tick - picked)
+        if self._waits and arrival >= self._begin:
+            self._waited.append(joins - arrival)
+        self.times[order] = array("q", times)
 
     def values(self) -> dict[str, Number]:
         """Return the mean time for which completed orders waited for stock; nothing where none can."""

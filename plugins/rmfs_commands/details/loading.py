@@ -45,6 +45,7 @@ def load_result(folder: str | Path) -> Result:
         described=described_by(observer for observer, _ in make_observers(quiet=True)),
         error=content.get("error"),
         notes=list(content.get("notes", [])),
+        summary=dict(content.get("summary", {})),
         orders=tables["orders"],
         visits=tables["visits"],
         periods=tables["periods"],

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from rmfs_commands.details.bottleneck import Bottleneck
 from rmfs_commands.details.catalogue import MEASURES
 from rmfs_commands.details.delays import Delays
 from rmfs_commands.details.energy import Energy
@@ -46,11 +47,11 @@ class Details:
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Start afresh."""
-        self._out = run.out
+        self._run, self._out = run, run.out
         self._begin = self._end = to_ticks(run.scenario.run.warmup_s or 0)
         self._over = 0
-        self._hours, self._stations, self._delays = Hours(run), Stations(run), Delays(run, self._begin)
-        self._robots, self._measures = Robots(run, self._begin), Measures(run, self._begin)
+        self._hours, self._stations, self._robots = Hours(run), Stations(run), Robots(run, self._begin)
+        self._delays, self._measures = Delays(run, self._begin, self._robots), Measures(run, self._begin)
         self._energy = Energy(run, self._begin)
         self._handlers: dict[type[Event], list[Callable[[Any], None]]] = {}
         self._replenishment = Replenishment(run, self._begin)
@@ -74,8 +75,10 @@ class Details:
 
     @hookimpl
     def run_ended(self, tick: int) -> None:
-        """Write the files, where results are kept."""
+        """Say what limits the run, and write the files, where results are kept."""
         self._over, self._end = tick, max(tick, self._begin)
+        followed = self._stations, self._robots, self._delays
+        self._run.summary["bottleneck"] = Bottleneck(self._run, self._begin, self._end, *followed).summary()
         if self._out is None:
             return
         write_text(self._out / DELAYS, to_csv(("order", "turnover_s", *self._delays.columns), self._delays.rows()))

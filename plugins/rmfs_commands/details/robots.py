@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rmfs_commands.details.spans import Handlers, Number, ratio
+from rmfs_commands.details.spans import Count, Handlers, Number, Span, ratio
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     PodLifted,
@@ -82,7 +82,7 @@ class Robots:
         self._names = [robot.name for robot in robots]
         self._robots = [_Robot("idle" if robot.pod is None else "queue", begin) for robot in robots]
         self._at = {pod: robot.id for robot in robots if (pod := robot.pod) is not None}
-        self._begin, self._on_duty = begin, len(robots)
+        self._begin = begin
         self._has_off = run.scenario.robots.available is not None
         self._chargers = frozenset(run.layout.chargers)
         self._warehouse = run.warehouse
@@ -93,19 +93,44 @@ class Robots:
         self._lowest = 1.0
         self.for_room_ticks = 0
         """Time in which robots waited beneath their pods for room at a station, summed over the robots."""
+        self.free = Count()
+        """Robots on duty without a task."""
+        self.free.add(0, sum(robot.state == "idle" for robot in self._robots))
+        self.beneath: dict[int, Span] = {}
+        """When a robot last waited beneath each pod for room at a station, before it lifted the pod."""
+        self.beneath_for: dict[int, list[Span]] = {}
+        """All such times, by station."""
+        self.on_duty = Count()
+        """Robots on duty."""
+        self.on_duty.add(0, len(robots))
+        self._none_ticks = self._none_since = 0
         self.handlers: Handlers = {
-            TaskAssigned: lambda event: self._robots[event.robot].turn_to("to_pod", event.tick),
+            TaskAssigned: lambda event: self._turn(event.robot, "to_pod", event.tick),
             RobotMoved: self._moved,
             PodLifted: self._lifted,
-            QueueJoined: lambda event: self._robots[event.robot].turn_to("queue", event.tick),
+            QueueJoined: self._joined,
             VisitStarted: self._started,
             VisitEnded: self._ended,
             PodStored: self._stored,
             RobotsOnDuty: self._duty,
-            RobotSent: lambda event: self._robots[event.robot].turn_to(TO_REST, event.tick),
+            RobotSent: lambda event: self._turn(event.robot, TO_REST, event.tick),
             RobotRested: self._rested,
-            PodMoveDecided: lambda event: self._robots[event.robot].turn_to(MOVING, event.tick),
+            PodMoveDecided: lambda event: self._turn(event.robot, MOVING, event.tick),
         }
+
+    def _turn(self, robot: int, state: str, tick: int) -> None:
+        """Let a robot do something else from now on, and count those that are free."""
+        known, free = self._robots[robot], self.free
+        change = (state == "idle") - (known.state == "idle")
+        known.turn_to(state, tick)
+        if change:
+            self._none_ticks = self.none_free(tick)
+            self._none_since = tick
+            free.add(tick, change)
+
+    def none_free(self, tick: int) -> int:
+        """Return for how many ticks, up to now, no robot was free."""
+        return self._none_ticks + (0 if self.free.number else tick - self._none_since)
 
     def _moved(self, event: RobotMoved) -> None:
         robot, start = self._robots[event.robot], event.start_tick + event.wait_ticks
@@ -122,10 +147,16 @@ class Robots:
             self._look_at(event.robot)
 
     def _lifted(self, event: PodLifted) -> None:
-        robot = self._robots[event.robot]
-        self.for_room_ticks += robot.busy(event.start_tick, event.tick)
+        robot, start = self._robots[event.robot], event.start_tick
+        self.beneath[event.pod] = min(robot.free, start), start
+        self.for_room_ticks += robot.busy(start, event.tick)
         if robot.state != MOVING:
             robot.turn_to("to_station", event.tick)
+
+    def _joined(self, event: QueueJoined) -> None:
+        if (waited := self.beneath.pop(event.pod, None)) is not None:
+            self.beneath_for.setdefault(event.station, []).append(waited)
+        self._robots[event.robot].turn_to("queue", event.tick)
 
     def _started(self, event: VisitStarted) -> None:
         self._at[event.pod] = event.robot
@@ -139,23 +170,23 @@ class Robots:
         robot = self._robots[event.robot]
         robot.busy(event.start_tick, event.tick)
         self._moved_pods += robot.state == MOVING and event.tick >= self._begin
-        robot.turn_to(self._resting(event.robot), event.tick)
+        self._turn(event.robot, self._resting(event.robot), event.tick)
         if self._battery:
             self._look_at(event.robot)
 
     def _duty(self, event: RobotsOnDuty) -> None:
-        self._on_duty = event.number
+        self.on_duty.add(event.tick, event.number - self.on_duty.number)
         for i, robot in enumerate(self._robots):
             if robot.state in ("idle", OFF):
-                robot.turn_to(self._resting(i), event.tick)
+                self._turn(i, self._resting(i), event.tick)
 
     def _resting(self, robot: int) -> str:
-        return "idle" if robot < self._on_duty else OFF
+        return "idle" if robot < self.on_duty.number else OFF
 
     def _rested(self, event: RobotRested) -> None:
         charging = event.cell in self._chargers and self._battery
         self._charges += charging and event.tick >= self._begin
-        self._robots[event.robot].turn_to(CHARGING if charging else self._resting(event.robot), event.tick)
+        self._turn(event.robot, CHARGING if charging else self._resting(event.robot), event.tick)
 
     def _look_at(self, robot: int) -> None:
         """Note how much is in its battery."""

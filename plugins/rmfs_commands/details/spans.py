@@ -7,6 +7,9 @@ from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import Event
 
@@ -86,6 +89,15 @@ class Count:
         ends, steps = [*self._ticks[1:], end], zip(self._ticks, self._numbers, strict=True)
         found = ((max(a, begin), min(b, end), number) for (a, number), b in zip(steps, ends, strict=True))
         return [(a, b, number) for a, b, number in found if a < b]
+
+    def at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the numbers from some times on. Shape of ``ticks``."""
+        return np.array(self._numbers)[np.searchsorted(np.array(self._ticks), ticks, side="right") - 1]
+
+    @property
+    def ticks(self) -> NDArray[np.int64]:
+        """When the number changed."""
+        return np.array(self._ticks)
 
     def above_zero(self, begin: int, end: int) -> list[Span]:
         """Return when it is above 0, between two times."""

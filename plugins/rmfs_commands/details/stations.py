@@ -20,7 +20,7 @@ from rmfs_core.events import (
 from rmfs_core.info import RunInfo
 
 
-class _Station:
+class Followed:
     """What is known of a station: visits, picks, when its picker was busy and it was open, its requests, its queue."""
 
     def __init__(self) -> None:
@@ -43,20 +43,20 @@ class Stations:
 
     def __init__(self, run: RunInfo) -> None:
         self._names = [station.name for station in run.warehouse.stations]
-        self._stations = [_Station() for _ in self._names]
+        self.followed = [Followed() for _ in self._names]
         self._backlog, self._view = Count(), run.warehouse
         self._has_hours = run.scenario.stations.open is not None or run.scenario.rules.activate is not None
-        for station, known in zip(run.warehouse.stations, self._stations, strict=True):
+        for station, known in zip(run.warehouse.stations, self.followed, strict=True):
             known.queue.add(0, len(station.line))
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
             OrderInStock: lambda event: self._backlog.add(event.tick, 1),
             OrderAssigned: self._assigned,
-            QueueJoined: lambda event: self._stations[event.station].queue.add(event.tick, 1),
+            QueueJoined: lambda event: self.followed[event.station].queue.add(event.tick, 1),
             VisitStarted: self._started,
             ItemPicked: self._picked,
-            StationOpened: lambda event: self._stations[event.station].open.add(event.tick, 1),
-            StationClosed: lambda event: self._stations[event.station].open.add(event.tick, -1),
+            StationOpened: lambda event: self.followed[event.station].open.add(event.tick, 1),
+            StationClosed: lambda event: self.followed[event.station].open.add(event.tick, -1),
         }
 
     def _arrived(self, event: OrderArrived) -> None:
@@ -64,17 +64,17 @@ class Stations:
             self._backlog.add(event.tick, 1)
 
     def _assigned(self, event: OrderAssigned) -> None:
-        self._stations[event.station].requests.add(event.tick, event.items)
+        self.followed[event.station].requests.add(event.tick, event.items)
         if event.complete:
             self._backlog.add(event.tick, -1)
 
     def _started(self, event: VisitStarted) -> None:
-        station = self._stations[event.station]
+        station = self.followed[event.station]
         station.queue.add(event.tick, -1)
         station.visits.append(event.tick)
 
     def _picked(self, event: ItemPicked) -> None:
-        station = self._stations[event.station]
+        station = self.followed[event.station]
         station.requests.add(event.tick, -1)
         station.picks.append(event.tick)
         station.begun.append(event.start_tick)
@@ -91,7 +91,7 @@ class Stations:
         """
         orders_wait = self._backlog.above_zero(begin, end)
         found = []
-        for name, station in zip(self._names, self._stations, strict=True):
+        for name, station in zip(self._names, self.followed, strict=True):
             busy = merged(within(zip(station.begun, station.free, strict=True), begin, end))
             wanted = station.requests.above_zero(begin, end)
             either = merged([*busy, *wanted])

@@ -88,8 +88,9 @@ def run(
 
     from rmfs_commands.cli.checking import idle_notes, load_checked
     from rmfs_commands.cli.compiling import compiling_announced
+    from rmfs_commands.cli.loads import ToldLoads
     from rmfs_commands.cli.progress import run_display
-    from rmfs_commands.cli.summary import print_profile, print_summary
+    from rmfs_commands.cli.summary import print_bottleneck, print_profile, print_summary
     from rmfs_commands.cli.waiting import StockWaits
     from rmfs_core import run as simulate
     from rmfs_core.errors import RunError
@@ -110,14 +111,14 @@ def run(
         _announce_inline_rules(notes, resolved)
     progress: RunDisplay | None = None if quiet else run_display(notes, name)
     viewer = _viewer(name) if watch else None
-    waits = StockWaits()
+    waits, told = StockWaits(), ToldLoads(notes)
     try:
         with nullcontext() if progress is None else closing(progress), compiling_announced(notes):
             result = simulate(
                 resolved,
                 out=folder,
                 record=recorded,
-                observers=[one for one in (waits, progress, viewer) if one is not None],
+                observers=[one for one in (waits, progress, viewer, told) if one is not None],
                 allow_inline_rules=not no_inline_rules,
             )
     except RunError as error:
@@ -130,6 +131,7 @@ def run(
     else:
         console = output_console(quiet=quiet)
         print_summary(console, name, result)
+        print_bottleneck(console, result)
         if profile:
             print_profile(console, result)
         _report(console, result, waits.sentence, folder, recorded)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Container
-from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from rmfs_commands.validation.tables import (
     arrivals_of,
     has_hours,
     measured_from,
+    none_free,
     stations_of,
     waiting_ticks,
 )
@@ -29,13 +30,20 @@ from rmfs_core.events import (
     OrderCompleted,
     PodLifted,
     QueueJoined,
+    RobotMoved,
+    TaskAssigned,
     VisitEnded,
     VisitStarted,
 )
 
-PARTS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
+PARTS = (
+    *("backlog_s", "other_parts_s", "robot_s", "pod_s", "to_pod_s", "room_s"),
+    *("driving_s", "queueing_s", "station_s"),
+)
 HANDLED = (*PARTS, "handling_s")
 """Where orders are complete only when their last item is handled."""
+WAY = ("Beneath", "Lifting", "PodLifted", "QueueJoined", "VisitStarted")
+"""Steps of a pod after a robot was asked for."""
 WAITED = "stock_s"
 """The first part, where orders may wait for stock."""
 
@@ -129,15 +137,24 @@ def delays_of(trace: Trace) -> list[Row]:
     steps: dict[int, list[tuple[int, int, str]]] = defaultdict(list)  # pod -> place in the trace, tick, kind
     assigned: dict[int, list[int]] = defaultdict(list)
     last_pick: dict[int, tuple[int, int, int]] = {}
+    still: dict[int, int] = {}  # robot -> when it last came to rest
     handled = trace.scenario.get("stations", {}).get("release") == "handled"
     waits = lets_wait(trace)
     columns = (*((WAITED,) if waits else ()), *(HANDLED if handled else PARTS))
-    arrivals, joined = arrivals_of(trace), joined_at(trace)
+    arrivals, joined, without = arrivals_of(trace), joined_at(trace), none_free(trace)
     found: list[Row] = []
     for place, event in enumerate(trace.events):
         match event:
-            case PodLifted() | QueueJoined() | VisitStarted() | VisitEnded():
+            case PodLifted():
+                beneath = min(still.get(event.robot, event.start_tick), event.start_tick)
+                steps[event.pod] += [(place, beneath, "Beneath"), (place, event.start_tick, "Lifting")]
+                steps[event.pod].append((place, event.tick, "PodLifted"))
+            case TaskAssigned() | QueueJoined() | VisitStarted() | VisitEnded():
                 steps[event.pod].append((place, event.tick, type(event).__name__))
+                if isinstance(event, TaskAssigned):
+                    still[event.robot] = event.tick
+            case RobotMoved():
+                still[event.robot] = event.tick
             case OrderAssigned():
                 assigned[event.order].append(event.tick)
             case ItemPicked():
@@ -148,14 +165,39 @@ def delays_of(trace: Trace) -> list[Row]:
             found.append({"order": order.name, **dict.fromkeys(("turnover_s", *columns))})
             continue
         place, pod, picked = last_pick[i]
-        at = []
-        for kinds in (("VisitStarted",), ("QueueJoined",), ("PodLifted", "VisitEnded")):
-            place, tick = next(((p, t) for p, t, kind in reversed(steps[pod]) if p < place and kind in kinds), (-1, 0))
-            at.append(tick)
-        bounds = [arrivals[i], *([joined.get(i, arrivals[i])] if waits else []), assigned[i][0], assigned[i][-1]]
-        bounds += [max(tick, assigned[i][-1]) for tick in reversed(at)]
-        bounds += [picked, done[i]] if handled else [done[i]]
-        parts = [(later - earlier) / TICKS_PER_S for earlier, later in pairwise(bounds)]
+        last = assigned[i][-1]
+        at = _way(steps[pod], place, last)
+        robot = without(at["asked"]) - without(last)
+        room = at["Lifting"] - at["Beneath"]
+        ticks = [
+            *([joined.get(i, arrivals[i]) - arrivals[i]] if waits else []),
+            assigned[i][0] - joined.get(i, arrivals[i]),
+            last - assigned[i][0],
+            robot,
+            at["asked"] - last - robot,
+            at["PodLifted"] - at["asked"] - room,
+            room,
+            at["QueueJoined"] - at["PodLifted"],
+            at["VisitStarted"] - at["QueueJoined"],
+            picked - at["VisitStarted"],
+            *([done[i] - picked] if handled else []),
+        ]
+        parts = [number / TICKS_PER_S for number in ticks]
         whole = (done[i] - arrivals[i]) / TICKS_PER_S
         found.append({"order": order.name, "turnover_s": whole, **dict(zip(columns, parts, strict=True))})
     return found
+
+
+def _way(steps: list[tuple[int, int, str]], place: int, last: int) -> dict[str, int]:
+    """Return when a pod took each step before a place in the trace, none earlier than the tick of the last assignment.
+
+    A pod that comes from another station is asked for, and lifted, when it leaves that.
+    """
+    at: dict[str, int] = {}
+    begun = 0
+    for _, tick, kind in reversed(steps[: bisect_left(steps, (place,))]):
+        if kind not in WAY:
+            begun = tick
+            break
+        at.setdefault(kind, tick)
+    return {kind: max(at.get(kind, begun), last) for kind in ("asked", *WAY)}

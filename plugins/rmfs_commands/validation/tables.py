@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
-from itertools import pairwise
+from collections.abc import Callable, Iterable, Iterator
+from itertools import accumulate, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -219,6 +220,25 @@ def robots_of(trace: Trace) -> list[Row]:
             }
         )
     return rows
+
+
+def none_free(trace: Trace) -> Callable[[int], int]:
+    """Return what says for how many ticks, from 0 to a tick, no robot is on duty without a task."""
+    changes: Counter[int] = Counter({0: 0})
+    for turned in _turns(trace):
+        was_free = False
+        for tick, state in turned:
+            changes[tick] += (state == "idle") - was_free
+            was_free = state == "idle"
+    ticks = sorted(changes)
+    none = [number == 0 for number in accumulate(changes[tick] for tick in ticks)]
+    before = [0, *accumulate((b - a) * here for (a, b), here in zip(pairwise(ticks), none, strict=False))]
+
+    def until(tick: int) -> int:
+        last = bisect_right(ticks, tick) - 1
+        return before[last] + none[last] * (tick - ticks[last])
+
+    return until
 
 
 def _turns(trace: Trace) -> list[list[tuple[int, str]]]:

@@ -53,9 +53,9 @@ def test_orders_and_their_times(read: Read) -> None:
     lines = read("A,tea,10,2,,", "B,tea,12.5,1,,")
     assert lines.gather(Span(start=Moment(10_000))) == Moment(10_000)
     stream = io.StringIO()
-    totals = lines.write(stream, 10_000)
+    totals, demand = lines.write(stream, 10_000)
     assert stream.getvalue() == "order,arrival_s,sku,quantity\nA,0,tea,2\nB,2.5,tea,1\n"
-    assert (totals["items"], totals["last"]) == (3, 2500)
+    assert (totals["items"], demand.last, demand.lines.total()) == (3, 2500, 2)
     lines = read("A,tea,2024-07-01T06:00,1,,")
     start = lines.cleaner.reader.clock.option("--start", "2024-07-01T07:00")
     with pytest.raises(
@@ -152,7 +152,7 @@ def test_due_times_and_priorities(read: Read) -> None:
     lines = read(*rows, columns=Columns("order", "sku", "time", due="due", priority="prio"))
     lines.gather()
     stream = io.StringIO()
-    assert lines.write(stream, 5000)["early"] == 1
+    assert lines.write(stream, 5000)[0]["early"] == 1
     assert stream.getvalue().splitlines() == [
         "order,arrival_s,sku,quantity,due_s,priority",
         "A,0,tea,1,25,3",

@@ -306,6 +306,9 @@ def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         "time 0 is 2024-07-01T00:00:00+02:00 (`instance.start`), the last order arrives 6.0 hours later.",
         f"Wrote {tmp_path}/out/pods.csv: 1 pod with 1 place.",
         f"Wrote {tmp_path}/out/scenario.toml; run it with: rmfs run {tmp_path}/out/scenario.toml",
+        "Guessed 1 station and 4 robots that pick within 8 hours what arrives at once.",
+        "Load of pickers: 26 s (2 items of 13 s), 26 s for each of 1.",
+        told.out.splitlines()[-1],
     ]
     assert told.err == f"Warning: 50 % of the rows of {tmp_path}/lines.csv are left out (2 of 4).\n"
 

@@ -16,6 +16,7 @@ from rmfs_commands.details.delays import COLUMNS, Delays
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.measures import Measures
 from rmfs_commands.details.metrics import Metrics
+from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.spans import Number
 from rmfs_commands.validation.checking import validate_trace
 from rmfs_core import InputError
@@ -28,6 +29,8 @@ from rmfs_core.events import (
     PodLifted,
     QueueJoined,
     RobotMoved,
+    RobotsOnDuty,
+    TaskAssigned,
     VisitEnded,
     VisitStarted,
 )
@@ -312,6 +315,8 @@ def test_a_broken_result(tmp_path: Path, name: str, content: str | None, problem
 
 
 WAY = (
+    TaskAssigned(7_000, robot=0, pod=0),
+    RobotMoved(11_000, 7_000, 0, origin=0, to=3, heading=0, wait_ticks=0, turn_ticks=0, distance_m=3, pod=None),
     PodLifted(15_000, 13_000, robot=0, pod=0, cell=3),
     QueueJoined(30_000, robot=0, pod=0, station=0),
     VisitStarted(42_000, visit=1, robot=0, pod=0, station=0),
@@ -325,10 +330,12 @@ def part(tick_s: int, *, complete: bool) -> OrderAssigned:
 
 
 def row_of(run: RunInfo, *events: Event) -> list[float | None]:
-    delays = Delays(run, 0)
+    robots = Robots(run, 0)
+    delays = Delays(run, 0, robots)
     for event in sorted(events, key=lambda event: event.tick):
-        if type(event) in delays.handlers:
-            delays.handlers[type(event)](event)
+        for handlers in (robots.handlers, delays.handlers):
+            if type(event) in handlers:
+                handlers[type(event)](event)
     row, other = delays.rows()
     assert set(other.values()) == {"second", None}
     assert row["turnover_s"] is None or sum(row[column] for column in COLUMNS) == row["turnover_s"]
@@ -337,23 +344,30 @@ def row_of(run: RunInfo, *events: Event) -> list[float | None]:
 
 @cases(
     "last_part_s expected",
-    (10, [2, 8, 5, 15, 12, 7]),  # before the pod is fetched
-    (20, [2, 18, 0, 10, 12, 7]),  # while it drives
-    (35, [2, 33, 0, 0, 7, 7]),  # while it queues
-    (45, [2, 43, 0, 0, 0, 4]),  # while it stands at the station
+    (3, [2, 1, 2, 2, 6, 2, 15, 12, 7]),  # before the pod is fetched; until 5 s no robot is free
+    (10, [2, 8, 0, 0, 3, 2, 15, 12, 7]),  # on the way to it
+    (12, [2, 10, 0, 0, 2, 1, 15, 12, 7]),  # beneath it
+    (20, [2, 18, 0, 0, 0, 0, 10, 12, 7]),  # while it drives
+    (35, [2, 33, 0, 0, 0, 0, 0, 7, 7]),  # while it queues
+    (45, [2, 43, 0, 0, 0, 0, 0, 0, 4]),  # while it stands at the station
 )
 def test_an_order_of_two_parts(tiny: RunInfo, last_part_s: int, expected: list[float]) -> None:
-    """The first part is assigned at 2 s; what the last pod did before the last part was assigned counts as nothing."""
-    assert row_of(tiny, part(2, complete=False), part(last_part_s, complete=True), *WAY) == expected
+    """The first part is assigned at 2 s; what the last pod did before the last part was assigned counts as nothing.
+
+    The other robot never works; this one is free from 5 s on.
+    """
+    shift = RobotsOnDuty(0, number=0), RobotsOnDuty(5_000, number=1)
+    assert row_of(tiny, *shift, part(2, complete=False), part(last_part_s, complete=True), *WAY) == expected
 
 
 def test_where_an_orders_time_went(tiny: RunInfo) -> None:
     before = (
-        PodLifted(3_000, 1_000, robot=0, pod=0, cell=3),
-        QueueJoined(8_000, robot=0, pod=0, station=1),
+        *WAY[:1],
+        PodLifted(8_000, 7_000, robot=0, pod=0, cell=3),
+        QueueJoined(8_500, robot=0, pod=0, station=1),
         VisitStarted(9_000, visit=1, robot=0, pod=0, station=1),
         VisitEnded(20_000, visit=1, pod=0, station=1, picks=1, next_station=0),
     )
-    assert row_of(tiny, part(2, complete=True), *before, *WAY[1:]) == [2, 0, 18, 10, 12, 7]
-    assert row_of(tiny, part(0, complete=True), *WAY[3:]) == [0, 0, 0, 0, 0, 49]
-    assert row_of(tiny, part(2, complete=True), *WAY[:3]) == [None] * 6
+    assert row_of(tiny, part(2, complete=True), *before, *WAY[3:]) == [2, 0, 0, 18, 0, 0, 10, 12, 7]
+    assert row_of(tiny, part(0, complete=True), *WAY[5:]) == [0] * 8 + [49]
+    assert row_of(tiny, part(2, complete=True), *WAY[:5]) == [None] * 9

@@ -1,0 +1,425 @@
+"""How much work orders bring, and how much stations, robots and chargers can do while these arrive, before any run.
+
+A load is hours wanted over hours there. Above 100 % it cannot be done in that time, whatever the rules. The hours are
+those from the first order to the last, and, where stations have opening hours, on until they close. Where all orders
+come within `AT_ONCE`, and stations are always open, there are none, and only what is wanted is said.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from statistics import fmean
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from attrs import asdict, define, field, frozen
+from numpy.typing import NDArray
+
+from rmfs_commands.cli.screen import say
+from rmfs_core import hookimpl
+from rmfs_core.clock import TICKS_PER_S, UNREACHABLE
+from rmfs_core.scenario.model import Replenishment, Scenario
+from rmfs_core.simulation.setup import hours_of, motion_of, shifts_of
+from rmfs_core.timetable import DAY, Calendar, Timetable
+from rmfs_core.wording import counted
+from rmfs_core.world import Instance, Layout
+from rmfs_core.world.travel import Travel, travel_on
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from rmfs_core.info import RunInfo
+
+T = TypeVar("T")
+HOUR = 3600 * TICKS_PER_S
+AT_ONCE = HOUR
+SAMPLE = 5
+"""Stations, and storage locations without a pod on the robot, to and from which ways are measured, at most."""
+MOST_CHANGES = 10_000
+"""Of stations that open and close, after which nobody asks any more when all is done."""
+
+
+UNITS = {
+    "pickers": "station",
+    "robots": "robot",
+    "replenishment stations": "replenishment station",
+    "chargers": "charger",
+}
+"""Who has a load, and what there could be more of."""
+
+
+OF_TRIPS = ("robots", "chargers")
+"""Whose load depends on how many order lines a trip serves."""
+ASSUMED = ", if each trip serves one order line"
+
+
+@define
+class Demand:
+    """What orders want, by the hour in which they arrive.
+
+    Parameters
+    ----------
+    items, lines
+        Items and order lines by the number of the hour, from 0.
+    first, last
+        Ticks of the first and the last arrival; those of no order are of no use.
+    """
+
+    items: Counter[int] = field(factory=Counter)
+    lines: Counter[int] = field(factory=Counter)
+    first: int = 1 << 62
+    last: int = 0
+
+    def add(self, tick: int, items: int, lines: int = 1) -> None:
+        """Add items and lines that arrive at a tick."""
+        hour = tick // HOUR
+        self.items[hour] += items
+        self.lines[hour] += lines
+        self.first, self.last = min(self.first, tick), max(self.last, tick)
+
+
+@frozen
+class Load:
+    """The load of one kind of resource.
+
+    Parameters
+    ----------
+    who
+        One of `UNITS`.
+    number
+        How many there are.
+    work
+        What they do, in words.
+    wanted_h
+        Hours of work.
+    there_h
+        Hours in which they are there, summed over them; None where orders come at once.
+    peak
+        When the hour begins, by the clock, in which the orders bring the most work for the hours there; None where
+        that is not known.
+    peak_wanted_h, peak_there_h
+        The same of that hour.
+    done_h
+        Hours from time 0 before which not all of it can be done; None where that is not known.
+    """
+
+    who: str
+    number: int
+    work: str
+    wanted_h: float
+    there_h: float | None
+    peak: str | None = None
+    peak_wanted_h: float = 0.0
+    peak_there_h: float = 0.0
+    done_h: float | None = None
+
+    @property
+    def percent(self) -> float | None:
+        """Hours wanted over hours there; infinite where there are none, None where orders come at once."""
+        return None if self.there_h is None else _percent(self.wanted_h, self.there_h)
+
+    @property
+    def peak_percent(self) -> float | None:
+        """The same in the peak hour."""
+        return None if self.peak is None else _percent(self.peak_wanted_h, self.peak_there_h)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values, with the percentages."""
+        return {**asdict(self), "percent": self.percent, "peak_percent": self.peak_percent}
+
+    def enough(self, percent: float) -> int | None:
+        """Return how many would have a load of at most 100 % in place of so many percent; None: no number would."""
+        return math.ceil(self.number * percent / 100) if math.isfinite(percent) else None
+
+
+def _percent(wanted: float, there: float) -> float:
+    return 100 * wanted / there if there else math.inf if wanted else 0.0
+
+
+def loads(scenario: Scenario, instance: Instance, layout: Layout) -> list[Load]:
+    """Return the loads of a scenario: of pickers and robots, and of replenishment and chargers where there are any.
+
+    Empty where there are no orders, or they arrive as others are assigned (process ``refill``).
+    """
+    if not instance.orders or scenario.instance.arrivals.backlog is not None:
+        return []
+    demand = Demand()
+    for order in instance.orders:
+        demand.add(order.arrival_tick, order.items, len(order.lines))
+    return loads_of(scenario, layout, demand, _bundles(scenario, instance))
+
+
+def loads_of(scenario: Scenario, layout: Layout, demand: Demand, bundles: int = 0) -> list[Load]:
+    """Return the loads that some orders and bundles bring to a warehouse; of the scenario's instance counts time 0."""
+    return _Reckoning(scenario, layout, demand, bundles).loads()
+
+
+class _Reckoning:
+    def __init__(self, scenario: Scenario, layout: Layout, demand: Demand, bundles: int) -> None:
+        self._scenario, self._layout, self._demand, self._bundles = scenario, layout, demand, bundles
+        self._picking = len(layout.stations) - layout.replenishing
+        stations, (self._shift,) = shifts_of(hours_of(scenario, self._picking), self._picking)
+        self._stations = Counter(stations)
+        self._zero = Calendar(scenario.instance.start).time_of_day()
+        self._available = scenario.robots.available is not None
+        end = self._end()
+        self._window = None if end - demand.first < AT_ONCE else (demand.first, end)
+
+    def _end(self) -> int:
+        """Return the last arrival, or when stations close after it."""
+        last = self._demand.last
+        ends = [last]
+        for timetable in self._stations:
+            opens = last if timetable.at(last) else timetable.next_change(last)
+            closes = None if opens is None else timetable.next_change(opens)
+            ends += [] if closes is None else [closes]
+        return max(ends)
+
+    def loads(self) -> list[Load]:
+        demand, stations = self._demand, self._scenario.stations
+        cycle_s, driving_s = self._trip()
+        store_s = stations.store_s or 10.0
+        own = self._layout.replenishing
+        items, lines = demand.items.total(), demand.lines.total()
+        storing_s = 0.0 if own else self._bundles * store_s
+        picking = f"{counted(items, 'item')} of {stations.handle_s:g} s"
+        storing = f", {counted(self._bundles, 'bundle')} of {store_s:g} s" if storing_s else ""
+        by_hour = {hour: n * stations.handle_s / 3600 for hour, n in demand.items.items()}
+        found = [
+            self._load(
+                "pickers", self._picking, picking + storing, storing_s / 3600, by_hour, self._stations, ends=True
+            )
+        ]
+        of_robots = {
+            hour: (demand.lines[hour] * cycle_s + demand.items[hour] * stations.pick_s) / 3600 for hour in demand.lines
+        }
+        count, bundles_h = self._scenario.robots.count, self._bundles * (cycle_s + store_s) / 3600
+        trips, trip_s = lines + self._bundles, 3600 * math.fsum([*of_robots.values(), bundles_h])
+        work = f"{counted(trips, 'trip')} of {trip_s / trips:.0f} s without traffic, one per order line"
+        work += " and bundle" if self._bundles else ""
+        found.append(self._load("robots", count, work, bundles_h, of_robots, {self._shift: 1}))
+        if own and self._bundles:
+            work = f"{counted(self._bundles, 'bundle')} of {store_s:g} s"
+            found.append(self._load("replenishment stations", own, work, self._bundles * store_s / 3600, {}, None))
+        if (battery := self._scenario.robots.battery) is not None and self._window is not None:
+            hours = (self._window[1] - self._window[0]) / HOUR
+            empty_s, loaded_s = (driving * trips for driving in driving_s)
+            lifts_s = 2 * self._scenario.robots.lift_s * trips
+            joules = empty_s * battery.empty_w + loaded_s * battery.loaded_w + lifts_s * battery.lifting_w
+            joules += max(count * hours * 3600 - empty_s - loaded_s - lifts_s, 0.0) * battery.idle_w
+            number = len(self._layout.chargers)
+            work = f"{joules / 3.6e6:,.1f} kWh at {battery.charging_w:g} W"
+            found.append(Load("chargers", number, work, joules / battery.charging_w / 3600, number * hours))
+        return found
+
+    def _load(
+        self,
+        who: str,
+        number: int,
+        work: str,
+        besides_h: float,
+        by_hour: Mapping[int, float],
+        timetables: Mapping[Timetable, int] | None,
+        *,
+        ends: bool = False,
+    ) -> Load:
+        """Return a load of what the orders of each hour bring and of what comes besides; None: always there."""
+        wanted = math.fsum([*by_hour.values(), besides_h])
+        done = self._done(by_hour, besides_h) if ends else None
+        if self._window is None:
+            return Load(who, number, work, wanted, None, done_h=done)
+        there = self._there(who, number, timetables, *self._window)
+        peak, most = None, (0.0, 0.0, 0.0)
+        for hour, hours in sorted(by_hour.items()):
+            here = self._there(who, number, timetables, hour * HOUR, (hour + 1) * HOUR)
+            if here and hours / here > most[0]:
+                peak, most = self._clock(hour), (hours / here, hours, here)
+        return Load(who, number, work, wanted, there, peak, *most[1:], done_h=done)
+
+    def _clock(self, hour: int) -> str:
+        """Return when an hour of the run begins by the clock."""
+        day, tick = divmod(self._zero + hour * HOUR, DAY)
+        begin = f"{tick // HOUR:02d}:{tick % HOUR * 60 // HOUR:02d}"
+        return f"{begin} on day {day + 1}" if day or self._demand.last >= DAY else begin
+
+    def _there(self, who: str, number: int, timetables: Mapping[Timetable, int] | None, begin: int, end: int) -> float:
+        """Return for how many hours they are there between two ticks, summed over them."""
+        if timetables is None or (who == "robots" and not self._available):
+            return number * (end - begin) / HOUR
+        return sum(number * _open(timetable, begin, end) for timetable, number in timetables.items()) / HOUR
+
+    def _done(self, by_hour: Mapping[int, float], besides_h: float) -> float | None:
+        """Return before how many hours the pickers cannot be done, if each hour's orders come at its begin."""
+        left, now = besides_h * HOUR, 0.0
+        for hour, hours in sorted(by_hour.items()):
+            begin = max(hour * HOUR, self._demand.first)
+            left, _ = self._work(left, now, begin)
+            left, now = left + hours * HOUR, float(begin)
+        left, now = self._work(left, now, math.inf)
+        return None if left else now / HOUR
+
+    def _work(self, left: float, now: float, until: float) -> tuple[float, float]:
+        """Let all pickers who are there work; return what is left at a tick, or 0 and when all was done before it."""
+        for _ in range(MOST_CHANGES):
+            there = sum(number * one.at(int(now)) for one, number in self._stations.items())
+            changes = (one.next_change(int(now)) for one in self._stations)
+            end = min([until, *(tick for tick in changes if tick is not None)])
+            if left == 0 or (there and there * (end - now) >= left):
+                return 0.0, now + (left / there if left else 0.0)
+            if there:
+                left -= there * (end - now)
+            now = end
+            if now >= until:
+                break
+        return left, now
+
+    def _trip(self) -> tuple[float, tuple[float, float]]:
+        """Return the mean seconds of a trip without the picking, and of these those of driving without and with a pod.
+
+        To a pod from where another one stands, to a station, and from there to where a pod stands, all of them alike
+        often, and each way as if the robot had the heading that takes least, and no other were in its way.
+        """
+        travel, storage = travel_on(self._layout, motion_of(self._scenario.robots)), self._layout.storage_locations
+        cells = np.array(storage)
+        stations = [one.station for one in _some(self._layout.stations[: self._picking])]
+        there = [travel.times_to(station, loaded=True)[cells].min(axis=1) for station in stations]
+        back = [_back(travel, station)[cells] for station in stations]
+        empty = [travel.times_to(cell, loaded=False)[cells].min(axis=1) for cell in _some(storage)]
+        empty_s, loaded_s = _mean_s(empty), _mean_s(there) + _mean_s(back)
+        return empty_s + loaded_s + 2 * self._scenario.robots.lift_s, (empty_s, loaded_s)
+
+
+def _some(every: Sequence[T]) -> list[T]:
+    """Return at most `SAMPLE` of them, spread evenly."""
+    number = min(SAMPLE, len(every))
+    return [every[(2 * i + 1) * len(every) // (2 * number)] for i in range(number)]
+
+
+def _back(travel: Travel, cell: int) -> NDArray[np.int64]:
+    """Return the ticks from a station to each cell, with the heading that takes least."""
+    times: NDArray[np.int64] = np.min([travel.times_from(cell, heading, loaded=True) for heading in range(4)], axis=0)
+    return times
+
+
+def _mean_s(tables: Sequence[NDArray[np.int64]]) -> float:
+    """Return the mean of some ticks in seconds, without those of ways that there are not."""
+    known = [int(table[there].mean()) for table in tables if (there := table < UNREACHABLE).any()]
+    return fmean(known) / TICKS_PER_S if known else 0.0
+
+
+def _open(timetable: Timetable, begin: int, end: int) -> int:
+    """Return the ticks between two in which a timetable holds, each as often as its number says."""
+    total, now = 0, begin
+    while now < end:
+        change = timetable.next_change(now)
+        until = end if change is None else min(change, end)
+        total += timetable.at(now) * (until - now)
+        now = until
+    return total
+
+
+def _bundles(scenario: Scenario, instance: Instance) -> int:
+    """Return how many bundles the orders bring with them, or are to come."""
+    given = scenario.instance.replenishment or Replenishment()
+    if not instance.levels:
+        last = max(order.arrival_tick for order in instance.orders)
+        return len(instance.bundles) + round((given.bundles_per_hour or 0.0) * last / HOUR)
+    wanted: Counter[int] = Counter()
+    for order in instance.orders:
+        for sku, quantity in order.lines:
+            wanted[sku] += quantity
+    held: Counter[int] = Counter()
+    endless = set()
+    for pod in instance.pods:
+        for sku, items in pod.contents:
+            held[sku] += items or 0
+            endless |= {sku} if items is None else set()
+    found = 0
+    for sku, items in wanted.items():
+        low, full = instance.levels[sku]
+        missing = 0 if sku in endless else max(items - (held[sku] - low), 0)
+        found += math.ceil(missing / min(full - low, given.bundle_items or full))
+    return found
+
+
+def load_sentences(found: Sequence[Load]) -> Iterator[str]:
+    """Yield a sentence for each load, with its reckoning, and then the warnings."""
+    for load in found:
+        told = f"{_hours(load.wanted_h)} ({load.work})"
+        if load.percent is None:
+            yield f"Load of {load.who}: {told}, {_hours(load.wanted_h / load.number)} for each of {load.number:,}."
+        else:
+            there = f"in {_hours(load.there_h or 0.0)} of {load.number:,}"
+            yield f"Load of {load.who}: {_shown(load.percent)}, {told} {there}{_peak(load)}."
+    yield from load_warnings(found)
+
+
+def load_line(found: Sequence[Load]) -> str:
+    """Return all loads in one sentence; nothing where there are none."""
+    told = [
+        f"{load.who} {_hours(load.wanted_h / load.number)} each"
+        if load.percent is None
+        else f"{load.who} {_shown(load.percent)}{_peak(load)}"
+        for load in found
+    ]
+    return f"Load: {', '.join(told)}." if told else ""
+
+
+def load_warnings(found: Sequence[Load]) -> Iterator[str]:
+    """Yield a sentence for each load above 100 %, with what would be enough, and for other loads of the peak hour."""
+    for load in found:
+        unit, trips = UNITS[load.who], load.who in OF_TRIPS
+        if (percent := load.percent or 0.0) > 100:
+            told = f"{_hours(load.wanted_h)} of work in {_hours(load.there_h or 0.0)}{ASSUMED if trips else ''}."
+            if (more := load.enough(percent)) is not None:
+                peak = load.enough(load.peak_percent or 0.0) or 0
+                told += f" {counted(more, unit)} would be enough"
+                told += f", {peak:,} in the peak hour" if peak > more else ""
+                told += f", or trips that serve {percent / 100:.1f} order lines each." if trips else "."
+            if load.done_h is not None:
+                told += f" The last item is handled about {load.done_h:,.1f} h after time 0, or later."
+            yield f"Warning: {load.who} have {told}"
+        elif (percent := load.peak_percent or 0.0) > 100:
+            yield (
+                f"Note: the orders of the hour from {load.peak} bring {_shown(percent)} of what {load.who} can do in it"
+                f"{ASSUMED if trips else ''}; {counted(load.enough(percent) or 0, unit)} would be enough."
+            )
+
+
+@define(eq=False)
+class ToldLoads:
+    """Observer that says the loads before a run, and warns of those above 100 %.
+
+    Parameters
+    ----------
+    console
+        Where to.
+    """
+
+    console: Console
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Say them; where nobody reads it, nothing is reckoned."""
+        if not self.console.quiet:
+            found = loads(run.scenario, run.instance, run.layout)
+            for sentence in (load_line(found), *load_warnings(found)):
+                if sentence:
+                    say(self.console, sentence)
+
+
+def _hours(hours: float) -> str:
+    if hours >= 1 or hours == 0:
+        return f"{hours:,.1f} h"
+    return f"{hours * 60:.0f} min" if hours * 60 >= 1 else f"{hours * 3600:.0f} s"
+
+
+def _shown(percent: float) -> str:
+    return f"{percent:,.0f} %" if math.isfinite(percent) else "none there"
+
+
+def _peak(load: Load) -> str:
+    """Return the load of the peak hour, to be added to the load."""
+    return "" if load.peak_percent is None else f" ({_shown(load.peak_percent)} in the hour from {load.peak})"

@@ -1,0 +1,372 @@
+"""What the orders' time went to, what they waited for, and so what limits a run: ``bottleneck`` of `Result.summary`.
+
+Every tick of an order's time has a cause; the limit is the cause with the largest share. While an order waits in the
+backlog, the cause is what the picking stations do at that time, each its part: a picker who handles an item (the
+pickers), a station with nothing to pick (how the rules spread the orders), a closed one (the hours). A station that
+waits for pods does so since pods stand beneath which it has no room for (the queues), or since no robot is free (the
+robots); else its pods are on their way, and it has not room for more orders that could be picked meanwhile (the room).
+Robots off duty are a matter of the hours; robots in queues and beneath pods wait themselves, for what the stations do.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+from math import fsum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from attrs import define, field
+from numpy.typing import NDArray
+
+from rmfs_commands.details.delays import Delays
+from rmfs_commands.details.robots import Robots
+from rmfs_commands.details.spans import Span, ratio
+from rmfs_commands.details.stations import Followed, Stations
+from rmfs_core.clock import TICKS_PER_S, to_ticks
+
+if TYPE_CHECKING:
+    from rmfs_core.info import RunInfo
+
+PARTS: Mapping[str, tuple[str, ...]] = {
+    "stock": ("stock_s",),
+    "room": ("backlog_s", "other_parts_s"),
+    "robot": ("robot_s",),
+    "pod": ("pod_s",),
+    "driving": ("to_pod_s", "driving_s"),
+    "queueing": ("room_s", "queueing_s"),
+    "picking": ("station_s",),
+    "hands": ("handling_s",),
+}
+"""Parts of the turn-over time, by the columns of delays.csv that they are made of."""
+
+LIMITS: Mapping[str, tuple[str, str]] = {
+    "pickers": ("busy with other items", "one more station"),
+    "robots": ("none was free", "one more robot"),
+    "queues": ("no room for pods, though pickers had none", "longer queues (`stations.queue_length`)"),
+    "spread": ("other stations had less to pick", "rules that spread the orders evenly"),
+    "stock": ("the pods held too little", "stock that never lacks"),
+    "hours": ("stations were closed, or robots off duty", "stations and robots at all hours"),
+    "room": ("stations were full, with robots free", "more orders per station (`stations.item_capacity`)"),
+    "pods": ("the pods were elsewhere, with robots free", "the same SKUs on more pods"),
+}
+"""Causes that there could be less of: what happened meanwhile, and what would help. Those besides are ``driving`` and
+``picking``, the work on an order itself."""
+
+MADE_BY: Mapping[str, tuple[str, ...]] = {"spread": ("pickers",), "pods": ("room",)}
+"""Causes that a limit may be behind: stations of which one has more to pick than the others have all their pickers at
+work, and orders whose pods are elsewhere take up room."""
+
+WORTH_SAYING = 10
+"""Percent of the orders' time from which on a cause is said besides the limit."""
+
+DOES = {
+    "idle": "idle",
+    **dict.fromkeys(("to_pod", "to_station", "storing", "to_rest", "moving_pods"), "driving"),
+    "waiting": "traffic",
+    "queue": "queueing",
+    "station": "at_station",
+    "charging": "charging",
+    "off": "off",
+}
+"""What robots do, by the columns of robots.csv. Waiting beneath a pod for room at a station is queueing, too."""
+
+Ticks = NDArray[np.int64]
+
+
+@define
+class _Pieces:
+    """Time cut into pieces in each of which nothing changes at stations and among robots.
+
+    Parameters
+    ----------
+    bounds
+        Where the pieces begin, and where the last one ends. Shape (pieces + 1,).
+    """
+
+    bounds: Ticks
+
+    def level(self, begins: Ticks, ends: Ticks) -> Ticks:
+        """Return how many of some spans, which begin and end at bounds, hold in each piece."""
+        change = np.bincount(np.searchsorted(self.bounds, begins), minlength=len(self.bounds))
+        change -= np.bincount(np.searchsorted(self.bounds, ends), minlength=len(self.bounds))
+        return change.cumsum()[:-1]
+
+    def beneath(self, spans: Sequence[Span]) -> Ticks:
+        """Return in how many of some spans, during which robots stand beneath pods, each piece is."""
+        return self.level(*np.array(spans, dtype=np.int64).reshape(-1, 2).T)
+
+    def of(self, station: Followed) -> tuple[Ticks, Ticks, Ticks]:
+        """Return, as 0 or 1 for each piece, whether a station's picker handles an item, does or has one to pick, and
+        whether the station is there: open, or finishing what it has."""
+        begins = self.bounds[:-1]
+        here = np.minimum(self.level(np.array(station.begun), np.array(station.free)), 1)
+        either = np.maximum(here, station.requests.at(begins) > 0)
+        return here, either, np.maximum(either, station.open.at(begins) > 0)
+
+    def ticks_of(self, begins: Ticks, ends: Ticks) -> Ticks:
+        """Return how many ticks of some spans are in each piece, summed over the spans."""
+        number, found = len(self.bounds) - 1, np.zeros(len(self.bounds) - 1, dtype=np.int64)
+        for ticks, sign in ((begins, 1), (ends, -1)):
+            piece = np.minimum(np.searchsorted(self.bounds, ticks, side="right") - 1, number - 1)
+            later = np.bincount(piece, minlength=number).cumsum()
+            within = np.bincount(piece, weights=self.bounds[piece + 1] - ticks, minlength=number).astype(np.int64)
+            found += sign * (within + np.diff(self.bounds) * np.concatenate(([0], later[:-1])))
+        return found
+
+
+@define
+class _Waits:
+    """When orders waited for something: begins and ends, some of which are the same."""
+
+    begins: list[int] = field(factory=list)
+    ends: list[int] = field(factory=list)
+
+    def add(self, begin: int, end: int) -> None:
+        if begin < end:
+            self.begins.append(begin)
+            self.ends.append(end)
+
+    def ticks_in(self, pieces: _Pieces) -> Ticks:
+        """Return how many ticks of waiting are in each piece, summed over the orders."""
+        return pieces.ticks_of(*(np.array(ticks, dtype=np.int64) for ticks in (self.begins, self.ends)))
+
+
+class Bottleneck:
+    """Tells it, when a run is over.
+
+    Parameters
+    ----------
+    run
+        The run.
+    begin, end
+        The times between which is counted; orders that arrive before the first are left out.
+    stations, robots, delays
+        Those who have followed the run.
+    """
+
+    def __init__(self, run: RunInfo, begin: int, end: int, stations: Stations, robots: Robots, delays: Delays) -> None:
+        self._run, self._begin, self._end = run, begin, end
+        self._robots, self._delays = robots, delays
+        self._pick, self._handle = (to_ticks(run.scenario.stations.pick_s), to_ticks(run.scenario.stations.handle_s))
+        self._lift, self._stations = run.motion.lift_ticks, stations.followed
+        self._lengths: list[tuple[int, int, int]] = []  # of each station: as `_Pieces.of`, in ticks
+        self.causes: dict[str, float] = dict.fromkeys((*LIMITS, "driving", "picking"), 0.0)
+        """Ticks of the orders' time by cause, summed over the orders."""
+        self._room, self._robot = _Waits(), _Waits()
+        self._beneath = [_Waits() for _ in run.warehouse.stations]
+        self._queueing = [_Waits() for _ in run.warehouse.stations]
+        self._left = False
+        self._orders = self._collect()
+        self._share_out()
+
+    def _collect(self) -> int:
+        """Collect what each order waited for, and add up what needs no more; return how many orders count."""
+        delays, causes, counted = self._delays, self.causes, 0
+        for order, arrival in delays.arrival.items():
+            if not self._begin <= arrival <= self._end:
+                continue
+            counted += 1
+            self._left |= order not in delays.times
+            if (times := delays.times.get(order)) is None:
+                self._collect_left(order, arrival)
+                continue
+            ticks = dict(zip(delays.columns, times, strict=True))
+            station, items = delays.picks[order]
+            joins = arrival + ticks.get("stock_s", 0)
+            last = joins + ticks["backlog_s"] + ticks["other_parts_s"]
+            asked = last + ticks["robot_s"] + ticks["pod_s"]
+            lifted = asked + ticks["to_pod_s"] + ticks["room_s"]
+            joined = lifted + ticks["driving_s"]
+            self._room.add(joins, last)
+            self._robot.add(last, asked)
+            self._beneath[station].add(lifted - self._lift - ticks["room_s"], lifted - self._lift)
+            own = min(self._pick + (items - 1) * self._handle, ticks["station_s"])
+            self._queueing[station].add(joined, joined + ticks["queueing_s"] + ticks["station_s"] - own)
+            causes["stock"] += joins - arrival
+            causes["pods"] += ticks["pod_s"]
+            causes["driving"] += ticks["to_pod_s"] + ticks["driving_s"]
+            causes["picking"] += own + ticks.get("handling_s", 0)
+        return counted
+
+    def _collect_left(self, order: int, arrival: int) -> None:
+        """Collect what an order that is not complete waited for until the end, as far as that is known."""
+        if order in self._delays.last:
+            last, _ = self._delays.last[order]
+            self._room.add(self._delays.in_stock.get(order, arrival), last)
+            self._robot.add(last, self._end)
+        elif self._run.warehouse.order(order).waits_for_stock:
+            self.causes["stock"] += self._end - arrival
+        else:
+            joins = self._delays.in_stock.get(order, arrival)
+            self.causes["stock"] += joins - arrival
+            self._room.add(joins, self._end)
+
+    def _pieces(self) -> _Pieces:
+        """Return the pieces of time between any two changes at stations and among robots."""
+        robots, ends = self._robots, [(self._begin, self._end)]
+        ticks = [robots.free.ticks, robots.on_duty.ticks]
+        for station in self._stations:
+            counts = (station.requests, station.queue, station.open)
+            ticks += [np.array(station.begun), np.array(station.free), *(count.ticks for count in counts)]
+        ends += chain.from_iterable(robots.beneath_for.values())
+        return _Pieces(np.unique(np.concatenate((np.array(ends, dtype=np.int64).ravel(), *ticks))))
+
+    def _share_out(self) -> None:
+        """Share out the waits among the causes."""
+        pieces, number = self._pieces(), len(self._stations)
+        begins = pieces.bounds[:-1]
+        busy, idle, short, waiting, stuck, wanted = (np.zeros(len(begins), dtype=np.int64) for _ in range(6))
+        duration = np.diff(pieces.bounds.clip(self._begin, self._end))
+        for number_of, station in enumerate(self._stations):
+            here, wanting, open_ = pieces.of(station)
+            self._lengths.append((int(duration @ here), int(duration @ wanting), int(duration @ open_)))
+            beneath = pieces.beneath(self._robots.beneath_for.get(number_of, []))
+            busy += here
+            idle += open_ - wanting
+            short += np.where(beneath > 0, wanting - here, 0)
+            waiting += np.where(beneath > 0, 0, wanting - here)
+            stuck += beneath + station.queue.at(begins)
+            wanted += station.requests.at(begins)
+        closed = (number - busy - idle - short - waiting) / number
+        even = wanted / np.maximum(busy + idle + short + waiting, 1)
+        uneven = np.zeros(len(begins))
+        for number_of, station in enumerate(self._stations):
+            here, known = pieces.of(station)[0], station.requests.at(begins)
+            beneath = pieces.beneath(self._robots.beneath_for.get(number_of, []))
+            beyond = np.maximum(1 - even / np.maximum(known, 1), 0.0) * (1 - closed)
+            uneven += beyond * (beneath + station.queue.at(begins))
+            shares = {"spread": here * beyond, "hours": here * closed, "pickers": here * (1 - beyond - closed)}
+            self._add(self._beneath[number_of], pieces, shares | {"queues": 1 - here})
+            self._add(self._queueing[number_of], pieces, shares | {"driving": 1 - here})
+        fleet, on_duty = len(self._run.warehouse.robots), self._robots.on_duty.at(begins)
+        off, held = 1 - on_duty / fleet, np.minimum(stuck, on_duty) / fleet
+        none_free, working = self._robots.free.at(begins) == 0, 1 - off - held
+        uneven *= held / np.maximum(stuck, 1)
+        of_robots = {
+            "robots": working,
+            "spread": uneven,
+            "hours": off + held * closed,
+            "pickers": held * (1 - closed) - uneven,
+        }
+        self._add(self._robot, pieces, {cause: none_free * share for cause, share in of_robots.items()})
+        handling, at_work = busy / np.maximum(busy + waiting, 1), (busy + waiting) / number
+        both = handling + working + off  # none where all robots move up in queues
+        each = none_free * at_work / np.where(both > 0, both, 1)
+        of_stations = {
+            "pickers": np.where(none_free, each * handling, busy / number),
+            "robots": each * working,
+            "hours": closed + each * off,
+            "room": np.where(none_free, 0.0, waiting / number),
+            "queues": short / number + none_free * at_work * (both <= 0),
+            "spread": idle / number,
+        }
+        self._add(self._room, pieces, of_stations)
+
+    def _add(self, waits: _Waits, pieces: _Pieces, shares: Mapping[str, NDArray[Any]]) -> None:
+        """Add to the causes their shares of some waits."""
+        if waits.begins:
+            ticks = waits.ticks_in(pieces)
+            for cause, share in shares.items():
+                self.causes[cause] += float(np.cumsum(ticks * share)[-1])  # one after the other, the same everywhere
+
+    def summary(self) -> dict[str, Any]:
+        """Return it as plain values; means and shares of nothing are None."""
+        whole = fsum(self.causes.values())
+        largest = max(self.causes, key=lambda cause: self.causes[cause])
+        limit = largest if whole and largest in LIMITS else None
+        percent = {cause: _percent(ticks, whole) for cause, ticks in self.causes.items()}
+        bound = None if limit is None else self._one_more(limit)
+        return {
+            "turnover_s": self._parts(),
+            "pickers_percent": self._of_pickers(),
+            **self._of_stations(),
+            "robots_percent": self._of_robots(),
+            "orders_time_s": whole / self._orders / TICKS_PER_S if self._orders else None,
+            "causes_percent": percent,
+            "limit": limit,
+            "bound": bound,
+            "says": [*_says(limit, percent, bound, self._left)] if whole else [],
+        }
+
+    def _parts(self) -> dict[str, float | None]:
+        """Return the mean of each part of the turn-over time, over the orders that it is measured of."""
+        delays = self._delays
+        timed = [times for order, times in delays.times.items() if delays.arrival[order] >= self._begin]
+        sums = dict(zip(delays.columns, map(sum, zip(*timed, strict=True)), strict=True)) if timed else {}
+        return {
+            part: ratio(sum(sums.get(column, 0) for column in columns), len(timed) * TICKS_PER_S)
+            for part, columns in PARTS.items()
+        }
+
+    def _of_pickers(self) -> dict[str, float | None]:
+        """Return what the time went to in which stations were there."""
+        handled, either, there = map(sum, zip(*self._lengths, strict=True))
+        parts = {"handling": handled, "waiting": either - handled, "idle": there - either}
+        return {part: _percent(ticks, there) for part, ticks in parts.items()}
+
+    def _of_stations(self) -> dict[str, dict[str, Any] | None]:
+        """Return the stations whose pickers handled items for the most and the least of their time."""
+        shares = {
+            station.name: _percent(handled, there)
+            for station, (handled, _, there) in zip(self._run.warehouse.stations, self._lengths, strict=True)
+        }
+        known = {name: share for name, share in shares.items() if share is not None}
+        ends = {"busiest_station": max, "idlest_station": min}
+        if not known:
+            return dict.fromkeys(ends)
+        named = {key: choose(known, key=lambda name: known[name]) for key, choose in ends.items()}
+        return {key: {"station": name, "handling_percent": known[name]} for key, name in named.items()}
+
+    def _of_robots(self) -> dict[str, float | None]:
+        """Return what the robots' time went to."""
+        ticks: Counter[str] = Counter()
+        for row in self._robots.rows(self._end):
+            for state, does in DOES.items():
+                ticks[does] += to_ticks(row.get(f"{state}_s", 0))
+        ticks["traffic"] -= self._robots.for_room_ticks
+        ticks["queueing"] += self._robots.for_room_ticks
+        return {does: _percent(ticks[does], ticks.total()) for does in dict.fromkeys(DOES.values())}
+
+    def _one_more(self, limit: str) -> dict[str, float | None]:
+        """Return what one more of the limit can bring at most: less time per order, and more picks and trips an hour.
+
+        Of orders that are all there at once, or are refilled, n + 1 serve no more than (n + 1) / n as many in a time as
+        n do, so that at most 1 / (n + 1) of the time goes away.
+        """
+        number = {"pickers": len(self._stations), "robots": len(self._run.warehouse.robots)}.get(limit)
+        whole, most = fsum(self.causes.values()), self.causes[limit]
+        most += fsum(self.causes[cause] for cause in MADE_BY.get(limit, ()))
+        arrivals = {order.arrival_tick for order in self._run.instance.orders}
+        if number is not None and (len(arrivals) == 1 or self._run.scenario.instance.arrivals.backlog is not None):
+            most = min(most, whole / (number + 1))
+        return {
+            "time_s": round(most / self._orders / TICKS_PER_S, 3),
+            "time_percent": _percent(most, whole),
+            "throughput_percent": None if number is None else round(100 / number, 3),
+        }
+
+
+def _says(
+    limit: str | None, percent: Mapping[str, float | None], bound: Mapping[str, float | None] | None, left: bool
+) -> Iterator[str]:
+    """Yield what limits the run, and what one more of it can bring at most, as sentences."""
+    if limit is None or bound is None:
+        work = (percent["driving"] or 0) + (percent["picking"] or 0)
+        yield f"Nothing, {work:.0f} % of the orders' time: their pods were driving, or they were picked."
+        return
+    told = f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}"
+    others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
+    further = [f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause])]
+    yield f"{told}{'; then ' if further else ''}{', '.join(further)}."
+    more = {"pickers": "picks", "robots": "trips"}.get(limit)
+    faster = "" if more is None else f"{bound['throughput_percent']:.3g} % more {more}, "
+    seconds = bound["time_s"] or 0.0
+    less = f"{seconds:,.{seconds < 10:d}f} s ({bound['time_percent']:.0f} %) less "
+    less += "time per order so far" if left else "turn-over time"
+    yield f"{LIMITS[limit][1].capitalize()}: up to {faster}{less}."
+
+
+def _percent(part: float, whole: float) -> float | None:
+    return round(100 * part / whole, 3) if whole else None

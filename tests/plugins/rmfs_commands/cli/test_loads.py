@@ -1,0 +1,170 @@
+"""What orders want, and what there is to do it: before a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attrs import evolve
+
+from calling import exit_code
+from replenished import scenario_of
+from rmfs_commands.cli.loads import Demand, Load, load_line, load_sentences, load_warnings, loads, loads_of
+from rmfs_commands.convert.scenarios import Size, size_for
+from rmfs_commands.testing import small_layout
+from rmfs_core.scenario import Scenario, load_scenario
+from rmfs_core.scenario.model import RobotsSection, RuleChoice, RulesSection, StationsSection
+from rmfs_core.world import make_instance, make_layout
+
+H = 3_600_000
+RULES = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
+
+
+def demand(items: Mapping[int, int]) -> Demand:
+    """Return a demand of so many one-item lines in the middle of some hours."""
+    found = Demand()
+    for hour, number in items.items():
+        found.add(hour * H + H // 2, number, number)
+    return found
+
+
+def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[Load, Load]:
+    """Return the loads of pickers who handle 60 items an hour each, and of a robot each."""
+    section = StationsSection(pick_s=60, handle_s=60, open=keys.get("open"))
+    robots = RobotsSection(count=stations, available=keys.get("available"))
+    pickers, of_robots = loads_of(
+        Scenario(rules=RULES, stations=section, robots=robots), small_layout(stations), demand(items)
+    )
+    return pickers, of_robots
+
+
+@pytest.mark.parametrize(
+    ("items", "stations", "keys", "wanted_h", "there_h", "peak", "peak_percent", "done_h"),
+    [
+        # Each hour's orders count as there from its begin on for when all is done; nobody is asked after the last order
+        ({8: 600, 18: 600}, 3, {}, 20, 30, "08:00", 1000 / 3, 18 + 10 / 3),
+        # A wholesaler: 40 h of picking each
+        ({6: 3600, 16: 3600}, 3, {}, 120, 30, "06:00", 2000, 6.5 + 40),
+        # Closed at night: from 6 to 22, of which from half past six on counts
+        ({6: 60, 12: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 15.5, "06:00", 100, 13),
+        # What arrives after closing has the next day; nobody is there in its hour
+        ({20: 60, 23: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 17.5, "20:00", 100, 24 + 7),
+        # All at once: there is no time in which it has to be done
+        ({0: 900}, 3, {}, 15, None, None, None, 5.5),
+    ],
+)
+def test_the_load_of_pickers(
+    items: Mapping[int, int],
+    stations: int,
+    keys: dict[str, Any],
+    wanted_h: float,
+    there_h: float | None,
+    peak: str | None,
+    peak_percent: float | None,
+    done_h: float,
+) -> None:
+    pickers, _ = reckoned(items, stations, **keys)
+    assert pickers.wanted_h == pytest.approx(wanted_h)
+    assert pickers.there_h == (None if there_h is None else pytest.approx(there_h))
+    assert (pickers.peak or "").partition(" ")[0] == (peak or "")
+    assert pickers.peak_percent == (None if peak_percent is None else pytest.approx(peak_percent))
+    assert pickers.done_h == pytest.approx(done_h)
+    percent = None if there_h is None else 100 * wanted_h / there_h
+    assert pickers.percent == (None if percent is None else pytest.approx(percent))
+    if percent is not None:
+        assert pickers.enough(percent) == math.ceil(stations * wanted_h / (there_h or 0))
+
+
+def test_what_is_said_of_too_much() -> None:
+    """Above 100 % there is a warning with what would be enough; where only the peak hour is, a note."""
+    much, trips = reckoned({6: 3600, 16: 3600})
+    (warning, of_robots) = load_warnings((much, trips))
+    assert warning == (
+        "Warning: pickers have 120.0 h of work in 30.0 h. 12 stations would be enough, 60 in the peak hour. "
+        "The last item is handled about 46.5 h after time 0, or later."
+    )
+    assert "if each trip serves one order line" in of_robots
+    assert of_robots.endswith("order lines each.")
+    peak, _ = reckoned({6: 90, 16: 90}, 1)
+    assert [*load_warnings([peak])] == [
+        "Note: the orders of the hour from 06:00 bring 150 % of what pickers can do in it; 2 stations would be enough."
+    ]
+    fine, _ = reckoned({6: 30, 16: 30}, 1)
+    assert not [*load_warnings([fine])]
+    assert load_line([fine]) == "Load: pickers 10 % (50 % in the hour from 06:00)."
+    assert load_line([]) == ""
+
+
+def test_robots_on_duty_count() -> None:
+    _, always = reckoned({8: 60, 18: 60})
+    _, at_times = reckoned({8: 60, 18: 60}, available=(("08:30", "10:30", 2), ("12:30", "13:30", 1)))
+    assert (always.there_h, at_times.there_h) == (30, 5)
+    assert always.wanted_h == at_times.wanted_h > 2  # of picking, which holds a robot, too
+    _, never = reckoned({8: 60, 18: 60}, available=(("20:00", "21:00"),))
+    assert never.percent == math.inf
+    assert "none there" in "".join(load_sentences([never]))
+    assert "would be enough" not in "".join(load_warnings([never]))
+
+
+@pytest.mark.parametrize("also", [False, True])
+def test_bundles_are_work_for_those_who_store_them(also: bool) -> None:
+    """Ten bundles of ten items each replace what 104 of two SKUs leave below the reorder point."""
+    supply = {"process": "reorder-point", "reorder_point": 2, "order_up_to": 12}
+    scenario = scenario_of(supply, instance={"orders": 60, "skus": 2, "pods": 2, "skus_per_pod": 2, "items_per_sku": 2})
+    if also:
+        section = evolve(scenario.stations, also_replenish=True)
+        layout = evolve(scenario.layout, replenishment_west=None)
+        scenario = evolve(scenario, stations=section, layout=layout)
+    instance = make_instance(scenario)
+    found = loads(scenario, instance, make_layout(scenario))
+    assert [load.who for load in found] == ["pickers", "robots", *([] if also else ["replenishment stations"])]
+    assert ("bundles" in found[0].work) == also
+    assert " and bundle" in found[1].work
+
+
+def test_chargers_have_a_load() -> None:
+    scenario = load_scenario("examples/charging")
+    found = loads(scenario, make_instance(scenario), make_layout(scenario))
+    assert [load.who for load in found] == ["pickers", "robots", "chargers"]
+    assert found[2].number == 2
+    assert [load.percent for load in found[:2]] < [100, 100] < [found[2].percent]
+
+
+@pytest.mark.parametrize(
+    ("items", "stations"),
+    [
+        ({6: 300, 16: 300}, 4),  # 80 % over all the time would be one station, but the peak hour wants three and more
+        ({0: 40}, 1),
+        (dict.fromkeys(range(6, 18), 100), 1),
+        ({6: 10**9, 16: 1}, 60),
+    ],
+)
+def test_stations_and_robots_are_guessed_from_the_load(items: Mapping[int, int], stations: int) -> None:
+    """At 13 s an item; no station is without a row, and no robot without a place."""
+    size, found = size_for(100, demand(items))
+    assert abs(size.stations - stations) <= 2
+    assert max(size.sides) <= (size.rows - 1) // 2
+    assert 4 * size.stations <= size.robots <= size.locations // 2 or size.robots == size.locations // 2
+    if found[0].percent is not None and size.stations < 60:
+        assert found[0].percent <= 80
+        assert found[0].peak_percent <= 100
+
+
+def test_sides_are_filled_one_after_the_other() -> None:
+    assert [Size(7, 2, stations, 8).sides for stations in (1, 3, 4, 6)] == [(1, 0), (3, 0), (3, 1), (3, 3)]
+
+
+def test_a_run_says_it_before_it_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    slow = ("--set", "instance.orders=3", "--set", "rules.pp=free-flow")
+    assert exit_code("run", "examples/small", *slow) == 0
+    first = capsys.readouterr().err.splitlines()[0]
+    assert first.startswith("Load: pickers ")
+    assert first.endswith(" each.")
+    assert exit_code("run", "examples/small", *slow, "--set", "instance.orders=0") == 0
+    assert "Load" not in capsys.readouterr().err

@@ -1,0 +1,161 @@
+"""What limits a run: hand-made runs in which each cause in turn does, and what holds of every run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+
+import rmfs_core
+from random_worlds import random_world
+from rmfs_commands.details.bottleneck import LIMITS, PARTS
+from rmfs_commands.details.loading import load_result
+from rmfs_commands.details.metrics import Metrics
+from rmfs_commands.details.observer import Details
+from rmfs_commands.details.robots import Robots
+from rmfs_core import OrderAssignment, hookimpl
+from rmfs_core.events import PodStored, RobotsOnDuty, TaskAssigned
+from rmfs_core.info import RunInfo
+from rmfs_core.results import Result
+from rmfs_core.rules import RuleSet
+from rmfs_core.simulation.engine import Simulation
+from rmfs_core.warehouse import WarehouseView
+
+SMALL = ("rules.pp=free-flow", "instance.orders=30")
+MANY = (*SMALL, "robots.count=12")
+QUICK = (*MANY, "layout.stations_east=1", "stations.handle_s=1", "stations.pick_s=1")
+SUPPLY = "instance.replenishment={process='reorder-point', reorder_point=1, order_up_to=9, lead_s=%d}"
+
+
+@attrs.define
+class OneStation:
+    """Rule that gives every order to the first station that is open."""
+
+    @hookimpl
+    def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
+        """Assign the oldest order, if it fits."""
+        station = warehouse.stations[0]
+        return [
+            OrderAssignment(order.id, station.id) for order in warehouse.backlog[:1] if warehouse.fits(order, station)
+        ]
+
+
+def bottleneck(*overrides: str, scenario: str = "examples/small", one_station: bool = False) -> dict[str, Any]:
+    """Return what a run says of it, once it is seen that all adds up."""
+    rules = {"poa": OneStation()} if one_station else {}
+    return checked(rmfs_core.run(scenario, overrides=overrides, rules=rules))
+
+
+def checked(result: Result) -> dict[str, Any]:
+    """Return what a result says of it: parts add up to the turn-over time, and causes to all of the orders' time."""
+    found: dict[str, Any] = result.summary["bottleneck"]
+    turnover = result.metrics["turnover_s"]
+    assert list(found["turnover_s"]) == list(PARTS)
+    if turnover is None:
+        assert set(found["turnover_s"].values()) == {None}
+    else:
+        assert sum(found["turnover_s"].values()) == pytest.approx(turnover, abs=1e-6)
+    for shares in (found["causes_percent"], found["robots_percent"], found["pickers_percent"]):
+        if None not in shares.values():
+            assert sum(shares.values()) == pytest.approx(100, abs=0.01)
+            assert min(shares.values()) >= 0
+    return found
+
+
+@pytest.mark.parametrize(
+    ("limit", "more", "overrides", "options"),
+    [
+        ("pickers", "layout.stations_west=1", (*MANY, "stations.handle_s=60"), {}),
+        ("robots", "robots.count=2", (*SMALL, "robots.count=1"), {}),
+        ("queues", "stations.queue_length=8", (*QUICK, "stations.queue_length=1"), {}),
+        ("spread", "", (*MANY, "stations.item_capacity=900", "layout.stations_west=1"), {"one_station": True}),
+        ("stock", SUPPLY % 60, (SUPPLY % 9000,), {"scenario": "examples/replenished"}),
+        ("hours", 'stations.open=[["00:00","24:00"]]', (*MANY, 'stations.open=[["06:00","22:00"]]'), {}),
+        ("hours", 'robots.available=[["00:00","24:00"]]', (*MANY, 'robots.available=[["06:00","22:00"]]'), {}),
+        ("room", "stations.item_capacity=9", (*QUICK, "stations.item_capacity=1", "stations.oversize=alone"), {}),
+        ("pods", "instance.pods=30", (*MANY, "instance.pods=1", "instance.skus_per_pod=20", "layout.pod_fill=0.1"), {}),
+    ],
+)
+def test_each_cause_in_turn_is_the_limit(
+    limit: str, more: str, overrides: tuple[str, ...], options: dict[str, Any]
+) -> None:
+    """More of it helps, and no more than the bound says."""
+    before = bottleneck(*overrides, **options)
+    assert before["limit"] == limit
+    assert before["says"][0].startswith(limit.capitalize())
+    after = bottleneck(*overrides, *([more] if more else []), **options | {"one_station": False})
+    saved = sum(before["turnover_s"].values()) - sum(after["turnover_s"].values())
+    assert 0 < saved <= before["bound"]["time_s"]
+
+
+def test_nothing_limits_a_quiet_warehouse() -> None:
+    found = bottleneck(*MANY, "instance.arrivals={process='poisson', orders_per_hour=20}")
+    assert (found["limit"], found["bound"]) == (None, None)
+    assert found["says"][0].startswith("Nothing, ")
+    assert found["turnover_s"]["driving"] > 10 > found["turnover_s"]["hands"] == 6
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ("run.until_s=1",),
+        ("run.until_s=60", "run.warmup_s=90"),
+        ("instance.orders=0",),
+        ('robots.available=[["06:00","07:00"]]', "run.until_s=600"),
+        ('stations.open=[["06:00","07:00"]]', "run.until_s=600"),
+        ("instance.arrivals={process='refill', backlog=5}", "run.until_s=900", "run.warmup_s=300"),
+        ("stations.release=picked", "rules.poa_pps=split-over-time"),
+    ],
+)
+def test_odd_runs_make_sense(overrides: tuple[str, ...]) -> None:
+    found = bottleneck(*SMALL, *overrides)
+    assert found["limit"] in (None, *LIMITS)
+    json.dumps(found, allow_nan=False)
+
+
+def test_it_is_in_the_file_and_comes_back(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/small", overrides=SMALL, out=tmp_path)
+    assert load_result(tmp_path).summary == result.summary
+    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["summary"] == result.summary
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_all_adds_up_in_random_worlds(seed: int) -> None:
+    """Whatever the rule, and wherever the run is ended."""
+    world = random_world(seed)
+    for rule in () if world.short else ("first-come", "split-over-time", "pod-index"):
+        scenario = world.with_rule(rule)
+        run = attrs.evolve(scenario.run, until_s=(60.0, 600.0, 9e5)[seed % 3], warmup_s=30.0 if seed % 2 else None)
+        scenario = attrs.evolve(scenario, run=run)
+        rules, metrics, details = RuleSet.load(scenario.rules, "."), Metrics(), Details()
+        for observer in (metrics, details):
+            rules.register_observer(observer)
+        simulation = Simulation(scenario, world.instance, world.layout, rules)
+        simulation.run()
+        details.run_ended(simulation.now)
+        turnover, found = metrics.measured()["turnover_s"], simulation.info.summary["bottleneck"]
+        parts, shares = ([share or 0.0 for share in found[key].values()] for key in ("turnover_s", "causes_percent"))
+        assert sum(shares) == pytest.approx(100 if found["orders_time_s"] else 0, abs=0.01)
+        assert sum(parts) == pytest.approx(turnover or 0.0, abs=1e-6)
+        assert min(*parts, *shares) >= 0
+        if simulation.status == "complete" and not run.warmup_s:
+            assert found["orders_time_s"] == pytest.approx(turnover, abs=1e-6)
+
+
+def test_when_no_robot_is_free(tiny: RunInfo) -> None:
+    """Two robots: both busy from 3 to 7 s, and from 8 s on, when only one is on duty."""
+    robots = Robots(tiny, 0)
+    for event in (
+        TaskAssigned(1_000, 0, 0),
+        TaskAssigned(3_000, 1, 1),
+        PodStored(7_000, 6_000, 0, 0, 5),
+        RobotsOnDuty(8_000, number=0),
+        RobotsOnDuty(9_000, number=1),
+    ):
+        robots.handlers[type(event)](event)
+    assert [robots.none_free(tick) for tick in (9_000, 12_000)] == [5_000, 5_000]
