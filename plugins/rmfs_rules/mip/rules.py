@@ -139,8 +139,10 @@ class _Joint:
             return _decision(period, self.solve(period, capacity)) if period.stations else JointDecision()
 
         decision = with_oversize(warehouse, large, decide, lambda large: self._alone(warehouse, stock, large))
-        at_work = any(station.load for station in warehouse.stations)
-        return decision if decision.assignments or at_work else self._any_order(warehouse, stock, decision)
+        ended_early = decision.report is not None and decision.report.stopped_early and not decision.assignments
+        if not ended_early or any(station.load for station in warehouse.stations):
+            return decision
+        return self._any_order(warehouse, stock, decision)
 
     def _any_order(self, warehouse: WarehouseView, stock: Stock, decision: JointDecision) -> JointDecision:
         """Return the oldest order that the largest station can take whole, where the search has ended with none.
