@@ -105,7 +105,7 @@ class Decisions:
         asked = {"joint": joint, "shown": shown, "period": period, "packing_capacity": packing}
         decision = self._apply(rule, apply_assignments, answer, **asked)
         self._tell_decision(rule, seen, decision, filtering_s + seconds)
-        if self.rules.packing is not None:
+        if self.warehouse.packing and self.rules.packing is not None:
             self._assign_packing(self.rules.packing, decision)
         return bool(decision.assignments or decision.trips)
 

@@ -94,11 +94,12 @@ def check_rule(rule: object) -> ConformanceReport:
 
     The worlds have one and many stations, full queues, a single robot, no order, orders that arrive later, an order as
     large as the largest station, one that is larger, one with a line that is, a station that closes, stations that
-    count orders, robots that have to charge, and pods that are carried elsewhere while orders are picked, each with
-    unlimited and with finite stock; one more has lines of 10 to 40 items on finite stock; in two more stock is
-    replenished, at picking stations and at stations for that alone. Those that lack what the rule's ``needs``
-    name are left out; a rule for idle robots that sends none to a charger needs ``"no batteries"``. What the rule does
-    not decide, simple shipped rules do. In each world it runs three times: with the instance of the first run once
+    count orders, robots that have to charge, pods that are carried elsewhere while orders are picked, and packing
+    stations with few boxes, each with unlimited and with finite stock; one more has lines of 10 to 40 items on finite
+    stock; in two more stock is replenished, at picking stations and at stations for that alone. Those that lack what
+    the rule's ``needs`` name are left out; a rule for idle robots that sends none to a charger needs ``"no
+    batteries"``. What the rule does not decide, simple shipped rules do, and one that splits orders around a rule that
+    says where they are packed. In each world it runs three times: with the instance of the first run once
     more, and with a new one, for which SKUs, orders and pods have other names: those sort as before, but a set of them
     is gone through in another order. Where the rule plans paths, what the robots did is validated as `validate_trace`
     does it.

@@ -11,6 +11,7 @@ from rmfs_core.scenario.model import (
     BatterySection,
     InstanceSection,
     LayoutSection,
+    PackingSection,
     Replenishment,
     RobotsSection,
     RuleChoice,
@@ -89,6 +90,9 @@ class TrialWorld:
 BATTERY = BatterySection(capacity_wh=40, idle_w=400, charging_w=5000)
 """Standing makes robots too low for a task within minutes, and the only charger has them back in half a minute."""
 
+PACKING = PackingSection(stations=2, boxes=1, packers=1, conveyor_s=20.0)
+"""Hardly any order can be split, and packers are no quicker than pickers."""
+
 ORDERS = {"1": "ab", "2": "c", "3": "ade", "4": "b", "5": "bcdf", "6": "ef", "7": "a", "8": "cf", "9": "bde", "10": "d"}
 PODS = {"A": "ab", "B": "bc", "C": "cd", "D": "de", "E": "ef", "F": "fa"}
 
@@ -115,6 +119,7 @@ def trial_worlds() -> tuple[TrialWorld, ...]:
         _world("a station that closes", _later(), capacities=(5, 5), opening={"1": (("00:00", "00:02"),)}),
         _world("batteries", _later(), capacities=(5, 5), battery=BATTERY, idle="charge-when-low"),
         _world("moved pods", _later(), capacities=(5, 5), robots=5, move="utility", pod_fill=0.95),
+        _world("packing stations with a box each", plain, capacities=(4, 6), robots=5, packing=PACKING),
         _reordered(),
         _delivered(),
     )
@@ -232,6 +237,7 @@ def _world(
     idle: str | None = None,
     move: str | None = None,
     pod_fill: float = 0.6,
+    packing: PackingSection | None = None,
 ) -> TrialWorld:
     capacity = tuple(capacities)
     resting, moving = (RuleChoice(name) if name else None for name in (idle, move))
@@ -248,6 +254,7 @@ def _world(
             also_replenish=True if replenishment and not replenishment_stations else None,
             bundle_capacity=bundle_capacity,
         ),
+        packing=packing,
         run=RunSection(until_s=LONGEST_S, standstill_s=2 * LONGEST_S),
     )
     layout = small_layout(

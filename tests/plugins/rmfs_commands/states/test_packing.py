@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +15,7 @@ from rmfs_commands.states.deciding import outcome_of
 from rmfs_commands.states.plain import Memento
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.states.recorded import Recording
+from rmfs_commands.states.stories import order_story
 from rmfs_core import hookimpl
 from rmfs_core.errors import InputError
 from rmfs_core.info import Question, RunInfo
@@ -65,6 +67,19 @@ def test_what_was_there_is_restored_and_decided_again(recorded: tuple[Recording,
         found["packed"] += sum(order.packing is not None and order.packing.packed for order in memento.orders)
     assert min(found.values()) >= 5
     assert found.keys() == {"packing", "packing-task", "tasks", "working", "packed"}
+
+
+def test_the_story_of_an_order_goes_on_to_its_packing(recorded: tuple[Recording, list[Memento]]) -> None:
+    recording, _ = recorded
+    bound = {
+        one["order"] for made in recording if made.decides is Role.PACKING for one in (made.decision or {})["packing"]
+    }
+    told = {order: " ".join(episode.what for episode in order_story(recording, order)) for order in sorted(bound)[:8]}
+    assert all("bound for packing station " in story for story in told.values())
+    assert any("and no box was free to split it" in story for story in told.values())
+    assert any(
+        re.search(r"(pack order|put tote \d+, into the box of order) \d+ at packing", one) for one in told.values()
+    )
 
 
 STATE: dict[str, Any] = {

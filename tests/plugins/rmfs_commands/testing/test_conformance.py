@@ -319,7 +319,7 @@ class Watches:
 def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
     report = check_rule(rule)
     assert report.findings == ()
-    assert len(report.worlds) == 30
+    assert len(report.worlds) == 32
     assert all(
         times.calls >= len(report.worlds) and 0 < times.total_s / times.calls <= times.longest_s
         for times in report.times.values()
@@ -344,7 +344,7 @@ def test_worlds_without_what_a_rule_needs_are_left_out() -> None:
     report = check_rule(NeedsEndlessPods())
     lacking = {"order capacity", "replenishment at picking stations", "replenishment stations"}
     assert {name for name in report.left_out if "finite stock" not in name} == lacking
-    assert len(report.left_out) == 18
+    assert len(report.left_out) == 19
     assert len(report.worlds) == 12
     assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
 
