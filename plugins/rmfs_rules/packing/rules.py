@@ -40,6 +40,12 @@ class PackFirst:
     """Pack the order that waits longest; put parts into boxes only while none waits to be packed.
 
     Packing frees boxes, putting fills them.
+
+    References
+    ----------
+    J. Gallien, T. Weber: To wave or not to wave? Order release policies for warehouses with an automated sorter.
+    Manufacturing & Service Operations Management 12, 642-662, 2010. https://doi.org/10.1287/msom.1100.0291 (what
+    happens where orders that are not complete fill all places)
     """
 
     @hookimpl
@@ -58,6 +64,9 @@ class DueFirst:
     ----------
     J. R. Jackson: Scheduling a production line to minimize maximum tardiness. Management Sciences Research Project,
     Research Report 43, University of California, Los Angeles, 1955.
+
+    S. S. Panwalkar, W. Iskander: A survey of scheduling rules. Operations Research 25(1), 45-61, 1977.
+    https://doi.org/10.1287/opre.25.1.45
     """
 
     @hookimpl

@@ -345,7 +345,7 @@ def test_worlds_without_what_a_rule_needs_are_left_out() -> None:
     lacking = {"order capacity", "replenishment at picking stations", "replenishment stations"}
     assert {name for name in report.left_out if "finite stock" not in name} == lacking
     assert len(report.left_out) == 19
-    assert len(report.worlds) == 12
+    assert len(report.worlds) == 13
     assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
 
 
