@@ -25,8 +25,8 @@ class LeastReserved:
 
     References
     ----------
-    R. L. Graham: Bounds for certain multiprocessing anomalies. Bell System Technical Journal 45, 1563-1581, 1966.
-    https://doi.org/10.1002/j.1538-7305.1966.tb01709.x (list scheduling: the next job to the least loaded machine)
+    R. L. Graham: Bounds on multiprocessing timing anomalies. SIAM Journal on Applied Mathematics 17, 416-429, 1969.
+    https://doi.org/10.1137/0117039 (list scheduling: the next job to the least loaded machine)
     """
 
     @hookimpl
