@@ -271,10 +271,10 @@ class Simulation:
             self._packing.released(request, handled_tick)
         self.decisions.round()
 
-    def _packed(self, order: Order) -> None:
-        """Count a packed order; the box of a split one, which is free now, changes what can be decided."""
+    def _packed(self, freed: bool) -> None:
+        """Count a packed order; a box that is free now changes what can be decided."""
         self._completed += 1
-        if order.split:
+        if freed:
             self.decisions.round()
 
     def _store(self, robot: Robot, pod: Pod) -> Process:

@@ -16,13 +16,13 @@ from rmfs_core.warehouse import Order, PackingStation, PackingTask, Request
 
 
 class Packing:
-    """Conveyors and packing stations at work; ``packed`` is called with each order that is packed.
+    """Conveyors and packing stations at work; ``packed`` is called when an order is, with whether that frees a box.
 
     Nothing here waits for a free box: an order that needs one has had it since its first part was assigned. And a
     conveyor has room for any number of totes.
     """
 
-    def __init__(self, run: RunContext, packed: Callable[[Order], None]) -> None:
+    def __init__(self, run: RunContext, packed: Callable[[bool], None]) -> None:
         self._run, self._warehouse, self._packed = run, run.warehouse, packed
         self._section = run.warehouse.packing[0].section
         self._totes: list[dict[Order, int]] = [{} for _ in run.warehouse.picking]  # how many items are in each so far
@@ -111,7 +111,7 @@ class Packing:
             self._change(at, orders=tuple(other for other in station.orders if other is not order))
             self._warehouse.pack(order, packed=True)
             self._run.tell(events.OrderPacked(end, order.id, at, start))
-            self._packed(order)
+            self._packed(order.split and self._section.packing_from == "packed")
         else:
             there = self._warehouse.packing_of(order).items_in_box + task.items
             self._warehouse.pack(order, items_in_box=there)

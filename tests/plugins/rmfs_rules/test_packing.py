@@ -81,6 +81,17 @@ def test_few_boxes_are_enough_and_never_too_many(rule: str) -> None:
     assert 0 < result.metrics["boxes_max"] <= 2
 
 
+@pytest.mark.parametrize("rule", ["split-among-stations", "split-over-time"])
+def test_boxes_that_count_until_the_last_pick_are_the_packing_capacity_of_the_paper(rule: str) -> None:
+    """Constraint (18): the same picks, periods and visits as with `packing_capacity`, as long as boxes are scarce."""
+    few = [f"rules.poa_pps={rule}", "rules.pp=free-flow", "instance.orders=30", "stations.item_capacity=20"]
+    boxes = load_scenario("examples/packing", [*few, "packing.packing_from=picked", "packing.boxes=1"])
+    rules = evolve(boxes.rules, poa_pps=RuleChoice(rule, {"packing_capacity": 2}), packing=None, packing_task=None)
+    counted, limited = run(boxes).metrics, run(evolve(boxes, packing=None, rules=rules)).metrics
+    same = ("pod_station_visits", "turnover_s", "split_orders_open_max", "periods")
+    assert {name: counted[name] for name in same} == {name: limited[name] for name in same}
+
+
 @pytest.mark.parametrize("task", ["first-come", "pack-first", "due-first", "shortest"])
 @pytest.mark.parametrize("bound", ["least-reserved", "nearest"])
 def test_all_go_together(task: str, bound: str) -> None:
