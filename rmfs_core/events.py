@@ -22,7 +22,14 @@ __all__ = [
     "OrderArrived",
     "OrderAssigned",
     "OrderCompleted",
+    "OrderConsolidated",
     "OrderInStock",
+    "OrderPacked",
+    "PackingAssigned",
+    "PackingStarted",
+    "PartArrived",
+    "PartPut",
+    "PartSent",
     "PodLifted",
     "PodMoveDecided",
     "PodStored",
@@ -182,6 +189,63 @@ class OrderCompleted(Event):
     """The last item of an order was picked, or handled, as ``stations.release`` says."""
 
     order: int
+
+
+@frozen
+class _AtPacking(Event):
+    order: int
+    packing: int
+
+
+@frozen
+class PackingAssigned(_AtPacking):
+    """The first part of an order is assigned: a packing station packs it. A split order has a box there by number.
+
+    ``box`` is the order's until it is packed; None for an order that is not split.
+    """
+
+    box: int | None
+
+
+@frozen
+class PartSent(_AtPacking):
+    """The last item of a part was handled at a station: its tote, with so many items, is on the conveyor."""
+
+    station: int
+    tote: int
+    items: int
+
+
+@frozen
+class PartArrived(_AtPacking):
+    """A tote has come to its packing station. They count up over the run from 1."""
+
+    tote: int
+    items: int
+
+
+@frozen
+class PartPut(PartArrived):
+    """The items of a tote were put into the box of their order; that began at ``start_tick``."""
+
+    start_tick: int
+
+
+@frozen
+class OrderConsolidated(_AtPacking):
+    """All items of a split order are in its box."""
+
+
+@frozen
+class PackingStarted(_AtPacking):
+    """A packer has begun to pack an order."""
+
+
+@frozen
+class OrderPacked(_AtPacking):
+    """An order is packed, which began at ``start_tick``; its box is free if it had one."""
+
+    start_tick: int
 
 
 @frozen

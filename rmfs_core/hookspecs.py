@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from rmfs_core.events import Event
     from rmfs_core.info import Question, RunInfo
     from rmfs_core.traffic import FleetTraffic, Query, Traffic
-    from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
+    from rmfs_core.warehouse import Order, PackingStation, PackingTask, Pod, Robot, WarehouseView
 
 hookspec = pluggy.HookspecMarker("rmfs")
 hookimpl = pluggy.HookimplMarker("rmfs")
@@ -49,7 +49,8 @@ hookimpl = pluggy.HookimplMarker("rmfs")
 class DecisionHooks:
     """Exactly one selected rule answers each of these.
 
-    Of those for bundles, active stations, resting robots and moved pods none does unless the scenario names one.
+    Of those for bundles, active stations, resting robots, moved pods and packing none does unless the scenario names
+    one, or has packing stations.
     """
 
     @hookspec(firstresult=True)
@@ -281,6 +282,46 @@ class DecisionHooks:
         -------
         Sequence[PodMove]
             Pods of ``warehouse.free_pods`` that have no robot, each once, to ``warehouse.free_storage_locations``.
+        """
+
+    @hookspec(firstresult=True)
+    def assign_packing(
+        self, warehouse: WarehouseView, orders: Sequence[Order], rng: np.random.Generator
+    ) -> Sequence[int]:
+        """Say which packing station each order is bound for, with all its parts.
+
+        Called once per order, after the decision that assigns its first part.
+
+        Parameters
+        ----------
+        orders
+            The orders. Those that are ``split`` need a box each: all stations together have as many free ones.
+
+        Returns
+        -------
+        Sequence[int]
+            Ids of ``warehouse.packing_stations``, one for each order; for a split one a station with a free box.
+        """
+
+    @hookspec(firstresult=True)
+    def choose_packing_task(
+        self, warehouse: WarehouseView, station: PackingStation, tasks: Sequence[PackingTask], rng: np.random.Generator
+    ) -> int:
+        """Say what a free packer does next: put a part into a box, or pack an order.
+
+        Called when a packer, or a sorter, is free at an open packing station and has two tasks or more to choose from.
+
+        Parameters
+        ----------
+        station
+            The packing station.
+        tasks
+            What can be begun now, longest waiting first.
+
+        Returns
+        -------
+        int
+            Position in ``tasks``, from 0.
         """
 
 

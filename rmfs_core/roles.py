@@ -48,6 +48,8 @@ class Role(StrEnum):
     ACTIVATE = "activate", "activation", "activate_stations"
     IDLE = "idle", "idle", "idle_robots"
     MOVE = "move", "repositioning", "move_pods"
+    PACKING = "packing", "packing", "assign_packing"
+    PACKING_TASK = "packing_task", "packing-task", "choose_packing_task"
     FILTER = "filter", "filter", "filter_backlog", "filters"
     OBSERVER = "observer", "observer", "on_event", "observers"
 

@@ -90,7 +90,7 @@ def test_every_hook_has_its_row_and_its_arguments() -> None:
 
 
 def test_every_hook_has_a_description_and_an_example() -> None:
-    assert len(HOOKS) == 21
+    assert len(HOOKS) == 23
     assert gaps_in_hooks(HOOKS) == []
 
 

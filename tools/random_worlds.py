@@ -1,10 +1,10 @@
 """Run every rule that assigns orders in small random worlds that are hard to finish: each run must complete.
 
-``python tools/random_worlds.py [--seed S] [--worlds N] [--rules NAME ...]``. Stock is finite, enough for all orders and
-scarce on each pod; lines have up to 40 items, in some worlds more than any station takes; stations have item or order
-capacity; rules that split orders have packing capacities of 0 to 3, or none. Some worlds have too little stock: these
-must be refused before the run. Each failure is printed with the command that repeats it; exit code 1 when there was
-any.
+``python tools/random_worlds.py [--seed S] [--worlds N] [--boxes] [--rules NAME ...]``. Stock is finite, enough for all
+orders and scarce on each pod; lines have up to 40 items, in some worlds more than any station takes; stations have item
+or order capacity; rules that split orders have packing capacities of 0 to 3, or none, or with ``--boxes`` packing
+stations with 1 to 3 boxes in all. Some worlds have too little stock: these must be refused before the run. Each failure
+is printed with the command that repeats it; exit code 1 when there was any.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from rmfs_core.rules import RuleSet
 from rmfs_core.rules.hooks import roles_of
 from rmfs_core.scenario.model import (
     LayoutSection,
+    PackingSection,
     RobotsSection,
     RuleChoice,
     RulesSection,
@@ -130,6 +131,29 @@ def random_world(seed: int) -> World:
     return World(scenario, Instance(names, orders, pods), small_layout(stations), packing, short)
 
 
+def with_boxes(world: World) -> World:
+    """Return a world with one to three boxes at packing stations, the same for the same world, in place of a capacity.
+
+    Packers are few and slow, so that boxes are taken for long.
+    """
+    rng = np.random.default_rng(world.scenario.seed)
+    stations, boxes = ((1, 1), (1, 2), (2, 1), (1, 3), (3, 1))[int(rng.integers(5))]
+    section = PackingSection(
+        stations=stations,
+        boxes=boxes,
+        packers=int(rng.integers(1, 3)),
+        sorters=int(rng.integers(0, 2)),
+        conveyor_s=float(rng.choice([0.0, 60.0, 600.0])),
+        tote=str(rng.choice(["part", "visit"])),
+        pack_s=float(rng.choice([0.0, 30.0, 900.0])),
+        packing_from=str(rng.choice(["packed", "packed", "picked"])),
+        open=(("00:00", "00:30"), ("01:00", "24:00")) if rng.random() < 0.3 else None,
+    )
+    tasks, bound = str(rng.choice(_shipped(Role.PACKING_TASK))), str(rng.choice(_shipped(Role.PACKING)))
+    rules = evolve(world.scenario.rules, packing=RuleChoice(bound), packing_task=RuleChoice(tasks))
+    return evolve(world, scenario=evolve(world.scenario, packing=section, rules=rules), packing_capacity=None)
+
+
 def _orders(rng: np.random.Generator, skus: int, longest: int) -> tuple[OrderData, ...]:
     """Return orders of few lines of few items, and some lines of up to ``longest`` items; half of them come later."""
     until_ticks = int(rng.choice([0, 300_000, 3_000_000]))
@@ -177,13 +201,15 @@ def failure(world: World, rule: str) -> str | None:
     except Exception as error:
         return f"{'' if isinstance(error, RmfsError) else type(error).__name__ + ': '}{error}"
     left = [order.name for order in simulation.warehouse.orders if order.unpicked_items]
+    if simulation.status != "complete" and not left:
+        return f"not all orders are packed after {simulation.view.now_s:.0f} s"
     return f"orders {', '.join(left)} are not complete after {simulation.view.now_s:.0f} s" if left else None
 
 
-def failures(seeds: Sequence[int], rules: Sequence[str]) -> Iterator[tuple[int, str, str]]:
-    """Yield seed, rule and problem of each run that fails."""
+def failures(seeds: Sequence[int], rules: Sequence[str], *, boxes: bool = False) -> Iterator[tuple[int, str, str]]:
+    """Yield seed, rule and problem of each run that fails; with ``boxes`` in worlds with packing stations."""
     for seed in seeds:
-        world = random_world(seed)
+        world = with_boxes(random_world(seed)) if boxes else random_world(seed)
         for rule in rules:
             if (problem := failure(world, rule)) is not None:
                 yield seed, rule, problem
@@ -195,11 +221,13 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="seed of the first world")
     parser.add_argument("--worlds", type=int, default=100, help="how many worlds, of consecutive seeds")
     parser.add_argument("--rules", nargs="+", default=assigning_rules(), metavar="NAME", help="left out: all")
+    parser.add_argument("--boxes", action="store_true", help="with packing stations")
     given = parser.parse_args()
     began, number = time.perf_counter(), 0
-    for seed, rule, problem in failures(range(given.seed, given.seed + given.worlds), given.rules):
+    for seed, rule, problem in failures(range(given.seed, given.seed + given.worlds), given.rules, boxes=given.boxes):
         number += 1
-        print(f"{problem}\n  python tools/random_worlds.py --seed {seed} --worlds 1 --rules {rule}", flush=True)
+        more = " --boxes" if given.boxes else ""
+        print(f"{problem}\n  python tools/random_worlds.py --seed {seed} --worlds 1 --rules {rule}{more}", flush=True)
     runs = f"{given.worlds:,} worlds under {len(given.rules)} rules in {time.perf_counter() - began:.0f} s"
     print(f"{runs}: {number} failed" if number else f"{runs}: all completed or were refused")
     return int(number > 0)

@@ -163,6 +163,25 @@ class WantedToTheFront:
 
 
 @define
+class OneAfterAnother:
+    @hookimpl
+    def assign_packing(self, warehouse, orders):
+        chosen, free = [], [station.free_boxes for station in warehouse.packing_stations]
+        for order in orders:
+            able = [at for at, number in enumerate(free) if number or not order.split]
+            chosen.append(able[order.id % len(able)])
+            free[chosen[-1]] -= order.split
+        return chosen
+
+
+@define
+class UrgentFirst:
+    @hookimpl
+    def choose_packing_task(self, tasks):
+        return max(range(len(tasks)), key=lambda at: tasks[at].order.priority)
+
+
+@define
 class TwentyOldest:
     @hookimpl
     def filter_backlog(self, orders):

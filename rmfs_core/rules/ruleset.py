@@ -112,7 +112,7 @@ class RuleSet:
     ----------
     pm
         The run's plugin manager; ``pm.hook.on_event(event=...)`` tells all observers.
-    poa, pps, poa_pps, pr, ta, pp, roa, rps, roa_rps, activate, idle, move
+    poa, pps, poa_pps, pr, ta, pp, roa, rps, roa_rps, activate, idle, move, packing, packing_task
         The rule that decides, None where the scenario names none.
     filters, observers
         In the order in which the scenario lists them.
@@ -139,6 +139,8 @@ class RuleSet:
     activate: BoundRule | None = None
     idle: BoundRule | None = None
     move: BoundRule | None = None
+    packing: BoundRule | None = None
+    packing_task: BoundRule | None = None
     filters: tuple[BoundRule, ...] = ()
     observers: tuple[BoundRule, ...] = ()
     distributions: dict[str, str] = field(factory=dict)
@@ -198,7 +200,7 @@ class RuleSet:
     @property
     def deciding(self) -> tuple[BoundRule, ...]:
         """Every rule but the observers, those for orders first."""
-        unbusy = (self.activate, self.move, self.idle)
+        unbusy = (self.activate, self.move, self.idle, self.packing, self.packing_task)
         single = (self.poa, self.pps, self.poa_pps, self.pr, self.ta, self.pp, *self.deciding_bundles, *unbusy)
         return (*(rule for rule in single if rule is not None), *self.filters)
 

@@ -33,6 +33,7 @@ from rmfs_core.timetable import Span
 
 MOST_ORDERS, MOST_PODS, MOST_CELLS, MOST_ITEMS, MOST_GIGABYTES = 2_000_000, 100_000, 1_000_000, 1_000_000_000, 8
 """Of what a scenario asks for; the memory of orders, lines and what is on pods is estimated for all together."""
+MANY = at_least(1, MOST_PODS)
 
 
 def key(doc: str, default: Any = NOTHING, *, unit: str | None = None, check: Any = None, factory: Any = None) -> Any:
@@ -136,8 +137,8 @@ class InstanceSection:
     parameters: Mapping[str, Any] = key("What `generator` is handed by name, besides this section", factory=dict)
     orders: int = key("Number of orders |O| to generate", 250, check=at_least(0, MOST_ORDERS))
     skus: int = key("Number of SKUs |I|", 100, check=at_least(1, MOST_ORDERS))
-    pods: int = key("Number of pods with contents |P|", 100, check=at_least(1, MOST_PODS))
-    skus_per_pod: int = key("SKUs per pod, alpha", 3, check=at_least(1, MOST_PODS))
+    pods: int = key("Number of pods with contents |P|", 100, check=MANY)
+    skus_per_pod: int = key("SKUs per pod, alpha", 3, check=MANY)
     max_lines: int = key(
         "Longest order to generate: order lengths are geometric, truncated to 1..min(|I|, max_lines)",
         15,
@@ -189,12 +190,10 @@ class InstanceSection:
 class LayoutSection:
     """The grid: RAWSim-O's block layout, a text map, or what another generator makes."""
 
-    block_rows: int = key("Rows of blocks of storage locations", 9, check=at_least(1, MOST_PODS))
-    block_columns: int = key("Columns of blocks", 7, check=at_least(1, MOST_PODS))
-    block_length: int = key(
-        "Storage locations along a block; a block is 2 deep", 4, unit="cells", check=at_least(1, MOST_PODS)
-    )
-    hall_width: int = key("Width of the hall on the east and west side", 5, unit="cells", check=at_least(1, MOST_PODS))
+    block_rows: int = key("Rows of blocks of storage locations", 9, check=MANY)
+    block_columns: int = key("Columns of blocks", 7, check=MANY)
+    block_length: int = key("Storage locations along a block; a block is 2 deep", 4, unit="cells", check=MANY)
+    hall_width: int = key("Width of the hall on the east and west side", 5, unit="cells", check=MANY)
     stations_east: int = key("Picking stations on the east side", 4, check=at_least(0, MOST_PODS))
     stations_west: int = key("Picking stations on the west side", 0, check=at_least(0, MOST_PODS))
     replenishment_east: int | None = key("Replenishment stations on the east side", None, check=at_least(0, MOST_PODS))
@@ -213,7 +212,7 @@ class LayoutSection:
     chargers: int | None = key(
         "Storage locations of the block layout that are chargers instead, spread evenly; left out: none",
         None,
-        check=at_least(1, MOST_PODS),
+        check=MANY,
     )
     pod_fill: float = key("Share of the storage locations that hold a pod, with contents or empty", 0.85, check=SHARE)
 
@@ -249,7 +248,7 @@ class BatterySection:
 class RobotsSection:
     """The robots and how they move."""
 
-    count: int = key("Number of robots", 8, check=at_least(1, MOST_PODS))
+    count: int = key("Number of robots", 8, check=MANY)
     file: str | None = key("CSV with columns robot,row,column: where robots 1, 2, ... stand at t = 0", None)
     acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=MOVING)
     top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=MOVING)
@@ -328,6 +327,45 @@ class StationsSection:
 
 
 @frozen
+class PackingSection:
+    """Packing stations, where split orders come together in boxes. Times of conveyors and of putting are assumed."""
+
+    stations: int | None = key("Their number; left out: one for each `P` of the map, or else 1", None, check=MANY)
+    boxes: int = key("Boxes of each: split orders that it has room for", 78, check=MANY)
+    packers: int = key("Packers at each", 4, check=MANY)
+    sorters: int = key("Those at each who put parts into boxes; 0: packers do", 0, check=at_least(0, MOST_PODS))
+    conveyor_s: float | None = key("Time from any picking station; left out: 60", None, unit="s", check=MAYBE_NO_TIME)
+    conveyor_speed_m_per_s: float | None = key(
+        "In place of it, the speed along rows and columns of a map with packing stations (`P`)",
+        None,
+        unit="m/s",
+        check=MOVING,
+    )
+    tote: str = key(
+        "What goes into one tote: a `part`, all that a picking station picks of an order until the order's place there "
+        "is free, or, of split orders, what it picks in one `visit` of a pod",
+        "part",
+        check=OneOf("part", "visit"),
+    )
+    tote_s: float = key("Time of putting a part into a box, items aside", 3.0, unit="s", check=MAYBE_NO_TIME)
+    put_s: float = key("Time for each of its items", 4.0, unit="s", check=MAYBE_NO_TIME)
+    pack_s: float = key("Time of packing an order, items aside", 30.0, unit="s", check=MAYBE_NO_TIME)
+    pack_item_s: float = key("Time for each of its items", 5.0, unit="s", check=MAYBE_NO_TIME)
+    packing_from: str = key(
+        "An order has its box until it is `packed`, or, as the paper counts, `picked`",
+        "packed",
+        check=OneOf("packed", "picked"),
+    )
+    open: tuple[Span, ...] | Mapping[str, tuple[Span, ...]] | None = key(
+        "When packers begin tasks, every day, as `stations.open`; left out: always", None, check=Spans()
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if self.conveyor_s is not None and self.conveyor_speed_m_per_s is not None:
+            raise ValueError("expected `conveyor_s` or `conveyor_speed_m_per_s`, found both")
+
+
+@frozen
 class RuleChoice:
     """A rule by its entry-point name, or ``./file.py:Class`` in the scenario's folder, and its parameters."""
 
@@ -351,6 +389,12 @@ class RulesSection:
     activate: RuleChoice | None = key("Activation: which stations take orders; left out: all that are open", None)
     idle: RuleChoice | None = key("Robots without a task: where they rest and charge; left out: where they are", None)
     move: RuleChoice | None = key("Active repositioning: idle robots carry stored pods elsewhere; left out: none", None)
+    packing: RuleChoice | None = key(
+        'Which packing station an order is bound for; left out, with packing stations: "least-reserved"', None
+    )
+    packing_task: RuleChoice | None = key(
+        'What a packer does next; left out, with packing stations: "first-come"', None
+    )
     wait_for_stock: bool | None = key(
         "Whether an order that the pods hold too little for stays out of the backlog until bundles are stored; left "
         "out: yes",
@@ -439,6 +483,7 @@ class Scenario:
     layout: LayoutSection = key("The grid", factory=LayoutSection)
     robots: RobotsSection = key("Robots", factory=RobotsSection)
     stations: StationsSection = key("Picking stations", factory=StationsSection)
+    packing: PackingSection | None = key("Packing stations; left out: there are none", None)
     run: RunSection = key("Stopping and limits", factory=RunSection)
     folder: str = field(default=".", eq=False, metadata={"internal": True})
     source: Source | None = field(default=None, eq=False, repr=False, metadata={"internal": True})
@@ -448,6 +493,12 @@ class Scenario:
         if given is not None and given.process != "none" and rules.roa is None and rules.roa_rps is None:
             problem = "expected `rules.roa` and `rules.rps`, or `rules.roa_rps`, with the replenishment process"
             raise ValueError(f'{problem} "{given.process}"')
+        named = rules.packing or rules.packing_task
+        if self.packing is None and named is not None:
+            raise ValueError(f'expected a section `packing` with the rule "{named.rule}" of packing stations')
+        if self.packing is not None:  # what decides there unless the scenario says so
+            first, task = rules.packing or RuleChoice("least-reserved"), rules.packing_task or RuleChoice("first-come")
+            object.__setattr__(self, "rules", evolve(rules, packing=first, packing_task=task))
 
     def with_seed(self, seed: int) -> Scenario:
         """Return the same scenario with another seed."""

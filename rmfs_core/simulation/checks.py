@@ -13,8 +13,8 @@ from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.traffic import ReservedError, roads_on
 from rmfs_core.traffic.paths import Rows, ends_of
-from rmfs_core.warehouse import Bundle, Order, Pod, Robot, Station, Warehouse
-from rmfs_core.wording import shown_short
+from rmfs_core.warehouse import Bundle, Order, PackingStation, Pod, Robot, Station, Warehouse
+from rmfs_core.wording import counted, shown_short
 from rmfs_core.world import Layout
 
 T = TypeVar("T")
@@ -141,6 +141,18 @@ def packing(warehouse: Warehouse, capacity: int | None, before: int) -> None:
         raise ImpossibleError(
             f"left {warehouse.split_orders_open} split orders open at once; the packing stations hold {capacity}"
         )
+    split, free = warehouse.split_orders_open - before, warehouse.free_boxes
+    if free is not None and split > free:
+        raise ImpossibleError(f"split {counted(split, 'order')}; free boxes at the packing stations: {free}")
+
+
+def packing_station(warehouse: Warehouse, order: Order, given: object) -> PackingStation:
+    """Check that an order can be bound for a packing station; a split one needs a free box there."""
+    station = known("packing station", given, warehouse.packing)
+    if order.split and station.free_boxes <= 0:
+        where = f"packing station {station.label}, where no box is free"
+        raise ImpossibleError(f"sent split order {order.label} to {where}")
+    return station
 
 
 def bundle_assignment(warehouse: Warehouse, given: decisions.BundleAssignment) -> tuple[Bundle, Station]:

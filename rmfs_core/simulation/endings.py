@@ -55,11 +55,13 @@ def standstill(warehouse: Warehouse, rules: RuleSet, skus: Sequence[str]) -> str
     left = sum(not order.complete for order in warehouse.orders)
     closed = sum(not station.open for station in warehouse.stations)
     uncovered = sum(station.uncovered_items for station in warehouse.stations)
+    unpacked = sum(order.complete for station in warehouse.packing for order in station.orders)
     low = sum(robot.low for robot in warehouse.robots)
     off = sum(not robot.on_duty for robot in warehouse.robots)
     details = (
         f"{len(warehouse.backlog):,} in the backlog",
         _lacking(warehouse, skus),
+        f"{counted(unpacked, 'order')} at packing stations" if unpacked else "",
         f"{counted(closed, 'station')} closed" if closed else "",
         f"{counted(uncovered, 'open request')} that no inbound pod can serve",
         f"{counted(len(warehouse.waiting), 'pod')} waiting for a robot",

@@ -22,6 +22,7 @@ from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving import WAYS
 from rmfs_core.simulation.driving.base import Process
+from rmfs_core.simulation.packing import Packing
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
 from rmfs_core.simulation.supply import Supply
@@ -85,6 +86,7 @@ class Simulation:
         self._visits = self._completed = 0
         self._coming = [*reversed(self.warehouse.orders)] if scenario.instance.arrivals.backlog is not None else []
         self._supply = Supply(scenario, instance) if instance.restocked else None
+        self._packing = Packing(self.context, self._packed) if opening.warehouse.packing else None
         self.status, self.interrupted = "partial", False
 
     @property
@@ -106,7 +108,7 @@ class Simulation:
             self.env.process(self._visit_stations(robot, pod))
 
     def run(self) -> None:
-        """Simulate until every order is complete, ``run.until_s`` is reached, or somebody sets ``interrupted``.
+        """Simulate until every order is complete (and packed), ``run.until_s`` is reached, or somebody interrupts.
 
         Raises
         ------
@@ -228,6 +230,8 @@ class Simulation:
         following = self._leave(robot, pod, station)
         next_station = None if following is None else following.id
         self._tell(events.VisitEnded(self.now, visit, pod.id, station.id, picks, next_station))
+        if self._packing is not None and picks:
+            self.env.process(self._packing.visit_ended(station.id, self.warehouse.picker_free(station)))
         return following
 
     def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
@@ -241,10 +245,10 @@ class Simulation:
             self._supply.picked(request.sku)
             self._order_bundles(self._supply, request.sku)
         if self.scenario.stations.release == "handled":
-            self._until(picker_free).callbacks.append(lambda _: self._release(request))
+            self._until(picker_free).callbacks.append(lambda _: self._release(request, picker_free))
             self.decisions.round()
         else:
-            self._release(request)
+            self._release(request, picker_free)
 
     def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, visit: int) -> Process:
         start = self.now
@@ -258,13 +262,21 @@ class Simulation:
             self._tell(events.OrderInStock(tick=self.now, order=order.id))
         self.decisions.round()
 
-    def _release(self, request: Request) -> None:
+    def _release(self, request: Request, handled_tick: int) -> None:
         """Give back the place of an item that is done; its pod may be gone."""
         self.warehouse.release(request)
         if request.order.complete:
-            self._completed += 1
+            self._completed += self._packing is None
             self._tell(events.OrderCompleted(tick=self.now, order=request.order.id))
+        if self._packing is not None:
+            self._packing.released(request, handled_tick)
         self.decisions.round()
+
+    def _packed(self, freed: bool) -> None:
+        """Count a packed order; a box that is free now changes what can be decided."""
+        self._completed += 1
+        if freed:
+            self.decisions.round()
 
     def _store(self, robot: Robot, pod: Pod) -> Process:
         yield from self._set_down(robot, pod, self.decisions.storage_location(pod))

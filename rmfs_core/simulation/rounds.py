@@ -15,6 +15,7 @@ from rmfs_core.simulation.applying import (
     apply_activation,
     apply_assignments,
     apply_moves,
+    apply_packing,
     apply_replenishment,
     apply_rests,
     apply_selection,
@@ -104,6 +105,8 @@ class Decisions:
         asked = {"joint": joint, "shown": shown, "period": period, "packing_capacity": packing}
         decision = self._apply(rule, apply_assignments, answer, **asked)
         self._tell_decision(rule, seen, decision, filtering_s + seconds)
+        if self.warehouse.packing and self.rules.packing is not None:
+            self._assign_packing(self.rules.packing, decision)
         return bool(decision.assignments or decision.trips)
 
     def _shown_backlog(self) -> tuple[WarehouseView, Container[int] | None, float]:
@@ -116,6 +119,13 @@ class Decisions:
             orders = self.asker.apply(rule, partial(_kept, answer, orders))
             total += seconds
         return WarehouseView(self.warehouse, orders), {order.id for order in orders}, total
+
+    def _assign_packing(self, rule: BoundRule, decision: JointDecision) -> None:
+        """Ask where orders are packed of which a decision has assigned the first part."""
+        ids = dict.fromkeys(int(given.order) for given in decision.assignments)
+        if orders := tuple(order for order in map(self.warehouse.orders.__getitem__, ids) if order.packing is None):
+            answer, _ = self._run.ask(rule, orders=orders)
+            self._apply(rule, apply_packing, answer, orders=orders)
 
     # PPS
 

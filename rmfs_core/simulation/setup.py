@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from attrs import frozen
@@ -16,9 +17,9 @@ from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
 from rmfs_core.timetable import ALWAYS, Calendar, Timetable, read_spans
-from rmfs_core.warehouse import Robot, Station, Warehouse
+from rmfs_core.warehouse import UNLIMITED, PackingStation, Robot, Station, Warehouse
 from rmfs_core.warehouse.battery import Battery
-from rmfs_core.warehouse.parts import UNLIMITED
+from rmfs_core.wording import counted
 from rmfs_core.world import NORTH, CellKind, Instance, Layout
 from rmfs_core.world.instance_making import oversize_orders, reader
 from rmfs_core.world.layout_making import queue_length
@@ -92,26 +93,55 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     battery, stored = battery_of(scenario, travel), places[:n_pods]
     waits = scenario.rules.wait_for_stock is not False
     empty = places[n_pods:standing]
-    warehouse = Warehouse(instance, travel, stations, robots, stored, empty, room, battery, wait_for_stock=waits)
+    parts = instance, travel, stations, robots, stored, empty, room, battery
+    warehouse = Warehouse(*parts, wait_for_stock=waits, packing=packing_of(scenario, layout))
     if instance.restocked and not warehouse.storing:
         expected = "expected `I` in the map, `layout.replenishment_east` or `_west`, or `stations.also_replenish`"
         raise InputError("instance.replenishment", f"found no replenishment station; {expected}")
     return Opening(warehouse, at_stations, hours_of(scenario, len(warehouse.picking)))
 
 
+def packing_of(scenario: Scenario, layout: Layout) -> list[PackingStation]:
+    """Return the packing stations of a scenario; InputError where they make no sense."""
+    section, cells = scenario.packing, layout.packing
+    if section is None:
+        return []
+    number, speed = section.stations or len(cells) or 1, section.conveyor_speed_m_per_s
+    if cells and number != len(cells):
+        found = f"found {number}, but the map has {counted(len(cells), 'packing station')} (`P`)"
+        raise InputError("packing.stations", f"{found}; expected as many, or no number")
+    if speed is not None and not cells:
+        raise InputError("packing.conveyor_speed_m_per_s", "expected a map that says where packing stations are (`P`)")
+    hours, fixed_s = _timetables(scenario, "packing.open", section.open, number), section.conveyor_s
+    for at, timetable in hours.items():
+        if not timetable.spans:
+            raise InputError("packing.open", f"found no span for station {(at or 0) + 1}; expected one that opens it")
+    picking, stations = layout.stations[: len(layout.stations) - layout.replenishing], []
+    for at in range(number):
+        ways = [layout.distance(own.station, cells[at]) if cells else 0 for own in picking]
+        seconds = tuple(way / speed if speed else 60.0 if fixed_s is None else fixed_s for way in ways)
+        stations.append(PackingStation(at, section, cells[at] if cells else None, seconds, hours.get(at, ALWAYS)))
+    return stations
+
+
 def hours_of(scenario: Scenario, stations: int) -> dict[int | None, Timetable]:
     """Return the timetables of a scenario with so many picking stations; InputError where they make no sense."""
-    zero, given = Calendar(scenario.instance.start).time_of_day(), scenario.stations.open
-    ids = [str(number) for number in range(1, stations + 1)]
+    hours = _timetables(scenario, "stations.open", scenario.stations.open, stations)
+    if hours and not any(hours[number].spans if number in hours else True for number in range(stations)):
+        raise InputError("stations.open", "found no span for any station; expected one that opens")
+    robots, available = scenario.robots.count, scenario.robots.available
+    zero = Calendar(scenario.instance.start).time_of_day()
+    return hours if available is None else hours | {None: Timetable(read_spans(available, robots), zero)}
+
+
+def _timetables(scenario: Scenario, place: str, given: Any, stations: int) -> dict[int | None, Timetable]:
+    """Return the timetables of stations by id, given one for all of them or some by name."""
+    zero, ids = Calendar(scenario.instance.start).time_of_day(), [str(number) for number in range(1, stations + 1)]
     spans = given if isinstance(given, Mapping) else {} if given is None else dict.fromkeys(ids, given)
     for name in spans:
         if name not in ids:
-            raise InputError(f"stations.open.{name}", f"no station {name}; expected 1 to {stations}")
-    if not any(spans.get(name, True) for name in ids):
-        raise InputError("stations.open", "found no span for any station; expected one that opens")
-    hours: dict[int | None, Timetable] = {ids.index(i): Timetable(read_spans(of), zero) for i, of in spans.items()}
-    robots, available = scenario.robots.count, scenario.robots.available
-    return hours if available is None else hours | {None: Timetable(read_spans(available, robots), zero)}
+            raise InputError(f"{place}.{name}", f"no station {name}; expected 1 to {stations}")
+    return {ids.index(name): Timetable(read_spans(of), zero) for name, of in spans.items()}
 
 
 def shifts_of(hours: Mapping[int | None, Timetable], stations: int) -> tuple[list[Timetable], list[Timetable]]:

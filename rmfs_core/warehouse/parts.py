@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple, cast
 
+from attrs import frozen
+
 from rmfs_core.clock import to_seconds
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.world import OrderData, PodData, StationCells
@@ -47,12 +49,36 @@ class OrderLine(NamedTuple):
     quantity: int
 
 
+@frozen
+class OrderPacking:
+    """Where an order is packed, and how far that is.
+
+    Parameters
+    ----------
+    station, box
+        Id of the packing station; number of its box there, None for an order that is not split.
+    first_part_s, expected_s
+        When its first part came there, and when it would be packed if no other came and a packer were free; or None.
+    items_sent, items_in_box, packed
+        How many of its items have left picking stations, and are in its box; whether it is packed.
+    """
+
+    station: int
+    box: int | None
+    first_part_s: float | None = None
+    items_sent: int = 0
+    items_in_box: int = 0
+    expected_s: float | None = None
+    packed: bool = False
+
+
 class Order(ReadOnly):
     """A pick order in the backlog or at stations."""
 
     __slots__ = (
         "_now",
         "_open",
+        "_packing",
         "_parts",
         "_waits",
         "arrival_s",
@@ -79,6 +105,7 @@ class Order(ReadOnly):
         self.items = data.items
         self._open: dict[int, OrderLine] = {line.sku: line for line in self.lines}
         self._parts: list[Part] = []
+        self._packing: OrderPacking | None = None
         self._waits = False
 
     @property
@@ -115,6 +142,11 @@ class Order(ReadOnly):
     def split(self) -> bool:
         """Whether it is known to be split: parts at several stations or of several periods, or lines left to assign."""
         return len(self._parts) > 1 or bool(self._parts and self._open)
+
+    @property
+    def packing(self) -> OrderPacking | None:
+        """Where it is packed; None until its first part is assigned, and where there are no packing stations."""
+        return self._packing
 
     @property
     def parts(self) -> tuple[Part, ...]:

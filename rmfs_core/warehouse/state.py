@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import count
+from typing import Any
 
 import numpy as np
+from attrs import evolve
 
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.scenario.model import BatterySection
@@ -14,7 +17,8 @@ from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.claims import Claims, by_age
 from rmfs_core.warehouse.column_keeping import StockColumns, shown
 from rmfs_core.warehouse.columns import CAPACITY
-from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
+from rmfs_core.warehouse.packing import PackingStation
+from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, OrderPacking, Part, Pod, Request, Robot, Station, put
 from rmfs_core.warehouse.promises import Promises, drop_item, enter, serves_none
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
@@ -43,6 +47,8 @@ class Warehouse:
         Makes a robot's battery with this clock; None: they have none.
     wait_for_stock
         Whether orders that the stock cannot serve stay out of the backlog.
+    packing
+        The packing stations by id.
     """
 
     def __init__(
@@ -57,8 +63,10 @@ class Warehouse:
         battery: Callable[[Callable[[], int]], Battery] | None = None,
         *,
         wait_for_stock: bool = True,
+        packing: Sequence[PackingStation] = (),
     ) -> None:
         self.now = 0
+        self.packing = list(packing)
         self.travel = travel
         self.n_skus = len(instance.skus)
         self.unlimited_stock = instance.unlimited_stock
@@ -114,6 +122,17 @@ class Warehouse:
         self._with_sku = {sku: tuple(pods) for sku, pods in with_sku.items()}
 
     # What is there
+
+    @property
+    def free_boxes(self) -> int | None:
+        """How many more orders can be split; None without packing stations."""
+        return sum(station.free_boxes for station in self.packing) if self.packing else None
+
+    @staticmethod
+    def packing_of(order: Order) -> OrderPacking:
+        """Return where an order is packed of which a part is assigned."""
+        assert order._packing is not None, "bound for a packing station with its first part"
+        return order._packing
 
     def pods_with(self, sku: int) -> tuple[Pod, ...]:
         """Pods that held a SKU at the start, or were given it since."""
@@ -248,6 +267,20 @@ class Warehouse:
             self.waiting[pod.id] = pod
         if promise:
             self.promises.promise_items(pod, station)
+
+    def bind_packing(self, order: Order, station: PackingStation) -> int | None:
+        """Bind an order for a packing station; return the number of its box there, None if it is not split."""
+        taken = {self.packing_of(other).box for other in station.orders}
+        box = next(number for number in count() if number not in taken) if order.split else None
+        self.changes += 1
+        order._packing = OrderPacking(station.id, box)
+        self.packing[station.id] = evolve(station, orders=(*station.orders, order))
+        return box
+
+    def pack(self, order: Order, **changes: Any) -> None:
+        """Change how far an order is at its packing station."""
+        self.changes += 1
+        order._packing = evolve(self.packing_of(order), **changes)
 
     def bundle_arrives(
         self, sku: int, items: int, name: str = "", number: int | None = None, tick: int | None = None

@@ -12,6 +12,7 @@ from rmfs_core.clock import to_seconds
 from rmfs_core.warehouse.backlog import BacklogLines, FreeItems, items_in, lines_in
 from rmfs_core.warehouse.column_keeping import columns_of
 from rmfs_core.warehouse.columns import Lines, Stock
+from rmfs_core.warehouse.packing import PackingStation
 from rmfs_core.warehouse.parts import Bundle, Order, Pod, ReadOnly, Robot, Station
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.world.travel import Travel
@@ -236,6 +237,16 @@ class WarehouseView(ReadOnly):
     def split_orders_open(self) -> int:
         """Number of split orders that are not completely picked: each takes a place at the packing stations."""
         return self._state.split_orders_open
+
+    @property
+    def packing_stations(self) -> tuple[PackingStation, ...]:
+        """The packing stations as they are now, by id; none where the scenario has none."""
+        return tuple(self._state.packing)
+
+    @property
+    def free_boxes(self) -> int | None:
+        """How many more orders can be split now: boxes at packing stations that no order has; None without these."""
+        return self._state.free_boxes
 
     def order(self, order_id: int) -> Order:
         """Order that has arrived, by its id, as events have it; KeyError for any other."""

@@ -92,6 +92,8 @@ class Layout:
         By id: picking stations in reading order (row by row from the north-west), then replenishment stations.
     replenishing
         How many of them, the last ones, are replenishment stations.
+    packing
+        Cell indices of the packing stations, in reading order: robots treat them as walls.
     """
 
     width: int
@@ -100,6 +102,7 @@ class Layout:
     moves: NDArray[np.int8]
     stations: tuple[StationCells, ...]
     replenishing: int = 0
+    packing: tuple[int, ...] = ()
 
     @cached_property
     def storage_locations(self) -> tuple[int, ...]:

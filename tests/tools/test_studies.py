@@ -11,12 +11,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import mutants
 from cases import cases
 from fuzzing.bases import Bases, make_bases
 from fuzzing.surfaces import SURFACES, make_case
-from random_worlds import assigning_rules, failure, failures, joint_rules, main, random_world
+from random_worlds import World, assigning_rules, failure, failures, joint_rules, main, random_world, with_boxes
+from rmfs_core import hookimpl
+from rmfs_core.info import Question
+from rmfs_core.rules import RuleSet
+from rmfs_core.simulation.engine import Simulation
+from rmfs_core.world.instance_making import instance_problems
 
 FUZZ = Path(__file__).resolve().parents[2] / "tools" / "fuzz.py"
 PLANTED = """
@@ -190,6 +197,46 @@ def test_all_rules_complete_a_few_worlds() -> None:
 @pytest.mark.slow
 def test_all_rules_complete_many_worlds() -> None:
     assert list(failures(range(1, 151), assigning_rules())) == []
+
+
+SPLITTING = ("pod-index", "split-among-stations", "split-over-time")
+
+
+@settings(max_examples=10, suppress_health_check=list(HealthCheck))
+@given(seed=st.integers(1, 1 << 32), rule=st.sampled_from(SPLITTING))
+def test_few_boxes_let_no_run_stand_still(seed: int, rule: str) -> None:
+    """One to three of them at packing stations; `docs/explanation/packing.md` says why."""
+    assert failure(with_boxes(random_world(seed)), rule) is None
+
+
+@pytest.mark.slow
+@settings(max_examples=500, suppress_health_check=list(HealthCheck))
+@given(seed=st.integers(1, 1 << 32), rule=st.sampled_from(SPLITTING))
+def test_few_boxes_let_none_of_many_runs_stand_still(seed: int, rule: str) -> None:
+    assert failure(with_boxes(random_world(seed)), rule) is None
+
+
+def test_boxes_are_waited_for() -> None:
+    """Without that, the two tests above would show nothing: in most worlds a decision finds no box free."""
+    found = Counter(waits_for_box(with_boxes(random_world(seed))) for seed in range(1, 31))
+    assert found[True] >= 10, found
+
+
+def waits_for_box(world: World) -> bool:
+    """Whether a period of `split-over-time` begins with all boxes taken."""
+    scenario = world.with_rule("split-over-time")
+    if world.short or [*instance_problems(world.instance, scenario)]:
+        return False
+    rules, waited = RuleSet.load(scenario.rules, "."), list[bool]()
+
+    class Looks:
+        @hookimpl
+        def rule_asked(self, question: Question) -> None:
+            waited.append(question.decides.assigns and question.warehouse.free_boxes == 0)
+
+    rules.register_observer(Looks())
+    Simulation(scenario, world.instance, world.layout, rules).run()
+    return any(waited)
 
 
 def test_all_rules_that_assign_orders_are_tried() -> None:

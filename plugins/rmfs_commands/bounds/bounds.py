@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 from attrs import frozen
@@ -14,6 +14,7 @@ from rmfs_commands.bounds.ways import Ways, find_ways
 from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.scenario import Scenario, located
 from rmfs_core.simulation.setup import Opening, open_warehouse
+from rmfs_core.warehouse import PackingStation
 from rmfs_core.world import Instance, Layout, make_instance, make_layout
 
 BOUNDED = (
@@ -25,8 +26,9 @@ BOUNDED = (
     "turnover_s",
     "turnover_p95_s",
     "makespan_s",
+    "packed_makespan_s",
 )
-"""Metrics with a bound: the less the better, all of them."""
+"""Metrics with a bound: the less the better, all of them. The last is of scenarios with packing stations."""
 
 
 @frozen
@@ -100,6 +102,7 @@ class _Start:
         warehouse = opening.warehouse
         self.picking, self.known = len(warehouse.picking), not (moved or instance.restocked)
         self.ways: Ways = find_ways(warehouse.travel)
+        self.packing = tuple(warehouse.packing)
         self.lift_ticks = warehouse.travel.motion.lift_ticks
         self.cells = list(warehouse.homes)
         self.carried = [False] * len(self.cells)
@@ -163,12 +166,15 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
         for metric in ("turnover_s", "turnover_p95_s"):
             yield Bound(metric, None, "none: there are no orders")
         yield Bound("makespan_s", 0.0, "there are no orders")
+        if start.packing:
+            yield Bound("packed_makespan_s", 0.0, "there are no orders")
         return
     items = np.array([order.items for order in instance.orders], dtype=np.int64)
     arrivals = np.array([order.arrival_tick for order in instance.orders], dtype=np.int64)
     if refilled := scenario.instance.arrivals.backlog is not None:
         arrivals[:] = 0  # or later
-    servers = _servers(scenario, start.opens(int(arrivals.min())))
+    opens = start.opens(int(arrivals.min()))
+    servers = _servers(scenario, opens)
     counted = arrivals >= to_ticks(scenario.run.warmup_s or 0)
     turnover, p95, least = None, None, "none: no order arrives after run.warmup_s"
     if refilled:
@@ -187,6 +193,30 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
     later = np.cumsum(items[order][::-1])[::-1]  # items of all orders that arrive then or later
     last = max(int(one.last_done(later, arrivals[order]).max()) for one in servers)
     yield Bound("makespan_s", to_seconds(last), "pickers and robots always at work since some order's arrival")
+    if start.packing:
+        yield _of_packers(scenario, start.packing, items, np.maximum(arrivals, opens[0]), last)
+
+
+def _of_packers(
+    scenario: Scenario,
+    stations: Sequence[PackingStation],
+    items: NDArray[np.int64],
+    begun: NDArray[np.int64],
+    picked: int,
+) -> Bound:
+    """Return the bound on the makespan to packed; nothing of an order is picked before it is ``begun``.
+
+    Putting, waiting for other parts and hours in which packers are away come on top.
+    """
+    section = stations[0].section
+    work = np.array([to_ticks(section.pack_s + section.pack_item_s * int(n)) for n in items], dtype=np.int64)
+    way = min(to_ticks(seconds) for station in stations for seconds in station.conveyor_s)
+    order = np.argsort(begun, kind="stable")
+    later = np.cumsum(work[order][::-1])[::-1]  # of all orders that are begun then or later
+    packers = section.packers * len(stations)
+    there = begun[order] + to_ticks(scenario.stations.handle_s) + way
+    last = max(int((there + -(-later // packers)).max()), picked + way + int(work.min()))
+    return Bound("packed_makespan_s", to_seconds(last), "packers always at work since some order's first part may come")
 
 
 def _servers(scenario: Scenario, opens: NDArray[np.int64]) -> tuple[Servers, Servers]:

@@ -26,7 +26,7 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
     from rmfs_commands.cli.checking import load_checked
     from rmfs_commands.cli.compiling import compiling_announced
     from rmfs_commands.cli.notes import notes_console
-    from rmfs_commands.details.catalogue import DETAILS, METRICS
+    from rmfs_commands.details.catalogue import DETAILS, METRICS, PACKING
     from rmfs_core.results.catalogue import show
 
     loaded = load_checked(scenario, overrides, seed)
@@ -38,7 +38,7 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
     if as_json:
         print_json({"scenario": scenario, "seed": loaded.seed, "bounds": [attrs.asdict(one) for one in bounds]})
         return
-    described = {metric.name: metric for group in (*METRICS.values(), DETAILS) for metric in group}
+    described = {metric.name: metric for group in (*METRICS.values(), DETAILS, PACKING) for metric in group}
     table = new_table()
     table.add_column("Metric", no_wrap=True)
     table.add_column("At least", justify="right", no_wrap=True)

@@ -34,4 +34,4 @@ def _sign(layout: Layout, cell: int) -> str:
                     moves |= 1 << heading
             return FLOOR_SIGN.get(moves, ".")
         case _:
-            return "@"
+            return "P" if cell in layout.packing else "@"

@@ -52,6 +52,8 @@ def load_rule(
     source = sources.find(choice.rule, place)
     able = roles_of(require_attrs_class(place, source.target, source.describe()))
     playable = [preferred] if preferred in roles and preferred in able else [role for role in able if role in roles]
+    if len(playable) > 1:  # what else it decides comes first, unless packing is asked for
+        playable = [role for role in playable if role not in (Role.PACKING, Role.PACKING_TASK)] or playable
     if not playable:
         wanted = listed((role.label for role in roles), "or")
         raise InputError(place, f"{source.describe()} decides {decided(able)}; expected a rule for {wanted}")

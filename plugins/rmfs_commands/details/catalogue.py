@@ -200,6 +200,59 @@ UNBUSY: tuple[Metric, ...] = (
 """Metrics of runs with rules for robots without a task: one with `idle`, two with `move`, three with batteries."""
 
 
+PACKING: tuple[Metric, ...] = (
+    Metric("orders_packed", "Orders packed", "", 0, "Orders that were packed."),
+    Metric("packed_s", "Time to packed", "s", 1, "Arrival until the order is packed, mean over packed orders."),
+    Metric("packed_median_s", "  median", "s", 1, "Median of the times to packed."),
+    Metric("packed_p95_s", "  95 %", "s", 1, "95th percentile of the times to packed."),
+    Metric("packed_makespan_s", "Makespan to packed", "s", 1, "Time of the last packed order; none when any is left."),
+    Metric(
+        "consolidation_s",
+        "Consolidation",
+        "s",
+        1,
+        "From the first to the last part of a split order at its packing station, mean over packed ones.",
+    ),
+    Metric("consolidation_p95_s", "  95 %", "s", 1, "95th percentile of the same."),
+    Metric(
+        "packing_wait_s",
+        "Waiting for a packer",
+        "s",
+        1,
+        "From when an order is complete at its packing station until a packer begins to pack it, mean.",
+    ),
+    Metric("boxes_max", "Most boxes reserved", "", 0, "Most boxes that split orders had at the same time."),
+    Metric("boxes_mean", "  mean", "", 1, "Boxes that split orders had, mean over time."),
+    Metric(
+        "packer_utilisation_percent",
+        "Packer utilisation",
+        "%",
+        1,
+        "Share of the packers' time in which they work; their time is that in which they are open, or finish a task.",
+    ),
+    Metric(
+        "packer_starved_percent",
+        "  without a task",
+        "%",
+        1,
+        "Share of it in which they have nothing to do though orders that have arrived are not packed.",
+    ),
+    Metric(
+        "splits_refused",
+        "Periods without a free box",
+        "",
+        0,
+        "Times pick orders were assigned while no box was free, so that no further order could be split.",
+    ),
+    Metric("totes", "Totes", "", 0, "Totes that left picking stations."),
+    Metric("parts_per_order", "Parts per order", "", 2, "Totes per packed order."),
+    Metric(
+        "late_packed", "Packed late", "", 0, "Orders packed after their due time, or due and not packed at the end."
+    ),
+)
+"""Metrics of runs with packing stations; the last where an order has a due time."""
+
+
 def on_time(priority: int | str) -> Metric:
     """Return the metric of the orders of a priority."""
     meaning = "The same among orders of this priority; there is one for each priority that an order due has."
@@ -211,6 +264,7 @@ MEASURES = (
     *_grouped(OPENING, "Opening hours"),
     *_grouped(REPLENISHMENT, "Replenishment"),
     *_grouped(UNBUSY, "Robots without a task"),
+    *_grouped(PACKING, "Packing"),
     *_grouped((*LATENESS, *map(on_time, range(10))), "Due times"),
 )
 """All of them, with the first ten priorities; the summary of a run shows those of all groups but the first."""
@@ -242,6 +296,8 @@ MORE_IS_BETTER = frozenset(
         "items_in_stock_mean",
         "skus_in_stock_mean",
         "charge_lowest_percent",
+        "orders_packed",
+        "packer_utilisation_percent",
     }
 )
 """Metrics that are to be large: a limit of "at most" makes no sense for them."""

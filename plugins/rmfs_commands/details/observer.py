@@ -1,6 +1,6 @@
 """The observer of every run: hours.csv, stations.csv, robots.csv and delays.csv, and metrics made of the same.
 
-Where there is replenishment, bundles.csv and stock.csv as well.
+Where there is replenishment, bundles.csv and stock.csv as well; packing.csv where there are packing stations.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from rmfs_commands.details.delays import Delays
 from rmfs_commands.details.energy import Energy
 from rmfs_commands.details.hours import Hours
 from rmfs_commands.details.measures import Measures
+from rmfs_commands.details.packing import COLUMNS as PACKING_COLUMNS
+from rmfs_commands.details.packing import Packing
 from rmfs_commands.details.replenishment import BUNDLE_COLUMNS, STOCK_COLUMNS, Replenishment
 from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.spans import Number, ratio
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 HOURS, STATIONS, ROBOTS, DELAYS = "hours.csv", "stations.csv", "robots.csv", "delays.csv"
 BUNDLES, STOCK = "bundles.csv", "stock.csv"
 """Of runs with replenishment."""
+PACKING = "packing.csv"
+"""Of runs with packing stations."""
 
 
 def _below(stations: int, handler: Callable[[Any], None], event: QueueJoined | VisitStarted) -> None:
@@ -41,7 +45,7 @@ def _below(stations: int, handler: Callable[[Any], None], event: QueueJoined | V
 class Details:
     """Observer that follows hours, stations, robots, orders and bundles."""
 
-    files: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS, BUNDLES, STOCK)
+    files: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS, BUNDLES, STOCK, PACKING)
     measures: ClassVar = MEASURES
 
     @hookimpl
@@ -55,7 +59,8 @@ class Details:
         self._energy = Energy(run, self._begin)
         self._handlers: dict[type[Event], list[Callable[[Any], None]]] = {}
         self._replenishment = Replenishment(run, self._begin)
-        more = self._replenishment, self._energy
+        self._packing = Packing(run, self._begin)
+        more = self._replenishment, self._energy, self._packing
         picking, last = (self._hours, self._stations, self._measures), len(run.warehouse.stations)
         for part in (self._hours, self._stations, self._robots, self._delays, self._measures, *more):
             for kind, handler in part.handlers.items():
@@ -82,8 +87,9 @@ class Details:
         if self._out is None:
             return
         write_text(self._out / DELAYS, to_csv(("order", "turnover_s", *self._delays.columns), self._delays.rows()))
+        self._packing.hourly(hours := self._hours.rows(tick), tick)
         for name, rows in (
-            (HOURS, self._hours.rows(tick)),
+            (HOURS, hours),
             (STATIONS, self._stations.rows(self._begin, self._end)),
             (ROBOTS, self._robots.rows(self._end)),
         ):
@@ -91,6 +97,8 @@ class Details:
         if self._replenishment.on:
             write_text(self._out / BUNDLES, to_csv(BUNDLE_COLUMNS, self._replenishment.bundles()))
             write_text(self._out / STOCK, to_csv(STOCK_COLUMNS, self._replenishment.stock(tick)))
+        if self._packing.on:
+            write_text(self._out / PACKING, to_csv(PACKING_COLUMNS, self._packing.rows()))
 
     @hookimpl
     def measured(self) -> dict[str, Number]:
@@ -103,6 +111,7 @@ class Details:
             "waiting_per_visit_s": ratio(self._robots.waiting_ticks, visits_ticks),
             "waiting_for_room_per_visit_s": ratio(self._robots.for_room_ticks, visits_ticks),
             **self._replenishment.values(self._end, self._delays.values()),
+            **self._packing.values(self._end),
             **self._energy.values(self._measures.completed),
             **self._robots.values(self._end, self._measures.completed),
         }

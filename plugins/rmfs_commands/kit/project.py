@@ -33,6 +33,8 @@ def selecting(rule: NewRule) -> str:
 
 def example(rule: NewRule) -> str:
     """Return the shipped scenario in which there is something for it to decide."""
+    if rule.role in (Role.PACKING, Role.PACKING_TASK):
+        return "examples/packing"
     return "examples/replenished" if rule.role in (Role.ROA, Role.RPS, Role.ROA_RPS) else "examples/small"
 
 

@@ -9,6 +9,7 @@
 ``─ │ ├ ┤ ┬ ┴``  floor that may be left in the directions of its arms
 ``O``      picking station
 ``I``      replenishment station
+``P``      packing station, beside floor; robots do not enter it
 ``q``      queue cell; the queue of a station is the chain of them that ends beside it
 ``→ ← ↑ ↓``  queue cell with its direction, for queues that are folded
 ``⇒ ⇐ ⇑ ⇓``    the same, next to the station, where nobody waits: the next pod rolls in from the cell behind
@@ -55,7 +56,7 @@ QUEUE_SIGN = {moves: sign for sign, moves in QUEUE_MOVES.items()}
 CLEAR_MOVES = {"⇒": _E, "⇑": _N, "⇐": _W, "⇓": _S}
 CLEAR_SIGN = {moves: sign for sign, moves in CLEAR_MOVES.items()}
 QUEUE_MOVES |= CLEAR_MOVES
-KINDS = {"#": CellKind.STORAGE, "C": CellKind.CHARGER, " ": CellKind.WALL, "@": CellKind.WALL}
+KINDS = {"#": CellKind.STORAGE, "C": CellKind.CHARGER} | dict.fromkeys(" @P", CellKind.WALL)
 KINDS |= dict.fromkeys("OI", CellKind.STATION) | dict.fromkeys(FLOOR_MOVES, CellKind.FLOOR)
 KINDS |= dict.fromkeys(("q", *QUEUE_MOVES), CellKind.QUEUE)
 
@@ -117,11 +118,15 @@ class _MapReader:
                 moves[cell] = QUEUE_MOVES.get(self.signs[cell]) or next(ahead)
         moves.setflags(write=False)
         kind.setflags(write=False)
-        return Layout(self.width, self.height, kind, moves, stations, self.signs.count("I"))
+        packing = tuple(cell for cell, sign in enumerate(self.signs) if sign == "P")
+        for cell in packing:
+            if not any(self.kinds[beside] == CellKind.FLOOR for _, beside in layout.beside(cell)):
+                raise self._wrong(cell, "the packing station has no floor beside it; expected some, such as `.`")
+        return Layout(self.width, self.height, kind, moves, stations, self.signs.count("I"), packing)
 
     def _kind(self, cell: int, sign: str) -> CellKind:
         if sign not in KINDS:
-            known = "# O I q C " + " ".join((*FLOOR_MOVES, *QUEUE_MOVES)) + " @ and blank"
+            known = "# O I q C P " + " ".join((*FLOOR_MOVES, *QUEUE_MOVES)) + " @ and blank"
             raise self._wrong(cell, f"unknown sign {sign!r}; expected one of {known}")
         return KINDS[sign]
 

@@ -66,6 +66,7 @@ def _layout(layout: Layout) -> dict[str, Any]:
         "height": layout.height,
         "kind": "".join(map(str, layout.kind.tolist())),
         "queues": [[cells.station, *cells.queue] for cells in layout.stations],
+        **({"packing": [*layout.packing]} if layout.packing else {}),
     }
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 DECIDING = (
     *(Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA),
     *(Role.ROA, Role.RPS, Role.ROA_RPS, Role.ACTIVATE, Role.IDLE, Role.MOVE),
+    *(Role.PACKING, Role.PACKING_TASK),
 )
 
 

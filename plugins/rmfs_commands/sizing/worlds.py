@@ -128,8 +128,8 @@ class Worlds:
                 if target.metric not in BOUNDED:
                     open_warehouse(of_seed, instance, layout)
                     return None
-                (bound,) = find_bounds(of_seed, instance, layout, (target.metric,))
-                if bound.value is None or bound.value <= target.most:
+                bound = next(iter(find_bounds(of_seed, instance, layout, (target.metric,))), None)
+                if bound is None or bound.value is None or bound.value <= target.most:
                     return None
                 least.append(bound.value)
         except InputError as error:

@@ -26,7 +26,11 @@ from rmfs_core.warehouse import Order, Warehouse, WarehouseView
 
 
 def answer_to_dict(
-    warehouse: WarehouseView, skus: Sequence[str], decides: Role, answer: object
+    warehouse: WarehouseView,
+    skus: Sequence[str],
+    decides: Role,
+    answer: object,
+    arguments: Mapping[str, Any] | None = None,
 ) -> dict[str, Any] | None:
     """Return a rule's answer with names; None when it is nothing that the rule may answer.
 
@@ -40,8 +44,16 @@ def answer_to_dict(
         What it was asked for; not PP, a filter or an observer.
     answer
         What the rule returned.
+    arguments
+        What its hook was handed besides the warehouse and a random generator; of packing.
     """
+    handed = arguments or {}
     try:
+        if decides is Role.PACKING:
+            return _packing(warehouse, handed["orders"], answer)
+        if decides is Role.PACKING_TASK:
+            checks.known("task", answer, handed["tasks"])
+            return {"task": checks.whole("task", answer)}
         return _WRITERS[decides](warehouse, skus, answer)
     except ImpossibleError:  # a run ends with an error then, which says what was wrong
         return None
@@ -72,6 +84,8 @@ def answer_from_dict(warehouse: Warehouse, names: Names, decides: Role, written:
         Role.ROA_RPS: BundleDecision(bundles, stores),
         Role.ACTIVATE: tuple(names.stations[station] for station in written.get("active", ())),
         Role.IDLE: tuple(RobotMove(robots[t["robot"]], t["cell"], t.get("charge")) for t in written.get("rests", ())),
+        Role.PACKING: tuple(names.packing(p["station"]) for p in written.get("packing", ())),
+        Role.PACKING_TASK: written.get("task"),
         Role.MOVE: tuple(PodMove(names.pods[t["pod"]], t["cell"]) for t in written.get("moves", ())),
     }
     return answers[decides]
@@ -206,6 +220,15 @@ def _moves(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[s
         for given in sequence_of(answer, PodMove)
     ]
     return {"moves": moves}
+
+
+def _packing(warehouse: WarehouseView, orders: Sequence[Order], answer: object) -> dict[str, Any]:
+    given = sequence_of(answer, object)
+    if len(given) != len(orders):
+        raise ImpossibleError("named another number of packing stations than there are orders")
+    stations = [checks.known("packing station", named, warehouse.packing_stations).label for named in given]
+    pairs = zip(orders, stations, strict=True)
+    return {"packing": [{"order": order.name, "station": station} for order, station in pairs]}
 
 
 _WRITERS: Mapping[Role, Callable[[WarehouseView, Sequence[str], object], dict[str, Any]]] = {

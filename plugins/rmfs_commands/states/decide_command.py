@@ -13,6 +13,7 @@ from rmfs_core.roles import Role
 DECIDING = (
     *(Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA),
     *(Role.ROA, Role.RPS, Role.ROA_RPS, Role.ACTIVATE, Role.IDLE, Role.MOVE),
+    *(Role.PACKING, Role.PACKING_TASK),
 )
 
 

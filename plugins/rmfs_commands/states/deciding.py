@@ -24,6 +24,7 @@ from rmfs_core.simulation.applying import (
     apply_activation,
     apply_assignments,
     apply_moves,
+    apply_packing,
     apply_replenishment,
     apply_rests,
     apply_selection,
@@ -90,8 +91,8 @@ class Answer:
     decides
         What was asked.
     decision
-        ``assignments``, ``trips``, ``tasks``, ``cell``, ``bundles``, ``stores``, ``active``, ``rests`` or ``moves``,
-        with names.
+        ``assignments``, ``trips``, ``tasks``, ``cell``, ``bundles``, ``stores``, ``active``, ``rests``, ``moves``,
+        ``packing`` or ``task``, with names.
     report
         Status, objective, bound, stopped_early, of a rule that reports them.
     outcome
@@ -139,7 +140,7 @@ def ask(opened: OpenState, rule: BoundRule) -> Answer:
             lacks = f"asks for {error.__cause__}, but the state has no layout; expected one (`layout`)"
             raise InputError(opened.names.source, f"{rule.describe()} {lacks}") from error
         raise
-    decision = answer_to_dict(opened.view, opened.instance.skus, rule.role, answer)
+    decision = answer_to_dict(opened.view, opened.instance.skus, rule.role, answer, arguments)
     outcome = asker.apply(rule, lambda: carry_out(opened, rule.role, answer, arguments, rule.traits.packing_capacity))
     assert decision is not None  # it could be carried out
     report = decision.pop("report", None)
@@ -253,6 +254,8 @@ def _given(opened: OpenState, role: Role) -> dict[str, Any]:
             opened.names.wrong(("ask", "max_moves"), f"found {asked.max_moves}; {expected}")
         most = max(min(idle, warehouse.spare_locations), 0)
         return {"max_moves": most if asked.max_moves is None else asked.max_moves}
+    if role in (Role.PACKING, Role.PACKING_TASK):
+        return _packing(opened, role)
     if role is Role.PR:
         if asked.pod is None:
             opened.names.wrong(("ask", "pod"), "is missing; expected the pod to store")
@@ -261,6 +264,27 @@ def _given(opened: OpenState, role: Role) -> dict[str, Any]:
             opened.names.wrong(("ask", "pod"), f'pod "{asked.pod}" is stored; expected one that a robot carries')
         return {"pod": pod}
     return {}
+
+
+def _packing(opened: OpenState, role: Role) -> dict[str, Any]:
+    """Return the orders to be bound for packing stations; or the station where a packer is free, and its tasks."""
+    asked, warehouse, names = opened.state.ask, opened.warehouse, opened.names
+    if not warehouse.packing:
+        names.wrong(("packing",), "is missing; expected the packing stations")
+    if role is Role.PACKING:
+        orders = [order for order in warehouse.orders if order.parts and order.packing is None]
+        if asked.orders is not None:
+            orders = [warehouse.orders[names.order(one, "ask", "orders", i)] for i, one in enumerate(asked.orders)]
+        for order in orders:
+            if not order.parts or order.packing is not None:
+                why = "is bound for a packing station" if order.parts else "has no part that is assigned"
+                names.wrong(("ask", "orders"), f'names order "{order.name}", which {why}')
+        return {"orders": tuple(orders)}
+    at = next((station.id for station in warehouse.packing if station.next_tasks), 0)
+    station = warehouse.packing[at if asked.station is None else names.packing(asked.station, "ask", "station")]
+    if not station.next_tasks:
+        names.wrong(("ask", "station"), f"no packer is free for a task at packing station {station.label}")
+    return {"station": station, "tasks": station.next_tasks}
 
 
 def _generator(state: State, rule: BoundRule) -> np.random.Generator:
@@ -293,8 +317,12 @@ def carry_out(
         When it cannot be carried out.
     """
     warehouse = opened.warehouse
-    if role in (Role.PR, Role.TA, Role.ACTIVATE, Role.IDLE, Role.MOVE):
+    if role in (Role.PR, Role.TA, Role.ACTIVATE, Role.IDLE, Role.MOVE, Role.PACKING, Role.PACKING_TASK):
         match role:
+            case Role.PACKING:
+                apply_packing(warehouse, answer, orders=arguments["orders"], keep=_forget)
+            case Role.PACKING_TASK:
+                checks.known("task", answer, arguments["tasks"])
             case Role.PR:
                 checks.storage_location(warehouse, arguments["pod"], answer)
             case Role.TA:

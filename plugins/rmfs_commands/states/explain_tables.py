@@ -16,7 +16,7 @@ from rmfs_commands.cli.screen import ROOM_FOR_WORDS, new_table, print_named, say
 from rmfs_commands.states import Answer, Outcome, Recorded, Recording, State
 from rmfs_commands.states.deciding import BundleOutcome
 from rmfs_commands.states.rebuilding import OpenState, open_state
-from rmfs_commands.states.stories import Episode, where_in
+from rmfs_commands.states.stories import Episode, in_words, task_in, where_in
 from rmfs_core.clock import to_seconds
 from rmfs_core.decisions import gap_of
 from rmfs_core.roles import Role
@@ -94,6 +94,8 @@ def print_decision(console: Console, recorded: Recorded, choice: RuleChoice, sta
         _print_wanted(console, opened, state.ask.max_fetches)
     if recorded.decides in (Role.ROA, Role.RPS, Role.ROA_RPS):
         _print_bundles(console, opened, decided or {}, limit)
+    if opened.view.packing_stations:
+        _print_packing(console, opened)
     if recorded.decides is Role.IDLE:
         _print_resting(console, opened, decided or {}, limit)
     if decided is None:
@@ -322,6 +324,19 @@ def _with_room(opened: OpenState, name: str) -> str:
     return name if pod.free_space >= UNLIMITED else f"{name} ({pod.free_space} free)"
 
 
+def _print_packing(console: Console, opened: OpenState) -> None:
+    """Print what there is at packing stations."""
+    table = _table("Packing station", "Free boxes", "Orders", "To put", "To pack", "At work", right=_OF_PACKING)
+    for station in opened.view.packing_stations:
+        kinds = Counter(task.kind for task in station.tasks)
+        numbers = station.free_boxes, len(station.orders), kinds["put"], kinds["pack"], len(station.working)
+        table.add_row(station.label, *map(str, numbers))
+    console.print(table)
+
+
+_OF_PACKING = ("Free boxes", "Orders", "To put", "To pack", "At work")
+
+
 def _print_decided(console: Console, recorded: Recorded, opened: OpenState, decided: Mapping[str, Any]) -> None:
     if decided.get("trips"):
         table = _table("Pod sent", "To station", "Drive", "Holds SKUs", right=("Drive",))
@@ -333,7 +348,7 @@ def _print_decided(console: Console, recorded: Recorded, opened: OpenState, deci
         console.print(table)
     elif "trips" in decided:
         say(console, "Decided: no pod is sent.")
-    if decided.keys() & {"tasks", "cell", "active", "rests", "moves"}:
+    if decided.keys() & {"tasks", "cell", "active", "rests", "moves", "packing", "task"}:
         say(console, f"Decided: {_in_words(recorded.content, decided)}.")
 
 
@@ -345,6 +360,10 @@ def _in_words(content: Mapping[str, Any], decision: Mapping[str, Any]) -> str:
         said.append(
             ", ".join(f"robot {task['robot']} fetches pod {task['pod']}" for task in decision["tasks"]) or "no task"
         )
+    if "packing" in decision:
+        said.append(f"packing stations: orders {_pairs(decision['packing'], 'order')}")
+    if "task" in decision:
+        said.append(in_words(task_in(content, decision["task"])))
     if "active" in decision:
         said.append(f"active stations: {', '.join(decision['active']) or 'none'}")
     for move in (*decision.get("rests", ()), *decision.get("moves", ())):

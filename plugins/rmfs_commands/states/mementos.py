@@ -9,16 +9,18 @@ from rmfs_commands.states.plain import (
     BundleMemento,
     Memento,
     OrderMemento,
+    PackingMemento,
     PartMemento,
     PodMemento,
     RequestMemento,
     RobotMemento,
     StationMemento,
+    TaskMemento,
 )
-from rmfs_commands.states.state import InHandState, OrderState, PartState, RequestState, State
+from rmfs_commands.states.state import InHandState, OrderState, PartState, RequestState, State, TaskState
 from rmfs_core.clock import to_ticks
 from rmfs_core.scenario.source import KeyPath
-from rmfs_core.warehouse import UNLIMITED
+from rmfs_core.warehouse import UNLIMITED, OrderPacking
 from rmfs_core.world import NORTH, Layout, OrderData, PodData
 
 QUEUE_LENGTH = 12
@@ -51,7 +53,8 @@ def memento_of(state: State, names: Names, layout: Layout) -> Memento:
         waiting = [names.pod(pod, "waiting", i) for i, pod in enumerate(state.waiting)]
     skus, blocked = tuple(names.skus), tuple(sorted(state.empty_pods))
     bundles, sizes = tuple(_bundles(state, names, now)), _sizes(state, names)
-    return Memento(now, skus, orders, pods, stations, robots, tuple(waiting), blocked, state.reserved, bundles, sizes)
+    whole = now, skus, orders, pods, stations, robots, tuple(waiting), blocked, state.reserved, bundles, sizes
+    return Memento(*whole, tuple(_packing(state, names, orders)))
 
 
 def _now(state: State, names: Names) -> int:
@@ -98,8 +101,43 @@ def _orders(state: State, names: Names) -> tuple[OrderMemento, ...]:
             path = ("orders", name, "parts", i)
             station = names.station(part.station, *path, "station")
             parts.append(PartMemento(station, tuple(names.sku(sku, *path, "skus") for sku in part.skus), part.period))
-        orders.append(OrderMemento(order, tuple(parts), _waits(state, names, name, begun=bool(parts))))
+        waits = _waits(state, names, name, begun=bool(parts))
+        orders.append(OrderMemento(order, tuple(parts), waits, _packing_of(state, names, name)))
     return tuple(orders)
+
+
+def _packing_of(state: State, names: Names, order: str) -> OrderPacking | None:
+    told = state.orders[order].packing
+    if told is None:
+        return None
+    station = names.packing(told.station, "orders", order, "packing", "station")
+    so_far = told.first_part_s, told.items_sent, told.items_in_box, told.expected_s, told.packed
+    return OrderPacking(station, told.box, *so_far)
+
+
+def _packing(state: State, names: Names, orders: Sequence[OrderMemento]) -> Iterator[PackingMemento]:
+    if state.packing is None:
+        return
+    for i, told in enumerate(state.packing.stations):
+        path: KeyPath = ("packing", "stations", i)
+
+        def tasks(key: str, given: Sequence[TaskState], path: KeyPath = path) -> tuple[TaskMemento, ...]:
+            return tuple(
+                TaskMemento(
+                    one.kind,
+                    names.order(one.order, *path, key, at, "order"),
+                    *(one.tote, one.items, one.duration_s, one.since_s, one.until_s),
+                )
+                for at, one in enumerate(given)
+            )
+
+        bound = [
+            at for at, order in enumerate(orders) if (one := order.packing) and one.station == i and not one.packed
+        ]
+        if told.orders is not None:
+            bound = [names.order(order, *path, "orders", at) for at, order in enumerate(told.orders)]
+        waiting, working = tasks("tasks", told.tasks), tasks("working", told.working)
+        yield PackingMemento(state.packing.section, tuple(bound), waiting, working)
 
 
 def _waits(state: State, names: Names, name: str, *, begun: bool) -> bool | None:

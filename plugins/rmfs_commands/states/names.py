@@ -45,7 +45,7 @@ class Names:
     def path(self, by_ids: KeyPath) -> KeyPath:
         """Return the path of a key with the name that the state has for an order, pod, station or robot, not its id."""
         section, *rest = by_ids
-        if rest and section != "bundles":  # a list
+        if rest and section not in ("bundles", "packing"):  # a list
             tables = {
                 "orders": self.orders,
                 "pods": self.pods,
@@ -66,6 +66,13 @@ class Names:
     def order(self, name: str, *path: str | int) -> int:
         """Return the id of an order that is named at a path."""
         return self._id("order", name, self.orders, path)
+
+    def packing(self, name: str, *path: str | int) -> int:
+        """Return the id of a packing station that is named at a path, by its number from 1."""
+        number = 0 if self._state.packing is None else len(self._state.packing.stations)
+        if name not in (known := [str(at + 1) for at in range(number)]):
+            self.wrong(path, f'names packing station "{name}"; the state has {number}')
+        return known.index(name)
 
     def sku(self, name: str, *path: str | int) -> int:
         """Return the id of a SKU that is named at a path."""

@@ -8,7 +8,19 @@ from typing import NamedTuple
 from attrs import field, frozen, validators
 
 from rmfs_core.clock import to_ticks
-from rmfs_core.warehouse import UNLIMITED, Bundle, Order, Pod, Robot, Station, WarehouseView
+from rmfs_core.scenario.model import PackingSection
+from rmfs_core.warehouse import (
+    UNLIMITED,
+    Bundle,
+    Order,
+    OrderPacking,
+    PackingStation,
+    PackingTask,
+    Pod,
+    Robot,
+    Station,
+    WarehouseView,
+)
 from rmfs_core.world import OrderData, PodData
 
 
@@ -47,13 +59,47 @@ class BundleMemento(NamedTuple):
         return cls(*kind, bundle.station, bundle.pod)
 
 
+class TaskMemento(NamedTuple):
+    """What waits at a packing station, or is being done until a time."""
+
+    kind: str
+    order: int
+    tote: int
+    items: int
+    duration_s: float
+    since_s: float
+    until_s: float | None = None
+
+    @classmethod
+    def of(cls, task: PackingTask, until_s: float | None = None) -> TaskMemento:
+        """Return what a task is now."""
+        return cls(task.kind, task.order.id, *task[2:], until_s)
+
+
+@frozen
+class PackingMemento:
+    """A packing station: the orders that are bound for it and not packed, what waits, and what is being done."""
+
+    section: PackingSection
+    orders: tuple[int, ...] = ()
+    tasks: tuple[TaskMemento, ...] = ()
+    working: tuple[TaskMemento, ...] = ()
+
+    @classmethod
+    def of(cls, station: PackingStation) -> PackingMemento:
+        """Return what a packing station is now."""
+        orders, tasks = tuple(order.id for order in station.orders), tuple(map(TaskMemento.of, station.tasks))
+        return cls(station.section, orders, tasks, tuple(TaskMemento.of(*doing) for doing in station.working))
+
+
 @frozen
 class OrderMemento:
-    """An order that has arrived, what was assigned of it, and whether it waits for stock; None: if it must."""
+    """An order that has arrived, its parts, its packing, and whether it waits for stock; None: if it must."""
 
     data: OrderData
     parts: tuple[PartMemento, ...]
     waits: bool | None = field(default=None, eq=bool)
+    packing: OrderPacking | None = None
 
     @classmethod
     def of(cls, order: Order) -> OrderMemento:
@@ -70,6 +116,7 @@ class OrderMemento:
             ),
             parts,
             order.waits_for_stock,
+            order.packing,
         )
 
 
@@ -168,6 +215,8 @@ class Memento:
         Those that have arrived and are not stored; at a station, and on a pod, in the order in which that was decided.
     sizes
         Space that an item of each SKU takes; empty: 1.
+    packing
+        Packing stations.
     """
 
     now: int = field(validator=validators.ge(0))
@@ -181,6 +230,7 @@ class Memento:
     reserved: tuple[int, ...]
     bundles: tuple[BundleMemento, ...] = ()
     sizes: tuple[int, ...] = ()
+    packing: tuple[PackingMemento, ...] = ()
 
     @classmethod
     def of(cls, view: WarehouseView, skus: Sequence[str]) -> Memento:
@@ -199,4 +249,5 @@ class Memento:
             view.reserved_locations,
             tuple(map(BundleMemento.of, bundles)),
             view.sizes if max(view.sizes, default=1) > 1 else (),
+            tuple(map(PackingMemento.of, view.packing_stations)),
         )

@@ -7,15 +7,15 @@ First line, the header::
     state             the state before the first event, as `rmfs_commands.states.state` has it, without ``ask``
 
 Then one line a decision of POA, PPS, POA and PPS together, PR, TA, ROA, RPS, ROA and RPS together, activation, idle
-robots and repositioning, in the order in which they were made::
+robots, repositioning, packing stations and tasks of packers, in the order in which they were made::
 
     decides, rule     what was decided, and the name of the rule
     change            what the state that the rule saw differs in from the one of the line before: a JSON merge patch
                       (RFC 7396). Its ``ask`` says what was asked
     decision          ``assignments`` (order, station, skus), ``trips`` (pod, station), ``tasks`` (robot, pod),
                       ``cell``, ``bundles`` (bundle, station), ``stores`` (bundle, pod), ``active`` (stations),
-                      ``rests`` (robot, cell, charge) or ``moves`` (pod, cell); null when the rule answered nothing
-                      valid, which ended the run
+                      ``rests`` (robot, cell, charge), ``moves`` (pod, cell), ``packing`` (order, station) or
+                      ``task`` (position); null when the rule answered nothing valid, which ended the run
     report            of a rule that reports on its solve: status, objective, bound, stopped_early
 
 `rmfs_commands.states.read_recording` reads it. The random generator of a rule is in the state (``random``) once it has
@@ -85,6 +85,10 @@ class DecisionRecorder:
         ask |= {name: question.arguments[name] for name in ("max_fetches", "max_moves") if name in question.arguments}
         if "pod" in question.arguments:
             ask["pod"] = question.arguments["pod"].name
+        if decides is Role.PACKING:
+            ask["orders"] = [order.name for order in question.arguments["orders"]]
+        if decides is Role.PACKING_TASK:
+            ask["station"] = question.arguments["station"].label
         if question.warehouse.filtered:
             call["backlog"] = [order.name for order in question.warehouse.backlog]
         generator = question.rng.bit_generator.state
@@ -98,7 +102,8 @@ class DecisionRecorder:
         """Take down what the rule answered that was asked last."""
         if self._asked is None:
             return
-        decision = answer_to_dict(self._run.warehouse, self._run.instance.skus, question.decides, answer)
+        asked = question.decides, answer, question.arguments
+        decision = answer_to_dict(self._run.warehouse, self._run.instance.skus, *asked)
         report = None if decision is None else decision.pop("report", None)
         self._asked["decision"] = decision
         if report is not None:

@@ -6,8 +6,20 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TypeVar
 
-from rmfs_commands.states.plain import BundleMemento, Memento, OrderMemento, RequestMemento, StationMemento
-from rmfs_core.warehouse import Order, Robot, Station, Warehouse
+from attrs import asdict, evolve
+
+from rmfs_commands.states.plain import (
+    BundleMemento,
+    Memento,
+    OrderMemento,
+    PackingMemento,
+    RequestMemento,
+    StationMemento,
+    TaskMemento,
+)
+from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
+from rmfs_core.simulation.setup import packing_of
+from rmfs_core.warehouse import Order, PackingStation, PackingTask, Robot, Station, Warehouse
 from rmfs_core.world import CellKind, Instance
 from rmfs_core.world.travel import Travel
 
@@ -45,6 +57,7 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         memento.blocked,
         [p.capacity for p in memento.pods],
         wait_for_stock=False,
+        packing=_packing_stations(memento.packing, travel),
     )
     warehouse.homes = tuple(p.home for p in memento.pods)
     warehouse.advance(memento.now)
@@ -64,6 +77,7 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
     _promise(warehouse, memento)
     for i, bundle in enumerate(memento.bundles):
         _restore_bundle(warehouse, bundle, "bundles", i)
+    _pack(warehouse, memento)
     return warehouse
 
 
@@ -252,6 +266,49 @@ def _restore_bundle(warehouse: Warehouse, told: BundleMemento, *path: str | int)
         bound = told.station in pod.bound_for and pod.free_space >= bundle.size
         _check(bound, "expected a pod with room for it that is bound for its station", *path, "pod")
         warehouse.bind_bundle(bundle, pod)
+
+
+def _packing_stations(told: Sequence[PackingMemento], travel: Travel) -> list[PackingStation]:
+    """Return packing stations at which nothing has happened yet."""
+    if not told:
+        return []
+    section = evolve(told[0].section, stations=len(told))
+    return packing_of(Scenario(RulesSection(poa_pps=RuleChoice("")), packing=section), travel.layout)
+
+
+def _pack(warehouse: Warehouse, memento: Memento) -> None:
+    """Let orders be as far as they are at their packing stations."""
+    for order, given in zip(warehouse.orders, memento.orders, strict=True):
+        if given.packing is not None:
+            path = ("orders", order.id, "packing")
+            problem = "found it for an order of which no part is assigned"
+            _check(bool(order.parts), problem, *path)
+            boxed = "expected a box for an order that is split, and for no other"
+            _check((given.packing.box is not None) == order.split, boxed, *path, "box")
+            warehouse.bind_packing(order, _at(warehouse.packing, given.packing.station, *path, "station"))
+            warehouse.pack(order, **asdict(given.packing))
+    for i, (station, told) in enumerate(zip(warehouse.packing, memento.packing, strict=True)):
+        section = ("packing", "stations", i)
+        left = [order for order in station.orders if (at := order.packing) is not None and not at.packed]
+        names = ", ".join(order.name for order in left) or "none"
+        expected = f"expected the orders whose `packing` names it and that are not packed: {names}"
+        _check(sorted(told.orders) == sorted(order.id for order in left), expected, *section, "orders")
+        boxes = [order.packing.box for order in left if order.packing is not None and order.packing.box is not None]
+        _check(len(boxes) == len({*boxes}), "found a box that two orders have", *section, "orders")
+
+        def task(
+            one: TaskMemento, path: tuple[str | int, ...] = section, bound: Sequence[int] = told.orders
+        ) -> PackingTask:
+            name = warehouse.orders[one.order].name
+            _check(one.order in bound, f'names order "{name}", which is not bound for it', *path, "tasks")
+            return PackingTask(one.kind, warehouse.orders[one.order], *one[2:6])
+
+        warehouse.packing[i] = evolve(
+            station,
+            orders=tuple(warehouse.orders[order] for order in told.orders),
+            tasks=tuple(map(task, told.tasks)),
+            working=tuple((task(one), one.until_s or 0.0) for one in told.working),
+        )
 
 
 def _promise(warehouse: Warehouse, memento: Memento) -> None:

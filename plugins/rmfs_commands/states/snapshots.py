@@ -9,7 +9,15 @@ import attrs
 
 from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_commands.states.patches import difference
-from rmfs_commands.states.plain import BundleMemento, OrderMemento, PodMemento, RobotMemento, StationMemento
+from rmfs_commands.states.plain import (
+    BundleMemento,
+    OrderMemento,
+    PackingMemento,
+    PodMemento,
+    RobotMemento,
+    StationMemento,
+    TaskMemento,
+)
 from rmfs_commands.states.state import FORMAT, VERSIONS
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
@@ -19,17 +27,29 @@ from rmfs_core.events import (
     OrderArrived,
     OrderAssigned,
     OrderInStock,
+    OrderPacked,
+    PackingAssigned,
+    PackingStarted,
+    PartArrived,
+    PartPut,
+    PartSent,
     PodLifted,
     PodStored,
     TripDecided,
     VisitEnded,
 )
+from rmfs_core.scenario.writing import plain
 from rmfs_core.warehouse import UNLIMITED
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
 
 
+OF_ORDERS = (
+    *(OrderArrived, OrderInStock, OrderAssigned),
+    *(PackingAssigned, PartSent, PartArrived, PartPut, PackingStarted, OrderPacked),
+)
+"""What tells of a change of an order."""
 PASSING = ("backlog", "random")
 """What belongs to one call of a rule, and need not be there at the next."""
 
@@ -58,7 +78,7 @@ class Snapshots:
         self._last: dict[str, tuple[object, dict[str, Any]]] = {}
         self.state: dict[str, Any] = {
             "format": FORMAT,
-            "version": VERSIONS[bool(view.replenishment_stations)],
+            "version": VERSIONS[bool(view.replenishment_stations or view.packing_stations)],
             "time_s": view.now_s,
             "skus": list(run.instance.skus),
             "layout": {"map": draw_map(run.layout).splitlines()},
@@ -72,6 +92,7 @@ class Snapshots:
             "reserved": [],
             "seed": run.scenario.seed,
             **self._bundles(),
+            **self._packing(),
         }
         if max(view.sizes, default=1) > 1:
             self.state["sizes"] = dict(zip(self._skus, view.sizes, strict=True))
@@ -81,7 +102,7 @@ class Snapshots:
         """Take note of the orders and pods that an event tells of."""
         if isinstance(event, OrderArrived):
             self._orders[event.order] = self._view.order(event.order).name
-        if isinstance(event, (OrderArrived, OrderInStock, OrderAssigned)):
+        if isinstance(event, OF_ORDERS):
             self._told_of_orders[event.order] = None
         elif isinstance(event, (TripDecided, PodLifted, ItemPicked, BundleStored, VisitEnded, PodStored)):
             self._told_of_pods.add(event.pod)
@@ -99,7 +120,8 @@ class Snapshots:
         self._dated |= any(order.data.due_tick is not None or order.data.priority for order in orders)
         stations = self._look_at_stations()
         robots = {robot.name: self._robot(RobotMemento.of(robot)) for robot in view.robots}
-        later = self._dated or bool(view.replenishment_stations) or _needs_version_2(stations, robots)
+        later = self._dated or bool(view.replenishment_stations or view.packing_stations)
+        later |= _needs_version_2(stations, robots)
         whole = {
             "version": VERSIONS[later],
             "time_s": view.now_s,
@@ -108,6 +130,7 @@ class Snapshots:
             "waiting": [pod.name for pod in view.waiting_pods],
             "reserved": list(view.reserved_locations),
             **self._bundles(),
+            **self._packing(),
             **call,
         }
         patch = difference({key: self.state[key] for key in (*whole, *PASSING) if key in self.state}, whole)
@@ -138,7 +161,30 @@ class Snapshots:
             state["due_s"] = to_seconds(order.data.due_tick)
         if self._view.replenishment_stations:
             state["waits_for_stock"] = bool(order.waits)
+        packing = order.packing
+        if packing is not None:
+            told = {name: value for name, value in attrs.asdict(packing).items() if value is not None}
+            state["packing"] = told | {"station": str(packing.station + 1)}
         return state | ({"priority": order.data.priority} if order.data.priority else {}) | {"parts": parts}
+
+    def _packing(self) -> dict[str, Any]:
+        """Return the packing stations, where there are some."""
+        stations = [PackingMemento.of(station) for station in self._view.packing_stations]
+        if not stations:
+            return {}
+        told = [
+            {
+                "orders": [self._orders[order] for order in station.orders],
+                "tasks": [self._task(task) for task in station.tasks],
+                "working": [self._task(task) for task in station.working],
+            }
+            for station in stations
+        ]
+        return {"packing": {"section": plain(stations[0].section), "stations": told}}
+
+    def _task(self, task: TaskMemento) -> dict[str, Any]:
+        told = {name: value for name, value in task._asdict().items() if value is not None}
+        return told | {"order": self._orders[task.order]}
 
     def _pod(self, pod: PodMemento) -> dict[str, Any]:
         state: dict[str, Any] = {"contents": {self._skus[sku]: n for sku, n in pod.data.contents}, "home": pod.home}

@@ -1,7 +1,7 @@
 """The format of decision states, version 2: every key with its meaning, unit and default.
 
 Version 1, which is read too, has no due times, priorities, items in hand and opening hours, and nothing of
-replenishment; a state without is written as version 1.
+replenishment or packing; a state without is written as version 1.
 
 Orders, pods, stations, robots and SKUs are called by their names; the order in which a state lists them is the order
 of their ids, by which rules break ties. What a warehouse management system does not know it leaves out.
@@ -21,7 +21,7 @@ from rmfs_commands.cli.schema import schema_of
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
 from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, Check, at_least, within
-from rmfs_core.scenario.model import LayoutSection, key
+from rmfs_core.scenario.model import LayoutSection, PackingSection, key
 from rmfs_core.wording import listed
 
 FORMAT = "rmfs-state"
@@ -29,6 +29,7 @@ VERSIONS = (1, 2)
 DECIDING = (
     *(Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA),
     *(Role.ROA, Role.RPS, Role.ROA_RPS, Role.ACTIVATE, Role.IDLE, Role.MOVE),
+    *(Role.PACKING, Role.PACKING_TASK),
 )
 DECIDES = tuple(role.label for role in DECIDING)
 """The decisions that can be asked of a state."""
@@ -192,6 +193,57 @@ class PartState:
 
 
 @frozen
+class OrderPackingState:
+    """Where an order is packed, and how far that is."""
+
+    station: str = key("Packing station: its number, from 1")
+    box: int | None = key("Number of its box there, from 0; left out: it is not split", None, check=_number(0))
+    first_part_s: float | None = key("When its first part came there; left out: none has", None, unit="s", check=_TIME)
+    items_sent: int = key("Its items in totes that have left picking stations", 0, check=_number(0))
+    items_in_box: int = key("Its items in its box", 0, check=_number(0))
+    expected_s: float | None = key(
+        "When it would be packed if no other part came and a packer were free", None, unit="s", check=_TIME
+    )
+    packed: bool = key("Whether it is packed", False)
+
+
+@frozen
+class TaskState:
+    """What waits for a packer, or is being done."""
+
+    kind: str = key("`put` (a tote into the order's box) or `pack`", check=_one_of("put", "pack"))
+    order: str = key("The order")
+    tote: int = key("The tote, or the one of the order that came last", 0, check=_number(0))
+    items: int = key("Number of items", 1, check=_number(1))
+    duration_s: float = key("How long it takes", 0.0, unit="s", check=_TIME)
+    since_s: float = key("Since when it waits", 0.0, unit="s", check=_TIME)
+    until_s: float | None = key("When it will be done; left out: it waits", None, unit="s", check=_TIME)
+
+
+@frozen
+class PackingStationState:
+    """A packing station."""
+
+    orders: tuple[str, ...] | None = key(
+        "Orders that are bound for it and not packed, as that was decided; left out: in the order of `orders`", None
+    )
+    tasks: tuple[TaskState, ...] = key("What waits for a packer, the longest waiting first", ())
+    working: tuple[TaskState, ...] = key("What is being done", ())
+
+
+@frozen
+class PackingState:
+    """The packing stations. Times of the day in `open` count from time 0."""
+
+    section: PackingSection = key("Boxes, packers and times, as in a scenario's `packing`", factory=PackingSection)
+    stations: tuple[PackingStationState, ...] = key("Packing stations", (PackingStationState(),))
+
+    def __attrs_post_init__(self) -> None:
+        if not self.stations:
+            raise ValueError("expected one packing station or more in `stations`")
+
+
+@frozen
 class OrderState:
     """A pick order that has arrived."""
 
@@ -208,6 +260,9 @@ class OrderState:
         "What was assigned so far, also what is picked already; left out: the lines that stations have requests of. "
         "Every other line is open: in the backlog",
         None,
+    )
+    packing: OrderPackingState | None = key(
+        "Where it is packed; left out: no part of it is assigned, or there are no packing stations", None
     )
 
 
@@ -244,7 +299,8 @@ class AskState:
     """What is asked, where the rest of the state does not say it."""
 
     decides: str | None = key(
-        "`POA`, `PPS`, `POA+PPS`, `PR`, `TA`, `ROA`, `RPS`, `ROA+RPS`, `activation`, `idle` or `repositioning`",
+        "`POA`, `PPS`, `POA+PPS`, `PR`, `TA`, `ROA`, `RPS`, `ROA+RPS`, `activation`, `idle`, `repositioning`, "
+        "`packing` or `packing-task`",
         None,
         check=_one_of(*DECIDES),
     )
@@ -263,6 +319,12 @@ class AskState:
         check=_number(0),
     )
     pod: str | None = key("PR: the pod to store", None)
+    orders: tuple[str, ...] | None = key(
+        "Packing: the orders; left out: those that are begun and bound for no packing station", None
+    )
+    station: str | None = key(
+        "Packing task: the packing station where a packer is free; left out: the first with tasks for one", None
+    )
 
     @property
     def role(self) -> Role | None:
@@ -317,6 +379,7 @@ class State:
         "left out: none",
         None,
     )
+    packing: PackingState | None = key("Packing stations; left out: there are none", None)
     sizes: Mapping[str, int] | None = key("Space that an item of a SKU takes on a pod; left out: 1", None, check=_SIZES)
     backlog: tuple[str, ...] | None = key(
         "Orders that the rule is shown; left out: all that have open lines (recorded where prefilters are in use)", None
@@ -343,6 +406,8 @@ class State:
             raise ValueError(
                 "found `bundle_capacity` or `bundles` in a state of version 1; expected version 2 with them"
             )
+        if self.version == VERSIONS[0] and self.packing is not None:
+            raise ValueError("found `packing` in a state of version 1; expected version 2 with it")
 
 
 def state_schema() -> dict[str, Any]:

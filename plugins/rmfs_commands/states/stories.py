@@ -140,7 +140,8 @@ def reduced(content: Content, order: str) -> OpenState:
     }
     named = [request["order"] for given in stations.values() for request in given["requests"]]
     named += [given["in_hand"]["order"] for given in stations.values() if "in_hand" in given]
-    orders = {name: content["orders"][name] for name in dict.fromkeys([order, *named])}
+    told_of = {name: content["orders"][name] for name in dict.fromkeys([order, *named])}
+    orders = {name: {key: one[key] for key in one if key != "packing"} for name, one in told_of.items()}
     held = dict.fromkeys(sku for given in orders.values() for sku in given["lines"])
     told = {"format": FORMAT, "version": VERSIONS[-1], "stations": stations, "orders": orders}
     return open_state(state_from_dict(told | {"pods": {"any": {"contents": held}}}))
@@ -163,6 +164,11 @@ def _done_for(decision: Recorded, order: str) -> Iterator[str]:
         last = left and given is assigned[-1]
         rest = f"; {left} of its lines {'stays' if left == 1 else 'stay'} in the backlog" if last else ""
         yield f"assigned to station {given['station']}: {_skus(given['skus'])}{rest}"
+    for given in decided.get("packing", ()):
+        if given["order"] == order:
+            yield f"bound for packing station {given['station']}"
+    if "task" in decided and (task := task_in(content, decided["task"]))["order"] == order:
+        yield f"{in_words(task)} at packing station {content['ask']['station']}"
     for station, given in content["stations"].items():
         for request in given["requests"]:
             if request["order"] == order and "pod" not in request:
@@ -187,7 +193,38 @@ def _why_waiting(decision: Recorded, order: str) -> str | None:
         return "the rule decided nothing valid, which ended the run"
     if order not in content.get("backlog", (order,)):
         return "the prefilters left it out"
-    return _why_not_chosen(warehouse, "preferred others" if given else "assigned nothing")
+    why = _why_not_chosen(warehouse, "preferred others" if given else "assigned nothing")
+    begun = bool(content["orders"][order]["parts"])
+    return why if begun or free_boxes(content) != 0 else f"{why}, and no box was free to split it"
+
+
+def free_boxes(content: Content) -> int | None:
+    """Return how many more orders could be split in a recorded state; None where no box counts until it is packed."""
+    packing = content.get("packing")
+    if packing is None or packing["section"]["packing_from"] != "packed":
+        return None
+    told = [order["packing"] for order in content["orders"].values() if "packing" in order]
+    taken = sum("box" in one and not one["packed"] for one in told)
+    return int(packing["section"]["boxes"]) * len(packing["stations"]) - taken
+
+
+def task_in(content: Content, at: int) -> Mapping[str, Any]:
+    """Return the task at a position among those that a packer could begin in a recorded state."""
+    packing = content["packing"]
+    station, section = packing["stations"][int(content["ask"]["station"]) - 1], packing["section"]
+    tasks = [*station["tasks"]]
+    if section["sorters"]:  # who is asked does either
+        sorting = sum(task["kind"] == "put" for task in station["working"]) < section["sorters"]
+        puts = [task for task in tasks if task["kind"] == "put"]
+        tasks = puts if puts and sorting else [task for task in tasks if task["kind"] == "pack"]
+    found: Mapping[str, Any] = tasks[at]
+    return found
+
+
+def in_words(task: Mapping[str, Any]) -> str:
+    """Say what a packer does."""
+    what = "order" if task["kind"] == "pack" else f"tote {task['tote']}, into the box of order"
+    return f"{task['kind']} {what} {task['order']}"
 
 
 def _why_not_chosen(warehouse: WarehouseView, did: str) -> str:

@@ -94,7 +94,8 @@ def check_rule(rule: object) -> ConformanceReport:
 
     `trial_worlds` has the worlds, with what each is for; most are tried with unlimited and with finite stock. Those
     that lack what the rule's ``needs`` name are left out; a rule for idle robots that sends none to a charger needs
-    ``"no batteries"``. What the rule does not decide, simple shipped rules do. In each world it runs three times: with
+    ``"no batteries"``. What the rule does not decide, simple shipped rules do, and one that
+    splits orders around a rule that says where they are packed. In each world it runs three times: with
     the instance of the first run once more, and with a new one, for which SKUs, orders and pods have other names: those
     sort as before, but a set of them is gone through in another order. Where the rule plans paths, what the robots did
     is validated as `validate_trace` does it.

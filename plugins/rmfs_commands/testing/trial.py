@@ -195,15 +195,21 @@ def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> 
 
 
 @cache
-def _plain_rules(idle: str | None, move: str | None) -> RuleSet:
+def _plain_rules(idle: str | None, move: str | None, splits: bool) -> RuleSet:
     """Return the rules around the one under test; they remember nothing of a run, so all runs share them."""
     resting, moving = (None if name is None else RuleChoice(name) for name in (idle, move))
-    return RuleSet.load(evolve(PLAIN_RULES, idle=resting, move=moving), ".", allow_inline=False)
+    bound, task = RuleChoice("least-reserved"), RuleChoice("first-come")  # asked where there are packing stations
+    plain = evolve(PLAIN_RULES, idle=resting, move=moving, packing=bound, packing_task=task)
+    if splits:
+        plain = evolve(plain, poa=None, pps=None, poa_pps=RuleChoice("pod-index"))
+    return RuleSet.load(plain, ".", allow_inline=False)
 
 
 def _rules(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> RuleSet:
     given = world.scenario.rules
-    plain = _plain_rules(given.idle and given.idle.rule, given.move and given.move.rule)
+    whole = {Role.POA, Role.PPS, Role.POA_PPS} & {*roles}
+    splits = world.scenario.packing is not None and Role.PACKING in roles and not whole
+    plain = _plain_rules(given.idle and given.idle.rule, given.move and given.move.rule, splits)
     observes = bool(OBSERVER_HOOKS & marked_methods(rule.instance).keys())
     chosen: dict[str, Any] = dict.fromkeys(other for role in roles for other in role.excludes)
     for role in roles:
@@ -243,6 +249,7 @@ def _impossible(
 
 def _incomplete(simulation: Simulation) -> list[tuple[str, str]]:
     left = [order.name for order in simulation.warehouse.orders if order.unpicked_items]
+    left = left or [order.name for station in simulation.warehouse.packing for order in station.orders]
     if not left:
         return []
     return [(STARVED, f"orders {', '.join(left)} are not complete after {simulation.view.now_s:.0f} s")]

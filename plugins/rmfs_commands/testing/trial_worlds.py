@@ -11,6 +11,7 @@ from rmfs_core.scenario.model import (
     BatterySection,
     InstanceSection,
     LayoutSection,
+    PackingSection,
     Replenishment,
     RobotsSection,
     RuleChoice,
@@ -96,6 +97,9 @@ class TrialWorld:
 BATTERY = BatterySection(capacity_wh=40, idle_w=400, charging_w=5000)
 """Standing makes robots too low for a task within minutes, and the only charger has them back in half a minute."""
 
+PACKING = PackingSection(stations=2, boxes=1, packers=1, conveyor_s=20.0)
+"""Hardly any order can be split, and packers are no quicker than pickers."""
+
 ORDERS = {"1": "ab", "2": "c", "3": "ade", "4": "b", "5": "bcdf", "6": "ef", "7": "a", "8": "cf", "9": "bde", "10": "d"}
 PODS = {"A": "ab", "B": "bc", "C": "cd", "D": "de", "E": "ef", "F": "fa"}
 
@@ -128,6 +132,7 @@ def trial_worlds() -> tuple[TrialWorld, ...]:
         ),
         _world("batteries", "robots that have to charge", _later(), (5, 5), battery=BATTERY, idle="charge-when-low"),
         _world("moved pods", "pods that are away without a visit", _later(), (5, 5), 5, move="utility", pod_fill=0.95),
+        _world("packing stations with a box each", "a box for each station", plain, (4, 6), 5, packing=PACKING),
         _reordered(),
         _delivered(),
     )
@@ -287,6 +292,7 @@ def _world(
     move: str | None = None,
     pod_fill: float = 0.6,
     until_s: float | None = None,
+    packing: PackingSection | None = None,
 ) -> TrialWorld:
     capacity = tuple(capacities)
     resting, moving = (RuleChoice(name) if name else None for name in (idle, move))
@@ -303,6 +309,7 @@ def _world(
             also_replenish=True if replenishment and not replenishment_stations else None,
             bundle_capacity=bundle_capacity,
         ),
+        packing=packing,
         run=RunSection(until_s or LONGEST_S, until_s and until_s / 4, 2 * LONGEST_S),
     )
     layout = small_layout(

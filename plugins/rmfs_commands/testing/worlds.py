@@ -7,8 +7,8 @@ from functools import lru_cache
 
 from rmfs_commands.layouts import block_map, parse_map
 from rmfs_core.motion import Motion
-from rmfs_core.scenario.model import LayoutSection
-from rmfs_core.warehouse import UNLIMITED, Robot, Station, Warehouse
+from rmfs_core.scenario.model import LayoutSection, PackingSection
+from rmfs_core.warehouse import UNLIMITED, PackingStation, Robot, Station, Warehouse
 from rmfs_core.world import NORTH, Instance, Layout, OrderData, PodData, check_layout
 from rmfs_core.world.travel import travel_on
 
@@ -92,6 +92,7 @@ def small_world(
     due_s: Mapping[str, float] | None = None,
     bundle_capacity: int = 0,
     pod_capacity: int | None = None,
+    boxes: Sequence[int] = (),
 ) -> Warehouse:
     """Return a warehouse at time 0 with all orders in the backlog, whatever the pods hold.
 
@@ -116,6 +117,9 @@ def small_world(
         ``bundle_arrives(sku, items)`` and ``assign_bundle(bundle, station)`` of the warehouse.
     pod_capacity
         Items that a pod can hold; left out, any number.
+    boxes
+        Boxes of each packing station; left out, there are none. An order is bound for one, a split one with a box, by
+        ``bind_packing(order, station)`` of the warehouse, once a part of it is assigned.
     """
     instance = small_instance(orders, pods, due_s=due_s)
     layout = layout or small_layout(len(capacities))
@@ -139,6 +143,10 @@ def small_world(
         locations[: len(instance.pods)],
         pod_capacity=pod_capacity or UNLIMITED,
         wait_for_stock=False,
+        packing=[
+            PackingStation(i, PackingSection(boxes=number), conveyor_s=(60.0,) * len(stations))
+            for i, number in enumerate(boxes)
+        ],
     )
     for order in warehouse.orders:
         warehouse.order_arrives(order)

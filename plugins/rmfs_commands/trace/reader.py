@@ -180,6 +180,7 @@ class KnownIds:
             "sku": len(trace.instance.skus),
             "skus": len(trace.instance.skus),
             "heading": 4,
+            "packing": packing_stations(trace),
             **dict.fromkeys(("origin", "to", "cell"), len(trace.layout.kind)),
         }
         self._of_kind = {
@@ -195,6 +196,12 @@ class KnownIds:
                 if i is not None and not 0 <= i < count:
                     return f"{name} {i}"
         return None
+
+
+def packing_stations(trace: Trace) -> int:
+    """Return how many packing stations a run has."""
+    section = trace.scenario.get("packing")
+    return 0 if section is None else int(section.get("stations") or len(trace.layout.packing) or 1)
 
 
 def _is_int(value: object) -> bool:
@@ -305,9 +312,9 @@ def _layout(table: Mapping[str, Any], place: str) -> Layout:
     stations = tuple(
         StationCells(entry["cell"], tuple(entry["queue"]), entry.get("clear", 0)) for entry in table["stations"]
     )
-    return Layout(
-        width, height, cells(table["kind"]), cells(table["moves"]), stations, int(table.get("replenishing", 0))
-    )
+    kind, moves = cells(table["kind"]), cells(table["moves"])
+    replenishing, packing = int(table.get("replenishing", 0)), tuple(table.get("packing", ()))
+    return Layout(width, height, kind, moves, stations, replenishing, packing)
 
 
 def _place(given: Sequence[int] | None) -> tuple[int, int, str] | None:

@@ -19,6 +19,7 @@ First line, the header::
                       step from the cell into its neighbour in that heading
                       stations: for each its cell and its queue's cells, the one next to the station first
                       replenishing: how many of these, the last ones, are no picking stations; left out: none
+                      packing: cells of the packing stations; left out: there are none on it
     motion            acceleration_m_per_s2, top_speed_m_per_s, full_turn_s, lift_s
     skus              names
     sizes             space that an item of each SKU takes on a pod; left out: 1 each
@@ -89,7 +90,7 @@ def _snake(name: str) -> str:
 EVENTS: dict[str, type[Event]] = {
     _snake(name): kind
     for name, kind in vars(events).items()
-    if isinstance(kind, type) and issubclass(kind, Event) and kind is not Event
+    if isinstance(kind, type) and issubclass(kind, Event) and kind is not Event and name[0] != "_"
 }
 """Every class of event by its name in a trace."""
 
@@ -193,6 +194,7 @@ def _layout(layout: Layout) -> dict[str, Any]:
         "moves": rows(layout.moves),
         "stations": [_station_cells(cells) for cells in layout.stations],
         **({"replenishing": layout.replenishing} if layout.replenishing else {}),
+        **({"packing": layout.packing} if layout.packing else {}),
     }
 
 

@@ -129,6 +129,17 @@ KINDS: dict[str, str] = {
     "report": "a decision has a status, an objective or a bound that its rule cannot report",
     "backlog": "a decision reports another backlog than there was",
     "decision-size": "a decision reports another number of assignments or trips than it had",
+    # Packing
+    "packing-bound": "an order is bound for a packing station twice, too early, or with a box though it is not split",
+    "box": "two orders have one box, or more have one than there are",
+    "tote": "a tote leaves with other items than it should, or at another time",
+    "conveyor-time": "a tote is on its conveyor for another time than it should",
+    "put": "a part is put into a box before it has come, again, or in another time than it should",
+    "consolidated": "an order is said to be complete in its box and is not",
+    "packed-early": "an order is begun to be packed before its last part is there",
+    "pack-time": "packing takes another time than it should, or is done twice",
+    "packers": "more packers or sorters are at work than there are, or they begin while they are closed",
+    "not-packed": "the run is complete and an order is not packed",
     # The result
     "other-run": "the result beside the trace is that of another run",
     "metric": "a metric is not what the events amount to",

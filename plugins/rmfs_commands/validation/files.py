@@ -12,6 +12,7 @@ from typing import Any
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.case import Case
 from rmfs_commands.validation.details import delays_of
+from rmfs_commands.validation.packed import packing_of
 from rmfs_commands.validation.restocking import bundles_of, stock_of
 from rmfs_commands.validation.results import orders_of, periods_of, visits_of
 from rmfs_commands.validation.tables import Row, hours_of, robots_of, stations_of
@@ -27,6 +28,7 @@ FILES: Mapping[str, tuple[str, Callable[[Trace], Iterable[Row]]]] = {
     "robots.csv": ("robot", robots_of),
     "bundles.csv": ("bundle", bundles_of),
     "stock.csv": ("hour", stock_of),
+    "packing.csv": ("order", packing_of),
 }
 """Of each table the first column, whose values name its rows, and what works its rows out."""
 

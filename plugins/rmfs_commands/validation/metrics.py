@@ -10,6 +10,7 @@ from typing import Any
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.case import Case
 from rmfs_commands.validation.details import recompute_details
+from rmfs_commands.validation.packed import recompute_packing
 from rmfs_commands.validation.restocking import recompute_replenishment
 from rmfs_commands.validation.tables import arrivals_of, measured_from
 from rmfs_core.clock import TICKS_PER_S
@@ -36,6 +37,8 @@ def compare(case: Case, result: Mapping[str, Any]) -> None:
     details = recompute_details(trace)
     if trace.instance.restocked:
         details |= recompute_replenishment(trace)
+    if trace.scenario.get("packing"):
+        details |= recompute_packing(trace)
     expected_values = recompute(trace) | (details if details.keys() & reported.keys() else {})
     for name, value in expected_values.items():
         if name not in reported:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from rmfs_commands.validation.case import Case, Handlers, name_of, seconds
+from rmfs_commands.validation.packing import PackingCheck
 from rmfs_commands.validation.state import OrderState, State
 from rmfs_commands.validation.tables import refilled
 from rmfs_core import entrypoints
@@ -38,9 +39,10 @@ STATUSES = {"optimal": False, "effort": True, "stopped": True, "heuristic": Fals
 class OrderCheck:
     """Each order arrives, is assigned line by line, and is complete exactly with its last item."""
 
-    def __init__(self, case: Case, state: State) -> None:
+    def __init__(self, case: Case, state: State, packing: PackingCheck) -> None:
         self.case = case
         self.state = state
+        self.packing = packing
         self.refilled = refilled(case.trace)
         self.done = "handled" if case.keeps_places else "picked"
         self.come = self.waiting = self.closed = 0  # orders so far, those in the backlog, and those closed since then
@@ -164,7 +166,8 @@ class OrderCheck:
                     tick,
                     f"{self.case.order(i)} is not complete at the end ({left} of its items are not {self.done})",
                 )
-        if status in LEFT and self.state.orders and all(order.completed for order in self.state.orders):
+        over = all(order.completed for order in self.state.orders) and self.packing.all_packed
+        if status in LEFT and self.state.orders and over:
             self.case.add("status", tick, f"every order is complete, but the status of the run is {status}")
 
 

@@ -19,6 +19,8 @@ from rmfs_core.events import (
     OrderArrived,
     OrderAssigned,
     OrderCompleted,
+    OrderPacked,
+    PackingAssigned,
     PodLifted,
     PodMoveDecided,
     PodStored,
@@ -86,6 +88,8 @@ def hours_of(trace: Trace) -> Iterator[Row]:
                 what = "visits"
             case RobotMoved():
                 what, number = "distance_m", int(trace.layout.distance(event.origin, event.to))
+            case OrderPacked():
+                what = "orders_packed"
             case _:
                 continue
         counted[hour, what] += number
@@ -93,7 +97,9 @@ def hours_of(trace: Trace) -> Iterator[Row]:
     backlog, there = 0, _there(trace)
     for hour in range(last + 1):
         backlog += counted[hour, "orders_in"] - counted[hour, "left"]
-        numbers = {what: counted[hour, what] for what in ("orders_in", "orders_out", "picks", "visits", "distance_m")}
+        counts = ["orders_in", "orders_out", "picks", "visits", "distance_m"]
+        counts += ["orders_packed"] * bool(trace.scenario.get("packing"))
+        numbers = {what: counted[hour, what] for what in counts}
         begin, end = hour * HOUR, max(min((hour + 1) * HOUR, trace.tick), hour * HOUR)
         means = {column: round(_mean(steps, begin, end), 3) for column, steps in there.items()}
         yield {"hour": hour, "start_s": hour * 3600, **numbers, "backlog": backlog, **means}
@@ -109,6 +115,8 @@ def _there(trace: Trace) -> dict[str, list[tuple[int, int]]]:
             case RobotsOnDuty():
                 on_duty.append((event.tick, event.number))
     found = {"stations_open": opened} if has_hours(trace) else {}
+    if trace.scenario.get("packing"):
+        found["boxes"] = boxes_of(trace)
     return found | ({"robots_on_duty": on_duty} if trace.scenario.get("robots", {}).get("available") else {})
 
 
@@ -116,6 +124,21 @@ def _mean(steps: list[tuple[int, int]], begin: int, end: int) -> float:
     """Return the mean of a number between two times; steps say from when on it is which."""
     spans = pairwise([*steps, (max(end, steps[-1][0]), 0)])
     return sum(number * max(min(b, end) - max(a, begin), 0) for (a, number), (b, _) in spans) / max(end - begin, 1)
+
+
+def boxes_of(trace: Trace) -> list[tuple[int, int]]:
+    """Return how many boxes split orders have, from when on."""
+    until = OrderPacked if trace.scenario["packing"]["packing_from"] == "packed" else OrderCompleted
+    steps, taken = [(0, 0)], set[int]()
+    for event in trace.events:
+        if isinstance(event, PackingAssigned) and event.box is not None:
+            taken.add(event.order)
+        elif isinstance(event, until):
+            taken.discard(event.order)
+        else:
+            continue
+        steps.append((event.tick, len(taken)))
+    return steps
 
 
 def stations_of(trace: Trace) -> list[Row]:

@@ -18,6 +18,7 @@ from rmfs_commands.validation.metrics import compare
 from rmfs_commands.validation.motion import MotionCheck, WayCheck
 from rmfs_commands.validation.opening import check_opening, made_alike
 from rmfs_commands.validation.orders import DecisionCheck, OrderCheck
+from rmfs_commands.validation.packing import PackingCheck
 from rmfs_commands.validation.picking import PickCheck
 from rmfs_commands.validation.pods import PodCheck
 from rmfs_commands.validation.replenishing import BundleCheck
@@ -63,7 +64,9 @@ def faults_of(
     state = State(trace)
     if collisions is None:
         collisions = case.avoids_collisions
-    lines, orders, pods = LineCheck(case, state, collisions=collisions), OrderCheck(case, state), PodCheck(case, state)
+    packing = PackingCheck(case)
+    lines, orders = LineCheck(case, state, collisions=collisions), OrderCheck(case, state, packing)
+    pods = PodCheck(case, state)
     picks, bundles, shifts = PickCheck(case, state), BundleCheck(case, state), ShiftCheck(case, state)
     stock, decisions = StockCheck(case, state), DecisionCheck(case, state)
     # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity,
@@ -80,6 +83,7 @@ def faults_of(
         shifts,
         orders,
         RestCheck(case, state),
+        packing,
     )
     handlers: dict[type[Event], list[Callable[[Any], None]]] = {kind: [] for kind in EVENTS.values()}
     for check in checks:
@@ -92,6 +96,7 @@ def faults_of(
     bundles.at_end()
     stock.at_end()
     shifts.at_end()
+    packing.at_end()
     if whole:
         if collisions:
             find_collisions(case, state)

@@ -1,4 +1,4 @@
-"""POA rule ``first-come``."""
+"""Rule ``first-come``, for POA and for the tasks of packers."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 @define
 class FirstCome(PairOptions):
-    """Assign the oldest order first.
+    """Assign the oldest order first; let packers do first what waits longest.
 
-    The oldest order that fits anywhere goes to the station with the lowest load where it fits (ties: lowest id). When
-    the oldest order fits nowhere, the next oldest that does is assigned. This is repeated until nothing fits.
+    As POA: the oldest order that fits anywhere goes to the station with the lowest load where it fits (ties: lowest
+    id). When the oldest order fits nowhere, the next oldest that does is assigned. This is repeated until nothing fits.
 
     References
     ----------
@@ -33,3 +33,8 @@ class FirstCome(PairOptions):
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders by age: all pairs score the same, and ties go to the oldest order."""
         return self.assign(warehouse, rng)
+
+    @hookimpl
+    def choose_packing_task(self) -> int:
+        """Choose the task that waits longest."""
+        return 0

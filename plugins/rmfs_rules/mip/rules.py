@@ -10,6 +10,7 @@ from attrs import define, evolve, field, validators
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
+from rmfs_rules.helpers.packing import room_to_split
 from rmfs_rules.mip.period.effort import Effort
 from rmfs_rules.mip.period.period import Period, Preference, Stock
 from rmfs_rules.mip.period.solution import Model, Solution
@@ -119,29 +120,39 @@ class _Joint:
             raise ValueError('effort needs formulation = "aggregated"; the printed models go to the solver as a whole')
         check_installed(self.solver)
 
-    @property
-    def _packing_capacity(self) -> int | None:
-        return None
+    def _room(self, _warehouse: WarehouseView) -> tuple[bool, int | None]:
+        """Return whether orders are ever split, and how many more may be now; None: any number."""
+        return False, None
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
         """Solve one period; it may be that of an order which is too large for any station to take it beside others."""
-        stock = self._stock_of(warehouse)
-        large = Oversize.of(
-            warehouse,
-            self.max_wait_s,
-            splits=self.model is not Model.INTEGRATED and self._packing_capacity != 0,
-            over_time=self.model is Model.SPLIT_OVER_TIME,
-        )
+        stock, (splits, room) = self._stock_of(warehouse), self._room(warehouse)
+        capacity = None if room is None else warehouse.split_orders_open + room
+        large = Oversize.of(warehouse, self.max_wait_s, splits=splits, over_time=self.model is Model.SPLIT_OVER_TIME)
 
         def decide(without: Station | None) -> JointDecision:
             """Solve the period of all orders, with a station that takes nothing now."""
-            period = Period.of(warehouse, stock, packing=self._packing_capacity is not None, without=without)
+            period = Period.of(warehouse, stock, packing=capacity is not None, without=without)
             if self.preferred_pods != "idle":
                 period = evolve(period, preference=self._preference(period, rng))
-            return _decision(period, self.solve(period)) if period.stations else JointDecision()
+            return _decision(period, self.solve(period, capacity)) if period.stations else JointDecision()
 
-        return with_oversize(warehouse, large, decide, lambda large: self._alone(warehouse, stock, large))
+        decision = with_oversize(warehouse, large, decide, lambda large: self._alone(warehouse, stock, large))
+        ended_early = decision.report is not None and decision.report.stopped_early and not decision.assignments
+        if not ended_early or any(station.load for station in warehouse.stations):
+            return decision
+        return self._any_order(warehouse, stock, decision)
+
+    def _any_order(self, warehouse: WarehouseView, stock: Stock, decision: JointDecision) -> JointDecision:
+        """Return the oldest order that the largest station can take whole, where the search has ended with none.
+
+        Nothing is at the stations, so nothing else would ever happen.
+        """
+        station = max(warehouse.stations, key=lambda station: (station.free_capacity, -station.id))
+        fitting = (order for order in warehouse.backlog if station.open and warehouse.fits(order, station))
+        tried = (self._alone(warehouse, stock, Oversize(order, station, True)) for order in fitting)
+        return next((found for found in tried if found.assignments), decision)
 
     def _alone(self, warehouse: WarehouseView, stock: Stock, large: Oversize) -> JointDecision:
         """Assign all that is left of an order to an empty station, or nothing."""
@@ -157,13 +168,15 @@ class _Joint:
         if self.formulation == "aggregated" and not all(search.signatures for search in warm_up.searches()):
             warm_up.load()
 
-    def solve(self, period: Period) -> Solution:
+    def solve(self, period: Period, packing: int | None = None) -> Solution:
         """Solve a period and hold the solution against the printed constraints.
 
         Parameters
         ----------
         period
             The period.
+        packing
+            C: split orders that may be open at once; None: any number.
 
         Raises
         ------
@@ -171,7 +184,7 @@ class _Joint:
             When the solution violates one: no decision is better than a wrong one.
         """
         limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
-        weight, packing = self.unused_capacity_weight, self._packing_capacity
+        weight = self.unused_capacity_weight
         if self.formulation == "paper":
             solution = solve_printed(period, self.model, weight, limits, packing)
         else:
@@ -210,15 +223,11 @@ class _Split(_Joint):
     packing_capacity: int | None = field(
         default=None,
         validator=validators.optional(validators.ge(0)),
-        metadata={
-            "doc": "C: split orders that the packing stations have room for, those already open included (18); none by "
-            "default"
-        },
+        metadata={"doc": "C: split orders that may be open at once (18); by default as many as there are boxes for"},
     )
 
-    @property
-    def _packing_capacity(self) -> int | None:
-        return self.packing_capacity
+    def _room(self, warehouse: WarehouseView) -> tuple[bool, int | None]:
+        return self.packing_capacity != 0, room_to_split(warehouse, self.packing_capacity)
 
 
 def _decision(period: Period, solution: Solution) -> JointDecision:

@@ -1,24 +1,27 @@
-"""PR rule ``nearest``."""
+"""Rule ``nearest``, for PR and for the packing stations of orders."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from attrs import define
 
 from rmfs_core import hookimpl
 from rmfs_rules.helpers import nearest_free_location
+from rmfs_rules.helpers.packing import bound_for
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, WarehouseView
+    from rmfs_core.warehouse import Order, Pod, WarehouseView
 
 
 @define
 class Nearest:
-    """Store a pod in the nearest free storage location.
+    """Store a pod in the nearest free storage location; send an order to the nearest packing station.
 
-    That is the one with the shortest loaded driving time from where the pod is, turns included; ties go to the lowest
-    cell index.
+    The storage location is the one with the shortest loaded driving time from where the pod is, turns included; ties
+    go to the lowest cell index. The packing station is the one to which conveyors take the parts that are assigned so
+    far in the least time, summed over these, if it has a free box for a split order; ties go as in `least-reserved`.
 
     References
     ----------
@@ -33,3 +36,8 @@ class Nearest:
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free storage location."""
         return nearest_free_location(warehouse, pod)
+
+    @hookimpl
+    def assign_packing(self, warehouse: WarehouseView, orders: Sequence[Order]) -> Sequence[int]:
+        """Choose by the time on conveyors."""
+        return bound_for(warehouse, orders, lambda order, to: sum(to.conveyor_s[part.station] for part in order.parts))

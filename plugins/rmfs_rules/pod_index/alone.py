@@ -1,24 +1,49 @@
-"""What is left of an order to an empty station, which takes nothing else."""
+"""Whole orders: one to an empty station, which takes nothing else, and others where no box is free to split them."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
-from rmfs_rules.helpers import ticks_to_station
+from rmfs_rules.helpers import items_per_order, ticks_to_station
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, WarehouseView
-    from rmfs_rules.helpers.oversize import Oversize
+    from rmfs_core.warehouse import Order, Pod, Station, WarehouseView
 
 
-def assign_alone(warehouse: WarehouseView, large: Oversize) -> JointDecision:
+def assign_whole(warehouse: WarehouseView, most_pods: int, without: Station | None) -> JointDecision:
+    """Assign one order whole: the one of which fewest lines lack a pod at or bound for a station with room for it.
+
+    Of equals the oldest, at the station with the fewest pods. Where ``most_pods`` are, none is sent; ``without`` takes
+    nothing now.
+    """
+    lines, sizes, there = warehouse.backlog_lines, items_per_order(warehouse), warehouse.available()
+    best: tuple[int, int, int, int] | None = None
+    for station in warehouse.stations:
+        if station is without or not station.free_capacity:
+            continue
+        lacking = there[station.id][lines.sku] < lines.quantity
+        missing = np.bincount(lines.order, weights=lacking, minlength=len(sizes))
+        fits = np.ones(len(sizes), np.bool_) if station.counts_orders else sizes <= station.free_capacity
+        pods = len(station.inbound_pods)
+        fits &= (missing == 0) | (pods < most_pods)
+        if fits.any():
+            at = int(np.where(fits, missing, np.inf).argmin())
+            rank = int(missing[at]), at, pods, station.id
+            best = rank if best is None else min(best, rank)
+    if best is None:
+        return JointDecision()
+    return assign_alone(warehouse, warehouse.backlog[best[1]], warehouse.stations[best[3]])
+
+
+def assign_alone(warehouse: WarehouseView, order: Order, station: Station) -> JointDecision:
     """Assign all open lines of an order, and send the pods for them; nothing where free items are not enough.
 
     Pods that are stored or leaving a station are sent: again and again the one with most of the items that are still
     missing; the nearest of equals, then that of the lowest id.
     """
-    order, station = large.order, large.station
     there = warehouse.available()[station.id]
     missing = {line.sku: max(line.quantity - int(there[line.sku]), 0) for line in order.open_lines}
     movable = {

@@ -10,6 +10,7 @@ import numpy as np
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.warehouse import columns_of, stock_of
+from rmfs_rules.helpers.packing import room_to_split
 from rmfs_rules.pod_index.period import MOST_STEPS, NEVER, Ints, Stations, Weights, next_urgent
 from rmfs_rules.pod_index.turns import decide
 
@@ -71,9 +72,11 @@ def decision(
     if places:
         at, orders = np.array(places).T
         placed[at, lines.row[orders]] = True
-    packing = 0 if packing_capacity is None else packing_capacity - warehouse.split_orders_open
+    room = room_to_split(warehouse, packing_capacity)
+    if room is not None:
+        weights = weights._replace(packing=True)
     columns = tuple(lines), tuple(warehouse.stock), tuple(waiting(warehouse, weights)), tuple(stations)
-    takes, sends, until = decide(*columns, placed, ticks, warehouse.now_tick, packing)
+    takes, sends, until = decide(*columns, placed, ticks, warehouse.now_tick, room or 0)
     parts: dict[tuple[int, int], list[int]] = {}
     for at, order, sku in takes.tolist():
         parts.setdefault((order, at), []).append(sku)

@@ -11,7 +11,7 @@ from rmfs_core.clock import to_seconds
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
-from rmfs_rules.pod_index.alone import assign_alone
+from rmfs_rules.pod_index.alone import assign_alone, assign_whole
 from rmfs_rules.pod_index.deciding import decision, prepare, ticks_to, wake_s, weights_of
 from rmfs_rules.pod_index.period import NEVER, Ints, Weights
 
@@ -54,6 +54,10 @@ class PodIndex:
     the rule wakes up then.
 
     A line that no single pod can serve is brought by several, when there is nothing else to send.
+
+    Where an order can only be split while a box is free at the packing stations (or ``packing_capacity`` has room), it
+    is begun only then. When no box is free and nothing else can be taken, an order is taken whole: the one of which the
+    fewest lines lack a pod at or bound for a station with room for it.
 
     Lines of more items than any station takes are left for last. What is left of such an order goes to an empty
     station, which takes nothing else, when nothing else can be assigned or the order has waited for max_wait_s.
@@ -111,7 +115,7 @@ class PodIndex:
     packing_capacity: int | None = parameter(
         None,
         validators.optional(AT_LEAST_1),
-        "Split orders that the packing stations have room for, those already open included; none by default",
+        "Split orders that may be open at once; by default as many as packing stations have boxes for",
     )
 
     priority_factor: float = parameter(
@@ -152,7 +156,7 @@ class PodIndex:
             warehouse,
             Oversize.of(warehouse, self.max_wait_s, splits=True, over_time=True),
             lambda without: self._decide(warehouse, without)[0],
-            lambda large: assign_alone(warehouse, large),
+            lambda large: assign_alone(warehouse, large.order, large.station),
         )
 
     @hookimpl
@@ -179,7 +183,12 @@ class PodIndex:
         """Decide about all orders that need no station of their own, as `decision` does."""
         if self._stations is not warehouse.stations:
             self._stations, self._ticks = warehouse.stations, ticks_to(warehouse.stations, warehouse)
-        return decision(warehouse, self._weights, self._ticks, self.packing_capacity, without)
+        decided, until = decision(warehouse, self._weights, self._ticks, self.packing_capacity, without)
+        if warehouse.free_boxes is None:
+            return decided, until
+        if warehouse.free_boxes or decided.assignments or decided.trips:
+            return decided, warehouse.now_tick
+        return assign_whole(warehouse, self.most_pods, without), warehouse.now_tick
 
 
 def _seen(warehouse: WarehouseView) -> object:

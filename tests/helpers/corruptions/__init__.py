@@ -4,7 +4,7 @@ A corruption is made in what the file holds, header and lines, and is as small a
 somebody who changes a trace by hand, can be. `NotThereError` says that a trace has nothing of the kind.
 """
 
-from corruptions import bundles, driving, header, working  # they register their kinds
+from corruptions import bundles, driving, header, packing, working  # they register their kinds
 from corruptions.raw import KINDS, NotThereError, Raw
 
-__all__ = ["KINDS", "NotThereError", "Raw", "bundles", "driving", "header", "working"]
+__all__ = ["KINDS", "NotThereError", "Raw", "bundles", "driving", "header", "packing", "working"]

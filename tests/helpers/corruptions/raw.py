@@ -153,7 +153,7 @@ def scenario_says(name: str, section: str, key: str, by: Callable[[Any], Any], g
     """Register the corruption that changes a key of the scenario in the header."""
 
     def corruption(raw: Raw) -> None:
-        table = raw.scenario[section] if section else raw.scenario
+        table = raw.scenario.get(section, {}) if section else raw.scenario
         if given and key not in table:
             raise NotThereError(key)
         table[key] = by(table.get(key))

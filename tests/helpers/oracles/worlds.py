@@ -11,7 +11,8 @@ from attrs import define, evolve, frozen
 
 from rmfs_commands.testing import small_instance, small_layout, small_world
 from rmfs_core.clock import UNREACHABLE
-from rmfs_core.warehouse import Order, Pod, Robot, Station, Warehouse, WarehouseView
+from rmfs_core.scenario.model import PackingSection
+from rmfs_core.warehouse import Order, PackingStation, PackingTask, Pod, Robot, Station, Warehouse, WarehouseView
 from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_core.warehouse.promises import next_request
 
@@ -45,6 +46,8 @@ class Moment:
 
     def answers(self, hook: str) -> bool:
         """Whether there is what a hook asks about."""
+        if hook == "choose_packing_task":
+            return bool(self.tasks)
         if hook == "plan_path":
             robot, travel = self.robot, self.world.travel
             return travel.ticks(robot.cell, robot.heading, self.goal, robot.pod is not None) < UNREACHABLE
@@ -56,7 +59,22 @@ class Moment:
 
     @property
     def orders(self) -> list[Order]:
-        return self.backlog
+        if not self.world.packing:
+            return self.backlog
+        begun = [order for order in self.world.arrived.values() if order.parts and order.packing is None]
+        boxes = self.world.free_boxes or 0
+        kept = {order.id for order in [order for order in begun if order.split][:boxes]}
+        return [order for order in begun if order.id in kept or not order.split]
+
+    @cached_property
+    def tasks(self) -> list[PackingTask]:
+        lots, orders = random.Random(f"{self.chosen} tasks"), [*self.world.arrived.values()]
+        drawn = []
+        for number in range(lots.randint(2, 6) if orders else 0):
+            order, kind, items = lots.choice(orders), lots.choice(("put", "pack")), lots.randint(1, 4)
+            duration_s = float(lots.choice((7, 11, 35, 40)))
+            drawn.append(PackingTask(kind, order, number + 1, items, duration_s, 100.0 * number))
+        return drawn
 
     @property
     def now_s(self) -> float:
@@ -107,6 +125,7 @@ class Run:
     stocked: bool = False  # whether bundles are many
     batteries: bool = False  # whether robots have batteries
     single: bool = False  # whether lines want one item each where stock is finite
+    packing: bool = False  # whether there are packing stations
 
     def moment(self, world: Warehouse, phase: int, memory: dict[str, Any]) -> Moment:
         """Return what a rule is asked about after a phase."""
@@ -177,6 +196,7 @@ class Run:
             blocked=places[: lots.randint(0, 3)],
             pod_capacity=[max(space, sum(number or 0 for _, number in pod.contents)) for pod in instance.pods],
             wait_for_stock=lots.random() < 0.3,
+            packing=packing_stations(lots, stations) if self.packing else (),
         )
         for robot, cell in zip(world.robots, lots.sample(layout.storage_locations, len(world.robots)), strict=True):
             world.move(robot, cell, lots.randrange(4))
@@ -208,6 +228,7 @@ class Run:
             shut,
             turn,
         )
+        changes += (assign, pack, pack) * self.packing
         changes += (bundle,) * (8 * self.stocked) + (turn, come, leave, bind) * self.crowded
         for number in range(lots.randint(0, 4 + 5 * self.size)):
             lots.choice(changes)(world, lots, 100 * phase + number)
@@ -218,6 +239,25 @@ class Run:
         for number in range(phase + 1):
             self.go_on(world, number)
         return world
+
+
+def packing_stations(lots: random.Random, stations: int) -> list[PackingStation]:
+    """Return a few, with few boxes, some as far as others."""
+    return [
+        PackingStation(
+            at,
+            PackingSection(boxes=lots.randint(1, 4)),
+            conveyor_s=tuple(float(lots.choice((10, 20, 35))) for _ in range(stations)),
+        )
+        for at in range(lots.randint(1, 3))
+    ]
+
+
+def pack(world: Warehouse, lots: random.Random, _: int) -> None:
+    """Bind an order for a packing station."""
+    for order in one_of(lots, [one for one in world.arrived.values() if one.parts and one.packing is None]):
+        for station in one_of(lots, [one for one in world.packing if one.free_boxes or not order.split]):
+            world.bind_packing(order, station)
 
 
 def one_of(lots: random.Random, things: Iterable[T]) -> list[T]:

@@ -12,7 +12,7 @@ import pytest
 from attrs import frozen
 
 from cases import cases
-from oracles import joint, orders, places, pod_index, pods, robots
+from oracles import joint, orders, packing, places, pod_index, pods, robots
 from oracles.switch import next_case, switched
 from oracles.worlds import Run
 from rmfs_core.rules.hooks import OBSERVER_HOOKS, marked_methods
@@ -248,6 +248,21 @@ ORACLES: list[Oracle] = [
                 {"open_above": range(5), "timeout_s": (0.0, 100.0, 600.0), "least": range(1, 4)},
             ),
         },
+    ),
+    *rules_for(
+        "assign_packing",
+        {"least-reserved": (packing.least_reserved, {}), "nearest": (packing.nearest, {})},
+        packing=True,
+    ),
+    *rules_for(
+        "choose_packing_task",
+        {
+            "first-come": (packing.first_come, PAIRS),
+            "pack-first": (packing.pack_first, {}),
+            "due-first": (packing.due_first, {}),
+            "shortest": (packing.shortest, {}),
+        },
+        packing=True,
     ),
     *rules_for(
         "assign_orders_and_pods",

@@ -35,7 +35,8 @@ Refusal = Callable[..., str]
 
 def test_wrong_role(refusal: Refusal) -> None:
     assert refusal(poa=RuleChoice("nearest")) == (
-        f'rules.poa: rule "nearest" ({RMFS}) does not decide POA (hook `assign_orders`); class Nearest decides PR'
+        f'rules.poa: rule "nearest" ({RMFS}) does not decide POA (hook `assign_orders`); class Nearest decides '
+        "PR and packing"
     )
 
 
@@ -81,7 +82,8 @@ def test_misspelt_hook(refusal: Refusal, install: Install) -> None:
         "`assign_orders`, `assign_orders_and_pods` or `assign_bundles`?); the hooks are assign_orders, select_pods, "
         "assign_orders_and_pods, choose_storage_location, assign_tasks, plan_path, plan_paths, "
         "assign_bundles, select_replenishment_pods, assign_bundles_and_pods, activate_stations, idle_robots, "
-        "move_pods, filter_backlog, wake_at, run_started, on_event, rule_asked, rule_answered, measured and run_ended"
+        "move_pods, assign_packing, choose_packing_task, filter_backlog, wake_at, run_started, on_event, rule_asked, "
+        "rule_answered, measured and run_ended"
     )
 
 

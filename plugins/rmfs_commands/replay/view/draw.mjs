@@ -166,6 +166,12 @@ export class Scene {
         pen.fill();
       }
     }
+    for (const cell of this.run.layout.packing ?? []) {
+      pen.fillStyle = p.lane;
+      this.tile(pen, cell);
+      pen.fillStyle = p.bundle;
+      pen.fillRect(this.toX(cell % width) + 0.25 * s, this.toY(Math.floor(cell / width)) + 0.25 * s, 0.5 * s, 0.5 * s);
+    }
     if (this.heat?.by === "cell") this.drawHeat(pen, this.heat);
     pen.strokeStyle = p.empty;
     pen.lineWidth = Math.max(s * 0.05, 1);

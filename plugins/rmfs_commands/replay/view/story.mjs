@@ -18,7 +18,10 @@ const OF = {
     "bundle_stored", "visit_ended", "pod_stored",
   ],
   station: ["station_opened", "station_closed", "order_assigned", "bundle_assigned", "visit_started", "bundle_stored", "visit_ended"],
-  order: ["order_arrived", "order_assigned", "item_picked", "order_completed"],
+  order: [
+    "order_arrived", "order_assigned", "packing_assigned", "item_picked", "order_completed", "part_sent", "part_arrived",
+    "part_put", "order_consolidated", "packing_started", "order_packed",
+  ],
   bundle: ["bundle_arrived", "bundle_assigned", "bundle_bound", "bundle_stored"],
 };
 
@@ -131,6 +134,24 @@ export function tell(run, names, at, kind) {
     }
     case "order_completed":
       return "complete";
+    case "packing_assigned": {
+      const e = events.packing_assigned;
+      return `bound for packing station ${e.packing[i] + 1}${e.box[i] < 0 ? "" : `, box ${e.box[i] + 1}`}`;
+    }
+    case "part_sent": {
+      const e = events.part_sent;
+      return `tote ${e.tote[i]} left ${names.station(e.station[i])}: ${plural(e.items[i], "item")}`;
+    }
+    case "part_arrived":
+      return `tote ${events.part_arrived.tote[i]} came to packing station ${events.part_arrived.packing[i] + 1}`;
+    case "part_put":
+      return `tote ${events.part_put.tote[i]} put into the box`;
+    case "order_consolidated":
+      return "all of it in the box";
+    case "packing_started":
+      return "packing began";
+    case "order_packed":
+      return "packed";
     case "trip_decided": {
       const e = events.trip_decided;
       return `sent to ${names.station(e.station[i])}`;

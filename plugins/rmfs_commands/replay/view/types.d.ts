@@ -32,6 +32,13 @@ export type ToldEvents = {
   item_picked: Told<"start_tick" | "picker_free_tick" | "visit" | "station" | "pod" | "order" | "sku">;
   visit_ended: Told<"visit" | "pod" | "station" | "picks" | "next_station">;
   order_completed: Told<"order">;
+  packing_assigned: Told<"order" | "packing" | "box">;
+  part_sent: Told<"order" | "packing" | "station" | "tote" | "items">;
+  part_arrived: Told<"order" | "packing" | "tote" | "items">;
+  part_put: Told<"start_tick" | "order" | "packing" | "tote" | "items">;
+  order_consolidated: Told<"order" | "packing">;
+  packing_started: Told<"order" | "packing">;
+  order_packed: Told<"start_tick" | "order" | "packing">;
   bundle_arrived: Told<"bundle" | "name" | "sku" | "items">;
   bundle_assigned: Told<"bundle" | "station">;
   bundle_bound: Told<"bundle" | "pod">;
@@ -58,7 +65,7 @@ export type ToldRun = {
   rules: Record<string, string>;
   about: Record<string, string>;
   metrics: [string, string][];
-  layout: { width: number; height: number; kind: string; queues: number[][] };
+  layout: { width: number; height: number; kind: string; queues: number[][]; packing?: number[] };
   motion: Motion;
   skus: string[];
   orders: { name: string[]; lines_n: number[]; lines: number[]; due?: (number | null)[]; priority?: number[] };

@@ -166,7 +166,9 @@ def test_no_word_of_the_templates_is_left(role: Role) -> None:
     for text in texts.values():
         for word in WORDS:
             assert word not in text
-    scenario = "examples/replenished" if "bundles" in role.hook or "replenishment" in role.hook else "examples/small"
+    needed = {"examples/replenished": ("bundles", "replenishment"), "examples/packing": ("packing",)}
+    names = [name for name, words in needed.items() if any(word in role.hook for word in words)]
+    scenario = names[0] if names else "examples/small"
     assert f"rmfs run {scenario} {selecting(rule)}" in texts["README.md"]
 
 

@@ -217,6 +217,9 @@ def test_what_cannot_be_done(
     assert len(said.splitlines()) == 1
 
 
+NEAREST = "Store a pod in the nearest free storage location; send an order to the nearest packing station."
+
+
 def test_what_the_page_is_told(replay: Replay) -> None:
     found = told(replay)
     assert found["name"] == "day"
@@ -225,7 +228,7 @@ def test_what_the_page_is_told(replay: Replay) -> None:
     assert len(found["layout"]["kind"]) == found["layout"]["width"] * found["layout"]["height"]
     assert len(found["orders"]["name"]) == 20
     assert ["Visits per order", f"{replay.metrics['psv_per_order']:.2f}"] in found["metrics"]
-    assert found["about"]["nearest"] == "Store a pod in the nearest free storage location."
+    assert found["about"]["nearest"] == NEAREST
     assert sum(found["legs"]["n"]) == len(found["legs"]["gap"])
     assert "due" not in found["orders"]
     json.dumps(found, allow_nan=False)
@@ -270,7 +273,7 @@ def test_rules_with_parameters_have_their_names() -> None:
         "idle": "stay",
         "repositioning": "cache",
     }
-    assert summaries({"./my.py:Mine", "nearest"}) == {"nearest": "Store a pod in the nearest free storage location."}
+    assert summaries({"./my.py:Mine", "nearest"}) == {"nearest": NEAREST}
 
 
 def test_stations_tell_how_many_bundles_they_take(restocked: Path, replay: Replay) -> None:

@@ -243,9 +243,13 @@ def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None)
 @cases(
     "name decides problem",
     ("free-flow", None, "decides PP; expected a rule for POA"),
-    ("first-come", Role.PPS, "decides POA; expected a rule for PPS"),
+    ("first-come", Role.PPS, "decides POA and packing-task; expected a rule for PPS"),
     ("first-comes", None, "did you mean `first-come`"),
-    ("free-flow", Role.PP, "decides: expected POA, PPS, .*, ROA\\+RPS, activation, idle or .*, found 'PP'"),
+    (
+        "free-flow",
+        Role.PP,
+        "decides: expected POA, PPS, .*, ROA\\+RPS, activation, idle, .* or packing-task, found 'PP'",
+    ),
 )
 def test_rules_that_cannot_answer(by_hand: dict[str, Any], name: str, decides: Role | None, problem: str) -> None:
     with pytest.raises(InputError, match=problem):

@@ -338,7 +338,7 @@ class Watches:
 def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
     report = check_rule(rule)
     assert report.findings == ()
-    assert len(report.worlds) == 34
+    assert len(report.worlds) == 36
     assert all(
         times.calls >= len(report.worlds) and 0 < times.total_s / times.calls <= times.longest_s
         for times in report.times.values()
@@ -357,8 +357,8 @@ def test_where_rules_are_tried() -> None:
     report = check_rule(NeedsEndlessPods())
     lacking = {"order capacity", "replenishment at picking stations", "replenishment stations"}
     assert {name for name in report.left_out if "finite stock" not in name} == lacking
-    assert len(report.left_out) == 18
-    assert len(report.worlds) == 16
+    assert len(report.left_out) == 19
+    assert len(report.worlds) == 17
     assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
     report = conformance_report(Both())
     assert report.decides == ("POA", "POA+PPS")

@@ -58,7 +58,7 @@ def test_a_scenario_that_has_it_runs(install: Callable[..., None]) -> None:
     import acme_rules  # type: ignore[import-not-found]
 
     left_out = check_rule(acme_rules.Eager()).left_out
-    assert len(left_out) == 17
+    assert len(left_out) == 18
     assert all("finite stock" in name or "replenishment" in name for name in left_out)
 
 

@@ -78,8 +78,18 @@ BASES: dict[str, tuple[str, tuple[str, ...]]] = {
             'robots.available=[["00:00", "00:02"], ["00:02", "24:00", 1]]',
         ),
     ),
+    "packing stations with few boxes": (
+        "examples/packing",
+        (
+            *SMALL,
+            "instance.orders=24",
+            "layout.block_rows=5",
+            "packing={stations=2, boxes=2, packers=1, conveyor_s=20.0, pack_s=20.0}",
+            "stations.item_capacity=6",
+        ),
+    ),
 }
-MAP, WINDOWS, STOCK, JOINT, PARTIAL, BUNDLES, FILES, HOURS = BASES
+MAP, WINDOWS, STOCK, JOINT, PARTIAL, BUNDLES, FILES, HOURS, BOXES = BASES
 
 
 @frozen
@@ -92,7 +102,7 @@ class Legitimate:
 
 LEGITIMATE = {
     "a wait that is none": Legitimate(
-        frozenset({MAP, WINDOWS, STOCK, JOINT, PARTIAL, BUNDLES, HOURS}),
+        frozenset({MAP, WINDOWS, STOCK, JOINT, PARTIAL, BUNDLES, HOURS, BOXES}),
         "a robot that waits for its run and one that rests before it stand in the same cell for the same time",
     ),
     "picks in another order": Legitimate(
@@ -159,7 +169,7 @@ def test_some_corruptions_show(base: str, recorded: Recorded, tmp_path: Path) ->
     kinds = list(KINDS)[list(BASES).index(base) :: 2 * len(BASES)]
     found, made = missed(recorded(base), kinds, tmp_path)
     assert found == legitimate(base) & {*kinds}
-    assert made >= 10
+    assert made >= 9
 
 
 def test_the_run_that_ends_early_has_a_leg_under_way(recorded: Recorded) -> None:

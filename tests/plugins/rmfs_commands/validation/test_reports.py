@@ -157,12 +157,13 @@ SETTINGS = (
     'instance.replenishment={process = "reorder-point", reorder_point = 12, order_up_to = 16}',
     "rules.roa=first-bundle",
     "rules.rps=emptiest-pod",
+    "packing.packers=1",
 )
 
 
 @pytest.fixture(scope="module")
 def tables(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a small run with due times, warm-up, replenishment and trace."""
+    """Return the folder of a small run with due times, warm-up, replenishment, packing and trace."""
     folder = tmp_path_factory.mktemp("tables") / "out"
     rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record=["trace"])
     return folder

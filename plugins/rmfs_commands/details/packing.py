@@ -1,0 +1,217 @@
+"""What becomes of orders after their last pick: rows of packing.csv, and metrics of the same."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from typing import Any
+
+from attrs import Factory, define
+
+from rmfs_commands.details.spans import (
+    Count,
+    Handlers,
+    Number,
+    Span,
+    length,
+    merged,
+    overlap,
+    percentile,
+    ratio,
+    within,
+)
+from rmfs_core.clock import TICKS_PER_S, to_seconds
+from rmfs_core.events import (
+    DecisionMade,
+    OrderArrived,
+    OrderCompleted,
+    OrderPacked,
+    PackingAssigned,
+    PackingStarted,
+    PartArrived,
+    PartPut,
+    PartSent,
+)
+from rmfs_core.info import RunInfo
+from rmfs_core.timetable import Timetable
+
+COLUMNS = ("order", "packing_station", "box", "parts", "first_part_s", "last_part_s", "packing_s", "packed_s")
+
+
+@define
+class _Order:
+    """What is known of an order: its packing station, its box, and ticks, -1 for one that is not known yet."""
+
+    station: int
+    box: int | None
+    parts: list[int] = Factory(list)
+    """When they came."""
+    ready: int = -1
+    """When it could be packed."""
+    begun: int = -1
+    packed: int = -1
+
+
+class Packing:
+    """Follows orders, boxes and packers.
+
+    Parameters
+    ----------
+    run
+        The run.
+    begin
+        The time from which on is counted.
+    """
+
+    def __init__(self, run: RunInfo, begin: int) -> None:
+        section = run.scenario.packing
+        self.on, self._begin, self._data = section is not None, begin, run.instance.orders
+        known = run.scenario.instance.arrivals.backlog is None
+        self._arrived = {i: order.arrival_tick for i, order in enumerate(self._data)} if known else {}
+        self._orders: dict[int, _Order] = {}
+        self._boxes, self._unpacked, self.refused, self._totes = Count(), Count(), 0, 0
+        self._busy: dict[int, list[Span]] = defaultdict(list)  # of packers, by packing station
+        self._hourly: Counter[int] = Counter()
+        self.handlers: Handlers = {}
+        if section is not None:
+            self._stations = run.warehouse.packing_stations
+            self._section, self._all = section, section.boxes * len(self._stations)
+            self.handlers = {
+                DecisionMade: self._decided,
+                OrderArrived: self._comes,
+                OrderCompleted: self._picked,
+                PackingAssigned: self._bound,
+                PartSent: self._sent,
+                PartArrived: self._part,
+                PartPut: self._put,
+                PackingStarted: self._started,
+                OrderPacked: self._done,
+            }
+
+    def _comes(self, event: OrderArrived) -> None:
+        self._arrived[event.order] = event.tick
+        self._unpacked.add(event.tick, 1)
+
+    def _decided(self, event: DecisionMade) -> None:
+        self.refused += event.decides.assigns and event.tick >= self._begin and self._boxes.number >= self._all
+
+    def _bound(self, event: PackingAssigned) -> None:
+        self._orders[event.order] = _Order(event.packing, event.box)
+        self._boxes.add(event.tick, event.box is not None)
+
+    def _sent(self, event: PartSent) -> None:
+        self._totes += event.tick >= self._begin
+
+    def _part(self, event: PartArrived) -> None:
+        order = self._orders[event.order]
+        order.parts.append(event.tick)
+        order.ready = event.tick
+
+    def _put(self, event: PartPut) -> None:
+        self._orders[event.order].ready = event.tick
+        if not self._section.sorters:
+            self._busy[event.packing].append((event.start_tick, event.tick))
+
+    def _started(self, event: PackingStarted) -> None:
+        self._orders[event.order].begun = event.tick
+
+    def _picked(self, event: OrderCompleted) -> None:
+        if self._section.packing_from == "picked":
+            self._free(event)
+
+    def _done(self, event: OrderPacked) -> None:
+        self._orders[event.order].packed = event.tick
+        self._busy[event.packing].append((event.start_tick, event.tick))
+        self._unpacked.add(event.tick, -1)
+        self._hourly[event.tick // (3600 * TICKS_PER_S)] += 1
+        if self._section.packing_from == "packed":
+            self._free(event)
+
+    def _free(self, event: OrderCompleted | OrderPacked) -> None:
+        self._boxes.add(event.tick, -(self._orders[event.order].box is not None))
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield a row for each order that has come to a packing station, in the order in which that was decided."""
+        for i, order in self._orders.items():
+            first, last = (order.parts[0], order.parts[-1]) if order.parts else (-1, -1)
+            times = zip(COLUMNS[4:], (first, last, order.begun, order.packed), strict=True)
+            box = None if order.box is None else order.box + 1
+            told = {"order": self._data[i].name, "packing_station": order.station + 1, "box": box}
+            told |= {"parts": len(order.parts)}
+            yield told | {name: None if tick < 0 else to_seconds(tick) for name, tick in times}
+
+    def hourly(self, rows: list[dict[str, Any]], end: int) -> None:
+        """Add to the rows of hours how many orders were packed, and how many boxes were reserved, a mean over time."""
+        for row in rows if self.on else ():
+            begin = row["hour"] * 3600 * TICKS_PER_S
+            until = max(min(begin + 3600 * TICKS_PER_S, end), begin)
+            row |= {"orders_packed": self._hourly[row["hour"]], "boxes": round(self._boxes.mean(begin, until), 3)}
+
+    def values(self, end: int) -> dict[str, Number]:
+        """Return the metrics by name; none where nothing is packed."""
+        if not self.on:
+            return {}
+        packed = {i: order for i, order in self._orders.items() if order.packed >= 0}
+        counted = {i: order for i, order in packed.items() if order.packed >= self._begin}
+        timed = [order.packed - self._arrived[i] for i, order in counted.items() if self._arrived[i] >= self._begin]
+        together = [order.parts[-1] - order.parts[0] for order in counted.values() if order.box is not None]
+        waits = [order.begun - order.ready for order in counted.values()]
+        last = max([order.packed for order in packed.values()], default=0)
+        every = len(packed) == len(self._data)
+        return {
+            "orders_packed": len(counted),
+            "packed_s": ratio(sum(timed), len(timed) * TICKS_PER_S),
+            "packed_median_s": percentile(timed, 0.5),
+            "packed_p95_s": percentile(timed, 0.95),
+            "packed_makespan_s": to_seconds(last) if every else None,
+            "consolidation_s": ratio(sum(together), len(together) * TICKS_PER_S),
+            "consolidation_p95_s": percentile(together, 0.95),
+            "packing_wait_s": ratio(sum(waits), len(waits) * TICKS_PER_S),
+            "boxes_max": self._boxes.largest(self._begin, end),
+            "boxes_mean": self._boxes.mean(self._begin, end),
+            **self._packers(end),
+            "splits_refused": self.refused,
+            "totes": self._totes,
+            "parts_per_order": ratio(self._totes, len(counted)),
+            **self._late(end),
+        }
+
+    def _packers(self, end: int) -> dict[str, Number]:
+        """Return what share of the packers' time they were busy, and without a task though orders were not packed."""
+        packers, orders_wait = self._section.packers, self._unpacked.above_zero(self._begin, end)
+        there = busy = starved = 0
+        for station in self._stations:
+            is_open = _open(station.hours, self._begin, end)
+            spans = within(self._busy[station.id], self._begin, end)
+            in_hours = sum(overlap([span], is_open) for span in spans)
+            there += packers * length(is_open) + length(spans) - in_hours
+            busy += length(spans)
+            starved += packers * overlap(is_open, orders_wait) - in_hours
+        return {
+            "packer_utilisation_percent": ratio(100 * busy, there),
+            "packer_starved_percent": ratio(100 * starved, there),
+        }
+
+    def _late(self, end: int) -> dict[str, Number]:
+        due = {i: order.due_tick for i, order in enumerate(self._data) if order.due_tick is not None}
+        if not due:
+            return {}
+        done = {i: order.packed for i, order in self._orders.items() if order.packed >= 0}
+        over = [tick < done.get(i, end) for i, tick in due.items() if self._in_time(i)]
+        return {"late_packed": sum(over)}
+
+    def _in_time(self, order: int) -> bool:
+        """Whether an order arrived from the time on from which is counted."""
+        return self._arrived.get(order, -1) >= self._begin
+
+
+def _open(hours: Timetable, begin: int, end: int) -> list[Span]:
+    """Return when a timetable is open between two times."""
+    spans, tick = [], begin
+    while tick < end:
+        change = hours.next_change(tick)
+        until = end if change is None else min(change, end)
+        if hours.at(tick):
+            spans.append((tick, until))
+        tick = until
+    return merged(spans)

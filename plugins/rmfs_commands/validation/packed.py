@@ -1,0 +1,119 @@
+"""packing.csv and the metrics of packing, worked out anew from a trace."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+from attrs import Factory, define
+
+from rmfs_commands.trace.reader import Trace, packing_stations
+from rmfs_commands.validation.tables import Row, arrivals_of, boxes_of, measured_from
+from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.events import (
+    DecisionMade,
+    OrderCompleted,
+    OrderPacked,
+    PackingAssigned,
+    PackingStarted,
+    PartArrived,
+    PartPut,
+    PartSent,
+)
+
+
+@define
+class _Times:
+    """When what happened to an order, in ticks."""
+
+    station: int
+    box: int | None
+    come: list[int] = Factory(list)
+    ready: int = 0
+    begun: int | None = None
+    packed: int | None = None
+
+
+def _times(trace: Trace) -> dict[int, _Times]:
+    found: dict[int, _Times] = {}
+    for event in trace.events:
+        match event:
+            case PackingAssigned():
+                found[event.order] = _Times(event.packing, event.box)
+            case PartPut():
+                found[event.order].ready = event.tick
+            case PartArrived():
+                found[event.order].come.append(event.tick)
+                found[event.order].ready = event.tick
+            case PackingStarted():
+                found[event.order].begun = event.tick
+            case OrderPacked():
+                found[event.order].packed = event.tick
+    return found
+
+
+def packing_of(trace: Trace) -> Iterator[Row]:
+    """Yield the rows of packing.csv."""
+    for i, times in _times(trace).items():
+        box = None if times.box is None else times.box + 1
+        named: Row = {"order": trace.instance.orders[i].name, "packing_station": times.station + 1, "box": box}
+        first, last = (times.come[0], times.come[-1]) if times.come else (None, None)
+        at = {"first_part_s": first, "last_part_s": last, "packing_s": times.begun, "packed_s": times.packed}
+        told = {column: None if tick is None else tick / TICKS_PER_S for column, tick in at.items()}
+        yield {**named, "parts": len(times.come), **told}
+
+
+def recompute_packing(trace: Trace) -> dict[str, float | None]:
+    """Every metric of packing by name."""
+    begin, section, times = measured_from(trace), trace.scenario["packing"], _times(trace)
+    end, arrivals, orders = max(trace.tick, begin), arrivals_of(trace), trace.instance.orders
+    done = {i: one.packed for i, one in times.items() if one.packed is not None}
+    after = [i for i, tick in done.items() if tick >= begin]
+    timed = [done[i] - arrivals[i] for i in after if arrivals.get(i, -1) >= begin]
+    together = [times[i].come[-1] - times[i].come[0] for i in after if times[i].box is not None]
+    waits = [(times[i].begun or 0) - times[i].ready for i in after]
+    steps = [*boxes_of(trace), (end, 0)]
+    spans = [(max(a, begin), min(b, end), n) for (a, n), (b, _) in pairwise(steps)]
+    spans = [(a, b, n) for a, b, n in spans if a < b]
+    totes = sum(isinstance(event, PartSent) and event.tick >= begin for event in trace.events)
+    due = {i: order.due_tick for i, order in enumerate(orders) if order.due_tick is not None}
+    late = [done.get(i, end) > tick for i, tick in due.items() if arrivals.get(i, -1) >= begin]
+    return {
+        "orders_packed": len(after),
+        "packed_s": _mean(timed),
+        "packed_median_s": _percentile(timed, 50),
+        "packed_p95_s": _percentile(timed, 95),
+        "packed_makespan_s": max(done.values(), default=0) / TICKS_PER_S if len(done) == len(orders) else None,
+        "consolidation_s": _mean(together),
+        "consolidation_p95_s": _percentile(together, 95),
+        "packing_wait_s": _mean(waits),
+        "boxes_max": max((n for _, _, n in spans), default=0),
+        "boxes_mean": sum((b - a) * n for a, b, n in spans) / max(end - begin, 1),
+        "splits_refused": _refused(trace, begin, section["boxes"] * packing_stations(trace)),
+        "totes": totes,
+        "parts_per_order": totes / len(after) if after else None,
+        **({"late_packed": sum(late)} if due else {}),
+    }
+
+
+def _refused(trace: Trace, begin: int, boxes: int) -> int:
+    """Count the periods that begin with every box taken."""
+    until = OrderPacked if trace.scenario["packing"]["packing_from"] == "packed" else OrderCompleted
+    found, taken = 0, set[int]()
+    for event in trace.events:
+        if isinstance(event, PackingAssigned) and event.box is not None:
+            taken.add(event.order)
+        elif isinstance(event, until):
+            taken.discard(event.order)
+        elif isinstance(event, DecisionMade) and event.decides.assigns and event.tick >= begin:
+            found += len(taken) >= boxes
+    return found
+
+
+def _mean(ticks: list[int]) -> float | None:
+    return sum(ticks) / len(ticks) / TICKS_PER_S if ticks else None
+
+
+def _percentile(ticks: list[int], percent: float) -> float | None:
+    return float(np.percentile(ticks, percent)) / TICKS_PER_S if ticks else None

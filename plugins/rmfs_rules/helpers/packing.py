@@ -1,0 +1,54 @@
+"""Boxes at packing stations: how many orders may be split, and which station an order is bound for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Order, PackingStation, WarehouseView
+
+
+def room_to_split(warehouse: WarehouseView, capacity: int | None) -> int | None:
+    """Return how many more orders may be split now; None for any number.
+
+    Parameters
+    ----------
+    warehouse
+        The warehouse: each split order takes a free box, where there are packing stations.
+    capacity
+        A rule's own limit of split orders that are open, those already open included; None: it has none.
+    """
+    rooms = [] if capacity is None else [max(capacity - warehouse.split_orders_open, 0)]
+    free = warehouse.free_boxes
+    # Each order takes a place of a station: where there are no more of these than boxes, boxes limit nothing
+    if free is not None and free < sum(station.free_capacity for station in warehouse.stations):
+        rooms.append(free)
+    return min(rooms, default=None)
+
+
+def bound_for(
+    warehouse: WarehouseView, orders: Sequence[Order], cost: Callable[[Order, PackingStation], float]
+) -> list[int]:
+    """Return the packing station of each order: the one with the lowest cost, of equals the one with the least load.
+
+    The load is boxes reserved for a split order, which goes where one is free, and orders bound for it for any other;
+    of equals, the other of these, then the id. Each order counts for the next.
+    """
+    stations = warehouse.packing_stations
+    free = [station.free_boxes for station in stations]
+    bound = [len(station.orders) for station in stations]
+    chosen = []
+    for order in orders:
+        split = order.split
+
+        def key(at: int, order: Order = order, split: bool = split) -> tuple[float, int, int]:
+            reserved = stations[at].section.boxes - free[at]
+            load = (reserved, bound[at]) if split else (bound[at], reserved)
+            return cost(order, stations[at]), *load
+
+        best = min((at for at in range(len(stations)) if free[at] > 0 or not split), key=key)
+        free[best] -= split
+        bound[best] += 1
+        chosen.append(best)
+    return chosen

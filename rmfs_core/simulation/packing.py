@@ -1,0 +1,122 @@
+"""What comes after the last pick: totes on conveyors, parts put into boxes, orders packed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from attrs import evolve
+
+from rmfs_core import events
+from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.context import RunContext
+from rmfs_core.simulation.driving.base import Process
+from rmfs_core.warehouse import Order, PackingStation, PackingTask, Request
+
+
+class Packing:
+    """Conveyors and packing stations at work; ``packed`` is called when an order is, with whether that frees a box.
+
+    Nothing here waits for a free box: an order that needs one has had it since its first part was assigned. And a
+    conveyor has room for any number of totes.
+    """
+
+    def __init__(self, run: RunContext, packed: Callable[[bool], None]) -> None:
+        self._run, self._warehouse, self._packed = run, run.warehouse, packed
+        self._section = run.warehouse.packing[0].section
+        self._totes: list[dict[Order, int]] = [{} for _ in run.warehouse.picking]  # how many items are in each so far
+        self._number, self._opening = 0, set[int]()
+
+    def released(self, request: Request, handled_tick: int) -> None:
+        """Put an item into its order's tote, which leaves with the last of its part once that is handled."""
+        order, totes = request.order, self._totes[request.station]
+        totes[order] = totes.get(order, 0) + 1
+        if not (order.has_place_at(request.station) or (self._section.tote == "visit" and order.split)):
+            self._run.env.process(self._convey(order, totes.pop(order), request.station, handled_tick))
+
+    def visit_ended(self, station: int, handled_tick: int) -> Process:
+        """Let totes leave that take what is picked in one visit, once the last item of this one is handled."""
+        yield self._run.after(handled_tick - self._warehouse.now)
+        totes = self._totes[station]
+        for order in [order for order in totes if order.split and self._section.tote == "visit"]:
+            self._run.env.process(self._convey(order, totes.pop(order), station, handled_tick))
+
+    def _ticks(self, kind: str, items: int) -> int:
+        section = self._section
+        base, each = (section.tote_s, section.put_s) if kind == "put" else (section.pack_s, section.pack_item_s)
+        return to_ticks(base + each * items)
+
+    def _convey(self, order: Order, items: int, picking: int, handled_tick: int) -> Process:
+        """Take a tote to its order's packing station."""
+        yield self._run.after(handled_tick - self._warehouse.now)
+        self._number += 1
+        packing, tote, put = self._warehouse.packing_of(order), self._number, self._ticks("put", items)
+        ticks = to_ticks(self._warehouse.packing[packing.station].conveyor_s[picking])
+        packed = handled_tick + ticks + (0 if packing.box is None else put) + self._ticks("pack", order.items)
+        expected_s = max(packing.expected_s or 0, to_seconds(packed))
+        self._warehouse.pack(order, items_sent=packing.items_sent + items, expected_s=expected_s)
+        self._run.tell(events.PartSent(handled_tick, order.id, packing.station, picking, tote, items))
+        yield self._run.after(ticks)
+        if self._warehouse.packing_of(order).first_part_s is None:
+            self._warehouse.pack(order, first_part_s=to_seconds(self._warehouse.now))
+        self._run.tell(events.PartArrived(self._warehouse.now, order.id, packing.station, tote, items))
+        self._wait(order, "pack" if packing.box is None else "put", tote, items)
+
+    def _wait(self, order: Order, kind: str, tote: int, items: int) -> None:
+        """Let a task wait for a packer, one who is free if there is one."""
+        at = self._warehouse.packing_of(order).station
+        seconds, since_s = to_seconds(self._ticks(kind, items)), to_seconds(self._warehouse.now)
+        task = PackingTask(kind, order, tote, items, seconds, since_s)
+        self._change(at, tasks=(*self._warehouse.packing[at].tasks, task))
+        self._begin_tasks(at)
+
+    def _change(self, at: int, **changes: Any) -> None:
+        self._warehouse.packing[at] = evolve(self._warehouse.packing[at], **changes)
+
+    def _begin_tasks(self, at: int) -> None:
+        """Let whoever is free at a packing station begin what waits there; where it is closed, as soon as it opens."""
+        now = self._warehouse.now
+        while (station := self._warehouse.packing[at]).hours.at(now) and (tasks := station.next_tasks):
+            task = self._chosen(station, tasks)
+            working = (*station.working, (task, to_seconds(now) + task.duration_s))
+            self._change(at, tasks=tuple(other for other in station.tasks if other is not task), working=working)
+            self._run.env.process(self._work(at, task))
+        opens = None if station.hours.at(now) else station.hours.next_change(now)
+        if opens is not None and station.tasks and at not in self._opening:
+            self._opening.add(at)
+            self._run.env.process(self._open(at, opens - now))
+
+    def _chosen(self, station: PackingStation, tasks: Sequence[PackingTask]) -> PackingTask:
+        if (rule := self._run.rules.packing_task) is None or len(tasks) == 1:
+            return tasks[0]
+        answer, _ = self._run.ask(rule, station=station, tasks=tasks)
+        return self._run.asker.apply(rule, lambda: checks.known("task", answer, tasks))
+
+    def _open(self, at: int, ticks: int) -> Process:
+        yield self._run.after(ticks)
+        self._opening.remove(at)
+        self._begin_tasks(at)
+
+    def _work(self, at: int, task: PackingTask) -> Process:
+        """Put a part into its box, or pack an order."""
+        start, order, ticks = self._warehouse.now, task.order, to_ticks(task.duration_s)
+        if task.kind == "pack":
+            self._warehouse.pack(order, expected_s=to_seconds(start + ticks))
+            self._run.tell(events.PackingStarted(start, order.id, at))
+        yield self._run.after(ticks)
+        station, end = self._warehouse.packing[at], self._warehouse.now
+        self._change(at, working=tuple(one for one in station.working if one[0] is not task))
+        if task.kind == "pack":
+            self._change(at, orders=tuple(other for other in station.orders if other is not order))
+            self._warehouse.pack(order, packed=True)
+            self._run.tell(events.OrderPacked(end, order.id, at, start))
+            self._packed(order.split and self._section.packing_from == "packed")
+        else:
+            there = self._warehouse.packing_of(order).items_in_box + task.items
+            self._warehouse.pack(order, items_in_box=there)
+            self._run.tell(events.PartPut(end, order.id, at, task.tote, task.items, start))
+            if there == order.items:
+                self._run.tell(events.OrderConsolidated(end, order.id, at))
+                self._wait(order, "pack", task.tote, order.items)
+        self._begin_tasks(at)

@@ -1,0 +1,76 @@
+"""Packing stations as rules see them; the kernel puts new ones in their place when something changes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from attrs import frozen
+
+from rmfs_core.scenario.model import PackingSection
+from rmfs_core.timetable import ALWAYS, Timetable
+from rmfs_core.warehouse.parts import Order
+
+
+class PackingTask(NamedTuple):
+    """What waits for a packer: ``"put"`` the items of a tote into the order's box, or ``"pack"`` the order (``tote`` is
+    then the one that came last); how many items, how long it takes, and since when it waits."""
+
+    kind: str
+    order: Order
+    tote: int
+    items: int
+    duration_s: float
+    since_s: float
+
+
+@frozen(eq=False)
+class PackingStation:
+    """A packing station at one moment.
+
+    Parameters
+    ----------
+    id, section
+        Its id; how many boxes, packers and sorters it has, and how long tasks take.
+    cell, conveyor_s
+        Cell index of its place, None without one; what totes take to it from each picking station, in seconds, by id.
+    hours
+        When its packers begin tasks; those that they have begun they finish.
+    orders
+        Orders that are bound for it and not packed, in the order in which that was decided.
+    tasks, working
+        What waits for a packer, longest waiting first; what is being done, and when that is finished in seconds.
+    """
+
+    id: int
+    section: PackingSection
+    cell: int | None = None
+    conveyor_s: tuple[float, ...] = ()
+    hours: Timetable = ALWAYS
+    orders: tuple[Order, ...] = ()
+    tasks: tuple[PackingTask, ...] = ()
+    working: tuple[tuple[PackingTask, float], ...] = ()
+
+    @property
+    def label(self) -> str:
+        """Its name, for messages."""
+        return str(self.id + 1)
+
+    @property
+    def free_boxes(self) -> int:
+        """How many more split orders it has room for."""
+        picked = self.section.packing_from == "picked"
+        taken = (
+            o.packing is not None and o.packing.box is not None and not (picked and o.complete) for o in self.orders
+        )
+        return self.section.boxes - sum(taken)
+
+    @property
+    def next_tasks(self) -> tuple[PackingTask, ...]:
+        """What a packer, or a sorter, who is free could begin now; none where nobody is."""
+        packers, sorters = self.section.packers, self.section.sorters
+        crews = [(sorters, ("put",)), (packers, ("pack",))] if sorters else [(packers, ("put", "pack"))]
+        for number, kinds in crews:
+            tasks = tuple(task for task in self.tasks if task.kind in kinds)
+            if tasks and sum(task.kind in kinds for task, _ in self.working) < number:
+                return tasks
+        return ()

@@ -1,0 +1,103 @@
+"""Rules of packing stations, those of `rmfs_rules.packing` and others; and rules that split orders without a box."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from attrs import evolve
+
+from rmfs_commands.testing import check_rule, small_world
+from rmfs_core import run
+from rmfs_core.roles import Role
+from rmfs_core.scenario import load_scenario
+from rmfs_core.scenario.model import PackingSection, RuleChoice
+from rmfs_core.warehouse import WarehouseView
+from rmfs_rules.first_come import FirstCome
+from rmfs_rules.helpers.packing import room_to_split
+from rmfs_rules.nearest import Nearest
+from rmfs_rules.packing import DueFirst, LeastReserved, PackFirst, Shortest
+from rmfs_rules.pod_index import PodIndex
+
+ORDERS = {str(i): ["a", "b", "c"] for i in range(6)}
+PODS = {"p": ["a"], "q": ["b"], "r": ["c"]}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rule", [LeastReserved(), Nearest(), PackFirst(), DueFirst(), Shortest(), FirstCome()])
+def test_they_conform(rule: Any) -> None:
+    check_rule(rule)
+
+
+@pytest.mark.parametrize(
+    ("capacity", "boxes", "room"),
+    [
+        (None, (), None),
+        (3, (), 2),
+        (None, (2, 3), 4),
+        (3, (2, 3), 2),
+        (9, (2, 1), 2),
+        (None, (50,), None),
+        (1, (50,), 0),
+    ],
+)
+def test_room_to_split(capacity: int | None, boxes: tuple[int, ...], room: int | None) -> None:
+    """The less of what a rule and the boxes allow, one order being split; as many boxes as there are places: any."""
+    world = small_world(ORDERS, PODS, capacities=(5, 4), boxes=boxes)
+    order = world.orders[0]
+    world.assign(order, world.stations[0], [0])
+    if boxes:
+        world.bind_packing(order, world.packing[0])
+    assert room_to_split(WarehouseView(world), capacity) == room
+
+
+def test_pod_index_takes_whole_orders_when_no_box_is_free() -> None:
+    """The only box is taken by an order of which no line fits: another goes whole, with the pods that it needs."""
+    world = small_world(ORDERS, PODS, capacities=(4,), boxes=(1,))
+    first = world.orders[0]
+    world.assign(first, world.stations[0], [0])
+    world.bind_packing(first, world.packing[0])
+    rule = PodIndex(most_pods=1)
+    taken = rule.assign_orders_and_pods(WarehouseView(world))
+    assert {given.order for given in taken.assignments} == {0}  # the rest of the order that has the box
+    for given in taken.assignments:
+        world.assign(first, world.stations[0], given.skus or (), 2)
+    world.assign(first, world.stations[0], [line.sku for line in first.open_lines], 3) if first.open_lines else None
+    for pod in world.pods:
+        world.bind(pod, world.stations[0])
+    for request in world.stations[0].open_requests:
+        world.fulfil(request, world.pods[request.sku])
+    taken = rule.assign_orders_and_pods(WarehouseView(world))
+    assert [(given.order, given.skus) for given in taken.assignments] == [(1, None)]
+    assert list(taken.trips) == []
+
+
+@pytest.mark.parametrize("rule", ["pod-index", "split-among-stations", "split-over-time"])
+def test_few_boxes_are_enough_and_never_too_many(rule: str) -> None:
+    scenario = load_scenario("examples/packing", [f"rules.poa_pps={rule}", "instance.orders=30", "rules.pp=free-flow"])
+    few = evolve(scenario, packing=PackingSection(boxes=2, packers=1))
+    result = run(few)
+    assert (result.status, result.metrics["orders_packed"]) == ("complete", 30)
+    assert 0 < result.metrics["boxes_max"] <= 2
+
+
+@pytest.mark.parametrize("rule", ["split-among-stations", "split-over-time"])
+def test_boxes_that_count_until_the_last_pick_are_the_packing_capacity_of_the_paper(rule: str) -> None:
+    """Constraint (18): the same picks, periods and visits as with `packing_capacity`, as long as boxes are scarce."""
+    few = [f"rules.poa_pps={rule}", "rules.pp=free-flow", "instance.orders=30", "stations.item_capacity=20"]
+    boxes = load_scenario("examples/packing", [*few, "packing.packing_from=picked", "packing.boxes=1"])
+    rules = evolve(boxes.rules, poa_pps=RuleChoice(rule, {"packing_capacity": 2}), packing=None, packing_task=None)
+    counted, limited = run(boxes).metrics, run(evolve(boxes, packing=None, rules=rules)).metrics
+    same = ("pod_station_visits", "turnover_s", "split_orders_open_max", "periods")
+    assert {name: counted[name] for name in same} == {name: limited[name] for name in same}
+
+
+@pytest.mark.parametrize("task", ["first-come", "pack-first", "due-first", "shortest"])
+@pytest.mark.parametrize("bound", ["least-reserved", "nearest"])
+def test_all_go_together(task: str, bound: str) -> None:
+    changes = ["rules.pp=free-flow", f"rules.packing={bound}", f"rules.packing_task={task}", "instance.orders=20"]
+    scenario = load_scenario("examples/packing", changes)
+    assert scenario.rules.packing == RuleChoice(bound)
+    result = run(scenario)
+    assert result.status == "complete"
+    assert min(result.hook_calls[role.hook] for role in (Role.PACKING, Role.PACKING_TASK)) > 0
