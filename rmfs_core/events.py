@@ -225,10 +225,14 @@ class PartArrived(_AtPacking):
 
 
 @frozen
-class PartPut(PartArrived):
+class PartPut(Event):
     """The items of a tote were put into the box of their order; that began at ``start_tick``."""
 
     start_tick: int
+    order: int
+    packing: int
+    tote: int
+    items: int
 
 
 @frozen
@@ -242,10 +246,12 @@ class PackingStarted(_AtPacking):
 
 
 @frozen
-class OrderPacked(_AtPacking):
+class OrderPacked(Event):
     """An order is packed, which began at ``start_tick``; its box is free if it had one."""
 
     start_tick: int
+    order: int
+    packing: int
 
 
 @frozen

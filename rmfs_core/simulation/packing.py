@@ -110,12 +110,12 @@ class Packing:
         if task.kind == "pack":
             self._change(at, orders=tuple(other for other in station.orders if other is not order))
             self._warehouse.pack(order, packed=True)
-            self._run.tell(events.OrderPacked(end, order.id, at, start))
+            self._run.tell(events.OrderPacked(end, start, order.id, at))
             self._packed(order.split and self._section.packing_from == "packed")
         else:
             there = self._warehouse.packing_of(order).items_in_box + task.items
             self._warehouse.pack(order, items_in_box=there)
-            self._run.tell(events.PartPut(end, order.id, at, task.tote, task.items, start))
+            self._run.tell(events.PartPut(end, start, order.id, at, task.tote, task.items))
             if there == order.items:
                 self._run.tell(events.OrderConsolidated(end, order.id, at))
                 self._wait(order, "pack", task.tote, order.items)

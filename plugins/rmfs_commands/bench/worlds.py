@@ -48,7 +48,7 @@ def keys_of(role: Role) -> tuple[str, ...]:
 def world_with(world: str, role: Role, choice: RuleChoice, overrides: Sequence[str] = ()) -> Scenario:
     """Return a world in which a rule plays its role, and the fixed rules all others.
 
-    For a rule that decides ROA or RPS it is replenished.
+    For a rule that decides ROA or RPS it is replenished; for one that decides packing it has a packing station.
 
     Parameters
     ----------
@@ -77,7 +77,8 @@ def world_with(world: str, role: Role, choice: RuleChoice, overrides: Sequence[s
     named = FIXED | BUNDLES if replenished else FIXED
     fixed = [f"rules.{other}={name}" for other, name in named.items()]
     stock = REPLENISHED if replenished else ()
-    scenario = load_scenario(WORLDS[world], [*fixed, "rules.filters=[]", *stock, *overrides])
+    packed = ["packing={}"] if role in (Role.PACKING, Role.PACKING_TASK) else []
+    scenario = load_scenario(WORLDS[world], [*fixed, "rules.filters=[]", *stock, *packed, *overrides])
     rules = evolve(scenario.rules, **playing)
     # Rules from files are looked up where the command is given; the worlds themselves name no files.
     return evolve(scenario, rules=rules, folder=str(Path.cwd()), source=None)

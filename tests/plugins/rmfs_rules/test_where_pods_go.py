@@ -3,7 +3,6 @@
 from typing import Any
 
 import pytest
-from rmfs_rules.classes.places import Places
 
 from cases import cases
 from rmfs_commands.layouts import parse_map
@@ -13,6 +12,7 @@ from rmfs_core.warehouse import Station, Warehouse, WarehouseView
 from rmfs_core.world import NORTH
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.classes import Cache, Utility
+from rmfs_rules.classes.locations import Locations
 from rmfs_rules.fixed import Fixed
 from rmfs_rules.nearest import Nearest
 from standing import put_at_station
@@ -60,7 +60,7 @@ def test_places_with_empty_pods_are_none() -> None:
     station = Station(0, layout.stations[0], 9, False, 3)
     instance = small_instance({}, {"p": ["a"]})
     world = Warehouse(instance, travel_on(layout, Motion()), [station], [], locations[:1], blocked=locations[1:5])
-    assert not {*Places.of(WarehouseView(world)).cells.tolist()} & {*locations[1:5]}
+    assert not {*Locations.of(WarehouseView(world)).cells.tolist()} & {*locations[1:5]}
 
 
 def drive(world: Warehouse, cell: int) -> int:

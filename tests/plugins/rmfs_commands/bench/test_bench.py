@@ -255,7 +255,7 @@ def test_worlds_and_rules_can_be_chosen() -> None:
         world_with("small", Role.POA, RuleChoice("new"), ["instance.order=3"])
     assert tuple(WORLDS) == command.WORLDS
     robots_and_orders = ["POA", "PPS", "POA+PPS", "PR", "TA", "PP"]
-    others = ["ROA", "RPS", "ROA+RPS", "activation", "idle", "repositioning", "filter"]
+    others = ["ROA", "RPS", "ROA+RPS", "activation", "idle", "repositioning", "packing", "packing-task", "filter"]
     assert [role.label for role in ROLES] == [*robots_and_orders, *others]
 
 

@@ -189,7 +189,7 @@ def test_a_broken_trace_is_an_input_error(
     (
         '{"e":"end","tick":9223372036854775808,"status":"complete"}',
         "found the end {'e': 'end', 'tick': 9223372036854775808, 'status': 'complete'}; expected a tick from 0 to "
-        "1,000,000,000,000,000 and a status of complete, partial, failed",
+        "1,000,000,000,000,000 and a status of complete, horizon, partial, failed",
     ),
     (
         '{"e":"visit_ended","tick":1,"visit":1,"pod":0,"station":0,"picks":1,"next_station":"north"}',
