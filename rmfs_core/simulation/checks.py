@@ -141,8 +141,8 @@ def packing(warehouse: Warehouse, capacity: int | None, before: int) -> None:
         raise ImpossibleError(
             f"left {warehouse.split_orders_open} split orders open at once; the packing stations hold {capacity}"
         )
-    split, free = warehouse.split_orders_open - before, warehouse.free_boxes
-    if free is not None and split > free:
+    split = warehouse.split_orders_open - before
+    if split > 0 and (free := warehouse.free_boxes) is not None and split > free:
         raise ImpossibleError(f"split {counted(split, 'order')}; free boxes at the packing stations: {free}")
 
 

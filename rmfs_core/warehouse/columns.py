@@ -46,14 +46,14 @@ class Lines(NamedTuple):
     begin
         Its lines, open or not, are ``begin[row]`` to before ``begin[row + 1]``. int64, shape (orders + 1,).
     order, sku, quantity
-        Place of the line's order, SKU id, and items; 0 items once the line is assigned. int64, shape (lines,).
+        Row of the line's order, SKU id, and items; 0 items once the line is assigned. int64, shape (lines,).
     first, number
         The open lines of a SKU are at ``first[sku]`` to before ``first[sku] + number[sku]`` of the next two, those of
         the oldest order first. int64, shape (n_skus,).
     listed_order, listed_items
-        Place of the line's order, and items, int64, longer than all lists together.
+        Row of the line's order, and items, int64, longer than all lists together.
     row
-        Place by order id, -1 for orders that are not there; int64, longer than the highest id.
+        Row by order id, -1 for orders that are not there; int64, longer than the highest id.
     """
 
     order_id: Ints

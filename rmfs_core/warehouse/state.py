@@ -270,8 +270,10 @@ class Warehouse:
 
     def bind_packing(self, order: Order, station: PackingStation) -> int | None:
         """Bind an order for a packing station; return the number of its box there, None if it is not split."""
-        taken = {self.packing_of(other).box for other in station.orders}
-        box = next(number for number in count() if number not in taken) if order.split else None
+        box = None
+        if order.split:
+            taken = {self.packing_of(other).box for other in station.orders}
+            box = next(number for number in count() if number not in taken)
         self.changes += 1
         order._packing = OrderPacking(station.id, box)
         self.packing[station.id] = evolve(station, orders=(*station.orders, order))

@@ -108,11 +108,11 @@ class WarehouseView(ReadOnly):
 
     @property
     def version(self) -> int:
-        """Number that is another one whenever a decision on orders or pods may be another one.
+        """Number that changes with what decisions on orders and pods look at.
 
-        Open lines, capacities, available items, items of the stock, or which pods are stored and bound where may have
-        changed. Not counted: the time, and which pods leave (``leaving_pods``). A rule that found nothing to do need
-        not look again while all three are as they were.
+        Another one: open lines, capacities, available items, items of the stock, boxes, or which pods are stored and
+        bound where may have changed. It says nothing of the time, of ``leaving_pods``, of robots, and of what
+        prefilters show.
         """
         return self._state.changes + self._state.promises.changes
 

@@ -12,7 +12,8 @@ from attrs import define, field, validators
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_core.warehouse import CAPACITY, UNLIMITED, columns_of, shown, stock_of
+from rmfs_core.warehouse import CAPACITY, UNLIMITED, Order, columns_of, shown, stock_of
+from rmfs_core.world import OrderData
 from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ class Pairs:
     first
         Orders that go before all others, whatever their scores, by row.
     extra
-        What a station adds to the scores of all orders, by station; it may be changed in place.
+        What a station adds to the scores of all orders, by station, float64; it may be changed in place.
     fast_lane
         Places that a station with something to do keeps for orders which the pod that is there can complete.
     queues
@@ -90,13 +91,15 @@ class Pairs:
         nothing = np.empty((number, 0), np.int64)
         self.taken = np.zeros(orders, np.bool_)
         self._scores = search.Scores(
-            nothing if table is None else np.ascontiguousarray(table, np.int64),
-            nothing if shares is None else np.ascontiguousarray(shares, np.int64),
-            np.empty((number, 0)) if scores is None else scores,
+            nothing if table is None else np.array(table, np.int64, order="C"),
+            nothing if shares is None else np.array(shares, np.int64, order="C"),
+            np.empty((number, 0)) if scores is None else _own(scores),
             _scratch(orders),
         )
         self._order = search.Precedence(
-            self.taken, self.taken[:0] if first is None else first, _NO_RANK if rank is None else shown(rank)
+            self.taken,
+            self.taken[:0] if first is None else np.array(first, np.bool_),
+            _NO_RANK if rank is None else shown(np.asarray(rank, np.float64)),
         )
         capacities, heads = warehouse.capacities.copy(), np.zeros(number, search.HEAD)
         if queues is not None:
@@ -112,7 +115,7 @@ class Pairs:
             heads,
             UNLIMITED if self._queued else warehouse.largest_capacity,
             self._queued,
-            np.zeros(number) if extra is None else extra,
+            np.zeros(number) if extra is None else _own(extra),
             nothing.view(np.bool_) if self._queued else places_taken(warehouse),
             fast_lane,
             coming,
@@ -347,13 +350,25 @@ def assign_best_pairs(
 
 
 def load() -> None:
-    """Load what is compiled, or compile it, by decisions without orders."""
-    search, nothing, stock = _compiled(), np.zeros((0, 0)), _no_stock()
-    scores = search.Scores(nothing.astype(np.int64), nothing.astype(np.int64), nothing, np.zeros(0))
-    order = search.Precedence(np.zeros(0, np.bool_), np.zeros(0, np.bool_), _NO_RANK)
-    heads, entries = np.zeros(0, search.HEAD), (stock.of_pod, stock.sku, stock.items.copy())
-    at = search.Stations(np.zeros(0, CAPACITY), heads, UNLIMITED, False, np.zeros(0), _NOTHING, 0, _NOTHING, *entries)
-    search.assign_best((tuple(columns_of((), 1)), tuple(scores), tuple(order), tuple(at)), 1)
+    """Load what is compiled, or compile it, by a decision on one order without items at one station."""
+    search, none, stock = _compiled(), np.zeros((1, 0), np.int64), _no_stock()
+    lines = columns_of([Order(0, OrderData("", arrival_tick=0, lines=()), int)], 1)
+    scores = search.Scores(none, none, none.astype(np.float64), np.zeros(1))
+    order = search.Precedence(np.zeros(1, np.bool_), np.zeros(0, np.bool_), _NO_RANK)
+    rows, entries = (np.zeros(1, CAPACITY), np.zeros(1, search.HEAD)), (stock.of_pod, stock.sku, stock.items.copy())
+    at = search.Stations(*rows, UNLIMITED, False, np.zeros(1), none.view(np.bool_), 0, _NOTHING, *entries)
+    search.assign_best((tuple(lines), tuple(scores), tuple(order), tuple(at)), 1)
+    search.best_pair(lines, scores, order, at)
+    search.values_of(lines, scores, 0, at)
+    search.assign(lines, order, at, 0, 0)
+
+
+def _own(values: Floats) -> Floats:
+    """Return an array that is changed in place as compiled functions take it; ValueError for another kind."""
+    if values.dtype != np.float64 or not values.flags.writeable:
+        found = f"found {values.dtype}, {'' if values.flags.writeable else 'not '}writeable"
+        raise ValueError(f"{found}; expected float64, writeable")
+    return values
 
 
 def pod_at(warehouse: WarehouseView, station: Station) -> Pod | None:

@@ -215,7 +215,7 @@ def score_listed(lines: Lines, scores: Scores, at: int, scored: Ints) -> int:
 
 @njit(cache=True)
 def completed_by(lines: Lines, stations: Stations, pod: int) -> Ints:
-    """Places of the orders of which all open lines can be served with what is left on a pod."""
+    """Rows of the orders of which all open lines can be served with what is left on a pod."""
     begin, end, number = stations.of_pod[pod], stations.of_pod[pod + 1], 0
     for entry in range(begin, end):
         number += lines.number[stations.sku[entry]]
@@ -234,7 +234,7 @@ def completed_by(lines: Lines, stations: Stations, pod: int) -> Ints:
 
 @njit(cache=True)
 def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, stations: Stations) -> tuple[int, float]:
-    """Place and score of the order that goes first at a station; -1: none fits.
+    """Row and score of the order that goes first at a station; -1: none fits.
 
     Only orders are scored that score anything: those in the lists of the SKUs that count.
     """

@@ -20,7 +20,7 @@ def assign_whole(warehouse: WarehouseView, most_pods: int, without: Station | No
     nothing now.
     """
     lines, sizes, there = warehouse.backlog_lines, items_per_order(warehouse), warehouse.available()
-    best: tuple[int, int, int, int] | None = None
+    able: list[tuple[float, int, int, int]] = []  # missing lines, order, pods, station
     for station in warehouse.stations:
         if station is without or not station.free_capacity:
             continue
@@ -29,13 +29,12 @@ def assign_whole(warehouse: WarehouseView, most_pods: int, without: Station | No
         fits = np.ones(len(sizes), np.bool_) if station.counts_orders else sizes <= station.free_capacity
         pods = len(station.inbound_pods)
         fits &= (missing == 0) | (pods < most_pods)
-        if fits.any():
-            at = int(np.where(fits, missing, np.inf).argmin())
-            rank = int(missing[at]), at, pods, station.id
-            best = rank if best is None else min(best, rank)
-    if best is None:
-        return JointDecision()
-    return assign_alone(warehouse, warehouse.backlog[best[1]], warehouse.stations[best[3]])
+        able += [(missing[at], at, pods, station.id) for at in np.flatnonzero(fits).tolist()]
+    for _, at, _, station_id in sorted(able):
+        decided = assign_alone(warehouse, warehouse.backlog[at], warehouse.stations[station_id])
+        if decided.assignments:
+            return decided
+    return JointDecision()
 
 
 def assign_alone(warehouse: WarehouseView, order: Order, station: Station) -> JointDecision:

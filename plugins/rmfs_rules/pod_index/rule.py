@@ -184,9 +184,9 @@ class PodIndex:
         if self._stations is not warehouse.stations:
             self._stations, self._ticks = warehouse.stations, ticks_to(warehouse.stations, warehouse)
         decided, until = decision(warehouse, self._weights, self._ticks, self.packing_capacity, without)
-        if warehouse.free_boxes is None:
+        if (boxes := warehouse.free_boxes) is None:
             return decided, until
-        if warehouse.free_boxes or decided.assignments or decided.trips:
+        if boxes or decided.assignments or decided.trips:
             return decided, warehouse.now_tick
         return assign_whole(warehouse, self.most_pods, without), warehouse.now_tick
 
