@@ -245,7 +245,7 @@ PACKING: tuple[Metric, ...] = (
         "Times pick orders were assigned while no box was free, so that no further order could be split.",
     ),
     Metric("totes", "Totes", "", 0, "Totes that left picking stations."),
-    Metric("parts_per_order", "Parts per order", "", 2, "Totes per packed order."),
+    Metric("parts_per_order", "Parts per order", "", 2, "Totes of an order, a mean over packed orders."),
     Metric(
         "late_packed", "Packed late", "", 0, "Orders packed after their due time, or due and not packed at the end."
     ),

@@ -172,7 +172,7 @@ class Packing:
             **self._packers(end),
             "splits_refused": self.refused,
             "totes": self._totes,
-            "parts_per_order": ratio(self._totes, len(counted)),
+            "parts_per_order": ratio(sum(len(order.parts) for order in counted.values()), len(counted)),
             **self._late(end),
         }
 
@@ -182,7 +182,9 @@ class Packing:
         there = busy = starved = 0
         for station in self._stations:
             is_open = _open(station.hours, self._begin, end)
-            spans = within(self._busy[station.id], self._begin, end)
+            here = [order for order in self._orders.values() if order.station == station.id]
+            packing = [(order.begun, end) for order in here if order.packed < 0 <= order.begun]
+            spans = within([*self._busy[station.id], *packing], self._begin, end)
             in_hours = sum(overlap([span], is_open) for span in spans)
             there += packers * length(is_open) + length(spans) - in_hours
             busy += length(spans)

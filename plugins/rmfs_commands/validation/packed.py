@@ -37,19 +37,23 @@ class _Times:
 
 def _times(trace: Trace) -> dict[int, _Times]:
     found: dict[int, _Times] = {}
+
+    def of_order(event: PartPut | PartArrived | PackingStarted | OrderPacked) -> _Times:
+        return found.setdefault(event.order, _Times(event.packing, None))  # `PackingCheck` tells of one bound nowhere
+
     for event in trace.events:
         match event:
             case PackingAssigned():
                 found[event.order] = _Times(event.packing, event.box)
             case PartPut():
-                found[event.order].ready = event.tick
+                of_order(event).ready = event.tick
             case PartArrived():
-                found[event.order].come.append(event.tick)
-                found[event.order].ready = event.tick
+                of_order(event).come.append(event.tick)
+                of_order(event).ready = event.tick
             case PackingStarted():
-                found[event.order].begun = event.tick
+                of_order(event).begun = event.tick
             case OrderPacked():
-                found[event.order].packed = event.tick
+                of_order(event).packed = event.tick
     return found
 
 
@@ -65,7 +69,7 @@ def packing_of(trace: Trace) -> Iterator[Row]:
 
 
 def recompute_packing(trace: Trace) -> dict[str, float | None]:
-    """Every metric of packing by name."""
+    """Every metric of packing by name, but those of packers at work."""
     begin, section, times = measured_from(trace), trace.scenario["packing"], _times(trace)
     end, arrivals, orders = max(trace.tick, begin), arrivals_of(trace), trace.instance.orders
     done = {i: one.packed for i, one in times.items() if one.packed is not None}
@@ -92,7 +96,7 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
         "boxes_mean": sum((b - a) * n for a, b, n in spans) / max(end - begin, 1),
         "splits_refused": _refused(trace, begin, section["boxes"] * packing_stations(trace)),
         "totes": totes,
-        "parts_per_order": totes / len(after) if after else None,
+        "parts_per_order": sum(len(times[i].come) for i in after) / len(after) if after else None,
         **({"late_packed": sum(late)} if due else {}),
     }
 

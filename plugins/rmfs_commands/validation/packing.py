@@ -136,6 +136,8 @@ class PackingCheck:
             self._add("box", event, f"gets box {event.box + 1} of {most}, as one of {there} orders with boxes there")
 
     def _order(self, event: Any) -> _Packed:
+        if event.order not in self.orders:
+            self._add("packing-bound", event, "was bound for no packing station before")
         order = self.orders.setdefault(event.order, _Packed(event.packing, None))
         if order.packing != event.packing:
             where = f"packing station {order.packing + 1}, not for {event.packing + 1}"
