@@ -89,9 +89,9 @@ def seconds_of(rule: Any, monkeypatch: pytest.MonkeyPatch) -> list[float]:
     taken: list[float] = []
     solve = rule.solve
 
-    def timed(rule: Any, period: Period) -> Solution:
+    def timed(rule: Any, period: Period, *capacity: int | None) -> Solution:
         start = time.process_time()
-        solution: Solution = solve(rule, period)
+        solution: Solution = solve(rule, period, *capacity)
         taken.append(time.process_time() - start)
         return solution
 
