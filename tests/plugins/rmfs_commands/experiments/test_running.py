@@ -367,7 +367,7 @@ def test_what_an_observer_measures_is_compared(experiment: Write, folder: Path, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("metric", ["legs_drivn", "seed", "hook_s.plan_path"])
+@pytest.mark.parametrize("metric", ["legs_drivn", "seed"])
 def test_a_metric_that_nobody_measured_is_named(metric: str, experiment: Write, folder: Path, tmp_path: Path) -> None:
     (folder / "legs.py").write_text(MEASURING, encoding="utf-8")
     one = experiment(MEASURED.replace("half", metric))
