@@ -370,7 +370,7 @@ def test_metrics_of_observers_are_shown_as_they_describe_them(result: Experiment
     described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
     shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance",)), measures=described)
     block = printed(shown, 100).partition("Balance of work (kJ)")[2]
-    assert re.search(r"orders=50 *\n +base +-2\.20 +baseline *\n +good +0 \(3 left out\) +- +-", block)
+    assert re.search(r"orders=50 *\n +base +3 +-2\.20 +baseline *\n +good +0 \(3 left out\) +- +-", block)
 
 
 def test_not_all_failures_are_listed(result: ExperimentResult) -> None:
