@@ -53,8 +53,11 @@ _GROUPS: dict[str, tuple[Metric, ...]] = {
     ),
 }
 
-_OF_COMPLETED = re.compile(r"(turnover|tardiness)_.*s|bundle_turnover_s|.*_per_order(_m|_wh)?")
-"""Means over completed orders, and figures per completed order."""
+_OF_COMPLETED = re.compile(
+    r"(turnover|tardiness)_.*s|bundle_turnover_s|.*_per_order(_m|_wh)?|items_per_line|orders_per_visit"
+    r"|packed_(median_|p95_)?s|consolidation_(p95_)?s|packing_wait_s"
+)
+"""Means over completed or packed orders, and figures per such order."""
 
 
 def _grouped(metrics: Iterable[Metric], group: str | None) -> tuple[Metric, ...]:
