@@ -79,6 +79,13 @@ DETAILS: tuple[Metric, ...] = (
     Metric("open_orders_end", "Open orders at the end", "", 0, "Orders that have arrived and are not complete."),
     Metric("backlog_end", "Backlog at the end", "", 0, "The part of these of which not all is assigned."),
     Metric(
+        "open_age_sum_h",
+        "Total age of open orders",
+        "h",
+        2,
+        "Time since their arrival at the end of the run, sum of these; 0 when no order is open.",
+    ),
+    Metric(
         "open_age_s", "Age of open orders", "s", 1, "Time since their arrival at the end of the run, mean of these."
     ),
     Metric("open_age_max_s", "  of the oldest", "s", 1, "Time since arrival of the oldest open order, at the end."),
@@ -224,6 +231,7 @@ PACKING: tuple[Metric, ...] = (
         1,
         "From when an order is complete at its packing station until a packer begins to pack it, mean.",
     ),
+    Metric("unpacked_end", "Not packed at the end", "", 0, "Orders that have arrived and are not packed."),
     Metric("boxes_max", "Most boxes reserved", "", 0, "Most boxes that split orders had at the same time."),
     Metric("boxes_mean", "  mean", "", 1, "Boxes that split orders had, mean over time."),
     Metric(

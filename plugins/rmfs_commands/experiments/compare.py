@@ -46,8 +46,8 @@ OVERALL = "overall"
 CONFIDENCE = 0.95
 COUNTED = ("complete", "horizon")
 """How runs end that are compared: every order is complete, or ``run.until_s`` was reached as asked."""
-LEFT = ("backlog_end", "open_age_s")
-"""Metrics that are compared wherever a run ended at its horizon, so that orders left are seen."""
+LEFT = ("backlog_end", "open_age_sum_h", "unpacked_end")
+"""Metrics that are compared wherever a run ended at its horizon and has them, so that orders left are seen."""
 MAKESPANS = ("makespan_s", "packed_makespan_s")
 """Metrics that a run with orders left does not have: their mean would be over the quick runs only."""
 FEWEST_SEEDS = 3

@@ -519,7 +519,7 @@ def test_tables_and_plots_fit_into_a_paper(
     for row in with_front.rows:
         row["rule_set"] = LONG if row["rule_set"] == "good" else row["rule_set"]
         row["status"] = "horizon" if row["status"] == "complete" else row["status"]
-        row |= {"turnover_s": 1e6 * row["seed"] ** 2 * len(row["rule_set"]), "open_age_s": row["seed"] // 2}
+        row |= {"turnover_s": 1e6 * row["seed"] ** 2 * len(row["rule_set"]), "open_age_sum_h": row["seed"] // 2}
         row["backlog_end"] = row["seed"]
     rule_sets = tuple(evolve(one, name=LONG) if one.name == "good" else one for one in with_front.experiment.rule_sets)
     metrics = (*with_front.experiment.metrics, "turnover_s")
