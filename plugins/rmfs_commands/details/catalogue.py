@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from attrs import evolve
 
 from rmfs_core.results.catalogue import Metric
+from rmfs_core.roles import Role
 
 _GROUPS: dict[str, tuple[Metric, ...]] = {
     "Orders": (
@@ -287,8 +288,16 @@ CATALOGUE: dict[str, tuple[Metric, ...]] = {
     "Due times": (*LATENESS, on_time("N")),
     "Replenishment": REPLENISHMENT,
     "Robots without a task": UNBUSY,
+    "Packing": PACKING,
 }
 """All of them by heading, for people."""
+
+HOOK_TIMES = tuple(
+    Metric(f"hook_s.{role.hook}", f"Time in {role.hook}", "s", 3, f"Wall-clock seconds of all {role.label} decisions.")
+    for role in Role
+    if role is not Role.OBSERVER
+)
+"""Wall-clock seconds that a run's rules took in each hook."""
 
 MORE_IS_BETTER = frozenset(
     {

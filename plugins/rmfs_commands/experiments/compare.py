@@ -19,24 +19,14 @@ from typing import Any, NamedTuple
 
 from attrs import evolve, field, frozen
 
-from rmfs_commands.details.catalogue import METRICS
+from rmfs_commands.details.catalogue import HOOK_TIMES, METRICS
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import TIMING, Metric
-from rmfs_core.roles import Role
 from rmfs_core.wording import nearest
 
 Rows = Sequence[Mapping[str, Any]]
 
-HOOKS = "hook_s."
-"""Before a hook's name: the wall-clock seconds that a run's rules took in it."""
-
-CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group} | {
-    f"{HOOKS}{role.hook}": Metric(
-        f"{HOOKS}{role.hook}", f"Time in {role.hook}", "s", 3, f"Wall-clock seconds of all {role.label} decisions."
-    )
-    for role in Role
-    if role is not Role.OBSERVER
-}
+CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING, HOOK_TIMES) for metric in group}
 """The metrics that every run begins with, and wall-clock figures; observers measure more."""
 
 BOUND = "bound."
