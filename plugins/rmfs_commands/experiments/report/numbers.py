@@ -31,7 +31,7 @@ MARK = "*"
 """At the title of a metric in which orders left at a horizon are missing."""
 OF_MEAN = "\N{DAGGER}"
 """Behind a relative difference that is one of means."""
-_OF_MEAN = (
+OF_MEAN_NOTE = (
     f"{OF_MEAN} Difference as a share of the baseline's mean, with the same p: some of its figures are close to 0."
 )
 CENSORED = (
@@ -47,7 +47,7 @@ def caption(comparison: Comparison) -> str:
         f"{what}{_TEST}" if comparison.tested else f"{what}.",
         counted_runs(comparison),
         *([CENSORED] if any(map(comparison.censored, comparison.metrics)) else []),
-        *([_OF_MEAN] if any(one.of_mean for one in comparison.paired) else []),
+        *([OF_MEAN_NOTE] if any(one.of_mean for one in comparison.paired) else []),
     ]
     others = (one for one in comparison.paired if one.rule_set != comparison.baseline)
     if any(one.difference.mean is not None and one.difference.p is None for one in others):
