@@ -97,6 +97,7 @@ def run(
     resolved = evolve(resolved, rules=with_objects(resolved.rules, rules or {}))
     recorders, standing = make_recorders(record), make_observers()
     told = [*((observer, None) for observer in observers), *recorders, *reversed(standing)]
+    written: set[str] = set()
     again = out is not None and os.path.exists(Path(out) / RESULT_FILE)  # noqa: PTH110 (also of a name too long)
     with ExitStack() as stack:
         if out is not None:
@@ -110,8 +111,9 @@ def run(
         result = prepared.conclude()
         if prepared.folder is not None:
             result.save(prepared.folder)
+            written = {file.name for file in prepared.folder.iterdir()}
     if out is not None and again:
-        delete_left_over(Path(out), files_of(observer for observer, _ in (*recorders, *standing)))
+        delete_left_over(Path(out), written, files_of(observer for observer, _ in standing))
     if isinstance(prepared.error, RunError):
         prepared.error.result = result
     if prepared.error is not None:

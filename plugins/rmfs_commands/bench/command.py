@@ -125,10 +125,23 @@ def _print(
         heading = Text(f"{field} in world {world}, {_named(seeds)}", style="bold")
         console.print(Rule(heading, align="left", style="dim"))
         print_named(console, _table(rows))
+    if sentence := _at_the_horizon(runs):
+        console.print(Text(sentence))
     if any(one.role is Role.POA_PPS for one in contestants):
         console.print(
             Text("Calls and times (of a run) are the rule's own: a POA rule's are without the PPS rule beside it.")
         )
+
+
+def _at_the_horizon(runs: Sequence[Measured]) -> str | None:
+    """Return what the figures of runs are of that reached their horizon; None where no run did."""
+    from rmfs_core.wording import counted
+
+    number = sum(run.status == "horizon" for run in runs)
+    if not number:
+        return None
+    which = f"{number} of {counted(len(runs), 'run')} ended at the horizon (run.until_s) with orders left"
+    return f"{which}: visits, metres and turn-over time are of completed orders only."
 
 
 def _named(seeds: Sequence[int]) -> str:
@@ -178,7 +191,9 @@ def _grid(
         for rule, measured in by_rule.items()
     ]
     columns = tuple(" ".join(heading.split()) for heading in ("Decides", "World", "Rule", *QUALITY.values(), *TIMES))
-    return Grid(f"Rules, {_named(seeds)}", (), columns, rows, range(3, len(columns)))
+    horizon = _at_the_horizon(runs)
+    title = f"Rules, {_named(seeds)}{f'. {horizon}' if horizon else ''}"
+    return Grid(title, (), columns, rows, range(3, len(columns)))
 
 
 def _times(runs: Sequence[Measured]) -> tuple[str, str, str]:

@@ -31,6 +31,7 @@ _SIGNS = {
     "\N{PLUS-MINUS SIGN}": r"$\pm$",
     "\N{MULTIPLICATION SIGN}": r"$\times$",
     "\N{MINUS SIGN}": "$-$",
+    "\N{DAGGER}": r"\dag{}",
     "\u00a0": "~",
     **{sign: f"\\{sign}" for sign in "&%$#_"},
 }

@@ -19,14 +19,14 @@ def metrics(words: tuple[str, ...], as_json: bool) -> None:
     from attrs import asdict
     from rich.text import Text
 
-    from rmfs_commands.details.catalogue import CATALOGUE
+    from rmfs_commands.details.catalogue import CATALOGUE, HOOK_TIMES, MEASURES
     from rmfs_core.results.catalogue import TIMING, described_by
     from rmfs_core.results.recorders import make_observers
 
-    known = {metric.name for metrics in CATALOGUE.values() for metric in metrics}
+    known = {metric.name for metrics in (*CATALOGUE.values(), MEASURES) for metric in metrics}
     others = described_by(observer for observer, _ in make_observers(quiet=True))
     more = tuple(metric for name, metric in others.items() if name not in known)
-    groups = {**CATALOGUE, "Of other packages": more, "Wall clock (under `timing`)": TIMING}
+    groups = {**CATALOGUE, "Of other packages": more, "Wall clock (under `timing`)": (*TIMING, *HOOK_TIMES)}
     found = {
         heading: [
             one
@@ -44,7 +44,7 @@ def metrics(words: tuple[str, ...], as_json: bool) -> None:
             continue
         table = new_table(heading)
         for name in ("Name", "Unit", "Meaning"):
-            table.add_column(name, no_wrap=name == "Unit", overflow="fold")
+            table.add_column(name, no_wrap=name != "Meaning", overflow="fold")
         for one in shown:
             table.add_row(*map(Text, (one.name, one.unit if one.scale == 1 else "share", one.meaning)))
         console.print(table)

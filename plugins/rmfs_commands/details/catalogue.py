@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from attrs import evolve
 
 from rmfs_core.results.catalogue import Metric
+from rmfs_core.roles import Role
 
 _GROUPS: dict[str, tuple[Metric, ...]] = {
     "Orders": (
@@ -53,8 +54,11 @@ _GROUPS: dict[str, tuple[Metric, ...]] = {
     ),
 }
 
-_OF_COMPLETED = re.compile(r"(turnover|tardiness)_.*s|bundle_turnover_s|.*_per_order(_m|_wh)?")
-"""Means over completed orders, and figures per completed order."""
+_OF_COMPLETED = re.compile(
+    r"(turnover|tardiness)_.*s|bundle_turnover_s|.*_per_order(_m|_wh)?|items_per_line|orders_per_visit"
+    r"|packed_(median_|p95_)?s|consolidation_(p95_)?s|packing_wait_s"
+)
+"""Means over completed or packed orders, and figures per such order."""
 
 
 def _grouped(metrics: Iterable[Metric], group: str | None) -> tuple[Metric, ...]:
@@ -75,6 +79,13 @@ DETAILS: tuple[Metric, ...] = (
     Metric("turnover_station_p95_s", "  at stations, 95 %", "s", 1, "95th percentile of the times at stations."),
     Metric("open_orders_end", "Open orders at the end", "", 0, "Orders that have arrived and are not complete."),
     Metric("backlog_end", "Backlog at the end", "", 0, "The part of these of which not all is assigned."),
+    Metric(
+        "open_age_sum_h",
+        "Total age of open orders",
+        "h",
+        2,
+        "Time since their arrival at the end of the run, sum of these; 0 when no order is open.",
+    ),
     Metric(
         "open_age_s", "Age of open orders", "s", 1, "Time since their arrival at the end of the run, mean of these."
     ),
@@ -221,6 +232,7 @@ PACKING: tuple[Metric, ...] = (
         1,
         "From when an order is complete at its packing station until a packer begins to pack it, mean.",
     ),
+    Metric("unpacked_end", "Not packed at the end", "", 0, "Orders that have arrived and are not packed."),
     Metric("boxes_max", "Most boxes reserved", "", 0, "Most boxes that split orders had at the same time."),
     Metric("boxes_mean", "  mean", "", 1, "Boxes that split orders had, mean over time."),
     Metric(
@@ -276,8 +288,16 @@ CATALOGUE: dict[str, tuple[Metric, ...]] = {
     "Due times": (*LATENESS, on_time("N")),
     "Replenishment": REPLENISHMENT,
     "Robots without a task": UNBUSY,
+    "Packing": PACKING,
 }
 """All of them by heading, for people."""
+
+HOOK_TIMES = tuple(
+    Metric(f"hook_s.{role.hook}", f"Time in {role.hook}", "s", 3, f"Wall-clock seconds of all {role.label} decisions.")
+    for role in Role
+    if role is not Role.OBSERVER
+)
+"""Wall-clock seconds that a run's rules took in each hook."""
 
 MORE_IS_BETTER = frozenset(
     {

@@ -84,6 +84,7 @@ class Measures:
         return {
             "open_orders_end": len(ages),
             "backlog_end": self._backlog,
+            "open_age_sum_h": sum(ages) / (3600 * TICKS_PER_S),
             "open_age_s": ratio(sum(ages), len(ages) * TICKS_PER_S),
             "open_age_max_s": to_seconds(max(ages)) if ages else None,
         }

@@ -167,6 +167,7 @@ class Packing:
             "consolidation_s": ratio(sum(together), len(together) * TICKS_PER_S),
             "consolidation_p95_s": percentile(together, 0.95),
             "packing_wait_s": ratio(sum(waits), len(waits) * TICKS_PER_S),
+            "unpacked_end": self._unpacked.number,
             "boxes_max": self._boxes.largest(self._begin, end),
             "boxes_mean": self._boxes.mean(self._begin, end),
             **self._packers(end),

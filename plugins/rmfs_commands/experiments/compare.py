@@ -19,24 +19,14 @@ from typing import Any, NamedTuple
 
 from attrs import evolve, field, frozen
 
-from rmfs_commands.details.catalogue import METRICS
+from rmfs_commands.details.catalogue import HOOK_TIMES, METRICS
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import TIMING, Metric
-from rmfs_core.roles import Role
 from rmfs_core.wording import nearest
 
 Rows = Sequence[Mapping[str, Any]]
 
-HOOKS = "hook_s."
-"""Before a hook's name: the wall-clock seconds that a run's rules took in it."""
-
-CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group} | {
-    f"{HOOKS}{role.hook}": Metric(
-        f"{HOOKS}{role.hook}", f"Time in {role.hook}", "s", 3, f"Wall-clock seconds of all {role.label} decisions."
-    )
-    for role in Role
-    if role is not Role.OBSERVER
-}
+CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING, HOOK_TIMES) for metric in group}
 """The metrics that every run begins with, and wall-clock figures; observers measure more."""
 
 BOUND = "bound."
@@ -46,8 +36,10 @@ OVERALL = "overall"
 CONFIDENCE = 0.95
 COUNTED = ("complete", "horizon")
 """How runs end that are compared: every order is complete, or ``run.until_s`` was reached as asked."""
-LEFT = ("backlog_end", "open_age_s")
-"""Metrics that are compared wherever a run ended at its horizon, so that orders left are seen."""
+LEFT = ("backlog_end", "open_age_sum_h", "unpacked_end")
+"""Metrics that are compared wherever a run ended at its horizon and has them, so that orders left are seen."""
+MAKESPANS = ("makespan_s", "packed_makespan_s")
+"""Metrics that a run with orders left does not have: their mean would be over the quick runs only."""
 FEWEST_SEEDS = 3
 """With fewer seeds there are neither intervals nor p-values."""
 AWAY_FROM_ZERO = 0.1
@@ -378,8 +370,8 @@ def _why(runs: Rows, metric: str) -> str:
     lacking = [run for run in runs if run.get(metric) is None]
     if not lacking:
         return "a pair of another instance of the seed is left out"
-    if metric == "makespan_s" and "horizon" in status:
-        return "orders are left at the horizon, so that there is no makespan"
+    if metric in MAKESPANS and all(metric in run for run in lacking):
+        return "runs of the instance set leave orders at the horizon, so that there is no mean makespan"
     if not all(run.get("orders_completed", 1) for run in lacking):
         return "a run completes no order in the time that counts"
     return "a run has no such figure"
@@ -387,6 +379,8 @@ def _why(runs: Rows, metric: str) -> str:
 
 def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseline: str) -> list[Paired]:
     """Compare the rule sets with the baseline in one metric on one instance set."""
+    if metric in MAKESPANS and any(row["status"] == "horizon" and row.get(metric, 0) is None for row in rows):
+        rows = [{**row, metric: None} for row in rows]
     found, differences, relative, amounts, bases = [], [], [], [], []
     for rule_set in rule_sets:
         seeds, why = _by_seed(rows, metric, rule_set, baseline)

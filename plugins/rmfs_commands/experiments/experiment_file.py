@@ -97,14 +97,18 @@ def _experiment(data: Mapping[str, Any], file: Path, metrics_place: str) -> Expe
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name):
         raise KeyProblem(f"expected letters, digits, `.`, `_` and `-`, found {shown(name)}", ("name",))
     bases = tuple(_bases(data, file.parent))
-    usual = DEFAULT_METRICS if all(base.scenario.run.until_s is None for base in bases) else HORIZON_METRICS
     try:
+        axes = tuple(_axes(_table(data.get("axes", {}), ("axes",))))
+        rule_sets = tuple(_rule_sets(data["rule_sets"]))
+        changes = [one.changes for one in (*(point for axis in axes for point in axis.points), *rule_sets)]
+        limited = any(base.scenario.run.until_s is not None for base in bases)
+        usual = HORIZON_METRICS if limited or any("run.until_s" in one for one in changes) else DEFAULT_METRICS
         return Experiment(
             name=name,
             description=_text(data, "description", ""),
             bases=bases,
-            axes=tuple(_axes(_table(data.get("axes", {}), ("axes",)))),
-            rule_sets=tuple(_rule_sets(data["rule_sets"])),
+            axes=axes,
+            rule_sets=rule_sets,
             seeds=_seeds(data["seeds"]),
             baseline=_text(data, "baseline", ""),
             metrics=_texts(data, "metrics", usual),

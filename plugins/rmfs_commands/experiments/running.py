@@ -70,7 +70,8 @@ class ExperimentResult:
         if len(self.failed) < len(self.rows):
             one.check_metrics({*CATALOGUE, *self.measures, *_metrics(self.rows)})
         by = one.by or ("instance",)
-        left = LEFT if any(row["status"] == "horizon" for row in self.rows) else ()
+        ended = [row for row in self.rows if row["status"] == "horizon"]
+        left = [name for name in LEFT if any(name in row for row in ended)]
         return summary(
             self.rows,
             one.baseline,

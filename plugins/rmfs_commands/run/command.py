@@ -196,16 +196,18 @@ def _at_the_horizon(result: Result) -> str:
     from rmfs_commands.cli.display import duration
     from rmfs_core.wording import counted
 
-    open_, backlog, mean, oldest = map(
-        result.metrics.get, ("open_orders_end", "backlog_end", "open_age_s", "open_age_max_s")
-    )
+    names = ("open_orders_end", "backlog_end", "open_age_s", "open_age_max_s", "unpacked_end")
+    open_, backlog, mean, oldest, unpacked = map(result.metrics.get, names)
     done = sum(row["completed_s"] is not None for row in result.orders)
     text = f"The run reached its horizon, {duration(result.scenario.run.until_s or 0)} (run.until_s): "
-    text += f"{done:,} of {counted(len(result.orders), 'order')} complete, {open_:,} open ({backlog:,} in the backlog"
-    if open_:
-        text += f"; since they arrived, {duration(mean or 0)} on average, {duration(oldest or 0)} for the oldest"
+    text += f"{done:,} of {counted(len(result.orders), 'order')} complete"
     coming = len(result.orders) - done - (open_ or 0)
-    return f"{text}){f', {coming:,} not arrived' if coming else ''}."
+    text += f"{f', {coming:,} not arrived' if coming else ''}, {open_:,} open"
+    text += f", {backlog:,} of them in the backlog" if open_ else ""
+    text += f"; {counted(unpacked, 'arrived order')} not packed" if unpacked is not None else ""
+    if open_:
+        text += f"; age of the open orders: mean {duration(mean or 0)}, oldest {duration(oldest or 0)}"
+    return f"{text}."
 
 
 def _report(console: Console, result: Result, waited: str, folder: Path, record: Sequence[str]) -> None:

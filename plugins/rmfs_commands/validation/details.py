@@ -94,6 +94,7 @@ def _left(trace: Trace, done: Container[int]) -> dict[str, float | None]:
     return {
         "open_orders_end": len(ages),
         "backlog_end": len(arrived.keys() - whole),
+        "open_age_sum_h": sum(ages) / 3600,
         "open_age_s": float(np.mean(ages)) if ages else None,
         "open_age_max_s": max(ages, default=None),
     }

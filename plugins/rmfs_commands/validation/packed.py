@@ -13,6 +13,7 @@ from rmfs_commands.validation.tables import Row, arrivals_of, boxes_of, measured
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import (
     DecisionMade,
+    OrderArrived,
     OrderCompleted,
     OrderPacked,
     PackingAssigned,
@@ -92,6 +93,7 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
         "consolidation_s": _mean(together),
         "consolidation_p95_s": _percentile(together, 95),
         "packing_wait_s": _mean(waits),
+        "unpacked_end": sum(isinstance(event, OrderArrived) for event in trace.events) - len(done),
         "boxes_max": max((n for _, _, n in spans), default=0),
         "boxes_mean": sum((b - a) * n for a, b, n in spans) / max(end - begin, 1),
         "splits_refused": _refused(trace, begin, section["boxes"] * packing_stations(trace)),

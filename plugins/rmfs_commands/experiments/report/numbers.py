@@ -31,12 +31,12 @@ MARK = "*"
 """At the title of a metric in which orders left at a horizon are missing."""
 OF_MEAN = "\N{DAGGER}"
 """Behind a relative difference that is one of means."""
-_OF_MEAN = (
+OF_MEAN_NOTE = (
     f"{OF_MEAN} Difference as a share of the baseline's mean, with the same p: some of its figures are close to 0."
 )
 CENSORED = (
-    f"{MARK} Per completed order: what the orders that are open at the horizon would change is not known. They are "
-    "often those that wait long, or are large; their number and age are compared, too."
+    f"{MARK} Of completed or packed orders only: what the orders left at the horizon would change is not known. They "
+    "are often those that wait long, or are large; their number and age are compared, too."
 )
 
 
@@ -47,7 +47,7 @@ def caption(comparison: Comparison) -> str:
         f"{what}{_TEST}" if comparison.tested else f"{what}.",
         counted_runs(comparison),
         *([CENSORED] if any(map(comparison.censored, comparison.metrics)) else []),
-        *([_OF_MEAN] if any(one.of_mean for one in comparison.paired) else []),
+        *([OF_MEAN_NOTE] if any(one.of_mean for one in comparison.paired) else []),
     ]
     others = (one for one in comparison.paired if one.rule_set != comparison.baseline)
     if any(one.difference.mean is not None and one.difference.p is None for one in others):
@@ -155,6 +155,11 @@ def other_sign(metric: Metric, one: Paired) -> str | None:
 def seeds(one: Paired) -> str:
     """Return the number of seeds, and how many pairs were left out."""
     return f"{one.seeds} ({one.left_out} left out)" if one.left_out else str(one.seeds)
+
+
+def baseline_seeds(comparison: Comparison, one: Paired) -> str:
+    """Return the baseline's number of seeds where pairs of any rule set are left out; else it is that of all others."""
+    return seeds(one) if any(other.left_out for other in comparison.of(one.instances, one.metric)) else ""
 
 
 def _finer(metric: Metric) -> Metric:

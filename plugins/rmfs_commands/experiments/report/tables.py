@@ -134,11 +134,15 @@ def _metric_grid(comparison: Comparison, metric: str) -> Grid:
         which = (one.instances if one.rule_set == comparison.rule_sets[0] else "",) if several else ()
         seeds = () if same else (numbers.seeds(one),)
         rows.append((*which, one.rule_set, *seeds, numbers.value(shown_as, one.mean), *times, *differences))
-    caption = f"{numbers.heading(comparison, metric)}: means{f' over {numbers.seeds(found[0])} seeds' if same else ''}"
-    caption += f", and differences from {comparison.baseline}"
-    if comparison.tested:
+    means = any(one.mean is not None for one in found)
+    over = f" over {numbers.seeds(found[0])} seeds" if same and means else ""
+    caption = f"{numbers.heading(comparison, metric)}: means{over}, and differences from {comparison.baseline}"
+    if any(one.difference.low_holm is not None for one in found):
         caption += " with simultaneous 95 % confidence intervals and p-values of paired t tests after Holm"
-    caption += f". {numbers.CENSORED}" if comparison.censored(metric) else "."
+    caption += "." if means else ". No rule set has a mean: pairs of all seeds are left out."
+    notes = [numbers.CENSORED] if comparison.censored(metric) else []
+    notes += [numbers.OF_MEAN_NOTE] if shares and any(one.of_mean for one in found) else []
+    caption = " ".join([caption, *notes])
     return Grid(caption, (numbers.caption(comparison),), columns, rows, range(len(names), len(columns)))
 
 
@@ -157,6 +161,7 @@ def _front_grid(comparison: Comparison, first: str, second: str) -> Grid:
     ]
     columns = (*["Instances"] * several, "Rule set", *titles)
     title = f"Rule sets that none beats in both {titles[0]} and {titles[1]}: means."
+    title += f" {numbers.CENSORED}" if any(map(comparison.censored, (first, second))) else ""
     return Grid(title, (), columns, rows, range(len(columns) - 2, len(columns)))
 
 

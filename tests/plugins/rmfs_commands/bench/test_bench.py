@@ -408,6 +408,17 @@ def test_a_table_for_a_paper(name: str, row: str, tmp_path: Path) -> None:
     assert row in (tmp_path / name).read_text(encoding="utf-8")
 
 
+def test_runs_that_end_at_their_horizon_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Their figures per order are of completed orders: below the table, and in the caption of a paper's."""
+    said = "1 of 1 run ended at the horizon (run.until_s) with orders left: visits, metres and turn-over time"
+    short, file = (*SHORT, "--seed", "1"), tmp_path / "all.tex"
+    _, out, _ = called(capsys, "first-come", *short)
+    assert "horizon" not in out
+    _, out, _ = called(capsys, "first-come", *short, "--set", "run.until_s=60", "--table", str(file))
+    assert said in " ".join(out.split())
+    assert said in file.read_text(encoding="utf-8").replace(r"\_", "_")
+
+
 def test_a_table_that_cannot_be_written_is_refused_before_the_runs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

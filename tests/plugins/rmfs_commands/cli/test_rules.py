@@ -303,6 +303,20 @@ def test_a_file_is_loaded_once_for_several_calls(tmp_path: Path) -> None:
     assert type(first.instance) is type(second.instance) is not type(alone.instance)
 
 
+def test_metrics_are_listed_under_what_they_are_of(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert exit_code("metrics", "--json") == 0
+    groups = {one["name"]: one["group"] for one in json.loads(capsys.readouterr().out)}
+    assert "Of other packages" not in groups.values()
+    assert groups["packed_s"] == groups["unpacked_end"] == "Packing"
+    assert groups["hook_s.plan_path"] == "Wall clock (under `timing`)"
+    assert [name for name in groups if "priority" in name] == ["on_time_percent_priority_N"]
+    monkeypatch.setenv("COLUMNS", "60")
+    assert exit_code("metrics", "visit") == 0
+    assert "waiting_for_room_per_visit_s " in capsys.readouterr().out
+
+
 def test_metrics_are_listed_with_unit_and_meaning(capsys: pytest.CaptureFixture[str]) -> None:
     """All of them, or those with each word in name, label or meaning."""
     assert exit_code("metrics", "--json") == 0

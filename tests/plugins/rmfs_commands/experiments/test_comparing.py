@@ -23,9 +23,11 @@ from scipy import stats
 
 from calling import exit_code
 from rmfs_commands.bounds import BOUNDED, bounds_of
+from rmfs_commands.details.catalogue import MEASURES
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.experiments import Experiment, Watcher, run_experiment, shipped_experiments
 from rmfs_commands.experiments.compare import holm, interval, intervals, summary
+from rmfs_commands.experiments.report.numbers import baseline_seeds, seeds
 from rmfs_core.errors import InputError
 
 
@@ -139,11 +141,6 @@ def test_pairs_with_a_side_that_failed_are_left_out_and_counted() -> None:
     ("metric", "more", "why"),
     [
         ("m", {"status": "horizon"}, None),
-        (
-            "makespan_s",
-            {"status": "horizon", "makespan_s": None},
-            "orders are left at the horizon, so that there is no",
-        ),
         ("m", {"status": "partial"}, "a run was interrupted"),
         ("m", {"status": "failed"}, "a run failed"),
         ("m", {"m": None}, "a run has no such figure"),
@@ -163,12 +160,57 @@ def test_which_runs_count_and_why_others_do_not(metric: str, more: dict[str, Any
     assert comparison.horizon == (more.get("status") == "horizon")
 
 
+@pytest.mark.parametrize("metric", ["makespan_s", "packed_makespan_s"])
+def test_no_mean_makespan_is_of_the_quick_runs_only(metric: str) -> None:
+    """Two of three seeds finish before the horizon: their mean tells nothing of the third."""
+    rows = [row(name, seed, 10.0, **{metric: 10.0}) for name in ("base", "other", "third") for seed in (1, 2, 3)]
+    whole = summary(rows, "base", [metric])
+    assert [one.mean for one in whole.paired] == [10.0] * 3
+    rows += [one | {"instance": "short"} for one in rows]
+    rows[5] |= {"status": "horizon", metric: None}
+    left = summary(rows, "base", [metric])
+    assert [one.mean for one in left.of("one", metric)] == [None] * 3
+    assert [one.mean for one in left.of("short", metric)] == [10.0] * 3
+    assert [one.mean for one in left.of("overall", metric)] == [None] * 3
+    why = "runs of the instance set leave orders at the horizon, so that there is no mean makespan"
+    assert [one.why for one in left.of("one", metric)] == [{why: 3}] * 3
+
+
+def test_the_baseline_has_its_number_of_seeds_where_pairs_are_left_out() -> None:
+    rows = [row(name, seed, 10.0) for name in ("base", "other") for seed in (1, 2, 3)]
+    whole = summary(rows, "base", ["m"])
+    assert baseline_seeds(whole, whole.paired[0]) == ""
+    rows[-1]["status"] = "failed"
+    left = summary(rows, "base", ["m"])
+    assert [baseline_seeds(left, left.paired[0]), seeds(left.paired[1])] == ["3", "2 (1 left out)"]
+
+
 def test_figures_per_completed_order_are_marked_where_a_horizon_leaves_some() -> None:
     rows = [row("base", 1, 1.0, turnover_s=1.0, picks_per_hour=1.0), row("base", 2, 1.0, turnover_s=1.0)]
     for status, marked in (("complete", False), ("horizon", True)):
         rows[0]["status"] = status
         comparison = summary(rows, "base", ["turnover_s", "picks_per_hour"])
         assert (comparison.censored("turnover_s"), comparison.censored("picks_per_hour")) == (marked, False)
+
+
+@pytest.mark.parametrize(
+    ("metric", "marked"),
+    [
+        ("packed_s", True),
+        ("packed_p95_s", True),
+        ("consolidation_s", True),
+        ("consolidation_p95_s", True),
+        ("packing_wait_s", True),
+        ("items_per_line", True),
+        ("orders_per_visit", True),
+        ("packed_makespan_s", False),
+        ("orders_packed", False),
+        ("late_percent", False),
+    ],
+)
+def test_which_metrics_of_observers_are_of_completed_orders(metric: str, marked: bool) -> None:
+    described = {one.name: one for one in MEASURES}
+    assert described[metric].of_completed == marked
 
 
 def test_overall_has_one_value_a_seed() -> None:

@@ -21,6 +21,7 @@ from rmfs_commands.experiments import (
     shipped_experiments,
 )
 from rmfs_commands.experiments.changes import changes_of
+from rmfs_commands.experiments.experiment import DEFAULT_METRICS, HORIZON_METRICS
 from rmfs_commands.experiments.resolving import resolve
 from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
@@ -179,6 +180,21 @@ def test_everything_that_a_file_can_say(experiment: Write) -> None:
     assert (last.scenario.robots.count, last.scenario.layout.block_rows) == (3, 4)
     assert last.scenario.rules.poa is not None
     assert (last.scenario.rules.poa.rule, last.scenario.rules.pr.rule) == ("first-come", "random")
+
+
+@pytest.mark.parametrize(
+    ("more", "metrics"),
+    [
+        ("", DEFAULT_METRICS),
+        ("[axes]\nrun.until_s = [60]\n", HORIZON_METRICS),
+        ('[axes]\ntimes = [{ label = "short", run.until_s = 60 }]\n', HORIZON_METRICS),
+    ],
+)
+def test_metrics_are_those_of_a_horizon_where_an_axis_sets_one(
+    experiment: Write, more: str, metrics: tuple[str, ...]
+) -> None:
+    text = 'base = "tiny.toml"\nseeds = [1]\nbaseline = "a"\n[[rule_sets]]\nname = "a"\n'
+    assert experiment(text + more).metrics == metrics
 
 
 def test_the_name_is_the_files_unless_it_says_otherwise(experiment: Write) -> None:

@@ -327,13 +327,14 @@ def test_runs_that_reach_their_horizon_are_compared(experiment: Write, folder: P
     result = run_experiment(one, store=tmp_path / "runs", jobs=1, bounds=True)
     compared = result.comparison()
     assert {row["status"] for row in result.rows} == {"horizon"}
-    assert compared.metrics == (*HORIZON_METRICS, "backlog_end", "open_age_s")
+    assert compared.metrics == (*HORIZON_METRICS, "backlog_end", "open_age_sum_h")
     assert all(one.bound is None and one.pairs == 2 * (one.metric != "turnover_s") for one in compared.paired)
     for row in result.rows:
         assert row["picks_per_hour"] == pytest.approx(row["picks"] * 3600 / 60)
         assert 0 <= row["backlog_end"] <= row["open_orders_end"] <= row["orders_total"] - row["orders_completed"]
         assert row["open_orders_end"] > 0
         assert row["open_age_s"] == row["open_age_max_s"] == 90
+        assert row["open_age_sum_h"] == pytest.approx(row["open_orders_end"] * 90 / 3600)
 
 
 def test_rule_sets_are_measured_over_the_same_time(experiment: Write) -> None:

@@ -104,13 +104,31 @@ def test_a_run_that_reaches_its_horizon_says_what_it_leaves(folder: Path, capsys
     found = load_result("out").metrics
     assert 0 < found["open_orders_end"] <= 10
     assert "seed 1: horizon" in printed
-    text = f"of 10 orders complete, {found['open_orders_end']} open ({found['backlog_end']} in the backlog"
-    assert f"{text}; since they arrived, 0:01:00 on average, 0:01:00 for the oldest)." in printed
+    text = f"of 10 orders complete, {found['open_orders_end']} open, {found['backlog_end']} of them in the backlog"
+    assert f"{text}; age of the open orders: mean 0:01:00, oldest 0:01:00." in printed
+    assert "not packed" not in printed
     assert "The run was over at 0:01:00, before that: they count nothing." in printed
     assert "Simulated time" in printed
     assert "Makespan" not in printed
+    assert found["open_age_sum_h"] == pytest.approx(found["open_orders_end"] / 60)
     assert exit_code("run", "small.toml", "--set", "run.warmup_s=90") == 0
     assert "Metrics count what happens from 0:01:30 on (run.warmup_s).\n" in capsys.readouterr().out
+
+
+def test_a_packing_run_tells_what_is_not_packed_and_leaves_no_file_to_a_run_without(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    changes = ("instance.orders=10", "packing.pack_s=3000", "run.until_s=1000")
+    assert exit_code("run", "examples/packing", *(f"--set={one}" for one in changes), "--out", "out") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert load_result("out").metrics["unpacked_end"] == 10
+    assert "10 of 10 orders complete, 0 open; 10 arrived orders not packed." in printed
+    assert "packing.csv" in printed
+    Path("out/notes.csv").write_text("mine", encoding="utf-8")
+    assert exit_code("run", "small.toml", "--out", "out") == 0
+    assert "packing.csv" not in capsys.readouterr().out
+    assert not Path("out/packing.csv").exists()
+    assert Path("out/notes.csv").exists()
 
 
 @cases(

@@ -18,12 +18,14 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from rmfs_commands.experiments import ExperimentResult, RuleSetChoice
-from rmfs_commands.experiments.compare import Interval, Paired
+from rmfs_commands.experiments.compare import Interval, Paired, summary
 from rmfs_commands.experiments.report import print_comparison, write_report
 from rmfs_commands.experiments.report.html import report_html
 from rmfs_commands.experiments.report.numbers import (
+    CENSORED,
     MINUS,
     NO_TEST,
+    OF_MEAN_NOTE,
     difference,
     probability,
     relative,
@@ -370,7 +372,7 @@ def test_metrics_of_observers_are_shown_as_they_describe_them(result: Experiment
     described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
     shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance",)), measures=described)
     block = printed(shown, 100).partition("Balance of work (kJ)")[2]
-    assert re.search(r"orders=50 *\n +base +-2\.20 +baseline *\n +good +0 \(3 left out\) +- +-", block)
+    assert re.search(r"orders=50 *\n +base +3 +-2\.20 +baseline *\n +good +0 \(3 left out\) +- +-", block)
 
 
 def test_not_all_failures_are_listed(result: ExperimentResult) -> None:
@@ -430,6 +432,40 @@ def test_orders_of_one_day_are_told_beside_every_p(result: ExperimentResult) -> 
     told = "Orders come from a file and are the same for every seed"
     assert told not in page_of(result)
     assert page_of(evolve(result, fixed=frozenset({"orders=50", "orders=100"}))).count(told) == 3
+
+
+def captions(metrics: dict[str, tuple[list[float | None], list[float | None]]], status: str) -> dict[str, str]:
+    """Return the captions of tables of the figures of a baseline and of another rule set."""
+    rows = [
+        {"instance": "i", "rule_set": name, "seed": seed, "status": status}
+        | {metric: values[number][seed] for metric, values in metrics.items()}
+        for number, name in enumerate(("base", "other"))
+        for seed in range(len(next(iter(metrics.values()))[0]))
+    ]
+    names = list(metrics)
+    compared = summary(rows, "base", names, fronts=[(names[0], names[-1])])
+    return {name: grid.title for name, grid in grids(compared).items()}
+
+
+def test_captions_say_what_a_table_has() -> None:
+    """Intervals only where there are any, no number of seeds without a mean, and what the dagger is."""
+    close = [0.5, 9.0, 10.0, 11.0, 9.0, 10.0], [0.7, 11.0, 13.0, 12.0, 12.0, 12.0]
+    found = captions({"makespan_s": ([None] * 6, [None] * 6), "picks": close}, "horizon")
+    assert found["makespan_s"] == (
+        "Makespan (s): means, and differences from base. No rule set has a mean: pairs of all seeds are left out."
+    )
+    assert found["picks"].startswith("Picks: means over 6 seeds, and differences from base with simultaneous 95 %")
+    assert found["picks"].endswith(f"after Holm. {OF_MEAN_NOTE}")
+    away = captions({"picks": ([10.0, 11.0, 12.0], [12.0, 12.0, 15.0])}, "complete")["picks"]
+    assert away.endswith("after Holm.")
+
+
+def test_the_caption_of_a_front_explains_its_mark() -> None:
+    figures: list[float | None] = [1.0, 2.0, 3.0]
+    metrics = {"turnover_s": (figures, figures), "picks": (figures, figures)}
+    front = "front.turnover_s.picks"
+    assert captions(metrics, "horizon")[front].endswith(CENSORED)
+    assert CENSORED not in captions(metrics, "complete")[front]
 
 
 def test_fronts_are_tables_too(with_front: ExperimentResult) -> None:
@@ -519,7 +555,7 @@ def test_tables_and_plots_fit_into_a_paper(
     for row in with_front.rows:
         row["rule_set"] = LONG if row["rule_set"] == "good" else row["rule_set"]
         row["status"] = "horizon" if row["status"] == "complete" else row["status"]
-        row |= {"turnover_s": 1e6 * row["seed"] ** 2 * len(row["rule_set"]), "open_age_s": row["seed"] // 2}
+        row |= {"turnover_s": 1e6 * row["seed"] ** 2 * len(row["rule_set"]), "open_age_sum_h": row["seed"] // 2}
         row["backlog_end"] = row["seed"]
     rule_sets = tuple(evolve(one, name=LONG) if one.name == "good" else one for one in with_front.experiment.rule_sets)
     metrics = (*with_front.experiment.metrics, "turnover_s")
