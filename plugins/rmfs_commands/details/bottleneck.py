@@ -2,10 +2,12 @@
 
 Every tick of an order's time has a cause; the limit is the cause with the largest share. While an order waits in the
 backlog, the cause is what the picking stations do at that time, each its part: a picker who handles an item (the
-pickers), a station with nothing to pick (how the rules spread the orders), a closed one (the hours). A station that
+pickers), a closed one (the hours), one with nothing to pick, while another has more than its share (the spread) or while
+none has (the rules hold the orders back). A station that
 waits for pods does so since pods stand beneath which it has no room for (the queues), or since no robot is free (the
 robots); else its pods are on their way, and it has not room for more orders that could be picked meanwhile (the room).
-Robots off duty are a matter of the hours; robots in queues and beneath pods wait themselves, for what the stations do.
+Robots off duty are a matter of the hours, and those that wait for chargers or stand there one of the chargers; robots
+in queues and beneath pods wait themselves, for what the stations do.
 """
 
 from __future__ import annotations
@@ -44,8 +46,13 @@ PARTS: Mapping[str, tuple[str, ...]] = {
 LIMITS: Mapping[str, tuple[str, str]] = {
     "pickers": ("busy with other items", "one more station"),
     "robots": ("none was free", "one more robot"),
+    "chargers": ("robots charged, or waited for a charger", "one more charger"),
     "queues": ("no room for pods, though pickers had none", "longer queues (`stations.queue_length`)"),
     "spread": ("other stations had less to pick", "rules that spread the orders evenly"),
+    "held": (
+        "held back, no station was given them",
+        "rules that assign them earlier (filters, waves, boxes, capacity for large orders)",
+    ),
     "stock": ("the pods held too little", "stock that never lacks"),
     "hours": ("stations were closed, or robots off duty", "stations and robots at all hours"),
     "room": ("stations were full, with robots free", "more orders per station (`stations.item_capacity`)"),
@@ -157,6 +164,7 @@ class Bottleneck:
         self._room, self._robot = _Waits(), _Waits()
         self._beneath = [_Waits() for _ in run.warehouse.stations]
         self._queueing = [_Waits() for _ in run.warehouse.stations]
+        self._given = [_Waits() for _ in run.warehouse.stations]
         self._left = False
         self._orders = self._collect()
         self._share_out()
@@ -192,10 +200,13 @@ class Bottleneck:
 
     def _collect_left(self, order: int, arrival: int) -> None:
         """Collect what an order that is not complete waited for until the end, as far as that is known."""
-        if order in self._delays.last:
-            last, _ = self._delays.last[order]
-            self._room.add(self._delays.in_stock.get(order, arrival), last)
+        if (known := self._delays.last.get(order)) is not None:
+            joins = self._delays.in_stock.get(order, arrival)
+            self.causes["stock"] += joins - arrival
+            last = known.tick if known.whole else self._end
+            self._room.add(joins, last)
             self._robot.add(last, self._end)
+            self._given[known.station].add(last, self._end)
         elif self._run.warehouse.order(order).waits_for_stock:
             self.causes["stock"] += self._end - arrival
         else:
@@ -217,7 +228,7 @@ class Bottleneck:
         """Share out the waits among the causes."""
         pieces, number = self._pieces(), len(self._stations)
         begins = pieces.bounds[:-1]
-        busy, idle, short, waiting, stuck, wanted = (np.zeros(len(begins), dtype=np.int64) for _ in range(6))
+        busy, idle, short, waiting, stuck, wanted, most = (np.zeros(len(begins), dtype=np.int64) for _ in range(7))
         duration = np.diff(pieces.bounds.clip(self._begin, self._end))
         for number_of, station in enumerate(self._stations):
             here, wanting, open_ = pieces.of(station)
@@ -229,9 +240,12 @@ class Bottleneck:
             waiting += np.where(beneath > 0, 0, wanting - here)
             stuck += beneath + station.queue.at(begins)
             wanted += station.requests.at(begins)
+            most = np.maximum(most, station.requests.at(begins))
         closed = (number - busy - idle - short - waiting) / number
         even = wanted / np.maximum(busy + idle + short + waiting, 1)
+        held_back = most <= np.ceil(even)  # no station has more than its share
         uneven = np.zeros(len(begins))
+        none_free = self._robots.free.at(begins) == 0
         for number_of, station in enumerate(self._stations):
             here, known = pieces.of(station)[0], station.requests.at(begins)
             beneath = pieces.beneath(self._robots.beneath_for.get(number_of, []))
@@ -240,27 +254,33 @@ class Bottleneck:
             shares = {"spread": here * beyond, "hours": here * closed, "pickers": here * (1 - beyond - closed)}
             self._add(self._beneath[number_of], pieces, shares | {"queues": 1 - here})
             self._add(self._queueing[number_of], pieces, shares | {"driving": 1 - here})
+            given = {cause: share * ~none_free for cause, share in (shares | {"driving": 1 - here}).items()}
+            self._add(self._given[number_of], pieces, given)
         fleet, on_duty = len(self._run.warehouse.robots), self._robots.on_duty.at(begins)
-        off, held = 1 - on_duty / fleet, np.minimum(stuck, on_duty) / fleet
-        none_free, working = self._robots.free.at(begins) == 0, 1 - off - held
+        charging = self._robots.charging.at(begins)
+        off, held = 1 - on_duty / fleet, np.minimum(stuck, on_duty - charging) / fleet
+        working = 1 - off - held - charging / fleet
         uneven *= held / np.maximum(stuck, 1)
         of_robots = {
             "robots": working,
+            "chargers": charging / fleet,
             "spread": uneven,
             "hours": off + held * closed,
             "pickers": held * (1 - closed) - uneven,
         }
         self._add(self._robot, pieces, {cause: none_free * share for cause, share in of_robots.items()})
         handling, at_work = busy / np.maximum(busy + waiting, 1), (busy + waiting) / number
-        both = handling + working + off  # none where all robots move up in queues
+        both = handling + working + off + charging / fleet  # none where all robots move up in queues
         each = none_free * at_work / np.where(both > 0, both, 1)
         of_stations = {
             "pickers": np.where(none_free, each * handling, busy / number),
             "robots": each * working,
+            "chargers": each * charging / fleet,
             "hours": closed + each * off,
             "room": np.where(none_free, 0.0, waiting / number),
             "queues": short / number + none_free * at_work * (both <= 0),
-            "spread": idle / number,
+            "spread": np.where(held_back, 0.0, idle / number),
+            "held": np.where(held_back, idle / number, 0.0),
         }
         self._add(self._room, pieces, of_stations)
 
@@ -280,6 +300,7 @@ class Bottleneck:
         bound = None if limit is None else self._one_more(limit)
         return {
             "turnover_s": self._parts(),
+            "completed": sum(self._delays.arrival[order] >= self._begin for order in self._delays.times),
             "pickers_percent": self._of_pickers(),
             **self._of_stations(),
             "robots_percent": self._of_robots(),
@@ -287,8 +308,15 @@ class Bottleneck:
             "causes_percent": percent,
             "limit": limit,
             "bound": bound,
-            "says": [*_says(limit, percent, bound, self._left)] if whole else [],
+            "says": [*_says(limit, percent, bound, whole / self._orders / TICKS_PER_S, self._left)]
+            if whole
+            else [*self._nothing()],
         }
+
+    def _nothing(self) -> Iterator[str]:
+        """Yield why nothing is said of orders that there are."""
+        if any(arrival < self._begin for arrival in self._delays.arrival.values()):
+            yield "Not known: all orders arrive before the warm-up ends (`run.warmup_s`), and none of them counts."
 
     def _parts(self) -> dict[str, float | None]:
         """Return the mean of each part of the turn-over time, over the orders that it is measured of."""
@@ -330,7 +358,7 @@ class Bottleneck:
         return {does: _percent(ticks[does], ticks.total()) for does in dict.fromkeys(DOES.values())}
 
     def _one_more(self, limit: str) -> dict[str, float | None]:
-        """Return what one more of the limit can bring at most: less time per order, and more picks and trips an hour.
+        """Return about what one more of the limit brings: less time per order, and at most so many more picks or trips.
 
         Of orders that are all there at once, or are refilled, n + 1 serve no more than (n + 1) / n as many in a time as
         n do, so that at most 1 / (n + 1) of the time goes away.
@@ -349,23 +377,30 @@ class Bottleneck:
 
 
 def _says(
-    limit: str | None, percent: Mapping[str, float | None], bound: Mapping[str, float | None] | None, left: bool
+    limit: str | None,
+    percent: Mapping[str, float | None],
+    bound: Mapping[str, float | None] | None,
+    whole_s: float,
+    left: bool,
 ) -> Iterator[str]:
-    """Yield what limits the run, and what one more of it can bring at most, as sentences."""
-    if limit is None or bound is None:
-        work = (percent["driving"] or 0) + (percent["picking"] or 0)
-        yield f"Nothing, {work:.0f} % of the orders' time: their pods were driving, or they were picked."
-        return
-    told = f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}"
+    """Yield what limits the run, and about what one more of it brings, as sentences; of orders that take so long."""
     others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
     further = [f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause])]
-    yield f"{told}{'; then ' if further else ''}{', '.join(further)}."
+    then = f"{'; then ' if further else ''}{', '.join(further)}."
+    if limit is None or bound is None:
+        work = (percent["driving"] or 0) + (percent["picking"] or 0)
+        yield f"No single limit: {work:.0f} % driving and picking{then}"
+        return
+    yield f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}{then}"
     more = {"pickers": "picks", "robots": "trips"}.get(limit)
-    faster = "" if more is None else f"{bound['throughput_percent']:.3g} % more {more}, "
-    seconds = bound["time_s"] or 0.0
-    less = f"{seconds:,.{seconds < 10:d}f} s ({bound['time_percent']:.0f} %) less "
+    faster = "" if more is None else f"up to {bound['throughput_percent']:.3g} % more {more}, "
+    less = f"about {_seconds(bound['time_s'] or 0.0)} of {_seconds(whole_s)} ({bound['time_percent']:.0f} %) less "
     less += "time per order so far" if left else "turn-over time"
-    yield f"{LIMITS[limit][1].capitalize()}: up to {faster}{less}."
+    yield f"{LIMITS[limit][1].capitalize()}: {faster}{less}."
+
+
+def _seconds(seconds: float) -> str:
+    return f"{seconds:,.{seconds < 10:d}f} s"
 
 
 def _percent(part: float, whole: float) -> float | None:
