@@ -1,8 +1,9 @@
 """How much work orders bring, and how much stations, robots and chargers can do while these arrive, before any run.
 
-A load is hours wanted over hours there. Above 100 % pickers and replenishment stations cannot do it in that time, whatever
-the rules; robots can where trips serve several order lines. The hours are those from the first order to the last, and, where stations have opening hours, on until they close. Where all orders
-come within `AT_ONCE`, and stations are always open, there are none, and only what is wanted is said.
+A load is hours wanted over hours there. Above 100 % pickers and replenishment stations cannot do it in that time,
+whatever the rules; robots can where trips serve several order lines. The hours are those from the first order to the
+last, and, where stations have opening hours, on until they close. Where all orders come within `AT_ONCE`, and stations
+are always open, there are none, and only what is wanted is said.
 """
 
 from __future__ import annotations

@@ -2,12 +2,14 @@
 
 Every tick of an order's time has a cause; the limit is the cause with the largest share. While an order waits in the
 backlog, the cause is what the picking stations do at that time, each its part: a picker who handles an item (the
-pickers), a closed one (the hours), one with nothing to pick, while another has more than its share (the spread) or while
-none has (the rules hold the orders back). A station that
-waits for pods does so since pods stand beneath which it has no room for (the queues), or since no robot is free (the
-robots); else its pods are on their way, and it has not room for more orders that could be picked meanwhile (the room).
-Robots off duty are a matter of the hours, and those that wait for chargers or stand there one of the chargers; robots
-in queues and beneath pods wait themselves, for what the stations do.
+pickers), a closed station (the hours), one with nothing to pick, while another has more than its share (the spread) or
+while none has (the rules hold the orders back). A station that waits for pods does so since pods stand beneath which it
+has no room for (the queues), or since no robot is free (the robots); else its pods are on their way, and it has not
+room for more orders that could be picked meanwhile (the room). Robots off duty are a matter of the hours, and those
+that wait for chargers or stand there one of the chargers; robots in queues and beneath pods wait themselves, for what
+the stations do.
+
+Packing comes after that: packers, or boxes, limit a run where they are at work all the time or take longer.
 """
 
 from __future__ import annotations
@@ -19,12 +21,13 @@ from math import fsum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import define, field
+from attrs import define, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.details.delays import Delays
+from rmfs_commands.details.packing import Packing
 from rmfs_commands.details.robots import Robots
-from rmfs_commands.details.spans import Span, ratio
+from rmfs_commands.details.spans import Number, Span, ratio
 from rmfs_commands.details.stations import Followed, Stations
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 
@@ -67,6 +70,9 @@ work, and orders whose pods are elsewhere take up room."""
 
 WORTH_SAYING = 10
 """Percent of the orders' time from which on a cause is said besides the limit."""
+
+BUSY = 90
+"""Percent of the packers' time at work, or of the boxes reserved, from which on they limit a run."""
 
 DOES = {
     "idle": "idle",
@@ -149,13 +155,18 @@ class Bottleneck:
         The run.
     begin, end
         The times between which is counted; orders that arrive before the first are left out.
-    stations, robots, delays
+    stations, robots, delays, packing
         Those who have followed the run.
     """
 
-    def __init__(self, run: RunInfo, begin: int, end: int, stations: Stations, robots: Robots, delays: Delays) -> None:
+    def __init__(
+        self, run: RunInfo, begin: int, end: int, stations: Stations, robots: Robots, delays: Delays, packing: Packing
+    ) -> None:
         self._run, self._begin, self._end = run, begin, end
+        if packing.on and delays.all_done is not None:
+            self._end = max(begin, delays.all_done)  # what packers do then is no matter of pickers and robots
         self._robots, self._delays = robots, delays
+        self._packing = _Packed.of(packing.values(end), delays, begin, run) if packing.on else None
         self._pick, self._handle = (to_ticks(run.scenario.stations.pick_s), to_ticks(run.scenario.stations.handle_s))
         self._lift, self._stations = run.motion.lift_ticks, stations.followed
         self._lengths: list[tuple[int, int, int]] = []  # of each station: as `_Pieces.of`, in ticks
@@ -298,6 +309,13 @@ class Bottleneck:
         limit = largest if whole and largest in LIMITS else None
         percent = {cause: _percent(ticks, whole) for cause, ticks in self.causes.items()}
         bound = None if limit is None else self._one_more(limit)
+        says = [*self._nothing()]
+        if whole:
+            says = [*_says(limit, percent, bound, whole / self._orders / TICKS_PER_S, self._left)]
+        if (packed := self._packing) is not None:
+            if (named := packed.limit(ratio(self.causes[largest], self._orders * TICKS_PER_S) or 0.0)) is not None:
+                limit, bound, says = named, packed.one_more(named), [*packed.says(named)]
+            says.append(packed.covers())
         return {
             "turnover_s": self._parts(),
             "completed": sum(self._delays.arrival[order] >= self._begin for order in self._delays.times),
@@ -308,14 +326,13 @@ class Bottleneck:
             "causes_percent": percent,
             "limit": limit,
             "bound": bound,
-            "says": [*_says(limit, percent, bound, whole / self._orders / TICKS_PER_S, self._left)]
-            if whole
-            else [*self._nothing()],
+            **({} if packed is None else {"packing": packed.to_dict()}),
+            "says": says,
         }
 
     def _nothing(self) -> Iterator[str]:
         """Yield why nothing is said of orders that there are."""
-        if any(arrival < self._begin for arrival in self._delays.arrival.values()):
+        if not self._orders and any(arrival < self._begin for arrival in self._delays.arrival.values()):
             yield "Not known: all orders arrive before the warm-up ends (`run.warmup_s`), and none of them counts."
 
     def _parts(self) -> dict[str, float | None]:
@@ -350,11 +367,11 @@ class Bottleneck:
     def _of_robots(self) -> dict[str, float | None]:
         """Return what the robots' time went to."""
         ticks: Counter[str] = Counter()
-        for row in self._robots.rows(self._end):
-            for state, does in DOES.items():
-                ticks[does] += to_ticks(row.get(f"{state}_s", 0))
-        ticks["traffic"] -= self._robots.for_room_ticks
-        ticks["queueing"] += self._robots.for_room_ticks
+        spent, for_room = self._robots.spent(self._end)
+        for state, does in DOES.items():
+            ticks[does] += spent[state]
+        ticks["traffic"] -= for_room
+        ticks["queueing"] += for_room
         return {does: _percent(ticks[does], ticks.total()) for does in dict.fromkeys(DOES.values())}
 
     def _one_more(self, limit: str) -> dict[str, float | None]:
@@ -374,6 +391,84 @@ class Bottleneck:
             "time_percent": _percent(most, whole),
             "throughput_percent": None if number is None else round(100 / number, 3),
         }
+
+
+@frozen
+class _Packed:
+    """What packing adds to the time of orders, and who is at work there.
+
+    Parameters
+    ----------
+    after_s
+        From the last pick to packed, mean; None where nothing was packed.
+    wait_s
+        Part of it in which an order waits for a packer.
+    packers_percent
+        Share of the time in which packers are at work.
+    boxes_percent
+        Share of the boxes that are reserved, mean over time.
+    packers, boxes
+        How many there are, in all.
+    """
+
+    after_s: float | None
+    wait_s: float | None
+    packers_percent: float | None
+    boxes_percent: float | None
+    packers: int
+    boxes: int
+
+    @classmethod
+    def of(cls, measured: Mapping[str, Number], delays: Delays, begin: int, run: RunInfo) -> _Packed:
+        section, stations = run.scenario.packing, len(run.warehouse.packing_stations)
+        assert section is not None
+        timed = [sum(times) for order, times in delays.times.items() if delays.arrival[order] >= begin]
+        turnover, packed = ratio(sum(timed), len(timed) * TICKS_PER_S), measured["packed_s"]
+        after = None if packed is None or turnover is None else max(round(packed - turnover, 3), 0.0)
+        reserved, boxes = measured["boxes_mean"] or 0.0, section.boxes * stations
+        at_work = measured["packer_utilisation_percent"]
+        return cls(
+            after, measured["packing_wait_s"], at_work, _percent(reserved, boxes), section.packers * stations, boxes
+        )
+
+    def limit(self, largest_s: float) -> str | None:
+        """Return who limits the run in place of the largest cause of picking, which takes an order so long, if any."""
+        after_s = self.after_s or 0.0
+        if (self.packers_percent or 0.0) > BUSY:
+            return "packers"
+        if after_s <= largest_s:
+            return None
+        if (self.boxes_percent or 0.0) > BUSY:
+            return "boxes"
+        return "packers" if (self.wait_s or 0.0) > after_s / 2 else None
+
+    def one_more(self, limit: str) -> dict[str, float | None]:
+        """Return about what one more of the limit brings, as `Bottleneck` does; of packers at most so many more."""
+        number = self.packers if limit == "packers" else self.boxes
+        return {"time_s": None, "time_percent": None, "throughput_percent": round(100 / number, 3)}
+
+    def says(self, limit: str) -> Iterator[str]:
+        """Yield what limits the run, as sentences."""
+        after = f"from the last pick to packed {_seconds(self.after_s or 0.0)} on average"
+        share, number = (
+            (f"{self.packers_percent or 0.0:.0f} % at work", self.packers)
+            if limit == "packers"
+            else (f"{self.boxes_percent or 0.0:.0f} % reserved", self.boxes)
+        )
+        yield f"{limit.capitalize()}, {share}: {after}."
+        unit, more = ("packer", "orders packed") if limit == "packers" else ("box", "split orders at a time")
+        yield f"One more {unit}: up to {100 / number:.3g} % more {more}."
+
+    def covers(self) -> str:
+        """Return what the rest is about, and how long packing takes."""
+        told = "The times and shares above cover picking only."
+        if self.after_s is None:
+            return f"{told} No order that counts was packed."
+        told += f" From the last pick to packed: {_seconds(self.after_s)} on average; packers"
+        return f"{told} {self.packers_percent or 0.0:.0f} % at work; boxes {self.boxes_percent or 0.0:.0f} % reserved."
+
+    def to_dict(self) -> dict[str, float | None]:
+        return {name: getattr(self, name) for name in ("after_s", "packers_percent", "boxes_percent")}
 
 
 def _says(

@@ -83,7 +83,7 @@ class Delays:
         """Columns besides order and turnover_s."""
         self._begin = begin
         self._waited = array("q")  # of completed orders that count in means
-        known = run.scenario.instance.arrivals.backlog is None
+        self._known = known = run.scenario.instance.arrivals.backlog is None
         self.arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
         """When each order arrives; where that is not known beforehand, those that have arrived."""
         self.in_stock: dict[int, int] = {}
@@ -94,6 +94,8 @@ class Delays:
         self._way: list[_Way] = [(0,) * 7] * len(run.instance.pods)
         # Of the last pick: the pod's way, station, tick, visit, and how many items of the order were picked in that
         self._served: dict[int, tuple[_Way, int, int, int, int]] = {}
+        self.all_done: int | None = None
+        """When the last of all orders that are known beforehand was complete."""
         self.times: dict[int, array[int]] = {}
         """Of each completed order, the ticks that the columns have in seconds."""
         self.picks: dict[int, tuple[int, int]] = {}
@@ -159,6 +161,9 @@ class Delays:
         if self._waits and arrival >= self._begin:
             self._waited.append(joins - arrival)
         self.times[order] = array("q", times)
+        if self._known and len(self.times) == len(self._orders):
+            self.all_done = event.tick
+            self._robots.picked(event.tick)
 
     def values(self) -> dict[str, Number]:
         """Return the mean time for which completed orders waited for stock; nothing where none can."""

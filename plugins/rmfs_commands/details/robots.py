@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 from rmfs_commands.details.spans import Count, Handlers, Number, Span, ratio
@@ -105,6 +106,7 @@ class Robots:
         self.on_duty = Count()
         """Robots on duty."""
         self.on_duty.add(0, len(robots))
+        self._picked: tuple[int, Counter[str], int] | None = None
         self._none_ticks = self._none_since = 0
         self._counted: list[Count | None] = [None for _ in robots]  # where each robot counts
         self._sent: dict[int, int] = {}  # robots without a task to the cells where they were last sent
@@ -250,6 +252,24 @@ class Robots:
             "picking_distance_per_order_m": ratio(picking, completed),
             **{name: value for state in self._more for name, value in found[state].items()},
         }
+
+    def picked(self, tick: int) -> None:
+        """Note what the robots' time went to until the last pick, after which some may only be packed."""
+        self._picked = tick, self._spent(tick), self.for_room_ticks
+
+    def spent(self, end: int) -> tuple[Counter[str], int]:
+        """Return the ticks of each state summed over the robots, until the run's end or the last pick, and those of
+        waiting for room at a station."""
+        if self._picked is not None and self._picked[0] == end:
+            return self._picked[1:]
+        return self._spent(end), self.for_room_ticks
+
+    def _spent(self, end: int) -> Counter[str]:
+        ticks: Counter[str] = Counter()
+        for robot in self._robots:
+            ticks.update(robot.ticks)
+            ticks[robot.state] += max(end, robot.begin) - max(robot.since, robot.begin)
+        return ticks
 
     @property
     def waiting_ticks(self) -> int:

@@ -145,6 +145,22 @@ def test_orders_before_the_warm_up_are_told() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("overrides", "limit"), [(("packing.boxes=1", "packing.pack_s=600"), "packers"), (("packing.pack_s=1",), None)]
+)
+def test_packers_may_be_the_limit(overrides: tuple[str, ...], limit: str | None) -> None:
+    """What packers do after the last pick is no time in which pickers and robots are idle."""
+    result = rmfs_core.run("examples/packing", overrides=("instance.orders=30", *overrides))
+    found = checked(result)
+    after = result.metrics["packed_s"] - result.metrics["turnover_s"]
+    assert found["packing"]["after_s"] == pytest.approx(after, abs=0.01)
+    assert f"From the last pick to packed: {after:,.0f} s on average" in found["says"][-1]
+    assert (found["limit"] == "packers") == (limit == "packers")
+    handling = found["pickers_percent"]["handling"]
+    assert handling == pytest.approx(100 * result.metrics["picker_utilisation"], abs=0.5)
+    assert found["robots_percent"]["idle"] < 30
+
+
 def test_it_is_in_the_file_and_comes_back(tmp_path: Path) -> None:
     result = rmfs_core.run("examples/small", overrides=SMALL, out=tmp_path)
     assert load_result(tmp_path).summary == result.summary
