@@ -2,12 +2,12 @@
 
 Every tick of an order's time has a cause; the limit is the cause with the largest share. While an order waits in the
 backlog, the cause is what the picking stations do at that time, each its part: a picker who handles an item (the
-pickers), a closed station (the hours), one with nothing to pick, while another has more than its share (the spread) or
-while none has (the rules hold the orders back). A station that waits for pods does so since pods stand beneath which it
-has no room for (the queues), or since no robot is free (the robots); else its pods are on their way, and it has not
-room for more orders that could be picked meanwhile (the room). Robots off duty are a matter of the hours, and those
-that wait for chargers or stand there one of the chargers; robots in queues and beneath pods wait themselves, for what
-the stations do.
+pickers), a closed station (the hours, or the rule that closes it), one with nothing to pick, while another has more
+than its share (the spread) or while none has (the rules hold the orders back). A station that waits for pods does so
+since pods stand beneath which it has no room for (the queues), or since no robot is free (the robots); else its pods
+are on their way, and it has not room for more orders that could be picked meanwhile (the room). Robots off duty are a
+matter of the hours, and those that wait for chargers or stand there one of the chargers; robots in queues and beneath
+pods wait themselves, for what the stations do.
 
 Packing comes after that: packers, or boxes, limit a run where they are at work all the time or take longer.
 """
@@ -30,6 +30,7 @@ from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.spans import Number, Span, ratio
 from rmfs_commands.details.stations import Followed, Stations
 from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.simulation.setup import hours_of, shifts_of
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
@@ -58,6 +59,7 @@ LIMITS: Mapping[str, tuple[str, str]] = {
     ),
     "stock": ("the pods held too little", "stock that never lacks"),
     "hours": ("stations were closed, or robots off duty", "stations and robots at all hours"),
+    "closed": ("`rules.activate` had stations closed", "a rule that opens more stations"),
     "room": ("stations were full, with robots free", "more orders per station (`stations.item_capacity`)"),
     "pods": ("the pods were elsewhere, with robots free", "the same SKUs on more pods"),
 }
@@ -253,6 +255,7 @@ class Bottleneck:
             wanted += station.requests.at(begins)
             most = np.maximum(most, station.requests.at(begins))
         closed = (number - busy - idle - short - waiting) / number
+        shut = self._shut_by_rule(begins, closed)
         even = wanted / np.maximum(busy + idle + short + waiting, 1)
         held_back = most <= np.ceil(even)  # no station has more than its share
         uneven = np.zeros(len(begins))
@@ -262,7 +265,8 @@ class Bottleneck:
             beneath = pieces.beneath(self._robots.beneath_for.get(number_of, []))
             beyond = np.maximum(1 - even / np.maximum(known, 1), 0.0) * (1 - closed)
             uneven += beyond * (beneath + station.queue.at(begins))
-            shares = {"spread": here * beyond, "hours": here * closed, "pickers": here * (1 - beyond - closed)}
+            shares = {"spread": here * beyond, "hours": here * (closed - shut), "closed": here * shut}
+            shares["pickers"] = here * (1 - beyond - closed)
             self._add(self._beneath[number_of], pieces, shares | {"queues": 1 - here})
             self._add(self._queueing[number_of], pieces, shares | {"driving": 1 - here})
             given = {cause: share * ~none_free for cause, share in (shares | {"driving": 1 - here}).items()}
@@ -276,7 +280,8 @@ class Bottleneck:
             "robots": working,
             "chargers": charging / fleet,
             "spread": uneven,
-            "hours": off + held * closed,
+            "hours": off + held * (closed - shut),
+            "closed": held * shut,
             "pickers": held * (1 - closed) - uneven,
         }
         self._add(self._robot, pieces, {cause: none_free * share for cause, share in of_robots.items()})
@@ -287,13 +292,23 @@ class Bottleneck:
             "pickers": np.where(none_free, each * handling, busy / number),
             "robots": each * working,
             "chargers": each * charging / fleet,
-            "hours": closed + each * off,
+            "hours": closed - shut + each * off,
+            "closed": shut,
             "room": np.where(none_free, 0.0, waiting / number),
             "queues": short / number + none_free * at_work * (both <= 0),
             "spread": np.where(held_back, 0.0, idle / number),
             "held": np.where(held_back, idle / number, 0.0),
         }
         self._add(self._room, pieces, of_stations)
+
+    def _shut_by_rule(self, begins: Ticks, closed: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the share of the stations that are closed although their timetable has them open."""
+        if self._run.scenario.rules.activate is None:
+            return np.zeros(len(begins))
+        number = len(self._stations)
+        timetables, _ = shifts_of(hours_of(self._run.scenario, number), number)
+        off = np.array([sum(not one.at(tick) for one in timetables) for tick in begins.tolist()]) / number
+        return np.maximum(closed - off, 0.0)
 
     def _add(self, waits: _Waits, pieces: _Pieces, shares: Mapping[str, NDArray[Any]]) -> None:
         """Add to the causes their shares of some waits."""
@@ -308,13 +323,13 @@ class Bottleneck:
         largest = max(self.causes, key=lambda cause: self.causes[cause])
         limit = largest if whole and largest in LIMITS else None
         percent = {cause: _percent(ticks, whole) for cause, ticks in self.causes.items()}
-        bound = None if limit is None else self._one_more(limit)
+        gain = None if limit is None else self._one_more(limit)
         says = [*self._nothing()]
         if whole:
-            says = [*_says(limit, percent, bound, whole / self._orders / TICKS_PER_S, self._left)]
+            says = [*_says(limit, percent, gain, whole / self._orders / TICKS_PER_S, self._left)]
         if (packed := self._packing) is not None:
             if (named := packed.limit(ratio(self.causes[largest], self._orders * TICKS_PER_S) or 0.0)) is not None:
-                limit, bound, says = named, packed.one_more(named), [*packed.says(named)]
+                limit, gain, says = named, packed.one_more(named), [*packed.says(named)]
             says.append(packed.covers())
         return {
             "turnover_s": self._parts(),
@@ -325,7 +340,7 @@ class Bottleneck:
             "orders_time_s": whole / self._orders / TICKS_PER_S if self._orders else None,
             "causes_percent": percent,
             "limit": limit,
-            "bound": bound,
+            "gain": gain,
             **({} if packed is None else {"packing": packed.to_dict()}),
             "says": says,
         }
@@ -474,7 +489,7 @@ class _Packed:
 def _says(
     limit: str | None,
     percent: Mapping[str, float | None],
-    bound: Mapping[str, float | None] | None,
+    gain: Mapping[str, float | None] | None,
     whole_s: float,
     left: bool,
 ) -> Iterator[str]:
@@ -482,14 +497,14 @@ def _says(
     others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
     further = [f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause])]
     then = f"{'; then ' if further else ''}{', '.join(further)}."
-    if limit is None or bound is None:
+    if limit is None or gain is None:
         work = (percent["driving"] or 0) + (percent["picking"] or 0)
         yield f"No single limit: {work:.0f} % driving and picking{then}"
         return
     yield f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}{then}"
     more = {"pickers": "picks", "robots": "trips"}.get(limit)
-    faster = "" if more is None else f"up to {bound['throughput_percent']:.3g} % more {more}, "
-    less = f"about {_seconds(bound['time_s'] or 0.0)} of {_seconds(whole_s)} ({bound['time_percent']:.0f} %) less "
+    faster = "" if more is None else f"up to {gain['throughput_percent']:.3g} % more {more}, "
+    less = f"about {_seconds(gain['time_s'] or 0.0)} of {_seconds(whole_s)} ({gain['time_percent']:.0f} %) less "
     less += "time per order so far" if left else "turn-over time"
     yield f"{LIMITS[limit][1].capitalize()}: {faster}{less}."
 

@@ -101,12 +101,12 @@ def test_each_cause_in_turn_is_the_limit(
     assert before["says"][0].startswith(limit.capitalize())
     after = bottleneck(*overrides, *([more] if more else []), **options | {"one_station": False})
     saved = sum(before["turnover_s"].values()) - sum(after["turnover_s"].values())
-    assert 0 < saved <= 1.5 * before["bound"]["time_s"]
+    assert 0 < saved <= 1.5 * before["gain"]["time_s"]
 
 
 def test_nothing_limits_a_quiet_warehouse() -> None:
     found = bottleneck(*MANY, "instance.arrivals={process='poisson', orders_per_hour=20}")
-    assert (found["limit"], found["bound"]) == (None, None)
+    assert (found["limit"], found["gain"]) == (None, None)
     assert found["says"][0].startswith("No single limit: ")
     assert found["turnover_s"]["driving"] > 10 > found["turnover_s"]["hands"] == 6
 
@@ -159,6 +159,12 @@ def test_packers_may_be_the_limit(overrides: tuple[str, ...], limit: str | None)
     handling = found["pickers_percent"]["handling"]
     assert handling == pytest.approx(100 * result.metrics["picker_utilisation"], abs=0.5)
     assert found["robots_percent"]["idle"] < 30
+
+
+def test_stations_that_a_rule_closes_are_no_matter_of_hours() -> None:
+    found = bottleneck(*MANY, "rules.activate=constant-ratio")
+    assert found["causes_percent"]["hours"] == 0
+    assert found["causes_percent"]["closed"] > 10
 
 
 def test_it_is_in_the_file_and_comes_back(tmp_path: Path) -> None:
