@@ -1,8 +1,9 @@
 """How much work orders bring, and how much stations, robots and chargers can do while these arrive, before any run.
 
-A load is hours wanted over hours there. Above 100 % it cannot be done in that time, whatever the rules. The hours are
-those from the first order to the last, and, where stations have opening hours, on until they close. Where all orders
-come within `AT_ONCE`, and stations are always open, there are none, and only what is wanted is said.
+A load is hours wanted over hours there. Above 100 % pickers and replenishment stations cannot do it in that time,
+whatever the rules; robots can where trips serve several order lines. The hours are those from the first order to the
+last, and, where stations have opening hours, on until they close. Where all orders come within `AT_ONCE`, and stations
+are always open, there are none, and only what is wanted is said.
 """
 
 from __future__ import annotations
@@ -368,23 +369,23 @@ def load_line(found: Sequence[Load]) -> str:
 
 
 def load_warnings(found: Sequence[Load]) -> Iterator[str]:
-    """Yield a sentence for each load above 100 %, with what would be enough, and for other loads of the peak hour."""
+    """Yield a sentence for each load above 100 %, with what is needed, and for other loads of the peak hour."""
     for load in found:
         unit, trips = UNITS[load.who], load.who in OF_TRIPS
         if (percent := load.percent or 0.0) > 100:
             told = f"{_hours(load.wanted_h)} of work in {_hours(load.there_h or 0.0)}{ASSUMED if trips else ''}."
             if (more := load.enough(percent)) is not None:
                 peak = load.enough(load.peak_percent or 0.0) or 0
-                told += f" {counted(more, unit)} would be enough"
+                told += f" At least {_are(more, unit)} needed"
                 told += f", {peak:,} in the peak hour" if peak > more else ""
-                told += f", or trips that serve {percent / 100:.1f} order lines each." if trips else "."
+                told += f", unless trips serve {math.ceil(percent / 10) / 10:.1f} order lines each." if trips else "."
             if load.done_h is not None:
                 told += f" The last item is handled about {load.done_h:,.1f} h after time 0, or later."
             yield f"Warning: {load.who} have {told}"
         elif (percent := load.peak_percent or 0.0) > 100:
             yield (
                 f"Note: the orders of the hour from {load.peak} bring {_shown(percent)} of what {load.who} can do in it"
-                f"{ASSUMED if trips else ''}; {counted(load.enough(percent) or 0, unit)} would be enough."
+                f"{ASSUMED if trips else ''}; at least {_are(load.enough(percent) or 0, unit)} needed then."
             )
 
 
@@ -414,6 +415,10 @@ def _hours(hours: float) -> str:
     if hours >= 1 or hours == 0:
         return f"{hours:,.1f} h"
     return f"{hours * 60:.0f} min" if hours * 60 >= 1 else f"{hours * 3600:.0f} s"
+
+
+def _are(number: int, unit: str) -> str:
+    return f"{counted(number, unit)} {'is' if number == 1 else 'are'}"
 
 
 def _shown(percent: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from textwrap import wrap
 from typing import Any
 
 from rich.console import Console, Group, RenderableType
@@ -14,6 +15,7 @@ from rmfs_commands.cli.screen import new_table
 from rmfs_core.decisions import gap_of
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import TIMING, Metric, by_heading, show
+from rmfs_core.wording import counted
 
 LEFT = ("Orders", "Robots", "Decisions")
 NARROW = 76
@@ -83,7 +85,10 @@ def print_bottleneck(console: Console, result: Result) -> None:
     parts = found.get("turnover_s", {})
     console.print()
     if whole := sum(seconds or 0.0 for seconds in parts.values()):
-        console.print(Text(f"Where the turn-over time of {whole:,.1f} s went", style="bold cyan"))
+        told = f"of {whole:,.1f} s went"
+        if result.status != "complete":
+            told = f"of the {counted(found['completed'], 'completed order')} went: {whole:,.1f} s"
+        console.print(Text(f"Where the turn-over time {told}", style="bold cyan"))
         cells = [
             (PARTS[part], f"{seconds:,.1f} s", f"{100 * seconds / whole:.0f} %") for part, seconds in parts.items()
         ]
@@ -100,7 +105,9 @@ def print_bottleneck(console: Console, result: Result) -> None:
     lines.add_column(style="bold cyan", no_wrap=True)
     lines.add_column()
     for label, text in _told(found):
-        lines.add_row(label, Text(text))
+        # Rich breaks lines at no-break spaces too, textwrap does not
+        wrapped = wrap(text.replace(" %", "\N{NO-BREAK SPACE}%"), max(console.width - 8, 20), break_long_words=False)
+        lines.add_row(label, Text("\n".join(wrapped).replace("\N{NO-BREAK SPACE}", " ")))
     if lines.row_count:
         console.print(lines)
 
@@ -116,7 +123,10 @@ def _told(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             first, *rest = (f"{share:.0f} % {does[what]}" for what, share in shown.items())
             several = label == "Pickers" and "handling" in shown and len({*map(str, ends)}) > 1
             yield label, ", ".join([f"{first} ({named})" if several else first, *rest])
-    yield from zip(("Limit", "Bound"), found.get("says", ()), strict=False)
+    says, packing = [*found.get("says", ())], "packing" in found
+    yield from zip(("Limit", "Gain"), says[: -1 if packing else None], strict=False)
+    if packing:
+        yield "Packing", says[-1]
 
 
 PICKERS = {"handling": "handling", "waiting": "waiting", "idle": "idle"}

@@ -2,10 +2,14 @@
 
 Every tick of an order's time has a cause; the limit is the cause with the largest share. While an order waits in the
 backlog, the cause is what the picking stations do at that time, each its part: a picker who handles an item (the
-pickers), a station with nothing to pick (how the rules spread the orders), a closed one (the hours). A station that
-waits for pods does so since pods stand beneath which it has no room for (the queues), or since no robot is free (the
-robots); else its pods are on their way, and it has not room for more orders that could be picked meanwhile (the room).
-Robots off duty are a matter of the hours; robots in queues and beneath pods wait themselves, for what the stations do.
+pickers), a closed station (the hours, or the rule that closes it), one with nothing to pick, while another has more
+than its share (the spread) or while none has (the rules hold the orders back). A station that waits for pods does so
+since pods stand beneath which it has no room for (the queues), or since no robot is free (the robots); else its pods
+are on their way, and it has not room for more orders that could be picked meanwhile (the room). Robots off duty are a
+matter of the hours, and those that wait for chargers or stand there one of the chargers; robots in queues and beneath
+pods wait themselves, for what the stations do.
+
+Packing comes after that: packers, or boxes, limit a run where they are at work all the time or take longer.
 """
 
 from __future__ import annotations
@@ -17,14 +21,16 @@ from math import fsum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import define, field
+from attrs import define, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.details.delays import Delays
+from rmfs_commands.details.packing import Packing
 from rmfs_commands.details.robots import Robots
-from rmfs_commands.details.spans import Span, ratio
+from rmfs_commands.details.spans import Number, Span, ratio
 from rmfs_commands.details.stations import Followed, Stations
 from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.simulation.setup import hours_of, shifts_of
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
@@ -44,10 +50,16 @@ PARTS: Mapping[str, tuple[str, ...]] = {
 LIMITS: Mapping[str, tuple[str, str]] = {
     "pickers": ("busy with other items", "one more station"),
     "robots": ("none was free", "one more robot"),
+    "chargers": ("robots charged, or waited for a charger", "one more charger"),
     "queues": ("no room for pods, though pickers had none", "longer queues (`stations.queue_length`)"),
     "spread": ("other stations had less to pick", "rules that spread the orders evenly"),
+    "held": (
+        "held back, no station was given them",
+        "rules that assign them earlier (filters, waves, boxes, capacity for large orders)",
+    ),
     "stock": ("the pods held too little", "stock that never lacks"),
     "hours": ("stations were closed, or robots off duty", "stations and robots at all hours"),
+    "closed": ("`rules.activate` had stations closed", "a rule that opens more stations"),
     "room": ("stations were full, with robots free", "more orders per station (`stations.item_capacity`)"),
     "pods": ("the pods were elsewhere, with robots free", "the same SKUs on more pods"),
 }
@@ -60,6 +72,9 @@ work, and orders whose pods are elsewhere take up room."""
 
 WORTH_SAYING = 10
 """Percent of the orders' time from which on a cause is said besides the limit."""
+
+BUSY = 90
+"""Percent of the packers' time at work, or of the boxes reserved, from which on they limit a run."""
 
 DOES = {
     "idle": "idle",
@@ -142,13 +157,18 @@ class Bottleneck:
         The run.
     begin, end
         The times between which is counted; orders that arrive before the first are left out.
-    stations, robots, delays
+    stations, robots, delays, packing
         Those who have followed the run.
     """
 
-    def __init__(self, run: RunInfo, begin: int, end: int, stations: Stations, robots: Robots, delays: Delays) -> None:
+    def __init__(
+        self, run: RunInfo, begin: int, end: int, stations: Stations, robots: Robots, delays: Delays, packing: Packing
+    ) -> None:
         self._run, self._begin, self._end = run, begin, end
+        if packing.on and delays.all_done is not None:
+            self._end = max(begin, delays.all_done)  # what packers do then is no matter of pickers and robots
         self._robots, self._delays = robots, delays
+        self._packing = _Packed.of(packing.values(end), delays, begin, run) if packing.on else None
         self._pick, self._handle = (to_ticks(run.scenario.stations.pick_s), to_ticks(run.scenario.stations.handle_s))
         self._lift, self._stations = run.motion.lift_ticks, stations.followed
         self._lengths: list[tuple[int, int, int]] = []  # of each station: as `_Pieces.of`, in ticks
@@ -157,6 +177,7 @@ class Bottleneck:
         self._room, self._robot = _Waits(), _Waits()
         self._beneath = [_Waits() for _ in run.warehouse.stations]
         self._queueing = [_Waits() for _ in run.warehouse.stations]
+        self._given = [_Waits() for _ in run.warehouse.stations]
         self._left = False
         self._orders = self._collect()
         self._share_out()
@@ -192,10 +213,13 @@ class Bottleneck:
 
     def _collect_left(self, order: int, arrival: int) -> None:
         """Collect what an order that is not complete waited for until the end, as far as that is known."""
-        if order in self._delays.last:
-            last, _ = self._delays.last[order]
-            self._room.add(self._delays.in_stock.get(order, arrival), last)
+        if (known := self._delays.last.get(order)) is not None:
+            joins = self._delays.in_stock.get(order, arrival)
+            self.causes["stock"] += joins - arrival
+            last = known.tick if known.whole else self._end
+            self._room.add(joins, last)
             self._robot.add(last, self._end)
+            self._given[known.station].add(last, self._end)
         elif self._run.warehouse.order(order).waits_for_stock:
             self.causes["stock"] += self._end - arrival
         else:
@@ -217,7 +241,7 @@ class Bottleneck:
         """Share out the waits among the causes."""
         pieces, number = self._pieces(), len(self._stations)
         begins = pieces.bounds[:-1]
-        busy, idle, short, waiting, stuck, wanted = (np.zeros(len(begins), dtype=np.int64) for _ in range(6))
+        busy, idle, short, waiting, stuck, wanted, most = (np.zeros(len(begins), dtype=np.int64) for _ in range(7))
         duration = np.diff(pieces.bounds.clip(self._begin, self._end))
         for number_of, station in enumerate(self._stations):
             here, wanting, open_ = pieces.of(station)
@@ -229,40 +253,62 @@ class Bottleneck:
             waiting += np.where(beneath > 0, 0, wanting - here)
             stuck += beneath + station.queue.at(begins)
             wanted += station.requests.at(begins)
+            most = np.maximum(most, station.requests.at(begins))
         closed = (number - busy - idle - short - waiting) / number
+        shut = self._shut_by_rule(begins, closed)
         even = wanted / np.maximum(busy + idle + short + waiting, 1)
+        held_back = most <= np.ceil(even)  # no station has more than its share
         uneven = np.zeros(len(begins))
+        none_free = self._robots.free.at(begins) == 0
         for number_of, station in enumerate(self._stations):
             here, known = pieces.of(station)[0], station.requests.at(begins)
             beneath = pieces.beneath(self._robots.beneath_for.get(number_of, []))
             beyond = np.maximum(1 - even / np.maximum(known, 1), 0.0) * (1 - closed)
             uneven += beyond * (beneath + station.queue.at(begins))
-            shares = {"spread": here * beyond, "hours": here * closed, "pickers": here * (1 - beyond - closed)}
+            shares = {"spread": here * beyond, "hours": here * (closed - shut), "closed": here * shut}
+            shares["pickers"] = here * (1 - beyond - closed)
             self._add(self._beneath[number_of], pieces, shares | {"queues": 1 - here})
             self._add(self._queueing[number_of], pieces, shares | {"driving": 1 - here})
+            given = {cause: share * ~none_free for cause, share in (shares | {"driving": 1 - here}).items()}
+            self._add(self._given[number_of], pieces, given)
         fleet, on_duty = len(self._run.warehouse.robots), self._robots.on_duty.at(begins)
-        off, held = 1 - on_duty / fleet, np.minimum(stuck, on_duty) / fleet
-        none_free, working = self._robots.free.at(begins) == 0, 1 - off - held
+        charging = self._robots.charging.at(begins)
+        off, held = 1 - on_duty / fleet, np.minimum(stuck, on_duty - charging) / fleet
+        working = 1 - off - held - charging / fleet
         uneven *= held / np.maximum(stuck, 1)
         of_robots = {
             "robots": working,
+            "chargers": charging / fleet,
             "spread": uneven,
-            "hours": off + held * closed,
+            "hours": off + held * (closed - shut),
+            "closed": held * shut,
             "pickers": held * (1 - closed) - uneven,
         }
         self._add(self._robot, pieces, {cause: none_free * share for cause, share in of_robots.items()})
         handling, at_work = busy / np.maximum(busy + waiting, 1), (busy + waiting) / number
-        both = handling + working + off  # none where all robots move up in queues
+        both = handling + working + off + charging / fleet  # none where all robots move up in queues
         each = none_free * at_work / np.where(both > 0, both, 1)
         of_stations = {
             "pickers": np.where(none_free, each * handling, busy / number),
             "robots": each * working,
-            "hours": closed + each * off,
+            "chargers": each * charging / fleet,
+            "hours": closed - shut + each * off,
+            "closed": shut,
             "room": np.where(none_free, 0.0, waiting / number),
             "queues": short / number + none_free * at_work * (both <= 0),
-            "spread": idle / number,
+            "spread": np.where(held_back, 0.0, idle / number),
+            "held": np.where(held_back, idle / number, 0.0),
         }
         self._add(self._room, pieces, of_stations)
+
+    def _shut_by_rule(self, begins: Ticks, closed: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the share of the stations that are closed although their timetable has them open."""
+        if self._run.scenario.rules.activate is None:
+            return np.zeros(len(begins))
+        number = len(self._stations)
+        timetables, _ = shifts_of(hours_of(self._run.scenario, number), number)
+        off = np.array([sum(not one.at(tick) for one in timetables) for tick in begins.tolist()]) / number
+        return np.maximum(closed - off, 0.0)
 
     def _add(self, waits: _Waits, pieces: _Pieces, shares: Mapping[str, NDArray[Any]]) -> None:
         """Add to the causes their shares of some waits."""
@@ -277,18 +323,32 @@ class Bottleneck:
         largest = max(self.causes, key=lambda cause: self.causes[cause])
         limit = largest if whole and largest in LIMITS else None
         percent = {cause: _percent(ticks, whole) for cause, ticks in self.causes.items()}
-        bound = None if limit is None else self._one_more(limit)
+        gain = None if limit is None else self._one_more(limit)
+        says = [*self._nothing()]
+        if whole:
+            says = [*_says(limit, percent, gain, whole / self._orders / TICKS_PER_S, self._left)]
+        if (packed := self._packing) is not None:
+            if (named := packed.limit(ratio(self.causes[largest], self._orders * TICKS_PER_S) or 0.0)) is not None:
+                limit, gain, says = named, packed.one_more(named), [*packed.says(named)]
+            says.append(packed.covers())
         return {
             "turnover_s": self._parts(),
+            "completed": sum(self._delays.arrival[order] >= self._begin for order in self._delays.times),
             "pickers_percent": self._of_pickers(),
             **self._of_stations(),
             "robots_percent": self._of_robots(),
             "orders_time_s": whole / self._orders / TICKS_PER_S if self._orders else None,
             "causes_percent": percent,
             "limit": limit,
-            "bound": bound,
-            "says": [*_says(limit, percent, bound, self._left)] if whole else [],
+            "gain": gain,
+            **({} if packed is None else {"packing": packed.to_dict()}),
+            "says": says,
         }
+
+    def _nothing(self) -> Iterator[str]:
+        """Yield why nothing is said of orders that there are."""
+        if not self._orders and any(arrival < self._begin for arrival in self._delays.arrival.values()):
+            yield "Not known: all orders arrive before the warm-up ends (`run.warmup_s`), and none of them counts."
 
     def _parts(self) -> dict[str, float | None]:
         """Return the mean of each part of the turn-over time, over the orders that it is measured of."""
@@ -322,15 +382,15 @@ class Bottleneck:
     def _of_robots(self) -> dict[str, float | None]:
         """Return what the robots' time went to."""
         ticks: Counter[str] = Counter()
-        for row in self._robots.rows(self._end):
-            for state, does in DOES.items():
-                ticks[does] += to_ticks(row.get(f"{state}_s", 0))
-        ticks["traffic"] -= self._robots.for_room_ticks
-        ticks["queueing"] += self._robots.for_room_ticks
+        spent, for_room = self._robots.spent(self._end)
+        for state, does in DOES.items():
+            ticks[does] += spent[state]
+        ticks["traffic"] -= for_room
+        ticks["queueing"] += for_room
         return {does: _percent(ticks[does], ticks.total()) for does in dict.fromkeys(DOES.values())}
 
     def _one_more(self, limit: str) -> dict[str, float | None]:
-        """Return what one more of the limit can bring at most: less time per order, and more picks and trips an hour.
+        """Return about what one more of the limit brings: less time per order, and at most so many more picks or trips.
 
         Of orders that are all there at once, or are refilled, n + 1 serve no more than (n + 1) / n as many in a time as
         n do, so that at most 1 / (n + 1) of the time goes away.
@@ -348,24 +408,109 @@ class Bottleneck:
         }
 
 
+@frozen
+class _Packed:
+    """What packing adds to the time of orders, and who is at work there.
+
+    Parameters
+    ----------
+    after_s
+        From the last pick to packed, mean; None where nothing was packed.
+    wait_s
+        Part of it in which an order waits for a packer.
+    packers_percent
+        Share of the time in which packers are at work.
+    boxes_percent
+        Share of the boxes that are reserved, mean over time.
+    packers, boxes
+        How many there are, in all.
+    """
+
+    after_s: float | None
+    wait_s: float | None
+    packers_percent: float | None
+    boxes_percent: float | None
+    packers: int
+    boxes: int
+
+    @classmethod
+    def of(cls, measured: Mapping[str, Number], delays: Delays, begin: int, run: RunInfo) -> _Packed:
+        section, stations = run.scenario.packing, len(run.warehouse.packing_stations)
+        assert section is not None
+        timed = [sum(times) for order, times in delays.times.items() if delays.arrival[order] >= begin]
+        turnover, packed = ratio(sum(timed), len(timed) * TICKS_PER_S), measured["packed_s"]
+        after = None if packed is None or turnover is None else max(round(packed - turnover, 3), 0.0)
+        reserved, boxes = measured["boxes_mean"] or 0.0, section.boxes * stations
+        at_work = measured["packer_utilisation_percent"]
+        return cls(
+            after, measured["packing_wait_s"], at_work, _percent(reserved, boxes), section.packers * stations, boxes
+        )
+
+    def limit(self, largest_s: float) -> str | None:
+        """Return who limits the run in place of the largest cause of picking, which takes an order so long, if any."""
+        after_s = self.after_s or 0.0
+        if (self.packers_percent or 0.0) > BUSY:
+            return "packers"
+        if after_s <= largest_s:
+            return None
+        if (self.boxes_percent or 0.0) > BUSY:
+            return "boxes"
+        return "packers" if (self.wait_s or 0.0) > after_s / 2 else None
+
+    def one_more(self, limit: str) -> dict[str, float | None]:
+        """Return about what one more of the limit brings, as `Bottleneck` does; of packers at most so many more."""
+        number = self.packers if limit == "packers" else self.boxes
+        return {"time_s": None, "time_percent": None, "throughput_percent": round(100 / number, 3)}
+
+    def says(self, limit: str) -> Iterator[str]:
+        """Yield what limits the run, as sentences."""
+        after = f"from the last pick to packed {_seconds(self.after_s or 0.0)} on average"
+        share, number = (
+            (f"{self.packers_percent or 0.0:.0f} % at work", self.packers)
+            if limit == "packers"
+            else (f"{self.boxes_percent or 0.0:.0f} % reserved", self.boxes)
+        )
+        yield f"{limit.capitalize()}, {share}: {after}."
+        unit, more = ("packer", "orders packed") if limit == "packers" else ("box", "split orders at a time")
+        yield f"One more {unit}: up to {100 / number:.3g} % more {more}."
+
+    def covers(self) -> str:
+        """Return what the rest is about, and how long packing takes."""
+        told = "The times and shares above cover picking only."
+        if self.after_s is None:
+            return f"{told} No order that counts was packed."
+        told += f" From the last pick to packed: {_seconds(self.after_s)} on average; packers"
+        return f"{told} {self.packers_percent or 0.0:.0f} % at work; boxes {self.boxes_percent or 0.0:.0f} % reserved."
+
+    def to_dict(self) -> dict[str, float | None]:
+        return {name: getattr(self, name) for name in ("after_s", "packers_percent", "boxes_percent")}
+
+
 def _says(
-    limit: str | None, percent: Mapping[str, float | None], bound: Mapping[str, float | None] | None, left: bool
+    limit: str | None,
+    percent: Mapping[str, float | None],
+    gain: Mapping[str, float | None] | None,
+    whole_s: float,
+    left: bool,
 ) -> Iterator[str]:
-    """Yield what limits the run, and what one more of it can bring at most, as sentences."""
-    if limit is None or bound is None:
-        work = (percent["driving"] or 0) + (percent["picking"] or 0)
-        yield f"Nothing, {work:.0f} % of the orders' time: their pods were driving, or they were picked."
-        return
-    told = f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}"
+    """Yield what limits the run, and about what one more of it brings, as sentences; of orders that take so long."""
     others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
     further = [f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause])]
-    yield f"{told}{'; then ' if further else ''}{', '.join(further)}."
+    then = f"{'; then ' if further else ''}{', '.join(further)}."
+    if limit is None or gain is None:
+        work = (percent["driving"] or 0) + (percent["picking"] or 0)
+        yield f"No single limit: {work:.0f} % driving and picking{then}"
+        return
+    yield f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}{then}"
     more = {"pickers": "picks", "robots": "trips"}.get(limit)
-    faster = "" if more is None else f"{bound['throughput_percent']:.3g} % more {more}, "
-    seconds = bound["time_s"] or 0.0
-    less = f"{seconds:,.{seconds < 10:d}f} s ({bound['time_percent']:.0f} %) less "
+    faster = "" if more is None else f"up to {gain['throughput_percent']:.3g} % more {more}, "
+    less = f"about {_seconds(gain['time_s'] or 0.0)} of {_seconds(whole_s)} ({gain['time_percent']:.0f} %) less "
     less += "time per order so far" if left else "turn-over time"
-    yield f"{LIMITS[limit][1].capitalize()}: up to {faster}{less}."
+    yield f"{LIMITS[limit][1].capitalize()}: {faster}{less}."
+
+
+def _seconds(seconds: float) -> str:
+    return f"{seconds:,.{seconds < 10:d}f} s"
 
 
 def _percent(part: float, whole: float) -> float | None:

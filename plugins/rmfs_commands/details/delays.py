@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from typing import Any
+from typing import Any, NamedTuple
 
 from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.spans import Handlers, Number, ratio
@@ -53,6 +53,15 @@ _Way = tuple[int, ...]
 began and ended to wait beneath it for room, had lifted it, joined the queue, and stood at the station. All ticks."""
 
 
+class Last(NamedTuple):
+    """An order's last assignment: when, `Robots.none_free` then, to which station, and whether no line is left."""
+
+    tick: int
+    none_free: int
+    station: int
+    whole: bool
+
+
 class Delays:
     """Follows the orders and the pods on their way.
 
@@ -74,17 +83,19 @@ class Delays:
         """Columns besides order and turnover_s."""
         self._begin = begin
         self._waited = array("q")  # of completed orders that count in means
-        known = run.scenario.instance.arrivals.backlog is None
+        self._known = known = run.scenario.instance.arrivals.backlog is None
         self.arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
         """When each order arrives; where that is not known beforehand, those that have arrived."""
         self.in_stock: dict[int, int] = {}
         """When orders that had to wait for stock joined the backlog."""
         self._first: dict[int, int] = {}
-        self.last: dict[int, tuple[int, int]] = {}
-        """When the last lines of orders that are not complete were assigned so far, and `Robots.none_free` then."""
+        self.last: dict[int, Last] = {}
+        """The last assignment so far of each order that is not complete."""
         self._way: list[_Way] = [(0,) * 7] * len(run.instance.pods)
         # Of the last pick: the pod's way, station, tick, visit, and how many items of the order were picked in that
         self._served: dict[int, tuple[_Way, int, int, int, int]] = {}
+        self.all_done: int | None = None
+        """When the last of all orders that are known beforehand was complete."""
         self.times: dict[int, array[int]] = {}
         """Of each completed order, the ticks that the columns have in seconds."""
         self.picks: dict[int, tuple[int, int]] = {}
@@ -110,7 +121,8 @@ class Delays:
 
     def _assigned(self, event: OrderAssigned) -> None:
         self._first.setdefault(event.order, event.tick)
-        self.last[event.order] = event.tick, self._robots.none_free(event.tick)
+        none_free = self._robots.none_free(event.tick)
+        self.last[event.order] = Last(event.tick, none_free, event.station, event.complete)
 
     def _begin_way(self, event: TaskAssigned | VisitEnded) -> None:
         tick = event.tick
@@ -134,7 +146,7 @@ class Delays:
 
     def _completed(self, event: OrderCompleted) -> None:
         order, arrival = event.order, self.arrival[event.order]
-        last, none_free = self.last.pop(order)
+        last, none_free, *_ = self.last.pop(order)
         (asked, none_asked, *way), station, picked, _, items = self._served.pop(order)
         self.picks[order] = station, items
         robot = none_asked - none_free if asked > last else 0
@@ -149,6 +161,9 @@ class Delays:
         if self._waits and arrival >= self._begin:
             self._waited.append(joins - arrival)
         self.times[order] = array("q", times)
+        if self._known and len(self.times) == len(self._orders):
+            self.all_done = event.tick
+            self._robots.picked(event.tick)
 
     def values(self) -> dict[str, Number]:
         """Return the mean time for which completed orders waited for stock; nothing where none can."""

@@ -82,7 +82,7 @@ class Details:
     def run_ended(self, tick: int) -> None:
         """Say what limits the run, and write the files, where results are kept."""
         self._over, self._end = tick, max(tick, self._begin)
-        followed = self._stations, self._robots, self._delays
+        followed = self._stations, self._robots, self._delays, self._packing
         self._run.summary["bottleneck"] = Bottleneck(self._run, self._begin, self._end, *followed).summary()
         if self._out is None:
             return

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 from rmfs_commands.details.spans import Count, Handlers, Number, Span, ratio
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
+    DecisionMade,
     PodLifted,
     PodMoveDecided,
     PodStored,
@@ -94,8 +96,9 @@ class Robots:
         self.for_room_ticks = 0
         """Time in which robots waited beneath their pods for room at a station, summed over the robots."""
         self.free = Count()
-        """Robots on duty without a task."""
-        self.free.add(0, sum(robot.state == "idle" for robot in self._robots))
+        """Robots that can take a task: on duty, without one, and with charge enough."""
+        self.charging = Count()
+        """Robots on duty that wait for a charger, drive to one, or stand there until they are charged."""
         self.beneath: dict[int, Span] = {}
         """When a robot last waited beneath each pod for room at a station, before it lifted the pod."""
         self.beneath_for: dict[int, list[Span]] = {}
@@ -103,7 +106,12 @@ class Robots:
         self.on_duty = Count()
         """Robots on duty."""
         self.on_duty.add(0, len(robots))
+        self._picked: tuple[int, Counter[str], int] | None = None
         self._none_ticks = self._none_since = 0
+        self._counted: list[Count | None] = [None for _ in robots]  # where each robot counts
+        self._sent: dict[int, int] = {}  # robots without a task to the cells where they were last sent
+        for i in range(len(robots)):
+            self._count(i, 0)
         self.handlers: Handlers = {
             TaskAssigned: lambda event: self._turn(event.robot, "to_pod", event.tick),
             RobotMoved: self._moved,
@@ -113,20 +121,50 @@ class Robots:
             VisitEnded: self._ended,
             PodStored: self._stored,
             RobotsOnDuty: self._duty,
-            RobotSent: lambda event: self._turn(event.robot, TO_REST, event.tick),
+            RobotSent: self._sent_off,
             RobotRested: self._rested,
             PodMoveDecided: lambda event: self._turn(event.robot, MOVING, event.tick),
+            **({DecisionMade: self._decided} if self._battery else {}),
         }
 
     def _turn(self, robot: int, state: str, tick: int) -> None:
-        """Let a robot do something else from now on, and count those that are free."""
-        known, free = self._robots[robot], self.free
-        change = (state == "idle") - (known.state == "idle")
-        known.turn_to(state, tick)
-        if change:
+        """Let a robot do something else from now on."""
+        self._robots[robot].turn_to(state, tick)
+        self._count(robot, tick)
+
+    def _count(self, robot: int, tick: int) -> None:
+        """Count a robot as free, as one that charges, or as neither."""
+        before, now = self._counted[robot], self._counts_as(robot)
+        if before is now:
+            return
+        if self.free in (before, now):
             self._none_ticks = self.none_free(tick)
             self._none_since = tick
-            free.add(tick, change)
+        for count, change in ((before, -1), (now, 1)):
+            if count is not None:
+                count.add(tick, change)
+        self._counted[robot] = now
+
+    def _counts_as(self, robot: int) -> Count | None:
+        state = self._robots[robot].state
+        if not self._battery or robot >= self.on_duty.number:
+            return self.free if state == "idle" else None
+        if state == TO_REST:
+            return self.charging if self._sent.get(robot) in self._chargers else None
+        if state not in ("idle", CHARGING):
+            return None
+        known = self._warehouse.robots[robot]
+        return self.charging if known.low or (state == CHARGING and known.goal is not None) else self.free
+
+    def _decided(self, event: DecisionMade) -> None:
+        """Count robots anew whose batteries change while they stand."""
+        for i, robot in enumerate(self._robots):
+            if robot.state in ("idle", CHARGING):
+                self._count(i, event.tick)
+
+    def _sent_off(self, event: RobotSent) -> None:
+        self._sent[event.robot] = event.cell
+        self._turn(event.robot, TO_REST, event.tick)
 
     def none_free(self, tick: int) -> int:
         """Return for how many ticks, up to now, no robot was free."""
@@ -179,6 +217,8 @@ class Robots:
         for i, robot in enumerate(self._robots):
             if robot.state in ("idle", OFF):
                 self._turn(i, self._resting(i), event.tick)
+            else:
+                self._count(i, event.tick)
 
     def _resting(self, robot: int) -> str:
         return "idle" if robot < self.on_duty.number else OFF
@@ -212,6 +252,24 @@ class Robots:
             "picking_distance_per_order_m": ratio(picking, completed),
             **{name: value for state in self._more for name, value in found[state].items()},
         }
+
+    def picked(self, tick: int) -> None:
+        """Note what the robots' time went to until the last pick, after which some may only be packed."""
+        self._picked = tick, self._spent(tick), self.for_room_ticks
+
+    def spent(self, end: int) -> tuple[Counter[str], int]:
+        """Return the ticks of each state summed over the robots, until the run's end or the last pick, and those of
+        waiting for room at a station."""
+        if self._picked is not None and self._picked[0] == end:
+            return self._picked[1:]
+        return self._spent(end), self.for_room_ticks
+
+    def _spent(self, end: int) -> Counter[str]:
+        ticks: Counter[str] = Counter()
+        for robot in self._robots:
+            ticks.update(robot.ticks)
+            ticks[robot.state] += max(end, robot.begin) - max(robot.since, robot.begin)
+        return ticks
 
     @property
     def waiting_ticks(self) -> int:

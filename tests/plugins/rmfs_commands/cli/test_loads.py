@@ -79,18 +79,19 @@ def test_the_load_of_pickers(
 
 
 def test_what_is_said_of_too_much() -> None:
-    """Above 100 % there is a warning with what would be enough; where only the peak hour is, a note."""
+    """Above 100 % there is a warning with what is needed; where only the peak hour is, a note."""
     much, trips = reckoned({6: 3600, 16: 3600})
     (warning, of_robots) = load_warnings((much, trips))
     assert warning == (
-        "Warning: pickers have 120.0 h of work in 30.0 h. 12 stations would be enough, 60 in the peak hour. "
+        "Warning: pickers have 120.0 h of work in 30.0 h. At least 12 stations are needed, 60 in the peak hour. "
         "The last item is handled about 46.5 h after time 0, or later."
     )
     assert "if each trip serves one order line" in of_robots
     assert of_robots.endswith("order lines each.")
     peak, _ = reckoned({6: 90, 16: 90}, 1)
     assert [*load_warnings([peak])] == [
-        "Note: the orders of the hour from 06:00 bring 150 % of what pickers can do in it; 2 stations would be enough."
+        "Note: the orders of the hour from 06:00 bring 150 % of what pickers can do in it; "
+        "at least 2 stations are needed then."
     ]
     fine, _ = reckoned({6: 30, 16: 30}, 1)
     assert not [*load_warnings([fine])]
@@ -106,7 +107,7 @@ def test_robots_on_duty_count() -> None:
     _, never = reckoned({8: 60, 18: 60}, available=(("20:00", "21:00"),))
     assert never.percent == math.inf
     assert "none there" in "".join(load_sentences([never]))
-    assert "would be enough" not in "".join(load_warnings([never]))
+    assert "At least" not in "".join(load_warnings([never]))
 
 
 @pytest.mark.parametrize("also", [False, True])
