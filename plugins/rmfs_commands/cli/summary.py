@@ -82,7 +82,7 @@ PARTS = {
 def print_bottleneck(console: Console, result: Result) -> None:
     """Print where the turn-over time went, what pickers and robots did, and what limits the run, as far as known."""
     found = result.summary.get("bottleneck", {})
-    parts = found.get("turnover_s", {})
+    parts = found.get("turnover_parts_s", {})
     console.print()
     if whole := sum(seconds or 0.0 for seconds in parts.values()):
         told = f"of {whole:,.1f} s went"

@@ -332,7 +332,7 @@ class Bottleneck:
                 limit, gain, says = named, packed.one_more(named), [*packed.says(named)]
             says.append(packed.covers())
         return {
-            "turnover_s": self._parts(),
+            "turnover_parts_s": self._parts(),
             "completed": sum(self._delays.arrival[order] >= self._begin for order in self._delays.times),
             "pickers_percent": self._of_pickers(),
             **self._of_stations(),

@@ -100,7 +100,8 @@ def _experiment(data: Mapping[str, Any], file: Path, metrics_place: str) -> Expe
     try:
         axes = tuple(_axes(_table(data.get("axes", {}), ("axes",))))
         rule_sets = tuple(_rule_sets(data["rule_sets"]))
-        changes = [one.changes for one in (*(point for axis in axes for point in axis.points), *rule_sets)]
+        changes = [point.changes for axis in axes for point in axis.points]
+        changes += [rule_set.changes for rule_set in rule_sets]
         limited = any(base.scenario.run.until_s is not None for base in bases)
         usual = HORIZON_METRICS if limited or any("run.until_s" in one for one in changes) else DEFAULT_METRICS
         return Experiment(
