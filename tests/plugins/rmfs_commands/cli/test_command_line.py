@@ -401,6 +401,7 @@ CALL = (sys.executable, "-c", "from rmfs_commands.cli.start import main; main()"
 DROPPING = """
 import os, signal, time
 from rmfs_commands.cli.interrupts import hear_interrupts
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which tests in the background do not have
 hear_interrupts()
 
 class Finalized:
