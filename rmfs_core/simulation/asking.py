@@ -62,7 +62,7 @@ class Observers:
             for name, tell in told:  # noqa: B007
                 tell(event)
         except BaseException as error:
-            self._blame(name, "on_event", error, getattr(tell, "__self__", None))
+            self._blame(name, "on_event", error)
             raise
         self.seconds += time.perf_counter() - started
 
