@@ -14,7 +14,7 @@ class Kind(NamedTuple):
     ----------
     group
         Of its entry points.
-    library
+    requires
         What its code needs besides rmfs.
     found
         How rmfs comes to it.
@@ -23,7 +23,7 @@ class Kind(NamedTuple):
     """
 
     group: str
-    library: str
+    requires: str
     found: str
     section: str = ""
 

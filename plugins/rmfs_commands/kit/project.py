@@ -80,7 +80,7 @@ def project_files(rule: NewRule) -> Mapping[str, str]:
         "DECIDES": label.capitalize() if kind or _is_listed(rule) else f"{label} rule",
         "SUMMARY": _summary(code),
         "GROUP": of.group,
-        "LIBRARY": of.library,
+        "LIBRARY": of.requires,
         "FOUND": of.found,
         "rmfs>=0.1": f"rmfs>={version('rmfs')}",
         "TRYING": trying(rule),
