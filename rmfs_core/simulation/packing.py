@@ -75,7 +75,7 @@ class Packing:
         self._warehouse.packing[at] = evolve(self._warehouse.packing[at], **changes)
 
     def _begin_tasks(self, at: int) -> None:
-        """Let whoever is free at a packing station begin what waits there; where it is closed, as soon as it opens."""
+        """Start waiting tasks with the free packers of a packing station; if it is closed, when it opens."""
         now = self._warehouse.now
         while (station := self._warehouse.packing[at]).hours.at(now) and (tasks := station.next_tasks):
             task = self._chosen(station, tasks)

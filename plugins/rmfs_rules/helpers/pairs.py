@@ -195,7 +195,7 @@ class Pairs:
         return min(best, key=key, default=-1)
 
     def _tell(self, row: int, at: int, take: Take | None) -> None:
-        """Note that an order is assigned, and tell whoever wants to know."""
+        """Record the assignment of an order, and call ``take``."""
         self._chosen.append(OrderAssignment(int(self.lines.order_id[row]), self.stations[at].id))
         if take is not None and (self._scores.given.shape[1] or self._may_fit()):
             take(self, self.stations[at], row)

@@ -49,7 +49,7 @@ PAPER: dict[Any, Any] = dict.fromkeys(
 )
 """Of pictures for papers, which stand beside text of 8 to 10 pt."""
 AROUND = ((-9, -9), (3, 3), (3, -9), (-9, 3))
-"""Points from a dot to its number: in turns, so that those of dots close to each other can be read."""
+"""Offsets of a number from its dot, in points. They alternate, so that numbers of close dots do not overlap."""
 LETTER = 0.062
 """Inches that a letter of 8 or 9 pt takes on average."""
 
