@@ -25,7 +25,7 @@ def place(
     copy = tmp_path_factory.mktemp("checkout")
     for name in ("rmfs_core", "plugins", "scenarios"):
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "README.md", "LICENSE", "CITATION.cff"):
         shutil.copy(ROOT / name, copy)
     for folder in (copy / "plugins" / "rmfs_commands").iterdir():
         if folder.is_dir() and folder.name not in KEPT:
