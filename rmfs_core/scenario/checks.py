@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from attrs import field, frozen
+from attrs import NOTHING, field, frozen
 
 from rmfs_core.timetable import read_spans
 from rmfs_core.wording import nearest
+
+
+def key(doc: str, default: Any = NOTHING, *, unit: str | None = None, check: Any = None, factory: Any = None) -> Any:
+    """Field of a scenario section: documented, with its unit and its check."""
+    return field(default=default, factory=factory, validator=check, metadata={"doc": doc, "unit": unit})
 
 
 @frozen
@@ -50,6 +55,11 @@ def within(least: float, most: float) -> Check:
     return Check(expected, lambda value: bool(least <= value <= most), {"minimum": least, "maximum": most})
 
 
+def by_name(check: Check) -> Check:
+    """Return the check for a table whose values are right."""
+    return Check(f"a table of names, each with {check.expected}", lambda value: all(map(check.holds, value.values())))
+
+
 class OneOf:
     """attrs validator: one of some words."""
 
@@ -58,8 +68,8 @@ class OneOf:
         self.schema: Mapping[str, Any] = {"enum": list(names)}
 
     def __call__(self, _instance: object, _attribute: Any, value: Any) -> None:
-        """Raise ValueError unless ``value`` is one of the words."""
-        if value not in self.names:
+        """Raise ValueError unless ``value`` is one of the words, or None."""
+        if value is not None and value not in self.names:
             raise ValueError(f'found "{value}"{nearest(str(value), self.names)}')
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from attrs import NOTHING, Factory, evolve, field, frozen
+from attrs import Factory, evolve, field, frozen
 
 from rmfs_core.scenario.checks import (
     ALLOWANCE,
@@ -26,19 +26,17 @@ from rmfs_core.scenario.checks import (
     OneOf,
     Spans,
     at_least,
+    by_name,
+    key,
     within,
 )
+from rmfs_core.scenario.service import ServiceTime
 from rmfs_core.scenario.source import Source
 from rmfs_core.timetable import Span
 
 MOST_ORDERS, MOST_PODS, MOST_CELLS, MOST_ITEMS, MOST_GIGABYTES = 2_000_000, 100_000, 1_000_000, 1_000_000_000, 8
 """Of what a scenario asks for; the memory of orders, lines and what is on pods is estimated for all together."""
 MANY = at_least(1, MOST_PODS)
-
-
-def key(doc: str, default: Any = NOTHING, *, unit: str | None = None, check: Any = None, factory: Any = None) -> Any:
-    """Field of a scenario section: documented, with its unit and its check."""
-    return field(default=default, factory=factory, validator=check, metadata={"doc": doc, "unit": unit})
 
 
 @frozen
@@ -289,14 +287,31 @@ class StationsSection:
         unit="cells",
         check=at_least(1, 10_000),
     )
-    pick_s: float = key(
+    pick_s: float | ServiceTime = key(
         "Time of picking a unit: holds the picker, the pod and its robot", 7.0, unit="s", check=DURATION
     )
-    handle_s: float = key(
+    handle_s: float | ServiceTime = key(
         "Time of handling a unit, picking included: holds the picker; the pod may leave after `pick_s`",
         13.0,
         unit="s",
         check=DURATION,
+    )
+    line_s: float | ServiceTime | None = key(
+        "Time of beginning a line in a visit, before its first item: holds the same as `pick_s`; left out: none",
+        None,
+        unit="s",
+        check=MAYBE_NO_TIME,
+    )
+    order_s: float | ServiceTime | None = key(
+        "Time of beginning an order at a station, before its first item there: as `line_s`; left out: none",
+        None,
+        unit="s",
+        check=MAYBE_NO_TIME,
+    )
+    speed: Mapping[str, float] | None = key(
+        "How fast a station's picker is, by station name: all times there are divided by it; left out: 1",
+        None,
+        check=by_name(within(0.01, 100)),
     )
     release: str = key(
         "An order is complete, and its place free, when its last item is `picked` or, as in RAWSim-O, `handled`",
@@ -314,7 +329,7 @@ class StationsSection:
     bundle_capacity: int | None = key(
         "Bundles assigned to a replenishment station at a time; left out: 10", None, check=at_least(1, 10_000)
     )
-    store_s: float | None = key(
+    store_s: float | ServiceTime | None = key(
         "Time of storing a bundle: holds the worker, the pod and its robot; left out: 10",
         None,
         unit="s",

@@ -27,6 +27,7 @@ DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("instance", "replenishment", "file"): frozenset(),
     ("layout", "map_file"): DRAWN,
     ("robots", "file"): frozenset(),
+    **{("stations", key, "file"): frozenset() for key in ("pick_s", "handle_s", "store_s", "line_s", "order_s")},
 }
 """Path of the key of every file with data that a scenario may name, and the keys that it takes the place of."""
 

@@ -17,6 +17,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import Scenario, replaced_keys
 from rmfs_core.scenario.overrides import anchored, apply_overrides, parse_override
 from rmfs_core.scenario.rulenames import check_rule_name, rule_choices
+from rmfs_core.scenario.service import with_times
 from rmfs_core.scenario.source import Source, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, structure
 from rmfs_core.scenario.tomltext import read_toml
@@ -63,7 +64,7 @@ class Given:
 
     def scenario(self) -> Scenario:
         """Return the scenario; raise KeyProblem for the first thing that is wrong in the order of the tables."""
-        scenario = evolve(structure(self.data), folder=str(self.folder), source=self.source)
+        scenario = evolve(structure(with_times(self.data, self.folder)), folder=str(self.folder), source=self.source)
         _check_replaced(scenario, self.data)
         _check_rule_names(scenario)
         return scenario
@@ -96,7 +97,7 @@ def scenario_from_dict(data: Mapping[str, Any], folder: str = ".", name: str = "
         What a message calls the source.
     """
     try:
-        return evolve(structure(data), folder=folder)
+        return evolve(structure(with_times(data, Path(folder))), folder=folder)
     except KeyProblem as problem:
         raise InputError(Source(name).place_of(problem.path), problem.problem) from None
 

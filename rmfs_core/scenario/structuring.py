@@ -16,6 +16,7 @@ import attrs
 import cattrs
 
 from rmfs_core.scenario.model import RuleChoice, Scenario
+from rmfs_core.scenario.service import ServiceTime, Spread
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import nearest
@@ -136,6 +137,12 @@ def _rule(value: Any, _: Any) -> RuleChoice:
     return RuleChoice(rule, {key: entry for key, entry in value.items() if key != "rule"})
 
 
+def _service_time(value: Any, _: Any) -> ServiceTime:
+    if not isinstance(value, Mapping):
+        raise KeyProblem(f"expected a number, or a table {{ mean = ..., cv = ... }}, found {shown(value)}")
+    return ServiceTime(_CONVERTER.structure(value, Spread))
+
+
 def _section(cls: type) -> Callable[[Any, Any], Any]:
     fields, types = fields_of(cls), get_type_hints(cls)
 
@@ -167,3 +174,4 @@ _CONVERTER = strict_converter()
 _CONVERTER.register_structure_hook(float, _finite)
 _CONVERTER.register_structure_hook_factory(attrs.has, _section)
 _CONVERTER.register_structure_hook(RuleChoice, _rule)
+_CONVERTER.register_structure_hook(ServiceTime, _service_time)

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 
 from rmfs_core.scenario.model import RuleChoice, Scenario, replaced_keys
+from rmfs_core.scenario.service import ServiceTime
 from rmfs_core.scenario.structuring import fields_of
 
 
@@ -21,6 +22,8 @@ def plain(value: Any) -> Any:
     """Return a section or value as TOML and JSON have it: tables, lists and single values."""
     if isinstance(value, RuleChoice):
         return {"rule": value.rule, **plain(value.parameters)} if value.parameters else value.rule
+    if isinstance(value, ServiceTime):
+        return plain(value.spread)
     if attrs.has(type(value)):
         _, replaced = replaced_keys(value)
         entries = ((key, getattr(value, key)) for key in fields_of(type(value)) if key not in replaced)

@@ -78,7 +78,7 @@ class Simulation:
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
         self.motion = opening.warehouse.travel.motion
-        self._pick_ticks, self._handle_ticks = to_ticks(scenario.stations.pick_s), to_ticks(scenario.stations.handle_s)
+        self._services = opening.services
         self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
         self._at_stations, self._hours = opening.at_stations, opening.hours
@@ -235,9 +235,10 @@ class Simulation:
         return following
 
     def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
-        start, picker_free = self.now, self.now + self._handle_ticks
-        self.warehouse.occupy_picker(station, picker_free)
-        yield self.context.after(self._pick_ticks)
+        pick_ticks, handle_ticks, expected = self._services.pick(station.id, visit, request.order.id, request.sku)
+        start, picker_free = self.now, self.now + handle_ticks
+        self.warehouse.occupy_picker(station, picker_free, start + expected)
+        yield self.context.after(pick_ticks)
         self.warehouse.fulfil(request, pod, handled=False)
         picked = request.order.id, request.sku
         self._tell(events.ItemPicked(self.now, start, picker_free, visit, station.id, pod.id, *picked))
@@ -252,7 +253,8 @@ class Simulation:
 
     def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, visit: int) -> Process:
         start = self.now
-        self.warehouse.occupy_picker(station, start + to_ticks(self.scenario.stations.store_s or 10.0))
+        ticks, expected = self._services.store(station.id, bundle.id)
+        self.warehouse.occupy_picker(station, start + ticks, start + expected)
         yield self._until(self.warehouse.picker_free(station))
         served = self.warehouse.store_bundle(bundle, pod)
         self._tell(events.BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))

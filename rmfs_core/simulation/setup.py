@@ -16,6 +16,7 @@ from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
+from rmfs_core.simulation.services import Services
 from rmfs_core.timetable import ALWAYS, Calendar, Timetable, read_spans
 from rmfs_core.warehouse import UNLIMITED, PackingStation, Robot, Station, Warehouse
 from rmfs_core.warehouse.battery import Battery
@@ -28,12 +29,13 @@ from rmfs_core.world.travel import Travel, travel_on
 
 @frozen(eq=False)
 class Opening:
-    """The warehouse at time 0, the pods that stand at stations then: (station id, pod id), first in line first, and
-    timetables: by id that of each station that has one, under None that of the robots."""
+    """The warehouse at time 0, the pods that stand at stations then: (station id, pod id), first in line first,
+    timetables: by id that of each station that has one, under None that of the robots; and how long services take."""
 
     warehouse: Warehouse
     at_stations: tuple[tuple[int, int], ...]
     hours: Mapping[int | None, Timetable]
+    services: Services
 
 
 def unmet_needs(rule: BoundRule, place: str, scenario: Scenario, instance: Instance) -> Iterator[InputError]:
@@ -98,7 +100,9 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     if instance.restocked and not warehouse.storing:
         expected = "expected `I` in the map, `layout.replenishment_east` or `_west`, or `stations.also_replenish`"
         raise InputError("instance.replenishment", f"found no replenishment station; {expected}")
-    return Opening(warehouse, at_stations, hours_of(scenario, len(warehouse.picking)))
+    picking = len(warehouse.picking)
+    services = Services(scenario.stations, scenario.seed, picking)
+    return Opening(warehouse, at_stations, hours_of(scenario, picking), services)
 
 
 def packing_of(scenario: Scenario, layout: Layout) -> list[PackingStation]:

@@ -392,6 +392,7 @@ class Station(ReadOnly):
         "_line",
         "_load",
         "_now",
+        "_picker_expected",
         "_picker_free",
         "_requests",
         "_staffed",
@@ -433,7 +434,7 @@ class Station(ReadOnly):
         self._line: list[Robot] = []
         self._claimed_slots = 0
         self._in_hand: Request | None = None
-        self._picker_free = 0
+        self._picker_free = self._picker_expected = 0
         self._staffed = self._active = True
         self._until: int | None = None  # tick at which its timetable opens or closes it next
         self._now: Callable[[], int] = int  # 0, until a warehouse has it
@@ -470,8 +471,8 @@ class Station(ReadOnly):
 
     @property
     def picker_free_s(self) -> float:
-        """When the picker will have handled the item in hand, in seconds: now, where there is none."""
-        return to_seconds(max(self._picker_free, self._now()))
+        """When the picker is expected to have handled the item in hand, in seconds: now, where there is none."""
+        return to_seconds(max(self._picker_expected, self._now()))
 
     @property
     def cell(self) -> int:

@@ -415,9 +415,9 @@ class Warehouse:
         for robot in self.robots:
             robot._on_duty = robot.id < number
 
-    def occupy_picker(self, station: Station, until: int) -> None:
-        """Let a picker have an item in hand until a tick."""
-        station._picker_free = until
+    def occupy_picker(self, station: Station, until: int, expected: int | None = None) -> None:
+        """Let a picker have an item in hand until a tick; rules see when that is expected instead, if it is given."""
+        station._picker_free, station._picker_expected = until, until if expected is None else expected
 
     def claim_slot(self, station: Station) -> None:
         """Keep a slot in the line of a station for a pod that sets out for it."""

@@ -35,7 +35,7 @@ def reader() -> Any:
     """Return the module that reads the files which scenarios name, the entry point ``csv`` of ``rmfs.formats``.
 
     It has ``read_instance(orders_file, pods_file, start, wrong)``, ``restocked(instance, scenario, wrong)``,
-    ``read_profile(file)``, ``read_robots(file)`` and ``line_of(orders_file, order, sku)``.
+    ``read_profile(file)``, ``read_times(file)``, ``read_robots(file)`` and ``line_of(orders_file, order, sku)``.
     """
     return entrypoints.format_module("csv")
 

@@ -13,6 +13,7 @@ from rmfs_commands.bounds.slots import Servers
 from rmfs_commands.bounds.ways import Ways, find_ways
 from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.scenario import Scenario, located
+from rmfs_core.simulation.services import Services
 from rmfs_core.simulation.setup import Opening, open_warehouse
 from rmfs_core.warehouse import PackingStation
 from rmfs_core.world import Instance, Layout, make_instance, make_layout
@@ -102,7 +103,7 @@ class _Start:
         warehouse = opening.warehouse
         self.picking, self.known = len(warehouse.picking), not (moved or instance.restocked)
         self.ways: Ways = find_ways(warehouse.travel)
-        self.packing = tuple(warehouse.packing)
+        self.packing, self.services = tuple(warehouse.packing), opening.services
         self.lift_ticks = warehouse.travel.motion.lift_ticks
         self.cells = list(warehouse.homes)
         self.carried = [False] * len(self.cells)
@@ -174,14 +175,15 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
     if refilled := scenario.instance.arrivals.backlog is not None:
         arrivals[:] = 0  # or later
     opens = start.opens(int(arrivals.min()))
-    servers = _servers(scenario, opens)
+    work, servers = _servers(scenario, instance, start.services, items, opens)
     counted = arrivals >= to_ticks(scenario.run.warmup_s or 0)
     turnover, p95, least = None, None, "none: no order arrives after run.warmup_s"
     if refilled:
         least = "none: when orders arrive, with instance.arrivals.process = refill, depends on the rules"
     elif counted.any():
-        alone = np.maximum(*(one.last_done(items[counted], arrivals[counted]) for one in servers)) - arrivals[counted]
-        done = np.maximum(*(one.completions(items[counted], arrivals[counted]) for one in servers))
+        pairs = [(one, units[counted], arrivals[counted]) for one, units in zip(servers, work, strict=True)]
+        alone = np.maximum(*(one.last_done(*of) for one, *of in pairs)) - arrivals[counted]
+        done = np.maximum(*(one.completions(*of) for one, *of in pairs))
         since = np.sort(arrivals[counted])
         turnover = int((done - since).sum()) / (len(done) * TICKS_PER_S)
         within = 95 * (len(done) - 1) // 100 + 1  # orders whose turn-over time the 95th percentile is no less than
@@ -190,21 +192,22 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
     yield Bound("turnover_s", turnover, least)
     yield Bound("turnover_p95_s", p95, least)
     order = np.argsort(arrivals, kind="stable")
-    later = np.cumsum(items[order][::-1])[::-1]  # items of all orders that arrive then or later
-    last = max(int(one.last_done(later, arrivals[order]).max()) for one in servers)
+    later = [np.cumsum(units[order][::-1])[::-1] for units in work]  # of all orders that arrive then or later
+    last = max(int(one.last_done(of, arrivals[order]).max()) for one, of in zip(servers, later, strict=True))
     yield Bound("makespan_s", to_seconds(last), "pickers and robots always at work since some order's arrival")
     if start.packing:
-        yield _of_packers(scenario, start.packing, items, np.maximum(arrivals, opens[0]), last)
+        first = 0 if start.services.vary else to_ticks(scenario.stations.handle_s)
+        yield _of_packers(start.packing, items, np.maximum(arrivals, opens[0]), first, last)
 
 
 def _of_packers(
-    scenario: Scenario,
     stations: Sequence[PackingStation],
     items: NDArray[np.int64],
     begun: NDArray[np.int64],
+    first: int,
     picked: int,
 ) -> Bound:
-    """Return the bound on the makespan to packed; nothing of an order is picked before it is ``begun``.
+    """Return the bound on the makespan to packed; an order's first item takes ``first`` ticks once it is ``begun``.
 
     Putting, waiting for other parts and hours in which packers are away come on top.
     """
@@ -214,17 +217,39 @@ def _of_packers(
     order = np.argsort(begun, kind="stable")
     later = np.cumsum(work[order][::-1])[::-1]  # of all orders that are begun then or later
     packers = section.packers * len(stations)
-    there = begun[order] + to_ticks(scenario.stations.handle_s) + way
+    there = begun[order] + first + way
     last = max(int((there + -(-later // packers)).max()), picked + way + int(work.min()))
     return Bound("packed_makespan_s", to_seconds(last), "packers always at work since some order's first part may come")
 
 
-def _servers(scenario: Scenario, opens: NDArray[np.int64]) -> tuple[Servers, Servers]:
-    """Return pickers, and robots that hold a pod as long as an item is picked from it.
+def _servers(
+    scenario: Scenario, instance: Instance, services: Services, items: NDArray[np.int64], opens: NDArray[np.int64]
+) -> tuple[tuple[NDArray[np.int64], ...], tuple[Servers, Servers]]:
+    """Return the work of each order for pickers and robots, and these; robots hold a pod while an item is picked.
 
-    To both an item is done when it is picked, or handled where orders are complete only then.
+    Work is the number of items. To both an item is done when it is picked, or handled where orders are complete only
+    then. Where times vary, work is ticks, the least that the draws of an order's items come to.
     """
     pick, handle = to_ticks(scenario.stations.pick_s), to_ticks(scenario.stations.handle_s)
     done = handle if scenario.stations.release == "handled" else pick
     robots = np.full(scenario.robots.count, opens[0])
-    return Servers(opens, handle, done), Servers(robots, pick, done)
+    if not services.vary:
+        return (items, items), (Servers(opens, handle, done), Servers(robots, pick, done))
+    work = np.array([_least_ticks(services, number, order.lines) for number, order in enumerate(instance.orders)])
+    picking, handling, in_hand = work.T
+    if scenario.stations.release == "picked":  # each picker may have one of the items in hand yet
+        handling = np.maximum(handling - in_hand * np.minimum(items, len(opens)), 1)
+    return (handling, picking), (Servers(opens, 1, 1), Servers(robots, 1, 1))
+
+
+def _least_ticks(services: Services, order: int, lines: Sequence[tuple[int, int]]) -> tuple[int, int, int]:
+    """Return the least ticks of picking and of handling an order of lines (SKU, items), whatever is decided.
+
+    The third is the most that an item is handled for after it was picked.
+    """
+    items = np.array([services.item_s(order, sku, n) for sku, quantity in lines for n in range(quantity)])
+    begun_s = min(services.begin_order_s(order, station) for station in range(len(services.speeds)))
+    begun_s += sum(services.begin_line_s(order, sku) for sku, _ in lines)
+    ticks = (items.sum(axis=0) + begun_s) / max(services.speeds) * TICKS_PER_S - 2 * len(items)  # each is rounded
+    in_hand = np.diff(items).max() / min(services.speeds) * TICKS_PER_S
+    return max(int(ticks[0]), 1), max(int(ticks[1]), 1), int(in_hand) + 2

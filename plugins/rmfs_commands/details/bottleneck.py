@@ -169,7 +169,6 @@ class Bottleneck:
             self._end = max(begin, delays.all_done)  # what packers do then is no matter of pickers and robots
         self._robots, self._delays = robots, delays
         self._packing = _Packed.of(packing.values(end), delays, begin, run) if packing.on else None
-        self._pick, self._handle = (to_ticks(run.scenario.stations.pick_s), to_ticks(run.scenario.stations.handle_s))
         self._lift, self._stations = run.motion.lift_ticks, stations.followed
         self._lengths: list[tuple[int, int, int]] = []  # of each station: as `_Pieces.of`, in ticks
         self.causes: dict[str, float] = dict.fromkeys((*LIMITS, "driving", "picking"), 0.0)
@@ -203,13 +202,20 @@ class Bottleneck:
             self._room.add(joins, last)
             self._robot.add(last, asked)
             self._beneath[station].add(lifted - self._lift - ticks["room_s"], lifted - self._lift)
-            own = min(self._pick + (items - 1) * self._handle, ticks["station_s"])
+            own = min(self._picking(station, items), ticks["station_s"])
             self._queueing[station].add(joined, joined + ticks["queueing_s"] + ticks["station_s"] - own)
             causes["stock"] += joins - arrival
             causes["pods"] += ticks["pod_s"]
             causes["driving"] += ticks["to_pod_s"] + ticks["driving_s"]
             causes["picking"] += own + ticks.get("handling_s", 0)
         return counted
+
+    def _picking(self, station: int, items: int) -> int:
+        """Return the ticks in which items of an order are picked one after the other, where times vary by their means."""
+        section = self._run.scenario.stations
+        speed = (section.speed or {}).get(str(station + 1), 1)
+        begun_s = (section.order_s or 0) + (section.line_s or 0) + section.pick_s
+        return to_ticks((begun_s + (items - 1) * section.handle_s) / speed)
 
     def _collect_left(self, order: int, arrival: int) -> None:
         """Collect what an order that is not complete waited for until the end, as far as that is known."""

@@ -147,6 +147,19 @@ def read_profile(file: Path) -> tuple[float, ...]:
     return tuple(weights.values())
 
 
+def read_times(file: Path) -> tuple[float, ...]:
+    """Read measured times in seconds from a CSV with a column ``seconds``."""
+    times = []
+    for line, row in _rows(file, ("seconds",)):
+        if not _NUMBER.fullmatch(row["seconds"]) or float(row["seconds"]) > 3600:
+            found = row["seconds"] or "nothing"
+            raise InputError(f"{file}, line {line}", f"expected a number of seconds from 0 to 3600, found {found}")
+        times.append(float(row["seconds"]))
+    if not times:
+        raise InputError(str(file), "expected a time below the header, found none")
+    return tuple(times)
+
+
 def read_bundles(file: Path, wrong: Wrong = refuse) -> dict[str, tuple[int, str, int, str]]:
     """Read tick of arrival, SKU, items and place of bundles by name; a CSV ``bundle,arrival_s,sku,items``."""
     bundles: dict[str, tuple[int, str, int, str]] = {}

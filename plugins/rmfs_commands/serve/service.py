@@ -18,7 +18,7 @@ from rmfs_commands.states.state_json import parse_json
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.results.files import to_json
 from rmfs_core.roles import Role
-from rmfs_core.scenario.model import key
+from rmfs_core.scenario.checks import key
 from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.wording import listed, nearest, one_line, sentence, shown_short

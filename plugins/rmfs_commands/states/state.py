@@ -20,8 +20,8 @@ from attrs import frozen
 from rmfs_commands.cli.schema import schema_of
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
-from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, Check, at_least, within
-from rmfs_core.scenario.model import LayoutSection, PackingSection, key
+from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, Check, at_least, key, within
+from rmfs_core.scenario.model import LayoutSection, PackingSection
 from rmfs_core.wording import listed
 
 FORMAT = "rmfs-state"

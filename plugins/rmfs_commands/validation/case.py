@@ -8,9 +8,12 @@ from typing import Any
 
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.fault import KINDS, Fault
-from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event, RobotMoved
+from rmfs_core.scenario import StationsSection
+from rmfs_core.scenario.structuring import KeyProblem, structure_as
+from rmfs_core.simulation.services import Services
 from rmfs_core.world import CellKind
 
 Handlers = Mapping[type[Event], Callable[[Any], None]]
@@ -56,13 +59,20 @@ class Case:
         self.turn_ticks = cache(trace.motion.turn_ticks)
         try:
             stations = trace.scenario["stations"]
-            self.pick_ticks = to_ticks(stations["pick_s"])
-            self.handle_ticks = to_ticks(stations["handle_s"])
+            times = {key: stations[key] for key in ("pick_s", "handle_s")}
+            times |= {key: stations[key] for key in ("line_s", "order_s", "speed", "store_s") if key in stations}
+            picking = len(trace.layout.stations) - trace.layout.replenishing
+            seed = int(trace.scenario.get("seed", 1))
+            self.services = Services(structure_as(StationsSection, times), seed, picking)
             self.keeps_places = stations.get("release", "picked") == "handled"
             shortest = min((own.places for own in trace.layout.stations), default=12)
             self.queue_length = int(stations.get("queue_length", min(12, shortest)))
         except KeyError as error:
             raise InputError("header of the trace", f"the scenario lacks {error} among its stations") from error
+        except KeyProblem as problem:
+            raise InputError(
+                f"header of the trace, stations.{'.'.join(map(str, problem.path))}", problem.problem
+            ) from None
 
     def add(self, kind: str, tick: int, sentence: str) -> None:
         """Note a fault."""

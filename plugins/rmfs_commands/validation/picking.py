@@ -14,6 +14,7 @@ class PickCheck:
         self.case = case
         self.state = state
         self.handlers: Handlers = {ItemPicked: self.picked}
+        self._handled_tick = 0  # of the item that is being checked
 
     def picked(self, event: ItemPicked) -> None:
         """Check a pick."""
@@ -43,12 +44,13 @@ class PickCheck:
 
     def _times(self, event: ItemPicked, item: str) -> None:
         case, station = self.case, self.state.stations[event.station]
-        if event.tick - event.start_tick != case.pick_ticks:
+        pick_ticks, handle_ticks, _ = case.services.pick(event.station, event.visit, event.order, event.sku)
+        if event.tick - event.start_tick != pick_ticks:
             taken = seconds(event.tick - event.start_tick)
-            case.add("pick-time", event.tick, f"{item} in {taken}; that takes {seconds(case.pick_ticks)}")
-        if event.picker_free_tick - event.start_tick != case.handle_ticks:
+            case.add("pick-time", event.tick, f"{item} in {taken}; that takes {seconds(pick_ticks)}")
+        if event.picker_free_tick - event.start_tick != handle_ticks:
             taken = seconds(event.picker_free_tick - event.start_tick)
-            case.add("handle-time", event.tick, f"{item} and handled in {taken}; expected {seconds(case.handle_ticks)}")
+            case.add("handle-time", event.tick, f"{item} and handled in {taken}; expected {seconds(handle_ticks)}")
         if event.start_tick < station.picker_free_tick:
             case.add(
                 "picker-busy",
@@ -56,7 +58,8 @@ class PickCheck:
                 f"{item} from {seconds(event.start_tick)} on, "
                 f"but its picker handles another item until {seconds(station.picker_free_tick)}",
             )
-        station.picker_free_tick = max(station.picker_free_tick, event.start_tick + case.handle_ticks)
+        self._handled_tick = event.start_tick + handle_ticks
+        station.picker_free_tick = max(station.picker_free_tick, self._handled_tick)
 
     def _stock(self, event: ItemPicked, item: str) -> None:
         stock = self.state.pods[event.pod].stock
@@ -94,8 +97,7 @@ class PickCheck:
         self.state.stations[order.part_of[event.sku][0]].open[event.sku] -= 1
         if self.case.keeps_places:
             order.in_hand += 1
-            handled = event.start_tick + self.case.handle_ticks
-            self.state.stations[event.station].in_hand.append((event.order, event.sku, handled))
+            self.state.stations[event.station].in_hand.append((event.order, event.sku, self._handled_tick))
         else:
             self._release(event.order, event.sku, event.tick)
 

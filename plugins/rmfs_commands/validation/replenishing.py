@@ -45,7 +45,6 @@ class BundleCheck:
         instance, asked = case.trace.instance, case.trace.scenario.get("instance", {})
         given: dict[str, Any] = asked.get("replenishment", {})
         self.process, self.lead = given.get("process", "none"), to_ticks(given.get("lead_s", 0.0))
-        self.store_ticks = to_ticks(case.trace.scenario["stations"].get("store_s", 10.0))
         self.capacity = asked.get("pod_capacity")
         self.sizes = instance.sizes or (1,) * len(instance.skus)
         self.largest = given.get("bundle_items")
@@ -178,9 +177,9 @@ class BundleCheck:
             or event.start_tick < visit.start_tick
         ):
             case.add("no-visit", event.tick, f"{doing} in visit {event.visit}, which was not under way")
-        if event.tick - event.start_tick != self.store_ticks:
+        if event.tick - event.start_tick != (ticks := case.services.store(event.station, event.bundle)[0]):
             taken = seconds(event.tick - event.start_tick)
-            case.add("store-time", event.tick, f"{doing} in {taken}; that takes {seconds(self.store_ticks)}")
+            case.add("store-time", event.tick, f"{doing} in {taken}; that takes {seconds(ticks)}")
         if event.start_tick < station.picker_free_tick:
             busy = f"but the worker is busy until {seconds(station.picker_free_tick)}"
             case.add("picker-busy", event.tick, f"{doing} from {seconds(event.start_tick)} on, {busy}")

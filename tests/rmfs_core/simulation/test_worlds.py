@@ -29,6 +29,7 @@ from rmfs_core.scenario.model import (
     Scenario,
     StationsSection,
 )
+from rmfs_core.scenario.service import ServiceTime, Spread
 from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.setup import Opening, battery_of, motion_of, open_warehouse
@@ -227,8 +228,9 @@ def attacks(
         stations=StationsSection(
             item_capacity=draw(st.integers(3, 15)),
             queue_length=queue_length,
-            pick_s=draw(st.sampled_from([0.5, 7.0])),
-            handle_s=draw(st.sampled_from([7.0, 13.0])),
+            pick_s=draw(st.sampled_from([0.5, 7.0, ServiceTime(Spread(mean=3.0, cv=1.0))])),
+            handle_s=draw(st.sampled_from([7.0, 13.0, ServiceTime(Spread(mean=9.0, distribution="exponential"))])),
+            line_s=draw(st.sampled_from([None, 2.0])),
         ),
         run=RunSection(until_s=1_000_000.0),
     )

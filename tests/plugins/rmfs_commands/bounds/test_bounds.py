@@ -187,6 +187,10 @@ def random_world(rng: random.Random, rules: dict[str, str]) -> Scenario:
         instance["pods_at_stations"] = {"1": ["1"], str(stations): ["1", "2"] if stations == 1 else ["2"]}
     robots = {"count": rng.randint(2, 5)}
     quick = {"lift_s": 0.0, "full_turn_s": 0.1, "top_speed_m_per_s": 5.0, "acceleration_m_per_s2": 20.0}
+    times: dict[str, Any] = {"handle_s": handle_s, "pick_s": rng.choice((handle_s, 1.0))}
+    if rng.random() < 0.4:  # they vary
+        times = {key: {"mean": mean, "cv": rng.choice((0.5, 1.0))} for key, mean in times.items()}
+        times |= {"line_s": 1.5, "order_s": {"times": [1.0, 4.0]}, "speed": {"1": rng.choice((0.8, 1.3))}}
     return scenario_from_dict(
         {
             "seed": rng.randint(0, 99_999),
@@ -194,9 +198,8 @@ def random_world(rng: random.Random, rules: dict[str, str]) -> Scenario:
             "layout": {"block_rows": 5, "block_columns": 2, "stations_east": stations, "hall_width": 2},
             "robots": robots | quick if rng.random() < 0.3 else robots,
             "stations": {
+                **times,
                 "queue_length": 2,
-                "handle_s": handle_s,
-                "pick_s": rng.choice((handle_s, 1.0)),
                 "release": rng.choice(("picked", "handled")),
             },
             "rules": {**rules, "pp": "free-flow"},

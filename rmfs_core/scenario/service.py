@@ -1,0 +1,115 @@
+"""Times of services: a number of seconds, or a mean around which single services spread."""
+
+# (`key` is attrs' `field` with its documentation: it makes a field, not a default.)
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import log, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from rmfs_core.entrypoints import format_module
+from rmfs_core.scenario.checks import Check, OneOf, key, within
+
+TIMES = Check("times from 0 to 3600, at least one", lambda value: bool(value) and 0 <= min(value) <= max(value) <= 3600)
+
+
+@frozen
+class Spread:
+    """A distribution of times."""
+
+    mean: float | None = key(
+        "Mean; left out where `times` or `file` gives it", None, unit="s", check=within(0.001, 3600)
+    )
+    cv: float | None = key(
+        "Coefficient of variation, standard deviation per mean, of `lognormal` and `gamma`", None, check=within(0, 10)
+    )
+    distribution: str | None = key(
+        "Left out: `lognormal`, or `empirical` (one of the `times`, each as likely) with `times` or `file`",
+        None,
+        check=OneOf("lognormal", "gamma", "exponential", "empirical"),
+    )
+    times: tuple[float, ...] | None = key("Measured times", None, unit="s", check=TIMES)
+    file: str | None = key("CSV with a column `seconds`; its values become `times` when it is read", None)
+
+    def __attrs_post_init__(self) -> None:
+        measured = self.times is not None or self.file is not None
+        kind = self.distribution or ("empirical" if measured else "lognormal")
+        if measured != (kind == "empirical") or (self.times is not None and self.file is not None):
+            raise ValueError('expected `times` or `file` with distribution "empirical", and only there')
+        if measured == (self.mean is not None):
+            raise ValueError("expected `mean`, or else `times` or `file`")
+        if (self.cv is not None) != (kind in ("lognormal", "gamma")):
+            raise ValueError('expected `cv` with distribution "lognormal" or "gamma", and only there')
+        object.__setattr__(self, "distribution", kind)
+
+
+class ServiceTime(float):
+    """A mean time in seconds that knows how single services spread around it; None: not at all.
+
+    Parameters
+    ----------
+    spread
+        The distribution.
+    """
+
+    spread: Spread
+
+    def __new__(cls, spread: Spread) -> ServiceTime:
+        """Return the mean of a distribution."""
+        new = super().__new__(cls, float(np.mean(spread.times or (0.0,))) if spread.mean is None else spread.mean)
+        new.spread = spread
+        return new
+
+    def __getnewargs__(self) -> tuple[Spread]:  # type: ignore[override]
+        """Return what a copy is made of."""
+        return (self.spread,)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other spreads in the same way."""
+        return isinstance(other, ServiceTime) and self.spread == other.spread
+
+    __hash__ = float.__hash__
+
+
+def drawn(seconds: float | None, rng: np.random.Generator) -> float:
+    """Return the time of one service in seconds."""
+    spread = getattr(seconds, "spread", None)
+    if spread is None or spread.cv == 0:
+        return float(seconds or 0)
+    mean, cv = float(seconds or 0), spread.cv
+    if spread.times is not None:
+        return float(rng.choice(spread.times))
+    if cv is None:
+        return float(rng.exponential(mean))
+    if spread.distribution == "gamma":
+        return float(rng.gamma(1 / cv**2, mean * cv**2))
+    variance = log(1 + cv**2)
+    return float(rng.lognormal(log(mean) - variance / 2, sqrt(variance)))
+
+
+def with_times(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """Return the tables of a scenario with the times in place of the files that hold them.
+
+    Raises
+    ------
+    InputError
+        When a file is wrong.
+    """
+    found = dict(data)
+    for section in ("stations", "robots", "packing"):
+        if isinstance(table := data.get(section), Mapping):
+            found[section] = {key: _read(value, folder) for key, value in table.items()}
+    return found
+
+
+def _read(value: Any, folder: Path) -> Any:
+    """Read measured times where a value names their file and nothing that they contradict."""
+    if not isinstance(value, Mapping) or not isinstance(file := value.get("file"), str) or "times" in value:
+        return value
+    times = format_module("csv").read_times(folder / file)
+    return {key: entry for key, entry in value.items() if key != "file"} | {"times": [*times]}

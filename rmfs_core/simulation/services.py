@@ -1,0 +1,99 @@
+"""How long services at stations take: as the scenario says, or drawn for each by what it is for."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from rmfs_core.clock import to_ticks
+from rmfs_core.errors import InputError
+from rmfs_core.randomness import keyed_stream
+from rmfs_core.scenario import StationsSection
+from rmfs_core.scenario.service import drawn
+
+STORE_S = 10.0
+
+
+class Services:
+    """Ticks of services, told in the order in which each station does them.
+
+    Draws depend on the seed and on what a service is for, never on what was drawn before: the n-th item of a line, the
+    n-th visit in which a line is begun, an order at a station, a bundle. So all rules meet the same.
+
+    Parameters
+    ----------
+    section
+        The times.
+    seed
+        The seed of the run.
+    stations
+        Number of picking stations.
+
+    Raises
+    ------
+    InputError
+        When ``section.speed`` names another station.
+    """
+
+    def __init__(self, section: StationsSection, seed: int, stations: int) -> None:
+        self._section, self._seed = section, seed
+        self._fixed = to_ticks(section.pick_s), to_ticks(section.handle_s), to_ticks(section.handle_s)
+        spread = any(hasattr(seconds, "spread") for seconds in (section.pick_s, section.handle_s))
+        self.vary = bool(spread or section.line_s or section.order_s or section.speed)
+        self.speeds = [1.0] * stations
+        for name, speed in (section.speed or {}).items():
+            if name not in map(str, range(1, stations + 1)):
+                raise InputError(f"stations.speed.{name}", f"no station {name}; expected 1 to {stations}")
+            self.speeds[int(name) - 1] = speed
+        self._begun: Counter[tuple[int, ...]] = Counter()  # items of a line, visits to it, orders at a station
+        self._last: dict[int, tuple[int, int, int]] = {}  # of each station: visit, order, SKU
+
+    def pick(self, station: int, visit: int, order: int, sku: int) -> tuple[int, int, int]:
+        """Return ticks of the next item of a line: picking it, handling it (picking included), and what may be expected
+        for that before it is over."""
+        if not self.vary:
+            return self._fixed
+        section, before_s, expected_s = self._section, 0.0, float(self._section.handle_s)
+        pick_s, handle_s = self.item_s(order, sku, self._next(order, sku))
+        if self._last.get(station) != (now := (visit, order, sku)):
+            self._last[station] = now
+            before_s += self.begin_line_s(order, sku, self._next(order, sku, 0))
+            expected_s += section.line_s or 0
+        if not self._next(order, station, 0, 0):
+            before_s += self.begin_order_s(order, station)
+            expected_s += section.order_s or 0
+        times = before_s + pick_s, before_s + handle_s, expected_s
+        pick, handle, expected = (max(to_ticks(seconds / self.speeds[station]), 1) for seconds in times)
+        return pick, handle, expected
+
+    def begin_line_s(self, order: int, sku: int, visits: int = 0) -> float:
+        """Return the seconds of beginning a line, after so many visits in which it was begun, at speed 1."""
+        return self._one(self._section.line_s, "lines", order, sku, visits)
+
+    def begin_order_s(self, order: int, station: int) -> float:
+        """Return the seconds of beginning an order at a station, at speed 1."""
+        return self._one(self._section.order_s, "orders", order, station)
+
+    def item_s(self, order: int, sku: int, number: int) -> tuple[float, float]:
+        """Return the seconds of picking and handling the n-th item of a line, from 0, at speed 1."""
+        pick_s, handle_s = (
+            self._one(seconds, "items", order, sku, number)
+            for seconds in (self._section.pick_s, self._section.handle_s)
+        )
+        return pick_s, max(pick_s, handle_s)
+
+    def store(self, station: int, bundle: int) -> tuple[int, int]:
+        """Return ticks of storing a bundle at a station, and what may be expected for it."""
+        given, speed = self._section.store_s, self.speeds[station] if station < len(self.speeds) else 1.0
+        times = STORE_S if given is None else given, self._one(given or STORE_S, "bundles", bundle)
+        expected, ticks = (max(to_ticks(seconds / speed), 1) for seconds in times)
+        return ticks, expected
+
+    def _next(self, *what: int) -> int:
+        """Count something; return how many there were before."""
+        self._begun[what] += 1
+        return self._begun[what] - 1
+
+    def _one(self, seconds: float | None, purpose: str, *what: int) -> float:
+        if not hasattr(seconds, "spread"):
+            return seconds or 0.0
+        return drawn(seconds, keyed_stream(self._seed, f"service {purpose}", *what))
