@@ -10,6 +10,7 @@ import attrs
 
 from rmfs_commands.cli.toml_scenario import describe
 from rmfs_core.scenario.model import RuleChoice, Scenario
+from rmfs_core.scenario.service import ServiceTime, Spread
 from rmfs_core.scenario.structuring import fields_of
 from rmfs_core.scenario.writing import plain
 
@@ -56,7 +57,8 @@ def _section(cls: type) -> dict[str, Any]:
 
 def _key(attribute: attrs.Attribute[Any], type_: Any) -> dict[str, Any]:
     schema = {**_type(type_), "description": describe(attribute.metadata)}
-    schema.update(getattr(attribute.validator, "schema", {}))
+    checked = schema["anyOf"][0] if ServiceTime in get_args(type_) else schema
+    checked.update(getattr(attribute.validator, "schema", {}))
     default = attribute.default
     if default is not attrs.NOTHING and default is not None and not isinstance(default, attrs.Factory):  # type: ignore[arg-type]
         schema["default"] = plain(default)
@@ -68,8 +70,8 @@ def _type(type_: Any) -> dict[str, Any]:
         return {} if type_ is Any else {"type": _SINGLE[type_]}
     if type_ is RuleChoice:
         return {"$ref": "#/$defs/rule"}
-    if attrs.has(type_):
-        return _section(type_)
+    if attrs.has(type_) or type_ is ServiceTime:
+        return _section(Spread if type_ is ServiceTime else type_)
     arguments = get_args(type_)
     if get_origin(type_) in (UnionType, Union):
         kinds = [_type(kind) for kind in arguments if kind is not NoneType]

@@ -211,7 +211,7 @@ class Bottleneck:
         return counted
 
     def _picking(self, station: int, items: int) -> int:
-        """Return the ticks in which items of an order are picked one after the other, where times vary by their means."""
+        """Return the ticks of picking items of an order one after the other, by mean times."""
         section = self._run.scenario.stations
         speed = (section.speed or {}).get(str(station + 1), 1)
         begun_s = (section.order_s or 0) + (section.line_s or 0) + section.pick_s

@@ -166,5 +166,5 @@ def test_wrong_times_are_said(keys: dict[str, Any], sentence: str) -> None:
 
 
 def test_an_unknown_station_has_no_speed() -> None:
-    with pytest.raises(InputError, match="stations.speed.9: no station 9; expected 1 to 2"):
+    with pytest.raises(InputError, match=r"stations.speed.9: no station 9; expected 1 to 2"):
         rmfs_core.run("examples/small", overrides=["stations.speed={9=2}"])

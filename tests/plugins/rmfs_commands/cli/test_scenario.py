@@ -190,7 +190,8 @@ def test_everything_that_is_wrong_is_named_with_its_place(tmp_path: Path) -> Non
     assert problems(file, "rules.pps=demnd", "robots", "stations.foo=") == [
         "--set robots: expected key=value, such as instance.orders=50",
         "--set stations.foo=: unknown key `foo`; expected one of `also_replenish`, `bundle_capacity`, `handle_s`, "
-        "`item_capacity`, `open`, `order_capacity`, `oversize`, `pick_s`, `queue_length`, `release`, `store_s`",
+        "`item_capacity`, `line_s`, `open`, `order_capacity`, `order_s`, `oversize`, `pick_s`, `queue_length`, `release`, "
+        "`speed`, `store_s`",
         f"{file}, line 1, sed: unknown key (did you mean `seed`?)",
         f"{file}, line 7, stations: expected handle_s >= pick_s, found 2.0 < 7.0",
         f'{file}, line 12, robots.count: expected a whole number, found "many"',
@@ -443,12 +444,15 @@ NO_SCENARIOS = [
 def test_the_schema_is_a_schema() -> None:
     Draft202012Validator.check_schema(scenario_schema())
     pick_s = scenario_schema()["properties"]["stations"]["properties"]["pick_s"]
-    assert pick_s == {
+    seconds, spread = pick_s["anyOf"]
+    assert (seconds["minimum"], seconds["maximum"], spread["properties"]["cv"]["maximum"]) == (0.001, 3600, 10)
+    turn = scenario_schema()["properties"]["robots"]["properties"]["full_turn_s"]
+    assert turn == {
         "type": "number",
-        "description": "Time of picking a unit: holds the picker, the pod and its robot (s)",
+        "description": "Time of a full turn on the spot (s)",
         "minimum": 0.001,
         "maximum": 3600,
-        "default": 7.0,
+        "default": 2.5,
     }
 
 
