@@ -1,6 +1,5 @@
 """Rules that assign orders, and filters of what is shown to them; test_oracles.py has some on random worlds."""
 
-import inspect
 from typing import Any
 
 import numpy as np
@@ -20,15 +19,7 @@ from rmfs_rules.near_best_pod import NearBestPod
 from rmfs_rules.pod_match import PodMatch
 from rmfs_rules.waves import Waves
 from rmfs_rules.workload import Workload
-
-
-def decide(world: Warehouse, rule: Any, view: WarehouseView | None = None) -> list[tuple[str, int]]:
-    """Return (order's name, station) of each assignment; plain numbers, and whole orders."""
-    given = {"warehouse": view or WarehouseView(world), "rng": np.random.default_rng(0)}
-    wanted = inspect.signature(rule.assign_orders).parameters
-    answer = rule.assign_orders(**{name: value for name, value in given.items() if name in wanted})
-    assert all(type(one.order) is int and type(one.station) is int and one.skus is None for one in answer)
-    return [(world.orders[one.order].name, one.station) for one in answer]
+from standing import assigned as decide
 
 
 def test_orders_go_by_age_due_time_or_lines_in_common() -> None:

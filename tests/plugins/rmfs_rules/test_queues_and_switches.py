@@ -1,6 +1,5 @@
 """Rules that keep something from call to call: queues at stations, and which rule decides by now."""
 
-import inspect
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
@@ -19,16 +18,8 @@ from rmfs_core.rules import RuleSet
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.station_queue import StationQueue
 from rmfs_rules.switch import Case, Switch
+from standing import assigned as decide
 from standing import put_at_station
-
-
-def decide(world: Warehouse, rule: Any, view: WarehouseView | None = None) -> list[tuple[str, int]]:
-    """Return (order's name, station) of each assignment; plain numbers, and whole orders."""
-    given = {"warehouse": view or WarehouseView(world), "rng": np.random.default_rng(0)}
-    wanted = inspect.signature(rule.assign_orders).parameters
-    answer = rule.assign_orders(**{name: value for name, value in given.items() if name in wanted})
-    assert all(type(one.order) is int and type(one.station) is int and one.skus is None for one in answer)
-    return [(world.orders[one.order].name, one.station) for one in answer]
 
 
 def assign(world: Warehouse, found: list[tuple[str, int]]) -> None:

@@ -41,7 +41,7 @@ def forward(
         if passable(cell) or cell == start:
             at, length = cell, 0
             while layout.may_step(at, heading):
-                at = layout.neighbour(at, heading)  # type: ignore[assignment]
+                at = layout.neighbour(at, heading)
                 length += 1
                 if not passable(at) and at != goal:
                     break
@@ -277,12 +277,12 @@ def times_to(goal: int, *arrays: Any) -> NDArray[np.int64]:
     """Return the ticks of the search of that name by cell and heading, on memory of its own."""
     times = np.empty(4 * len(arrays[0]), times_on(len(arrays[0]), *arrays[3:5]))
     travel_search.times_to(goal, times, *arrays)
-    return wide(times).reshape(-1, 4)  # type: ignore[no-any-return]
+    return wide(times).reshape(-1, 4)
 
 
 def times_from(start: int, heading: int, lane: NDArray[np.int64], *arrays: Any) -> NDArray[np.int64]:
     times = np.empty(4 * len(arrays[0]), times_on(len(arrays[0]), *arrays[3:5]))
-    return travel_search.times_from(start, heading, times, lane, *arrays)  # type: ignore[no-any-return]
+    return travel_search.times_from(start, heading, times, lane, *arrays)
 
 
 def test_a_search_for_who_is_near_ends_early() -> None:

@@ -68,7 +68,6 @@ def test_it_chooses_as_in_the_environment(scenario: Path, role: Role) -> None:
     while not over:
         *_, terminated, truncated, env_info = env.step(int(env_info["action_mask"].argmax()))
         over = terminated or truncated
-    assert env.result is not None
     policy = (scenario.parent / "policy.py").read_text()
     (scenario.parent / "any.py").write_text(policy.replace("(Role.POA, Role.PPS)", f"(Role.{role.name},)"))
     by_rule = rmfs_core.run(scenario, overrides=[f"rules.{role.key}=./any.py:Policy"])
@@ -145,7 +144,6 @@ def test_its_result_is_one_of_a_run(small: Scenario) -> None:
     assert result.versions == {**by_run.versions, "Caller": "object of rmfs_commands.gym.episode"}
     assert result.hook_calls.keys() == by_run.hook_calls.keys()
     assert {row["order"] for row in result.orders} == {row["order"] for row in by_run.orders}
-    assert result.scenario.rules.pps is not None
     assert result.scenario.rules.pps.rule == "Caller"
     assert result.periods[1]["rule"] == "Caller"
 
@@ -172,7 +170,6 @@ def test_closing_ends_it_wherever_it_is(small: Scenario, steps: int) -> None:
     slot = None
     for _ in range(steps):
         choice = episode.go_on(slot)
-        assert choice is not None
         slot = min(choice.options)
     episode.heard()
     episode.close()
@@ -184,8 +181,6 @@ def test_closing_ends_it_wherever_it_is(small: Scenario, steps: int) -> None:
 def test_who_lets_it_go_on_is_asked(small: Scenario) -> None:
     episode = Episode(small, Role.TA, 50)
     choice = episode.go_on()
-    assert choice is not None
     elsewhere = greenlet(episode.go_on, getcurrent())
     choice = elsewhere.switch(min(choice.options))
-    assert choice is not None
     assert episode.go_on(min(choice.options)) is not None
