@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mip_periods import choices, new_splits, random_period, splitting_period
 from rmfs_rules.mip import Integrated
 from rmfs_rules.mip.compiled import warm_up
 from rmfs_rules.mip.compiled.arrays import Arrays, arrays_of
@@ -46,7 +47,7 @@ def value_of(arrays: Arrays, worth: np.ndarray, pods: Sequence[int]) -> float:
 
 
 @pytest.fixture(name="arrays_from", scope="module")
-def arrays_from_fixture(random_period):
+def arrays_from_fixture():
     """Return a function from a seed to a random period as arrays, its number of pods, and a worth for each order.
 
     Half of them are searched with the sharper bound that large periods have.
@@ -119,7 +120,7 @@ def test_it_gives_up_when_told(arrays_from, seed):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_sets_that_are_found_by_exchanging(random_period, splitting_period, seed):
+def test_sets_that_are_found_by_exchanging(seed):
     """Many exchanges find the best of all sets; the seed alone decides; without one, the first pods are returned."""
     period = splitting_period(seed, 9, 2, 9) if seed % 2 else random_period(seed)
     arrays, pods = arrays_of(Reduced(period, AMONG))
@@ -215,7 +216,7 @@ def check_filling(period: Period, orders: np.ndarray, number: int) -> None:
 
 
 @pytest.mark.parametrize("model", WHOLE)
-def test_fill_finds_the_most(all_periods, choices, model):
+def test_fill_finds_the_most(all_periods, model):
     """It fills as many places as any assignment to what is at the stations, and not one more."""
     tried = 0
     for period in all_periods:
@@ -232,7 +233,7 @@ def test_fill_finds_the_most(all_periods, choices, model):
     assert tried > 50
 
 
-def test_fill_finds_the_most_with_few_splits(small_periods, choices, new_splits):
+def test_fill_finds_the_most_with_few_splits(small_periods):
     """It fills as many places as any assignment with so few new splits, not one more, and the cut forbids none."""
     mattered = cut = 0
     rng = np.random.default_rng(1)
@@ -259,7 +260,7 @@ def test_fill_finds_the_most_with_few_splits(small_periods, choices, new_splits)
     assert cut > 50
 
 
-def test_what_is_loaded_is_what_periods_need(periods, splitting_period):
+def test_what_is_loaded_is_what_periods_need(periods):
     """After loading, no period has anything left to compile: its arguments have the types that were loaded."""
     warm_up.load()
     loaded = [search.signatures for search in warm_up.searches()]
