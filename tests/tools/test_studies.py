@@ -179,13 +179,9 @@ class Idle:
 """
 
 
-def test_all_rules_complete_a_few_worlds() -> None:
-    assert list(failures(range(1, 7), assigning_rules())) == []
-
-
-@pytest.mark.slow
-def test_all_rules_complete_many_worlds() -> None:
-    assert list(failures(range(1, 151), assigning_rules())) == []
+@cases("worlds", range(1, 7), pytest.param(range(1, 101), marks=pytest.mark.slow), ids=["few", "many"])
+def test_all_rules_complete_their_worlds(worlds: range) -> None:
+    assert list(failures(worlds, assigning_rules())) == []
 
 
 SPLITTING = ("pod-index", "split-among-stations", "split-over-time")

@@ -10,14 +10,12 @@ from cases import cases
 from rmfs_commands.testing import small_layout, small_world
 from rmfs_core import hookimpl
 from rmfs_core.events import Event, OrderArrived, OrderAssigned
-from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_core.warehouse import Warehouse
 from rmfs_rules.common_lines import CommonLines
 from rmfs_rules.due import EarliestDue, LeastSlack
 from rmfs_rules.first_come import FirstCome
 from rmfs_rules.most_covered import MostCovered
 from rmfs_rules.near_best_pod import NearBestPod
-from rmfs_rules.pod_match import PodMatch
-from rmfs_rules.waves import Waves
 from rmfs_rules.workload import Workload
 from standing import assigned as decide
 
@@ -58,20 +56,6 @@ def test_wrong_parameters_are_refused(rule: type[Any], wrong: dict[str, Any], pr
         rule(**wrong)
 
 
-def busy() -> Warehouse:
-    """Return a world in which station 0 works on one order of three items, station 1 on two of one, of five each."""
-    orders = {"x": {"a": 3}, "y": {"a": 1}, "z": {"a": 1}, "1": {"a": 2}, "2": {"a": 1}, "3": {"a": 1}}
-    world = small_world(orders, {"p": ["a"]}, capacities=[5, 5])
-    for order, station in ((0, 0), (1, 1), (2, 1)):
-        world.assign(world.orders[order], world.stations[station], [0])
-    return world
-
-
-def test_the_station_with_fewest_orders_is_filled_first_or_the_one_with_most() -> None:
-    assert decide(busy(), Workload()) == [("1", 0), ("2", 1), ("3", 1)]
-    assert decide(busy(), Workload(prefer="most")) == [("1", 1), ("2", 1), ("3", 0)]
-
-
 def between(pods: dict[str, list[str]], **orders: list[str]) -> Warehouse:
     places = len(small_layout(2).storage_locations)
     fill = {f"empty {i}": ["z"] for i in range(places - len(pods) - 2)}
@@ -82,54 +66,6 @@ def between(pods: dict[str, list[str]], **orders: list[str]) -> Warehouse:
     assert near[0] < near[1]
     assert far[1] < far[0]
     return world
-
-
-def test_pods_that_come_decide() -> None:
-    world = small_world({"old": ["a", "c"], "new": ["b", "c"]}, {"p": ["b", "c"], "q": ["a"]}, capacities=[2])
-    world.bind(world.pods[0], world.stations[0])
-    assert decide(world, PodMatch()) == [("new", 0)]
-    orders = {"1": ["a"], "2": ["a"], "3": ["b"]}
-    world = small_world(orders, {"p": {"a": 1, "b": 1}, "q": {"a": 5}}, capacities=[2])
-    world.bind(world.pods[0], world.stations[0])
-    assert decide(world, PodMatch()) == [("1", 0), ("3", 0)]
-    unlimited = small_world(orders, {"p": ["a", "b"]}, capacities=[2])
-    unlimited.bind(unlimited.pods[0], unlimited.stations[0])
-    assert decide(unlimited, PodMatch()) == [("1", 0), ("2", 0)]
-
-
-ARRIVALS_S = (0, 10, 100, 130, 150, 200)
-
-
-def arrived_by(now_s: float, arrivals_s: tuple[float, ...] = ARRIVALS_S) -> Warehouse:
-    warehouse = small_world({}, {"p": ["a"]})
-    known = small_world({str(i): ["a"] for i in range(len(arrivals_s))}, {"p": ["a"]})
-    warehouse.orders = known.orders
-    for order, arrival_s in zip(known.orders, arrivals_s, strict=True):
-        if arrival_s <= now_s:
-            warehouse.order_arrives(order, round(1000 * arrival_s))
-    warehouse.advance(round(1000 * now_s))
-    return warehouse
-
-
-@cases(
-    "rule now_s released wakes_s",
-    (Waves(every_s=100), 0, 1, None),
-    (Waves(every_s=100), 10, 1, 100),
-    (Waves(every_s=100), 99, 1, 100),
-    (Waves(every_s=100), 100, 3, None),  # what arrives with a wave belongs to it
-    (Waves(every_s=100), 150, 3, 200),
-    (Waves(every_s=100), 200, 6, None),
-    (Waves(every_s=100), 230, 6, None),
-    (Waves(every_s=1000, orders=2), 10, 1, 1000),
-    (Waves(every_s=1000, orders=2), 100, 3, None),
-    (Waves(every_s=1000, orders=2), 130, 3, 1000),
-    (Waves(every_s=1000, orders=2), 150, 5, None),
-)
-def test_waves_by_the_clock_and_by_number(rule: Waves, now_s: float, released: int, wakes_s: float | None) -> None:
-    """A round is asked for where an order waits for the next wave."""
-    view = WarehouseView(arrived_by(now_s))
-    assert [order.name for order in rule.filter_backlog(view, view.orders)] == [str(i) for i in range(released)]
-    assert rule.wake_at(view) == wakes_s
 
 
 class Waits:
@@ -157,23 +93,3 @@ def test_a_run_in_waves_is_complete() -> None:
     waves = {order: -(-tick // 120_000) * 120_000 for order, tick in seen.arrived.items()}
     assert all(seen.assigned[order] >= wave for order, wave in waves.items())
     assert np.mean([seen.assigned[order] == wave for order, wave in waves.items()]) > 0.3
-
-
-def kept(world: Warehouse, n: int, lines: str = "all") -> list[str]:
-    view = WarehouseView(world)
-    return [order.name for order in MostCovered(n, lines).filter_backlog(view, view.backlog)]
-
-
-def test_shares_of_lines() -> None:
-    orders = {"half": ["a", "x"], "all": ["b"], "none": ["x"], "all too": ["a", "b"], "most": ["a", "b", "y"]}
-    world = small_world(orders, {"p": ["a", "b"], "q": ["x", "y"]})
-    world.bind(world.pods[0], world.stations[0])
-    assert kept(world, 1) == ["all"]
-    assert kept(world, 4) == ["all", "all too", "most", "half"]
-    assert kept(world, 9) == ["all", "all too", "most", "half", "none"]
-    world = small_world({"begun": ["a", "b"], "third": ["a", "x", "y"]}, {"p": ["a"], "q": ["b", "x", "y"]})
-    world.bind(world.pods[0], world.stations[0])
-    assert kept(world, 1) == ["begun"]
-    world.assign(world.orders[0], world.stations[0], [0], 1)
-    assert kept(world, 1) == ["begun"]
-    assert kept(world, 1, "open") == ["third"]

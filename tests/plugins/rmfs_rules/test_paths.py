@@ -77,12 +77,6 @@ def test_without_traffic_it_is_the_fastest_path() -> None:
         assert path.end_tick == 777 + expected < UNREACHABLE
 
 
-def test_many_robots_commit_one_after_another() -> None:
-    table, queries = crowd(paper_roads(), Sipp(), 60, 1, warm_up=3)
-    assert sum(len(table.reserved(cell)) for cell in range(paper_roads().cells)) > 60
-    assert any(query.start_tick for query in queries)
-
-
 @pytest.mark.parametrize("spare_ticks", [(), (0,), (0, 1_000, 10_000), (5_000,)])
 def test_paths_are_the_same_with_times_of_what_is_near(spare_ticks, monkeypatch) -> None:
     monkeypatch.setattr("rmfs_rules.sipp.rule.LATER_TICKS", spare_ticks)
@@ -143,13 +137,6 @@ def test_who_is_there_already_stays() -> None:
     hold_until(table, 1, 3, 20_000, 21_000)
     path = Sipp().search(roads, table, Query(0, 3, 0, 500, 3))
     assert path.end_tick == 22_000
-
-
-@pytest.mark.parametrize("reserved", [0, 2])
-def test_there_is_no_path_through_who_stays(reserved: int) -> None:
-    roads, table = corridor()
-    table.hold(1, reserved, 0)
-    assert Sipp().search(roads, table, Query(0, 0, 0, 0, 4)) is None
 
 
 OPEN = parse_map("#.....\n....#.\n.qO...\n.#....", "open")

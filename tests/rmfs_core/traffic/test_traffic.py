@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cases import cases
-from plain_sipp import gaps
 from reserving import hold_until
 from rmfs_commands.layouts import parse_map
 from rmfs_core.clock import UNREACHABLE, far, to_seconds
@@ -154,18 +153,11 @@ def occupy(*intervals: tuple[int, int, int]) -> Occupancy:
     return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
 
 
-def test_gaps_are_what_reservations_leave() -> None:
+def test_who_blocks_a_cell() -> None:
     table = Reservations(3)
-    hold_until(table, 7, 1, 10, 20)
-    hold_until(table, 8, 1, 20, 30)
-    assert gaps(table, 1, -1) == [(-FOREVER, 10), (30, FOREVER)]
-    assert gaps(table, 1, owner=8) == [(-FOREVER, 10), (20, FOREVER)]
+    hold_until(table, 7, 1, 10, 30)
     table.hold(9, 1, 40)
-    assert gaps(table, 1, -1) == [(-FOREVER, 10), (30, 40)]
-    assert gaps(table, 0, -1) == [(-FOREVER, FOREVER)]
-    assert table.blocker(1, 0) == 7
-    assert table.blocker(1, 30) == 9
-    assert table.blocker(1, 30, owner=9) is None
+    assert (table.blocker(1, 0), table.blocker(1, 30), table.blocker(1, 30, owner=9)) == (7, 9, None)
 
 
 def test_a_commit_replaces_what_was_there_and_takes_nothing_of_others() -> None:

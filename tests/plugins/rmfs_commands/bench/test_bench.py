@@ -331,15 +331,6 @@ def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
     assert next(line for line in out.splitlines() if line.startswith("first-come")).split()[1] == f"{visits:.2f}"
 
 
-def test_the_others_are_fixed(capsys: pytest.CaptureFixture[str]) -> None:
-    _, machines, _ = called(capsys, "nearest-pod", *SHORT, "--seed", "3", "--json")
-    fixed = ("poa=pod-match", "pps=nearest-pod", "pr=nearest", "ta=nearest-robot", "pp=free-flow")
-    overrides = ["instance.orders=10", *(f"rules.{rule}" for rule in fixed)]
-    result = rmfs_core.run("examples/small", seed=3, overrides=overrides)
-    (run,) = json.loads(machines)["runs"]
-    assert run["metrics"] == {name: result.metrics[name] for name in run["metrics"]}
-
-
 @pytest.mark.parametrize("width", [80, 140])
 def test_long_names_of_rules_are_whole(width, capsys, monkeypatch) -> None:
     monkeypatch.setenv("COLUMNS", str(width))
@@ -348,15 +339,6 @@ def test_long_names_of_rules_are_whole(width, capsys, monkeypatch) -> None:
     assert code == 0
     assert max(map(len, out.splitlines())) <= width
     assert sum(line.strip().startswith(name) for line in out.splitlines()) == 1
-
-
-@cases(
-    "rule field", ("fixed", "PR"), ("balanced", "TA"), ("sipp", "PP"), ('{ rule = "most-covered", n = 2 }', "filter")
-)
-def test_every_kind_of_rule(capsys: pytest.CaptureFixture[str], rule: str, field: str) -> None:
-    code, out, _ = called(capsys, rule, *SHORT, "--seed", "1")
-    assert code == 0
-    assert f"{field} in world small, seed 1" in out
 
 
 def test_rules_of_other_distributions(acme: None, capsys: pytest.CaptureFixture[str]) -> None:

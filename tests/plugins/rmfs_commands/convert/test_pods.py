@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -58,14 +56,6 @@ def test_a_scenario_that_is_there_stays(tmp_path: Path) -> None:
     placed = convert(tmp_path / "placed", "--row", "y", "--column", "x", text=text)
     assert [file.name for file in placed.iterdir()] == ["pods.csv"]
     assert (placed / "pods.csv").read_text() == "pod,sku,quantity,row,column\nA,tea,4,2,3\nB,tea,1,2,4\n"
-
-
-def test_parquet_tables_give_the_same(tmp_path: Path) -> None:
-    bins, skus, items = ["A-1", "A-2", "A-1", "A-3"], ["tea", "mug", "mug", "spoon"], [4.0, 3.0, 1.0, 0.0]
-    table = pa.table({"Bin": bins, "Article": skus, "Qty": items})
-    pyarrow.parquet.write_table(table, tmp_path / "stock.parquet")
-    main(["convert", "pods", str(tmp_path / "stock.parquet"), *COLUMNS, "--out", str(tmp_path)])
-    assert (tmp_path / "pods.csv").read_text(encoding="utf-8") == PODS
 
 
 @cases(

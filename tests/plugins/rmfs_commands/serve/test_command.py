@@ -90,17 +90,6 @@ def test_closed_standard_input(rmfs: tuple[str, ...]) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-def test_options_that_lines_do_not_have(capsys: pytest.CaptureFixture[str]) -> None:
-    told = refused(capsys, main, ["serve", "--rule", "first-come", "--stdio", "--limit-s", "3"])
-    assert told.endswith("Error: --limit-s is for HTTP; expected it without --stdio.\n")
-
-
-@pytest.mark.parametrize(("option", "limits"), [("--max-mb", "0.001 to 190"), ("--limit-s", "0.1 to 86,400")])
-def test_a_limit_that_is_no_number(option: str, limits: str, capsys: pytest.CaptureFixture[str]) -> None:
-    problem = f"Error: Invalid value for '{option}': expected a number from {limits}, found nan\n"
-    assert refused(capsys, main, ["serve", "--rule", "first-come", option, "nan"]).endswith(problem)
-
-
 @cases("number ending", (signal.SIGINT, (130, "", "Interrupted.")), (signal.SIGTERM, (0, "", "")))
 def test_it_ends_in_order(serve, number, ending, state) -> None:
     process, port = serve("--rule", "first-come")
@@ -171,6 +160,9 @@ def test_a_body_that_is_too_long(shared: int) -> None:
     "arguments problem",
     (("--rule", "firstcome"), 'Error: --rule firstcome: there is no rule "firstcome"'),
     (("--rule", "first-come", "--set", "x=1", "--stdio"), "Error: --set x=1: "),
+    (("--rule", "first-come", "--stdio", "--limit-s", "3"), "--limit-s is for HTTP; expected it without --stdio.\n"),
+    (("--rule", "first-come", "--max-mb", "nan"), "'--max-mb': expected a number from 0.001 to 190, found nan\n"),
+    (("--rule", "first-come", "--limit-s", "nan"), "'--limit-s': expected a number from 0.1 to 86,400, found nan\n"),
     (("--rule", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
     (("--rule", "./a.py:A", "--no-inline-rules", "--stdio"), "--no-inline-rules refuses"),
     (("--rule", "first-come", "--host", "nowhere.invalid"), "Error: --host nowhere.invalid --port 8750: cannot listen"),

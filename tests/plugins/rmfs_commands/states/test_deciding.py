@@ -106,13 +106,6 @@ def test_a_joint_rule_covers_what_it_assigns(by_hand: dict[str, Any], acme: None
         decide(state_from_dict(by_hand), RuleChoice("careless"))
 
 
-def test_parameters_are_set(by_hand: dict[str, Any]) -> None:
-    by_hand["orders"]["B"]["lines"]["jam"] = 1
-    answer = decide(state_from_dict(by_hand), RuleChoice("integrated", {"unused_capacity_weight": 0.4}))
-    assert answer.outcome == Outcome(orders=0, items=0, visits=0, unused=4, uncovered=0)
-    assert answer.report["objective"] == pytest.approx(1.6)
-
-
 def test_a_rule_that_asks_for_driving_times(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
     by_hand["pods"]["P3"] = {"contents": {"jam": None}}

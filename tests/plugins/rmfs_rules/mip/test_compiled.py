@@ -14,7 +14,7 @@ from rmfs_rules.mip import Integrated
 from rmfs_rules.mip.compiled import warm_up
 from rmfs_rules.mip.compiled.arrays import Arrays, arrays_of
 from rmfs_rules.mip.compiled.exchanging import completed, exchanged
-from rmfs_rules.mip.compiled.pod_sets import next_set, potentials, sets_of
+from rmfs_rules.mip.compiled.pod_sets import next_set, sets_of
 from rmfs_rules.mip.compiled.spreading import FOUND, next_that_fills, sets_that_fill, spread, too_few_splits
 from rmfs_rules.mip.compiled.stacking import fill, fill_with_few_splits, newly_split
 from rmfs_rules.mip.period.period import Period
@@ -60,22 +60,6 @@ def arrays_from_fixture():
         return arrays._replace(sharp=bool(rng.integers(2))), len(pods), worth
 
     return make
-
-
-@given(seed=seeds)
-@settings(max_examples=200, deadline=None)
-def test_potentials_bound_what_pods_complete(arrays_from, seed):
-    arrays, n, worth = arrays_from(seed)
-    for before in [(), *((pod,) for pod in range(n))]:
-        rest = np.array([pod for pod in range(n) if pod not in before], dtype=np.int64)
-        base = value_of(arrays, worth, before)
-        for more in range(1, len(rest) + 1):
-            found = potentials(arrays, worth, rest, there_with(arrays, before), more)
-            bound = dict(zip(rest.tolist(), found, strict=True))
-            for chosen in combinations(rest.tolist(), more):
-                gain = value_of(arrays, worth, (*before, *chosen)) - base
-                assert gain <= sum(bound[pod] for pod in chosen) + 1e-9
-                assert more > 1 or gain == pytest.approx(bound[chosen[0]])
 
 
 @given(seed=seeds, share=st.floats(0, 1))
