@@ -10,12 +10,14 @@ from cases import cases
 from rmfs_commands.testing import small_layout, small_world
 from rmfs_core import hookimpl
 from rmfs_core.events import Event, OrderArrived, OrderAssigned
-from rmfs_core.warehouse import Warehouse
+from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.common_lines import CommonLines
 from rmfs_rules.due import EarliestDue, LeastSlack
 from rmfs_rules.first_come import FirstCome
 from rmfs_rules.most_covered import MostCovered
 from rmfs_rules.near_best_pod import NearBestPod
+from rmfs_rules.pod_match import PodMatch
+from rmfs_rules.waves import Waves
 from rmfs_rules.workload import Workload
 from standing import assigned as decide
 
@@ -66,6 +68,54 @@ def between(pods: dict[str, list[str]], **orders: list[str]) -> Warehouse:
     assert near[0] < near[1]
     assert far[1] < far[0]
     return world
+
+
+def test_pods_that_come_decide() -> None:
+    world = small_world({"old": ["a", "c"], "new": ["b", "c"]}, {"p": ["b", "c"], "q": ["a"]}, capacities=[2])
+    world.bind(world.pods[0], world.stations[0])
+    assert decide(world, PodMatch()) == [("new", 0)]
+    orders = {"1": ["a"], "2": ["a"], "3": ["b"]}
+    world = small_world(orders, {"p": {"a": 1, "b": 1}, "q": {"a": 5}}, capacities=[2])
+    world.bind(world.pods[0], world.stations[0])
+    assert decide(world, PodMatch()) == [("1", 0), ("3", 0)]
+    unlimited = small_world(orders, {"p": ["a", "b"]}, capacities=[2])
+    unlimited.bind(unlimited.pods[0], unlimited.stations[0])
+    assert decide(unlimited, PodMatch()) == [("1", 0), ("2", 0)]
+
+
+ARRIVALS_S = (0, 10, 100, 130, 150, 200)
+
+
+def arrived_by(now_s: float) -> Warehouse:
+    warehouse = small_world({}, {"p": ["a"]})
+    known = small_world({str(i): ["a"] for i in range(len(ARRIVALS_S))}, {"p": ["a"]})
+    warehouse.orders = known.orders
+    for order, arrival_s in zip(known.orders, ARRIVALS_S, strict=True):
+        if arrival_s <= now_s:
+            warehouse.order_arrives(order, round(1000 * arrival_s))
+    warehouse.advance(round(1000 * now_s))
+    return warehouse
+
+
+@cases(
+    "rule now_s released wakes_s",
+    (Waves(every_s=100), 0, 1, None),
+    (Waves(every_s=100), 10, 1, 100),
+    (Waves(every_s=100), 99, 1, 100),
+    (Waves(every_s=100), 100, 3, None),  # what arrives with a wave belongs to it
+    (Waves(every_s=100), 150, 3, 200),
+    (Waves(every_s=100), 200, 6, None),
+    (Waves(every_s=100), 230, 6, None),
+    (Waves(every_s=1000, orders=2), 10, 1, 1000),
+    (Waves(every_s=1000, orders=2), 100, 3, None),
+    (Waves(every_s=1000, orders=2), 130, 3, 1000),
+    (Waves(every_s=1000, orders=2), 150, 5, None),
+)
+def test_waves_by_the_clock_and_by_number(rule: Waves, now_s: float, released: int, wakes_s: float | None) -> None:
+    """A round is asked for where an order waits for the next wave."""
+    view = WarehouseView(arrived_by(now_s))
+    assert [order.name for order in rule.filter_backlog(view, view.orders)] == [str(i) for i in range(released)]
+    assert rule.wake_at(view) == wakes_s
 
 
 class Waits:

@@ -5,12 +5,53 @@ from typing import Any
 import pytest
 
 from cases import cases
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import check_rule, small_instance, small_layout, small_world
 from rmfs_core.motion import Motion
 from rmfs_core.warehouse import Station, Warehouse, WarehouseView
+from rmfs_core.world import NORTH
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.classes import Cache, Utility
 from rmfs_rules.classes.locations import Locations
+from rmfs_rules.fixed import Fixed
+from rmfs_rules.nearest import Nearest
+from standing import put_at_station
+
+
+def test_the_location_with_the_shortest_loaded_drive_is_chosen() -> None:
+    world = small_world({}, {"p": ["a"], "q": ["a"]})
+    put_at_station(world, 0, 0)
+    pod = world.pods[0]
+    heading = world.robots[0].heading
+    by_time = {cell: world.travel.ticks(pod.cell, heading, cell, True) for cell in world.free_locations}
+    chosen = Nearest().choose_storage_location(WarehouseView(world), pod)
+    assert type(chosen) is int
+    assert by_time[chosen] == min(by_time.values())
+    assert pod.cell == world.stations[0].cell
+    assert world.pods[1].cell not in by_time
+
+
+def test_turns_count_and_ties_go_to_the_lowest_cell() -> None:
+    layout = parse_map("...#...\n.......\n#..O..#\n...q...\n.......\n#######", "cross")
+    world = small_world({}, {"p": ["a"]}, robots=1, layout=layout)
+    pod, robot = world.pods[0], world.robots[0]
+    world.bind(pod, world.stations[0])
+    world.take_task(robot, pod)
+    world.lift(robot, pod)
+    north, west, east = layout.storage_locations[:3]
+    world.move(robot, west + 3 - 7, NORTH)  # in the middle of the second row
+    assert Nearest().choose_storage_location(WarehouseView(world), pod) == north
+    world.reserve(north)
+    times = world.travel.times_from(robot.cell, NORTH, True)
+    assert times[west] == times[east]
+    assert Nearest().choose_storage_location(WarehouseView(world), pod) == west
+
+
+def test_a_pod_goes_back_to_where_it_stood() -> None:
+    world = small_world({}, {"p": ["a"], "q": ["a"]})
+    put_at_station(world, 1, 0)
+    home = world.homes[1]
+    assert Fixed().choose_storage_location(WarehouseView(world), world.pods[1]) == home
 
 
 def test_places_with_empty_pods_are_none() -> None:

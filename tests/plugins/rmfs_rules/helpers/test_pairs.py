@@ -15,7 +15,6 @@ from rmfs_commands.testing import check_rule, small_world
 from rmfs_core.decisions import OrderAssignment
 from rmfs_core.warehouse import CAPACITY, UNLIMITED, Station, WarehouseView
 from rmfs_rules.common_lines import CommonLines
-from rmfs_rules.due import EarliestDue, LeastSlack
 from rmfs_rules.first_come import FirstCome
 from rmfs_rules.helpers import assign_best_pairs, lines_at, sum_per_order
 from rmfs_rules.helpers.pairs_search import (
@@ -32,13 +31,10 @@ from rmfs_rules.near_best_pod import NearBestPod
 from rmfs_rules.pod_match import PodMatch
 from rmfs_rules.workload import Workload
 from standing import assigned as decide
-from standing import put_at_station
 
 PAIRS = (PodMatch, CommonLines, FirstCome, Workload, NearBestPod)
 OF_PAIRS = pytest.mark.parametrize("rule", PAIRS)
 """Rules with all of these parameters."""
-OF_ORDERS = pytest.mark.parametrize("rule", [*PAIRS, EarliestDue, LeastSlack])
-"""Rules with a fast lane."""
 FOUR = {"1": ["a"], "2": ["a"], "3": ["a"], "4": ["a"]}
 
 
@@ -50,22 +46,6 @@ def test_of_orders_that_are_alike_one_goes_first(rule: type[Any]) -> None:
     first = Counter(decide(world, rule(tie_break="random"), seed)[0][0] for seed in range(400))
     assert set(first) == set(FOUR)
     assert all(55 <= number <= 145 for number in first.values())
-
-
-@OF_ORDERS
-def test_a_place_is_kept_for_what_the_pod_at_the_station_completes(rule: type[Any]) -> None:
-    """The pod there has `a`; of two free places one is left for such an order, and nothing else takes it."""
-    orders = {"x": ["a"], "1": ["b"], "2": ["b"], "3": ["a", "b"], "4": ["a"]}
-    pods = {"p": ["a"], "q": ["b"]}
-    world = small_world(orders, pods, capacities=[3])
-    put_at_station(world, 0, 0)
-    world.assign(world.orders[0], world.stations[0], [0])
-    assert {name for name, _ in decide(world, rule(fast_lane=1))} in ({"1", "4"}, {"4"})  # 4 may come before 1
-    del orders["4"]
-    world = small_world(orders, pods, capacities=[3])
-    put_at_station(world, 0, 0)
-    world.assign(world.orders[0], world.stations[0], [0])
-    assert [name for name, _ in decide(world, rule(fast_lane=1))] == ["1"]
 
 
 @OF_PAIRS
