@@ -1,6 +1,7 @@
 """The command line, called in this process, and what a call is refused with."""
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -15,6 +16,16 @@ def exit_code(*arguments: str) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     return 0
+
+
+def refused(capsys: pytest.CaptureFixture[str], call: Callable[..., object], *arguments: Any, **named: Any) -> str:
+    """Return what is said on standard error, and nowhere else, of a call that ends the program with exit code 2."""
+    capsys.readouterr()
+    with pytest.raises(SystemExit) as stop:
+        call(*arguments, **named)
+    out, err = capsys.readouterr()
+    assert (stop.value.code, out) == (2, "")
+    return err
 
 
 def refusal(call: Callable[[], object]) -> str:

@@ -17,12 +17,12 @@ import psutil
 import pytest
 from PIL import Image
 
+from calling import refused
 from cases import cases
 from lowest import constraints, main
 
-PAGES: dict[str, Any] = runpy.run_path(
-    str(Path(__file__).resolve().parents[2] / "tools" / "pages.py"), run_name="pages"
-)
+TOOLS = Path(__file__).resolve().parents[2] / "tools"
+PAGES: dict[str, Any] = runpy.run_path(str(TOOLS / "pages.py"), run_name="pages")
 done: Callable[..., str] = PAGES["done"]
 PageError: type[Exception] = PAGES["PageError"]
 
@@ -33,17 +33,23 @@ def page(*lines: str) -> str:
 
 
 def test_files_are_written_and_commands_run(tmp_path: Path) -> None:
-    text = page(
-        "'''{code-block} toml", ":caption: a/b.toml", "", "x = 1", "'''", "'''console", "$ cat a/b.toml", "x = 1", "'''"
-    )
+    shown = ("'''console", "$ cat a/b.toml", "x = 1", "'''")
+    text = page("'''{code-block} toml", ":caption: a/b.toml", "", "x = 1", "'''", *shown)
     assert done(text, tmp_path) == text
     assert (tmp_path / "a" / "b.toml").read_text() == "x = 1\n"
     done(page("'''console", "$ cat a/b.toml", "$ cat \\", "  a/b.toml", "x = 1", "'''"), tmp_path)
 
 
-def test_what_is_shown_is_compared(tmp_path: Path) -> None:
-    with pytest.raises(PageError, match=r"(?s)line 2: `echo new` prints.*new.*shows.*old"):
-        done(page("'''console", "$ echo new", "old", "'''"), tmp_path)
+@cases(
+    "lines problem",
+    (("'''console", "$ echo new", "old", "'''"), r"(?s)line 2: `echo new` prints.*new.*shows.*old"),
+    (("'''console", "$ exit 3", "'''"), "ended with 3, not 0"),
+    (("% exit 3", "'''console", "$ true", "'''"), "ended with 0, not 3"),
+    (("'''python", "x = 1", "'''"), "a block of python needs a caption"),
+)
+def test_what_a_page_shows_that_is_not_so(tmp_path: Path, lines: tuple[str, ...], problem: str) -> None:
+    with pytest.raises(PageError, match=problem):
+        done(page(*lines), tmp_path)
 
 
 def test_dots_stand_for_any_text(tmp_path: Path) -> None:
@@ -52,17 +58,8 @@ def test_dots_stand_for_any_text(tmp_path: Path) -> None:
     assert not matches("a ... c\n", "a b d\n") and not matches("...\nc\n", "c\nd\n") and not matches("a\n", "a\nb\n")
 
 
-def test_codes_are_compared(tmp_path: Path) -> None:
-    with pytest.raises(PageError, match="ended with 3, not 0"):
-        done(page("'''console", "$ exit 3", "'''"), tmp_path)
+def test_codes_are_compared_and_blocks_left_out_with_their_reason(tmp_path: Path) -> None:
     done(page("% exit 3", "'''console", "$ exit 3", "'''"), tmp_path)
-    with pytest.raises(PageError, match="ended with 0, not 3"):
-        done(page("% exit 3", "'''console", "$ true", "'''"), tmp_path)
-
-
-def test_a_block_that_is_not_run_says_why(tmp_path: Path) -> None:
-    with pytest.raises(PageError, match="a block of python needs a caption"):
-        done(page("'''python", "x = 1", "'''"), tmp_path)
     done(page("% not run: a fragment", "'''python", "x = 1", "'''", "'''text", "#.#", "'''"), tmp_path)
     done(page("% not run: it fails", "'''console", "$ false", "'''"), tmp_path)
 
@@ -87,9 +84,8 @@ def test_an_installed_package_is_the_pages_own(tmp_path: Path) -> None:
 
 
 def test_what_runs_in_the_background_ends_with_the_page(tmp_path: Path) -> None:
-    started = page(
-        "'''console", "$ sleep 60 > /dev/null 2>&1 & echo $! > pid", "$ kill -0 $(cat pid)", "$ false", "'''"
-    )
+    sleeps = "$ sleep 60 > /dev/null 2>&1 & echo $! > pid"
+    started = page("'''console", sleeps, "$ kill -0 $(cat pid)", "$ false", "'''")
     with pytest.raises(PageError, match="`false` ended with 1"):
         done(started, tmp_path)
     with suppress(psutil.NoSuchProcess):
@@ -100,7 +96,7 @@ def test_what_runs_in_the_background_ends_with_the_page(tmp_path: Path) -> None:
             time.sleep(0.01)
 
 
-PICTURES = runpy.run_path(str(Path(__file__).resolve().parents[2] / "tools" / "pictures.py"), run_name="pictures")
+PICTURES = runpy.run_path(str(TOOLS / "pictures.py"), run_name="pictures")
 
 
 def test_the_picture_shows_a_run_on_its_way_and_at_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,7 +125,7 @@ def test_the_picture_of_a_page_shows_it_when_it_is_drawn(tmp_path: Path) -> None
         assert picture.convert("RGB").getpixel((160, 100)) == (0, 255, 0)
 
 
-UPDATE_RESULTS = runpy.run_path(str(Path(__file__).resolve().parents[2] / "tools" / "update_results.py"))
+UPDATE_RESULTS = runpy.run_path(str(TOOLS / "update_results.py"))
 REPORT = """# Title
 
 - Command: `rmfs reproduce`
@@ -180,19 +176,11 @@ def test_report_and_plots_take_the_place_of_earlier_ones(tmp_path: Path) -> None
 
 
 def test_the_folder_of_a_machine_is_left_out() -> None:
-    line = "- Command: `rmfs reproduce --out somewhere --jobs 2`"
-    assert (
-        UPDATE_RESULTS["without_folder"](f"# Title\n\n{line}\n") == "# Title\n\n- Command: `rmfs reproduce --jobs 2`\n"
-    )
+    text = "# Title\n\n- Command: `rmfs reproduce --out somewhere --jobs 2`\n"
+    assert UPDATE_RESULTS["without_folder"](text) == text.replace(" --out somewhere", "")
 
 
-def test_a_folder_without_a_report_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys) -> None:
-    monkeypatch.setattr("sys.argv", ["update_results.py", str(tmp_path)])
-    assert UPDATE_RESULTS["main"]() == 2
-    assert "rmfs reproduce --out" in capsys.readouterr().err
-
-
-UPDATE_COMPARISONS = runpy.run_path(str(Path(__file__).resolve().parents[2] / "tools" / "update_comparisons.py"))
+UPDATE_COMPARISONS = runpy.run_path(str(TOOLS / "update_comparisons.py"))
 FIGURES = {"good": (0.1, 10.0), "dear": (0.2, 5.0), "bad": (0.3, 20.0)}
 """Visits, and what all other figures are, by rule set; and one that was never done."""
 
@@ -260,13 +248,15 @@ def test_a_study_says_what_rule_sets_change(tmp_path: Path) -> None:
     ]
 
 
-def test_other_folders_are_refused(tmp_path: Path, monkeypatch, capsys) -> None:
-    monkeypatch.setattr("sys.argv", ["update_comparisons.py", str(tmp_path)])
-    assert UPDATE_COMPARISONS["main"]() == 2
-    assert "expected folders that" in capsys.readouterr().err
+@cases("tool problem", (UPDATE_RESULTS, "rmfs reproduce --out"), (UPDATE_COMPARISONS, "expected folders that"))
+def test_other_folders_are_refused(tmp_path: Path, monkeypatch, capsys, tool: dict[str, Any], problem: str) -> None:
+    monkeypatch.setattr("sys.argv", ["update.py", str(tmp_path)])
+    assert tool["main"]() == 2
+    assert problem in capsys.readouterr().err
 
 
-COMPARE_BENCHMARKS = Path(__file__).resolve().parents[2] / "tools" / "compare_benchmarks.py"
+COMPARE_BENCHMARKS = TOOLS / "compare_benchmarks.py"
+compare_benchmarks: Callable[..., int] = runpy.run_path(str(COMPARE_BENCHMARKS))["main"]
 
 
 def stats(median: float, spread: float = 0.02, rounds: int = 20) -> dict[str, Any]:
@@ -274,67 +264,59 @@ def stats(median: float, spread: float = 0.02, rounds: int = 20) -> dict[str, An
     return {"rounds": rounds, "median": median, "q1": median * (1 - spread), "q3": median * (1 + spread)}
 
 
-def compare(folder: Path, before: Any, after: Any, *options: str) -> tuple[int, str, str]:
-    """Save two results and compare them: exit code, output, errors."""
-    for name, benchmarks in (("before", before), ("after", after)):
-        saved = benchmarks
-        if isinstance(benchmarks, dict):
-            saved = {"benchmarks": [{"fullname": test, "stats": stats} for test, stats in benchmarks.items()]}
-        text = saved if isinstance(saved, str) else json.dumps(saved)
-        (folder / f"{name}.json").write_text(text, encoding="utf-8")
-    files = [str(folder / "before.json"), str(folder / "after.json")]
-    done = subprocess.run(
-        [sys.executable, str(COMPARE_BENCHMARKS), *options, *files], capture_output=True, text=True, check=False
-    )
-    return done.returncode, done.stdout, done.stderr
+def saved(file: Path, content: Any) -> str:
+    """Save a text, or benchmarks as pytest-benchmark does; None is no file."""
+    if isinstance(content, dict):
+        content = {"benchmarks": [{"fullname": test, "stats": stats} for test, stats in content.items()]}
+    if content is not None:
+        file.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
+    return str(file)
 
 
-def test_slower(tmp_path: Path) -> None:
-    code, out, _ = compare(tmp_path, {"a": stats(0.010), "b": stats(2.0)}, {"a": stats(0.013), "b": stats(2.0)})
-    assert code == 1
-    assert out.splitlines() == [
-        "slower: a: 10 ms -> 13 ms (1.30 times)",
-        "2 benchmarks in both: 1 slower, 0 faster, 1 same.",
-    ]
+def in_both(slower: int = 0, faster: int = 0, same: int = 0, number: int = 1) -> str:
+    return f"{number} benchmarks in both: {slower} slower, {faster} faster, {same} same."
 
 
-def test_the_slowest_first(tmp_path: Path) -> None:
-    before = {name: stats(1.0) for name in "abc"}
-    _, out, _ = compare(tmp_path, before, {"a": stats(1.5), "b": stats(3.0), "c": stats(2.0)})
-    assert [line.split(":")[1] for line in out.splitlines()[:3]] == [" b", " c", " a"]
+QUIET = {"a": stats(1.0, spread=0.001)}, {"a": stats(1.05, spread=0.001)}
+"""What moves a whole run by 5 %."""
 
 
-def test_noise(tmp_path: Path) -> None:
-    code, out, _ = compare(tmp_path, {"a": stats(1.0, spread=0.2)}, {"a": stats(1.3, spread=0.2)})
-    assert (code, out) == (0, "1 benchmarks in both: 0 slower, 0 faster, 1 same.\n")
-
-
-def test_what_moves_a_whole_run(tmp_path: Path) -> None:
-    before, after = {"a": stats(1.0, spread=0.001)}, {"a": stats(1.05, spread=0.001)}
-    assert compare(tmp_path, before, after)[0] == 0
-    assert compare(tmp_path, before, after, "--threshold", "0.03")[0] == 1
-
-
-def test_faster(tmp_path: Path) -> None:
-    code, out, _ = compare(tmp_path, {"a": stats(3e-6)}, {"a": stats(1e-6)})
-    assert code == 0
-    assert "faster: a: 3 us -> 1 us (0.33 times)" in out
-
-
-def test_too_few_rounds_to_judge(tmp_path: Path) -> None:
-    code, out, _ = compare(tmp_path, {"a": stats(1.0, rounds=1)}, {"a": stats(9.0, rounds=1)})
-    assert code == 0
-    assert "not judged, fewer than 5 rounds: a" in out
-
-
-def test_benchmarks_that_come_and_go(tmp_path: Path) -> None:
-    code, out, _ = compare(tmp_path, {"a": stats(1.0), "b": stats(1.0)}, {"a": stats(1.0), "c": stats(1.0)})
-    assert code == 0
-    assert out.splitlines() == ["only before: b", "only after: c", "1 benchmarks in both: 0 slower, 0 faster, 1 same."]
+@cases(
+    "before after options code told",
+    (
+        {"a": stats(0.010), "b": stats(2.0)},
+        {"a": stats(0.013), "b": stats(2.0)},
+        *((), 1, ["slower: a: 10 ms -> 13 ms (1.30 times)", in_both(slower=1, same=1, number=2)]),
+    ),
+    (
+        {name: stats(1.0) for name in "ab"},
+        {"a": stats(1.5), "b": stats(3.0)},  # the slowest first
+        *((), 1, ["slower: b: 1 s -> 3 s (3.00 times)", "slower: a: 1 s -> 1.5 s (1.50 times)", in_both(2, number=2)]),
+    ),
+    ({"a": stats(1.0, spread=0.2)}, {"a": stats(1.3, spread=0.2)}, (), 0, [in_both(same=1)]),  # noise
+    (*QUIET, (), 0, [in_both(same=1)]),
+    (*QUIET, ("--threshold", "0.03"), 1, ["slower: a: 1 s -> 1.05 s (1.05 times)", in_both(1)]),
+    ({"a": stats(3e-6)}, {"a": stats(1e-6)}, (), 0, ["faster: a: 3 us -> 1 us (0.33 times)", in_both(faster=1)]),
+    (
+        {"a": stats(1.0, rounds=1)},
+        {"a": stats(9.0, rounds=1)},
+        *((), 0, ["not judged, fewer than 5 rounds: a", in_both()]),
+    ),
+    (
+        {"a": stats(1.0), "b": stats(1.0)},
+        {"a": stats(1.0), "c": stats(1.0)},
+        *((), 0, ["only before: b", "only after: c", in_both(same=1)]),
+    ),
+)
+def test_benchmarks_are_compared(tmp_path: Path, capsys, before, after, options, code, told) -> None:
+    files = (saved(tmp_path / "before.json", before), saved(tmp_path / "after.json", after))
+    assert compare_benchmarks([*options, *files]) == code
+    assert capsys.readouterr().out.splitlines() == told
 
 
 @cases(
     "before problem",
+    (None, "before.json: cannot be read: No such file or directory"),
     ("{", "before.json: this is no JSON"),
     ([], "before.json: expected a result that pytest-benchmark saved"),
     ({"a": {"rounds": 9}}, "before.json, benchmarks[0]: this is no saved benchmark: 'median'"),
@@ -343,30 +325,24 @@ def test_benchmarks_that_come_and_go(tmp_path: Path) -> None:
     ({"a": stats(1.0) | {"q3": "many"}}, "this is no saved benchmark"),
     ({"a": stats(1.0) | {"rounds": "many"}}, "this is no saved benchmark"),
 )
-def test_files_that_are_no_results(tmp_path: Path, before: Any, problem: str) -> None:
-    code, out, err = compare(tmp_path, before, {})
-    assert (code, out) == (2, "")
+def test_files_that_are_no_results(tmp_path: Path, capsys, before: Any, problem: str) -> None:
+    assert compare_benchmarks([saved(tmp_path / "before.json", before), saved(tmp_path / "after.json", {})]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
     assert problem in err
     assert len(err.splitlines()) == 1
-
-
-def test_a_missing_file_and_a_wrong_threshold(tmp_path: Path) -> None:
-    run = [sys.executable, str(COMPARE_BENCHMARKS), str(tmp_path / "x.json"), str(tmp_path / "y.json")]
-    done = subprocess.run(run, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert "x.json: cannot be read: No such file or directory" in done.stderr
-    assert compare(tmp_path, {}, {}, "--threshold", "-1")[0] == 2
+    assert "expected a threshold >= 0" in refused(capsys, compare_benchmarks, ["--threshold", "-1", "x", "y"])
 
 
 def test_what_pytest_benchmark_saves(tmp_path: Path) -> None:
     (tmp_path / "test_x.py").write_text("def test_x(benchmark):\n    benchmark(sum, [1, 2])\n", encoding="utf-8")
-    saved = tmp_path / "saved.json"
-    options = ["-q", "-p", "no:cacheprovider", "--benchmark-only", f"--benchmark-json={saved}"]
+    file = tmp_path / "saved.json"
+    options = ["-q", "-p", "no:cacheprovider", "--benchmark-only", f"--benchmark-json={file}"]
     alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
     command = [sys.executable, "-m", "pytest", *options, "test_x.py"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, env=alone)
     done = subprocess.run(
-        [sys.executable, str(COMPARE_BENCHMARKS), saved, saved], capture_output=True, text=True, check=False
+        [sys.executable, str(COMPARE_BENCHMARKS), file, file], capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stdout) == (0, "1 benchmarks in both: 0 slower, 0 faster, 1 same.\n")
 

@@ -25,7 +25,8 @@ from rmfs_core.rules import RuleSet
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.world.instance_making import instance_problems
 
-FUZZ = Path(__file__).resolve().parents[2] / "tools" / "fuzz.py"
+TOOLS = Path(__file__).resolve().parents[2] / "tools"
+FUZZ = TOOLS / "fuzz.py"
 PLANTED = """
 import os, sys
 from pathlib import Path
@@ -58,6 +59,12 @@ fuzz.report(found, seed=5, wall_s=1.0)
 """
 
 
+def called(tool: Path | str, *arguments: str, cwd: Path | None = None, **more: Any) -> Any:
+    """Call a tool as a program."""
+    command = [sys.executable, *([str(tool)] if isinstance(tool, Path) else ["-c", tool]), *arguments]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False, **more)
+
+
 @pytest.fixture(scope="module")
 def bases() -> Bases:
     return make_bases(compiled=False)
@@ -71,7 +78,7 @@ def test_a_case_is_the_same_for_the_same_seed_and_number(bases: Bases) -> None:
 
 
 def test_what_breaks_is_found() -> None:
-    done = subprocess.run([sys.executable, "-c", PLANTED], cwd=FUZZ.parent, capture_output=True, text=True, check=False)
+    done = called(PLANTED, cwd=TOOLS)
     first, *told = done.stdout.splitlines()
     assert first == "10 cases in 1 s; exit codes 1: 2, 2: 5, 7: 1, None: 2; 8 kinds of violations"
     kinds = dict(zip(told[::2], told[1::2], strict=True))
@@ -91,13 +98,7 @@ def test_what_breaks_is_found() -> None:
 
 @pytest.mark.slow
 def test_nothing_breaks(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, str(FUZZ), "--seed", "1", "--cases", "1000"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = called(FUZZ, "--seed", "1", "--cases", "1000", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
     assert done.stdout.startswith("1000 cases")
 
@@ -145,17 +146,8 @@ def test_a_failing_test_kills(tmp_path: Path) -> None:
     assert mutants.is_killed(tmp_path, ["test_good.py", "test_bad.py"], 1)
 
 
-COVERAGE_STUDY = Path(__file__).resolve().parents[2] / "tools" / "coverage_study.py"
-
-
 def test_the_study_counts(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, str(COVERAGE_STUDY), "--repeats", "40"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = called(TOOLS / "coverage_study.py", "--repeats", "40", cwd=tmp_path)
     head, _, *rows = done.stdout.splitlines()
     assert head.count("|") == 7
     assert len(rows) == 6
@@ -166,12 +158,9 @@ def test_the_study_counts(tmp_path: Path) -> None:
     assert "contradictions" not in done.stderr
 
 
-PLACEMENT_TRIAL = Path(__file__).resolve().parents[2] / "tools" / "placement_trial.py"
-
-
 def test_a_short_day_is_compared() -> None:
     options = ["--hours", "0.05", "--seeds", "1", "--shapes", "bought together", "--rules", "pod-match+demand"]
-    done = subprocess.run([sys.executable, str(PLACEMENT_TRIAL), *options], capture_output=True, text=True, check=False)
+    done = called(TOOLS / "placement_trial.py", *options)
     assert done.returncode == 0, done.stderr
     first, row = done.stdout.splitlines()
     assert first == "Turn-over time and pod visits against random: popularity, co-purchase, foresight"
@@ -190,13 +179,9 @@ class Idle:
 """
 
 
-def test_all_rules_complete_a_few_worlds() -> None:
-    assert list(failures(range(1, 7), assigning_rules())) == []
-
-
-@pytest.mark.slow
-def test_all_rules_complete_many_worlds() -> None:
-    assert list(failures(range(1, 151), assigning_rules())) == []
+@cases("worlds", range(1, 7), pytest.param(range(1, 101), marks=pytest.mark.slow), ids=["few", "many"])
+def test_all_rules_complete_their_worlds(worlds: range) -> None:
+    assert list(failures(worlds, assigning_rules())) == []
 
 
 SPLITTING = ("pod-index", "split-among-stations", "split-over-time")
@@ -252,10 +237,8 @@ def test_worlds_have_what_rules_stumble_over() -> None:
     for seed in range(1, 101):
         world = random_world(seed)
         stations, orders = world.scenario.stations, world.instance.orders
-        lines, pods = (
-            [line for order in orders for line in order.lines],
-            [dict(p.contents) for p in world.instance.pods],
-        )
+        lines = [line for order in orders for line in order.lines]
+        pods = [dict(pod.contents) for pod in world.instance.pods]
         longest = max(quantity for _, quantity in lines)
         counts_orders = stations.order_capacity is not None
         found["order capacity"] += counts_orders
@@ -280,7 +263,6 @@ def test_a_rule_that_does_nothing_is_found(tmp_path: Path) -> None:
     (tmp_path / "idle.py").write_text(IDLE)
     world = next(world for world in map(random_world, range(1, 9)) if not world.short)
     problem = failure(world, f"{tmp_path / 'idle.py'}:Idle")
-    assert problem is not None
     assert problem.startswith("The run stands still at 0.000 s")
 
 
@@ -294,9 +276,7 @@ def test_too_little_stock_that_is_not_refused_is_found(monkeypatch: pytest.Monke
     assert failure(enough, "first-come") == "expected 0 reasons to refuse it before the run, found ['why']"
 
 
-def test_failures_are_printed_with_the_command_that_repeats_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_failures_are_printed_with_the_command_that_repeats_them(tmp_path, monkeypatch, capsys) -> None:
     """Exit code 1 when there is one, else 0."""
     (tmp_path / "idle.py").write_text(IDLE)
     first = next(seed for seed in range(1, 9) if not random_world(seed).short)
@@ -310,7 +290,7 @@ def test_failures_are_printed_with_the_command_that_repeats_them(
         assert (f"\n  python tools/random_worlds.py {' '.join(asked)}\n" in printed) == bool(code)
 
 
-LOAD = Path(__file__).resolve().parents[2] / "tools" / "load.py"
+LOAD = TOOLS / "load.py"
 PRINTED = """
 Summary:
   Total:        0.0234 secs
@@ -335,9 +315,7 @@ def with_hey(tmp_path: Path) -> dict[str, str]:
 
 
 def load(environment: dict[str, str], *arguments: str) -> tuple[int, str]:
-    done = subprocess.run(
-        (sys.executable, str(LOAD), *arguments), env=environment, capture_output=True, text=True, check=False
-    )
+    done = called(LOAD, *arguments, env=environment)
     return done.returncode, done.stdout + done.stderr
 
 
@@ -364,13 +342,8 @@ def test_without_hey(tmp_path: Path) -> None:
     assert (code, told) == (2, "Error: hey is not installed; expected `apt-get install hey`.\n")
 
 
-SOAK = Path(__file__).resolve().parents[2] / "tools" / "soak.py"
-
-
 def test_a_short_run_is_watched_under_both_planners(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, str(SOAK), "--orders", "20"], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    done = called(TOOLS / "soak.py", "--orders", "20", cwd=tmp_path)
     assert done.stderr == ""
     lines = done.stdout.splitlines()
     assert [line for line in lines if "orders," in line] == [

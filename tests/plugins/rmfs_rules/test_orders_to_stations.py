@@ -1,6 +1,5 @@
 """Rules that assign orders, and filters of what is shown to them; test_oracles.py has some on random worlds."""
 
-import inspect
 from typing import Any
 
 import numpy as np
@@ -20,15 +19,7 @@ from rmfs_rules.near_best_pod import NearBestPod
 from rmfs_rules.pod_match import PodMatch
 from rmfs_rules.waves import Waves
 from rmfs_rules.workload import Workload
-
-
-def decide(world: Warehouse, rule: Any, view: WarehouseView | None = None) -> list[tuple[str, int]]:
-    """Return (order's name, station) of each assignment; plain numbers, and whole orders."""
-    given = {"warehouse": view or WarehouseView(world), "rng": np.random.default_rng(0)}
-    wanted = inspect.signature(rule.assign_orders).parameters
-    answer = rule.assign_orders(**{name: value for name, value in given.items() if name in wanted})
-    assert all(type(one.order) is int and type(one.station) is int and one.skus is None for one in answer)
-    return [(world.orders[one.order].name, one.station) for one in answer]
+from standing import assigned as decide
 
 
 def test_orders_go_by_age_due_time_or_lines_in_common() -> None:
@@ -67,20 +58,6 @@ def test_wrong_parameters_are_refused(rule: type[Any], wrong: dict[str, Any], pr
         rule(**wrong)
 
 
-def busy() -> Warehouse:
-    """Return a world in which station 0 works on one order of three items, station 1 on two of one, of five each."""
-    orders = {"x": {"a": 3}, "y": {"a": 1}, "z": {"a": 1}, "1": {"a": 2}, "2": {"a": 1}, "3": {"a": 1}}
-    world = small_world(orders, {"p": ["a"]}, capacities=[5, 5])
-    for order, station in ((0, 0), (1, 1), (2, 1)):
-        world.assign(world.orders[order], world.stations[station], [0])
-    return world
-
-
-def test_the_station_with_fewest_orders_is_filled_first_or_the_one_with_most() -> None:
-    assert decide(busy(), Workload()) == [("1", 0), ("2", 1), ("3", 1)]
-    assert decide(busy(), Workload(prefer="most")) == [("1", 1), ("2", 1), ("3", 0)]
-
-
 def between(pods: dict[str, list[str]], **orders: list[str]) -> Warehouse:
     places = len(small_layout(2).storage_locations)
     fill = {f"empty {i}": ["z"] for i in range(places - len(pods) - 2)}
@@ -109,11 +86,11 @@ def test_pods_that_come_decide() -> None:
 ARRIVALS_S = (0, 10, 100, 130, 150, 200)
 
 
-def arrived_by(now_s: float, arrivals_s: tuple[float, ...] = ARRIVALS_S) -> Warehouse:
+def arrived_by(now_s: float) -> Warehouse:
     warehouse = small_world({}, {"p": ["a"]})
-    known = small_world({str(i): ["a"] for i in range(len(arrivals_s))}, {"p": ["a"]})
+    known = small_world({str(i): ["a"] for i in range(len(ARRIVALS_S))}, {"p": ["a"]})
     warehouse.orders = known.orders
-    for order, arrival_s in zip(known.orders, arrivals_s, strict=True):
+    for order, arrival_s in zip(known.orders, ARRIVALS_S, strict=True):
         if arrival_s <= now_s:
             warehouse.order_arrives(order, round(1000 * arrival_s))
     warehouse.advance(round(1000 * now_s))
@@ -166,23 +143,3 @@ def test_a_run_in_waves_is_complete() -> None:
     waves = {order: -(-tick // 120_000) * 120_000 for order, tick in seen.arrived.items()}
     assert all(seen.assigned[order] >= wave for order, wave in waves.items())
     assert np.mean([seen.assigned[order] == wave for order, wave in waves.items()]) > 0.3
-
-
-def kept(world: Warehouse, n: int, lines: str = "all") -> list[str]:
-    view = WarehouseView(world)
-    return [order.name for order in MostCovered(n, lines).filter_backlog(view, view.backlog)]
-
-
-def test_shares_of_lines() -> None:
-    orders = {"half": ["a", "x"], "all": ["b"], "none": ["x"], "all too": ["a", "b"], "most": ["a", "b", "y"]}
-    world = small_world(orders, {"p": ["a", "b"], "q": ["x", "y"]})
-    world.bind(world.pods[0], world.stations[0])
-    assert kept(world, 1) == ["all"]
-    assert kept(world, 4) == ["all", "all too", "most", "half"]
-    assert kept(world, 9) == ["all", "all too", "most", "half", "none"]
-    world = small_world({"begun": ["a", "b"], "third": ["a", "x", "y"]}, {"p": ["a"], "q": ["b", "x", "y"]})
-    world.bind(world.pods[0], world.stations[0])
-    assert kept(world, 1) == ["begun"]
-    world.assign(world.orders[0], world.stations[0], [0], 1)
-    assert kept(world, 1) == ["begun"]
-    assert kept(world, 1, "open") == ["third"]

@@ -2,44 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 from attrs import evolve
 
-from rmfs_commands.testing import check_rule, small_world
+from cases import cases
+from rmfs_commands.testing import small_world
 from rmfs_core import run
 from rmfs_core.roles import Role
 from rmfs_core.scenario import load_scenario
 from rmfs_core.scenario.model import PackingSection, RuleChoice
 from rmfs_core.warehouse import WarehouseView
-from rmfs_rules.first_come import FirstCome
 from rmfs_rules.helpers.packing import room_to_split
-from rmfs_rules.nearest import Nearest
-from rmfs_rules.packing import DueFirst, LeastReserved, PackFirst, Shortest
 from rmfs_rules.pod_index import PodIndex
 
 ORDERS = {str(i): ["a", "b", "c"] for i in range(6)}
 PODS = {"p": ["a"], "q": ["b"], "r": ["c"]}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("rule", [LeastReserved(), Nearest(), PackFirst(), DueFirst(), Shortest(), FirstCome()])
-def test_they_conform(rule: Any) -> None:
-    check_rule(rule)
-
-
-@pytest.mark.parametrize(
-    ("capacity", "boxes", "room"),
-    [
-        (None, (), None),
-        (3, (), 2),
-        (None, (2, 3), 4),
-        (3, (2, 3), 2),
-        (9, (2, 1), 2),
-        (None, (50,), None),
-        (1, (50,), 0),
-    ],
+@cases(
+    "capacity boxes room",
+    *((None, (), None), (3, (), 2), (None, (2, 3), 4), (3, (2, 3), 2), (9, (2, 1), 2)),
+    *((None, (50,), None), (1, (50,), 0)),
 )
 def test_room_to_split(capacity: int | None, boxes: tuple[int, ...], room: int | None) -> None:
     """The less of what a rule and the boxes allow, one order being split; as many boxes as there are places: any."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -16,7 +17,7 @@ from cases import cases
 from crowds import crowd, newcomer, paper_roads, two_way
 from reserving import hold_until, stay
 from rmfs_commands.layouts import parse_map
-from rmfs_commands.testing import check_rule, small_layout, small_world
+from rmfs_commands.testing import small_layout, small_world
 from rmfs_core import Path
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.motion import Motion
@@ -34,7 +35,7 @@ from rmfs_core.traffic import (
     timed_path,
 )
 from rmfs_core.warehouse import WarehouseView
-from rmfs_core.world import EAST, NORTH, WEST, Layout
+from rmfs_core.world import EAST, NORTH, WEST
 from rmfs_core.world.travel import Travel, travel_on
 from rmfs_rules.free_flow import FreeFlow
 from rmfs_rules.helpers.searching import Asked, gap_at
@@ -73,20 +74,11 @@ def test_without_traffic_it_is_the_fastest_path() -> None:
         query = newcomer(roads, table, 0, 777, rng)
         path = Sipp().search(roads, table, query)
         expected = roads.travel.ticks(query.cell, query.heading, query.goal, query.loaded)
-        assert path is not None
         assert path.end_tick == 777 + expected < UNREACHABLE
 
 
-def test_many_robots_commit_one_after_another() -> None:
-    table, queries = crowd(paper_roads(), Sipp(), 60, 1, warm_up=3)
-    assert sum(len(table.reserved(cell)) for cell in range(paper_roads().cells)) > 60
-    assert any(query.start_tick for query in queries)
-
-
 @pytest.mark.parametrize("spare_ticks", [(), (0,), (0, 1_000, 10_000), (5_000,)])
-def test_paths_are_the_same_with_times_of_what_is_near(
-    spare_ticks: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_paths_are_the_same_with_times_of_what_is_near(spare_ticks, monkeypatch) -> None:
     monkeypatch.setattr("rmfs_rules.sipp.rule.LATER_TICKS", spare_ticks)
     roads = paper_roads()
     table, queries = crowd(roads, Sipp(), 60, 2)
@@ -94,39 +86,34 @@ def test_paths_are_the_same_with_times_of_what_is_near(
     for _ in range(30):
         query = newcomer(roads, table, 1000, now, rng)
         path = Sipp().search(roads, table, query)
-        assert path is not None
         fresh = Roads(Travel(roads.layout, roads.travel.motion))
         assert Sipp().plan_path(Traffic(fresh, table, query)) == path.path
 
 
-def _corridor() -> tuple[Roads, Layout]:
-    layout = parse_map("......\n@@@@@#\nqO....", "corridor")
-    return roads_on(travel_on(layout, EVEN)), layout
+CORRIDOR = parse_map("......\n@@@@@#\nqO....", "corridor")
+
+
+def corridor(motion: Motion = EVEN) -> tuple[Roads, Reservations]:
+    roads = roads_on(travel_on(CORRIDOR, motion))
+    return roads, Reservations(roads.cells)
 
 
 def test_reservations_are_waited_for() -> None:
-    roads, _ = _corridor()
-    table = Reservations(roads.cells)
+    roads, table = corridor()
     hold_until(table, 1, 4, 30_000, 50_000)
     path = Sipp().search(roads, table, Query(0, 0, 0, 0, 4))
-    assert path is not None
     assert path.end_tick == 51_000
     table.hold(1, 4, 60_000)
     assert Sipp().search(roads, table, Query(0, 0, 0, 0, 4)) is None
     assert plain.search(roads, table, Query(0, 0, 0, 0, 4)) is None
-    roads, _ = _corridor()
-    table, query = Reservations(roads.cells), Query(0, 0, 0, 1, 4)
+    (roads, table), query = corridor(), Query(0, 0, 0, 1, 4)
     hold_until(table, 1, 1, 0, 30 * 86_400_000)
     path, expected = Sipp().search(roads, table, query), plain.search(roads, table, query)
-    assert path is not None
-    assert expected is not None
     assert path.end_tick == expected.end_tick > 1 << 31
-    roads, _ = _corridor()
-    table = Reservations(roads.cells)
+    roads, table = corridor()
     table.hold(0, 0, 0)
     hold_until(table, 0, 3, 0, 9000)
     path = Sipp().search(roads, table, Query(0, 0, 0, 0, 4))
-    assert path is not None
     assert path.end_tick == 4000
     table.commit(0, occupancy(roads, path))
     assert table.blocker(3, 0) == 0
@@ -134,8 +121,7 @@ def test_reservations_are_waited_for() -> None:
 
 @pytest.mark.parametrize(("speed", "width"), [(1.0, 4), (1e-6, 8)])
 def test_no_path_is_no_path_however_long_ways_take(speed: float, width: int) -> None:
-    _, layout = _corridor()
-    roads, query = Roads(Travel(layout, Motion(top_speed_m_per_s=speed))), Query(0, 0, 0, 5, 4)
+    roads, query = Roads(Travel(CORRIDOR, Motion(top_speed_m_per_s=speed))), Query(0, 0, 0, 5, 4)
     assert roads.tracks(4, False).times.itemsize == width
     table = Reservations(roads.cells)
     table.hold(1, 2, 0)
@@ -145,23 +131,12 @@ def test_no_path_is_no_path_however_long_ways_take(speed: float, width: int) -> 
 
 def test_who_is_there_already_stays() -> None:
     """A robot at its goal has an empty path, unless someone else has reserved the cell for later."""
-    roads, _ = _corridor()
-    table = Reservations(roads.cells)
+    roads, table = corridor()
     path = Sipp().search(roads, table, Query(0, 3, 0, 500, 3))
-    assert path is not None
     assert (path.legs, path.end_tick) == ((), 500)
     hold_until(table, 1, 3, 20_000, 21_000)
     path = Sipp().search(roads, table, Query(0, 3, 0, 500, 3))
-    assert path is not None
     assert path.end_tick == 22_000
-
-
-@pytest.mark.parametrize("reserved", [0, 2])
-def test_there_is_no_path_through_who_stays(reserved: int) -> None:
-    roads, _ = _corridor()
-    table = Reservations(roads.cells)
-    table.hold(1, reserved, 0)
-    assert Sipp().search(roads, table, Query(0, 0, 0, 0, 4)) is None
 
 
 OPEN = parse_map("#.....\n....#.\n.qO...\n.#....", "open")
@@ -281,7 +256,7 @@ def limits(roads: Roads, table: Reservations, query: Query, labels: int) -> tupl
     gap, _ = gap_at(query.cell, query.start_tick, query.robot, table.arrays)
     due = query.start_tick + int(tracks.times[query.cell, query.heading])
     problem = Problem(query.robot, query.goal, 1, 0, tracks, table.arrays, memory)
-    return earliest(Asked(*Asked.by(query)), gap, due, query.latest, labels, problem)  # type: ignore[no-any-return]
+    return earliest(Asked(*Asked.by(query)), gap, due, query.latest, labels, problem)
 
 
 @given(data=st.data())
@@ -318,13 +293,11 @@ def test_crowds(robots: int) -> None:
     for _ in range(25):
         query = newcomer(roads, table, 1000, now, rng)
         path = Sipp().search(roads, table, query)
-        assert path is not None
         for labels in (8, compiled.LABELS):
             first, last = limits(roads, table, query, labels)
             assert first <= path.end_tick < last
         with patch.object(compiled, "LITTLE", 3):
             again = Sipp().search(roads, table, query)
-        assert again is not None
         assert again.end_tick == path.end_tick
 
 
@@ -333,7 +306,6 @@ def test_the_last_run_decides() -> None:
     hold_until(table, 1, 1, 0, 60_000)
     query = Query(0, 8, 2, 0, 11, True)
     path = Sipp().search(roads, table, query)
-    assert path is not None
     assert path.end_tick > 60_000
     assert limits(roads, table, query, compiled.LABELS)[0] == path.end_tick
     roads, table = roads_on(travel_on(LANE, Motion())), Reservations(30)
@@ -390,12 +362,6 @@ def test_the_sum_of_arrivals_is_never_worse_and_sometimes_better() -> None:
     assert better
 
 
-def test_it_is_a_rule_like_any_other() -> None:
-    assert check_rule(Pbs()).findings == ()
-    with pytest.raises(ValueError, match="most_nodes"):
-        Pbs(most_nodes=-1)
-
-
 BAY = roads_on(travel_on(parse_map("........\n@@@.@@@@", "bay"), EVEN))
 
 
@@ -413,7 +379,6 @@ def test_who_cannot_pass_gets_no_path() -> None:
     coming, new = Query(0, 7, WEST, 0, 2), Query(1, 1, EAST, 0, 7)
     table.hold(1, 1, 0)
     path = Sipp().search(BAY, table, coming)
-    assert path is not None
     table.commit(0, occupancy(BAY, path))
     traffic = FleetTraffic(BAY, table, {}, {0: occupancy(BAY, path)}, {0: path.end_tick})
     assert Search(Sipp(), [new, coming], traffic).best(20) == {}
@@ -426,7 +391,6 @@ def test_with_room_both_arrive(most: int) -> None:
     coming, new = Query(0, 7, WEST, 0, 0), Query(1, 8, NORTH, 0, 15)
     table.hold(1, 8, 0)
     path = Sipp().search(hall, table, coming)
-    assert path is not None
     table.commit(0, occupancy(hall, path))
     traffic = FleetTraffic(hall, table, {}, {0: occupancy(hall, path)}, {0: path.end_tick})
     found = Search(Sipp(), [new, coming], traffic).best(most)
@@ -434,44 +398,34 @@ def test_with_room_both_arrive(most: int) -> None:
     assert timed_path(hall, new, found[1].legs).end_tick == hall.travel.ticks(8, NORTH, 15, False)
 
 
-CORRIDOR = parse_map("......\n@@@@@#\nqO....", "corridor")
-
-
 def test_waits_are_of_two_seconds() -> None:
-    roads = roads_on(travel_on(CORRIDOR, Motion()))
-    table = Reservations(roads.cells)
+    roads, table = corridor(Motion())
     hold_until(table, 1, 1, 0, 3100)
     first = Sipp().search(roads, table, Query(0, 0, 0, 0, 4))
     other = WhcaN(window_s=math.inf).search(roads, table, Query(0, 0, 0, 0, 4))
-    assert first is not None
-    assert other is not None
     assert (first.legs[0].wait_ticks, other.legs[0].wait_ticks) == (3100, 4000)
-    roads = roads_on(travel_on(CORRIDOR, Motion()))
-    assert WhcaN(max_nodes=1).search(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 4)) is None
+    assert WhcaN(max_nodes=1).search(*corridor(Motion()), Query(0, 0, 0, 0, 4)) is None
 
 
 def test_a_way_that_stays_blocked_is_waited_for_within_the_window_only() -> None:
-    roads = roads_on(travel_on(CORRIDOR, Motion()))
-    table = Reservations(roads.cells)
+    roads, table = corridor(Motion())
     table.hold(1, 3, 0)
     path = WhcaN().search(roads, table, Query(0, 0, 0, 0, 4))
-    assert path is not None
     assert path.end == 2
     assert path.end_tick >= 20_000
     assert WhcaN(window_s=math.inf).search(roads, table, Query(0, 0, 0, 0, 4)) is None
 
 
 @cases(
-    "values problem",
-    ({"window_s": 0.0}, "expected a number > 0"),
-    ({"window_s": math.nan}, "expected a number > 0"),
-    ({"wait_s": 0.0}, r"expected a number >= 0\.001"),
-    ({"wait_s": math.inf}, r"expected a number >= 0\.001"),
-    ({"max_nodes": 0}, "must be >= 1"),
+    "rule values problem",
+    *((WhcaN, {"window_s": value}, "expected a number > 0") for value in (0.0, math.nan)),
+    *((WhcaN, {"wait_s": value}, r"expected a number >= 0\.001") for value in (0.0, math.inf)),
+    (WhcaN, {"max_nodes": 0}, "must be >= 1"),
+    (Pbs, {"most_nodes": -1}, "most_nodes"),
 )
-def test_impossible_parameters_are_refused(values: dict[str, float], problem: str) -> None:
+def test_impossible_parameters_are_refused(rule: type[Any], values: dict[str, float], problem: str) -> None:
     with pytest.raises(ValueError, match=problem):
-        WhcaN(**values)  # type: ignore[arg-type]
+        rule(**values)
 
 
 YARD = parse_map("......\n@@@..#\nqO....", "yard")
@@ -488,7 +442,6 @@ def test_sipp_never_arrives_later(robots: int, seed: int) -> None:
         first, other = sipp.search(roads, table, query), whca.search(roads, table, query)
         if other is None:
             continue
-        assert first is not None
         assert first.end_tick <= other.end_tick
         table.check(1000, occupancy(roads, other))
         earlier += first.end_tick < other.end_tick
@@ -505,7 +458,6 @@ def test_windowed_paths_end_where_they_can_be_held(robots: int, seed: int, windo
     query = newcomer(roads, table, 1000, 5000, np.random.default_rng(seed))
     table.hold(1000, query.cell, 5000)
     path = WhcaN(window_s=window_s).search(roads, table, query)
-    assert path is not None
     assert path.end == query.goal or path.end_tick >= 5000 + 1000 * window_s - 1
     table.commit(1000, occupancy(roads, path))
 
@@ -527,8 +479,7 @@ def test_rows_and_windows() -> None:
     hold_until(table, 1, 1, 0, 3000)
     assert rows(table, roads, 9, FOREVER) == [[3, 4000], [9, 0]]  # two waits make 4 s
     assert rows(table, roads, 0, FOREVER) == []
-    roads = roads_on(travel_on(parse_map("......\n@@@@@#\nqO....", "corridor"), EVEN))
-    table = Reservations(roads.cells)
+    roads, table = corridor()
     hold_until(table, 1, 1, 0, 9000)
     assert rows(table, roads, 4, 5000) == [[0, 6000]]
     assert rows(table, roads, 4, FOREVER) == [[4, 10_000]]

@@ -1,6 +1,5 @@
 """Rules that keep something from call to call: queues at stations, and which rule decides by now."""
 
-import inspect
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
@@ -9,26 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-import rmfs_core
 from cases import cases
 from rmfs_commands.testing import check_rule, small_world
-from rmfs_core import InputError, hookimpl, load_scenario, run
-from rmfs_core.info import Question
-from rmfs_core.roles import Role
+from rmfs_core import InputError, load_scenario, run
 from rmfs_core.rules import RuleSet
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.station_queue import StationQueue
 from rmfs_rules.switch import Case, Switch
+from standing import assigned as decide
 from standing import put_at_station
-
-
-def decide(world: Warehouse, rule: Any, view: WarehouseView | None = None) -> list[tuple[str, int]]:
-    """Return (order's name, station) of each assignment; plain numbers, and whole orders."""
-    given = {"warehouse": view or WarehouseView(world), "rng": np.random.default_rng(0)}
-    wanted = inspect.signature(rule.assign_orders).parameters
-    answer = rule.assign_orders(**{name: value for name, value in given.items() if name in wanted})
-    assert all(type(one.order) is int and type(one.station) is int and one.skus is None for one in answer)
-    return [(world.orders[one.order].name, one.station) for one in answer]
 
 
 def assign(world: Warehouse, found: list[tuple[str, int]]) -> None:
@@ -71,38 +59,6 @@ def test_wrong_parameters_are_refused(wrong: dict[str, Any]) -> None:
 
 def test_short_queues_conform() -> None:
     assert check_rule(StationQueue(queue_length=1)).findings == ()
-
-
-class Doubter:
-    """Observer that has each decision made once more, by a rule that keeps its queues and nothing else."""
-
-    def __init__(self, **parameters: Any) -> None:
-        self.rule, self.orders = StationQueue(**parameters), 0
-
-    @hookimpl
-    def rule_answered(self, question: Question, answer: Any) -> None:
-        if question.decides is Role.POA:
-            view = question.warehouse.showing(question.warehouse.backlog)  # as filters do: nothing is kept
-            assert list(answer) == list(self.rule.assign_orders(view))
-            self.orders += len(answer)
-
-
-@cases(
-    "overrides",
-    [],
-    ["instance.items_per_sku=3", "stations.order_capacity=4"],
-    ["instance.due={allowance_s=500,spread_s=400}", "rules.poa.urgent_s=100"],
-    ["stations.item_capacity=4", "rules.poa.queue_length=3"],  # some orders are larger than any station
-    ["instance.arrivals.process=refill", "instance.arrivals.backlog=30", "rules.poa.fast_lane=0"],
-    ['stations.open={"1"=[["08:00","18:00"]],"2"=[["00:00","00:05"],["00:08","00:00"]]}'],
-    ids=", ".join,
-)
-def test_every_decision_of_a_run(overrides: list[str]) -> None:
-    given = dict(one.removeprefix("rules.poa.").split("=") for one in overrides if one.startswith("rules.poa."))
-    doubter = Doubter(**{name: int(value) for name, value in given.items()})
-    always = ["rules.poa.rule=station-queue", "instance.orders=120", "rules.pp=free-flow", "run.until_s=900"]
-    rmfs_core.run("paper-250", overrides=[*always, *overrides], observers=[doubter])
-    assert doubter.orders > 15
 
 
 SCENARIO = """

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import rmfs_core
+from calling import refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.instances.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
@@ -143,7 +144,6 @@ with AtomicFile(folder / "file.txt") as stream, staged(folder) as hidden:
 
 def test_what_a_killed_process_has_left_is_cleaned(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
         clean(tmp_path)
         assert len(list(tmp_path.iterdir())) == 2
@@ -216,10 +216,8 @@ def test_csv_fields_and_json() -> None:
     assert to_json({"b": np.int64(3), "a": (1, None)}) == '{"b":3,"a":[1,null]}'
     with pytest.raises(ValueError, match="JSON compliant"):
         to_json(float("nan"))
-    assert json_ready({"window_s": float("inf"), "list": [1.5, float("-inf")]}) == {
-        "window_s": "inf",
-        "list": [1.5, "-inf"],
-    }
+    endless = json_ready({"window_s": float("inf"), "list": [1.5, float("-inf")]})
+    assert endless == {"window_s": "inf", "list": [1.5, "-inf"]}
 
 
 def test_half_a_character_is_escaped(tmp_path: Path) -> None:
@@ -274,14 +272,10 @@ def test_only_recorders_that_are_switched_on_are_imported(install: Install, tmp_
     ),
     ("class Recorder:\n    file = 'a.txt'", "observer Recorder: it implements no observer hook"),
 )
-def test_a_broken_recorder_costs_one_sentence(
-    source: str, problem: str, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_recorder_costs_one_sentence(source, problem, install, tmp_path, capsys) -> None:
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=source)
-    with pytest.raises(SystemExit) as stop:
-        main(["run", "examples/small", "--quiet", "--out", str(tmp_path / "out"), "--record", "acme-log"])
-    assert stop.value.code == 2
-    (line,) = capsys.readouterr().err.splitlines()
+    command = ["run", "examples/small", "--quiet", "--out", str(tmp_path / "out"), "--record", "acme-log"]
+    (line,) = refused(capsys, main, command).splitlines()
     assert problem in line
     assert not (tmp_path / "out").exists()
     assert rmfs_core.run("examples/small", out=tmp_path / "out", record=["trace"]).status == "complete"
@@ -307,9 +301,7 @@ def test_a_recorder_names_one_plain_file(file: object, install: Install) -> None
 
 def test_two_recorders_of_one_file_are_not_switched_on_together(install: Install, tmp_path: Path) -> None:
     install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing("trace.jsonl.gz"))
-    expected = (
-        r'recorder "trace" \(rmfs .*\) and recorder "acme-log" \(acme 1.0\) write the same file, trace.jsonl.gz; '
-    )
+    expected = r'recorder "trace" \(rmfs .*\) and recorder "acme-log" \(acme 1.0\) write the same file, trace.jsonl'
     with pytest.raises(InputError, match=expected):
         rmfs_core.run("examples/small", out=tmp_path / "out", record=["trace", "acme-log"])
     assert not (tmp_path / "out").exists()
@@ -344,9 +336,7 @@ class Watcher:
     (WATCHER.replace("FILES", "('Result.json',)"), "results; found ('Result.json',)"),
     (WATCHER.replace("FILES", "('../a.csv',)"), "results; found ('../a.csv',)"),
 )
-def test_a_broken_observer_of_every_run_costs_a_sentence(
-    source: str, problem: str, install: Install, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_observer_of_every_run_costs_a_sentence(source, problem, install, capsys) -> None:
     install("acme", {"acme-watch": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
     result = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
     assert result.status == "complete"
@@ -386,7 +376,6 @@ def test_what_anothers_observer_does_wrong_takes_no_metric_away(hook: str, insta
     with pytest.raises(RunError, match=r'observer "zebra" \(acme 1.0\)') as caught:
         rmfs_core.run("examples/small", overrides=["instance.orders=2"])
     result = caught.value.result
-    assert result is not None
     assert result.metrics["orders_total"] == 2
     assert result.described["picks"].label != "My picks"
 
@@ -398,18 +387,10 @@ def test_an_order_that_was_split_and_one_that_never_left_the_backlog(tiny: RunIn
     tables.on_event(OrderAssigned(2000, 0, 0, skus=(1,), items=1, period=2, complete=True))
     tables.on_event(OrderCompleted(9000, 0))
     first, second = tables.orders
-    assert first == {
-        "order": "first",
-        "arrival_s": 0.0,
-        "items": 2,
-        "lines": 2,
-        "parts": 2,
-        "stations": "2 1",
-        "assigned_s": 2.0,
-        "completed_s": 9.0,
-        "turnover_s": 9.0,
-        "turnover_backlog_s": 2.0,
-        "turnover_station_s": 7.0,
+    times = {"assigned_s": 2.0, "completed_s": 9.0, "turnover_s": 9.0}
+    assert first == times | {
+        **{"order": "first", "arrival_s": 0.0, "items": 2, "lines": 2, "parts": 2, "stations": "2 1"},
+        **{"turnover_backlog_s": 2.0, "turnover_station_s": 7.0},
     }
     assert (second["order"], second["arrival_s"], second["items"], second["lines"]) == ("second", 5.0, 2, 1)
     assert (second["parts"], second["stations"], second["completed_s"], second["turnover_s"]) == (0, "", None, None)
@@ -502,9 +483,8 @@ def test_observers_describe_what_they_measure() -> None:
     found = described_by([object(), SimpleNamespace(measures=(walks,)), SimpleNamespace(measures=[runs])])
     assert found == {"walks": walks, "runs": runs}
     walks = Metric("walks", "Walks")
-    assert described_by([SimpleNamespace(measures=(walks,)), SimpleNamespace(measures=(Metric("walks"),))]) == {
-        "walks": walks
-    }
+    found = described_by([SimpleNamespace(measures=(walks,)), SimpleNamespace(measures=(Metric("walks"),))])
+    assert found == {"walks": walks}
     assert Metric("queries").label == "queries"
     assert Metric("queries", "Path queries").label == "Path queries"
 
@@ -525,7 +505,7 @@ def test_a_wrong_description_is_refused(measures: object) -> None:
 )
 def test_a_metric_is_shown_on_a_line(wrong: dict[str, object]) -> None:
     with pytest.raises(ValueError, match="expected texts of one line and 0 to 15 digits, found Metric"):
-        Metric("legs", **wrong)  # type: ignore[arg-type]
+        Metric("legs", **wrong)
 
 
 def test_measures_that_cannot_be_read_are_one_sentence() -> None:

@@ -166,18 +166,16 @@ def test_an_interrupt_within_compiled_code_is_one(tmp_path: Path) -> None:
     result = rmfs_core.run("examples/small", out=tmp_path, rules={"poa": InCompiledCode()})
     assert (result.interrupted, result.status, result.error) == (True, "partial", None)
     assert load_result(tmp_path).metrics["orders_total"] > 2
-    result = rmfs_core.run(
-        "examples/small", overrides=["instance.orders=3"], observers=[Observing("measured", interrupt_compiled)]
-    )
+    observers = [Observing("measured", interrupt_compiled)]
+    result = rmfs_core.run("examples/small", overrides=["instance.orders=3"], observers=observers)
     assert (result.interrupted, result.status, result.error) == (True, "partial", None)
 
 
 @pytest.mark.parametrize("hook", ["run_ended", "measured"])
 def test_an_interrupt_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Path) -> None:
     other, interrupted = Observing("nothing", interrupt), Observing(hook, interrupt)
-    result = rmfs_core.run(
-        "examples/small", overrides=["instance.orders=3"], out=tmp_path, observers=[other, interrupted]
-    )
+    few = ["instance.orders=3"]
+    result = rmfs_core.run("examples/small", overrides=few, out=tmp_path, observers=[other, interrupted])
     assert (result.interrupted, result.status, other.ended) == (True, "partial", True)
     saved = load_result(tmp_path)
     assert (saved.metrics["orders_completed"], saved.metrics["by_nothing"]) == (3, 1)
@@ -191,7 +189,7 @@ def test_an_observer_that_leaves_at_the_end_of_a_run_loses_nothing(hook: str, tm
 
 
 class Unreadable(dict[str, int]):
-    def items(self) -> NoReturn:  # type: ignore[override]
+    def items(self) -> NoReturn:
         raise LookupError("not yet")
 
 
@@ -269,7 +267,7 @@ def test_objects_of_installed_rules(tmp_path: Path) -> None:
     with pytest.raises(rmfs_core.InputError, match=r"^argument rules: expected `poa` and `pps`.* found `poa` alone$"):
         rmfs_core.run("examples/small", overrides=["rules.poa_pps=pod-index"], rules={"poa": Oldest()})
     with pytest.raises(rmfs_core.RuleError, match=r'^rule "Oldest" \(.* object\), assign_orders, at 0\.000 s: raised '):
-        rmfs_core.run("examples/small", rules={"poa": Oldest("many")})  # type: ignore[arg-type]
+        rmfs_core.run("examples/small", rules={"poa": Oldest("many")})
 
 
 def test_a_run_without_a_complete_order_says_why(tmp_path: Path) -> None:
@@ -323,10 +321,8 @@ def test_files_of_parameters_stand_in_the_result(tmp_path: Path, monkeypatch: py
     assert told.versions[outside] == digests[1]
     assert told.metrics == given.metrics
     (folder / "w.txt").unlink()
-    assert (
-        said(rmfs_core.InputError, rmfs_core.run, "folder/s.toml", out="new")
-        == "folder/s.toml, line 7, rules.pr.file: there is no file folder/w.txt"
-    )
+    problem = said(rmfs_core.InputError, rmfs_core.run, "folder/s.toml", out="new")
+    assert problem == "folder/s.toml, line 7, rules.pr.file: there is no file folder/w.txt"
     assert not (tmp_path / "new").exists()
 
 
@@ -453,14 +449,11 @@ def test_an_interrupted_run_keeps_what_was_measured(scenario_file: Path, tmp_pat
     assert (tmp_path / "out" / "trace.jsonl.gz").exists()
 
 
-def test_a_failed_run_keeps_what_was_measured(
-    scenario_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_run_keeps_what_was_measured(scenario_file, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(scenario_file.parent)
     with pytest.raises(RuleError, match="out of ideas") as caught:
         rmfs_core.run(scenario_file, overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
     result = caught.value.result
-    assert result is not None
     assert result.status == "failed"
     assert result.metrics["picks"] > 0
     saved = load_result(tmp_path / "out")
@@ -468,9 +461,7 @@ def test_a_failed_run_keeps_what_was_measured(
     assert saved.error == str(caught.value)
 
 
-def test_a_rule_from_the_current_folder_can_be_found_again(
-    scenario_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_rule_from_the_current_folder_can_be_found_again(scenario_file, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(scenario_file.parent)
     failing = f"{scenario_file.parent}/failing.py"
     with pytest.raises(RuleError, match="out of ideas"):
@@ -481,7 +472,6 @@ def test_a_rule_from_the_current_folder_can_be_found_again(
     monkeypatch.chdir(tmp_path / "out")
     with pytest.raises(RuleError, match="out of ideas") as caught:
         rmfs_core.run(saved.scenario)
-    assert caught.value.result is not None
     assert caught.value.result.versions == saved.versions
     with pytest.raises(InputError, match="--no-inline-rules refuses"):
         rmfs_core.run(saved.scenario, allow_inline_rules=False)

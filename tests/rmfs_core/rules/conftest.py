@@ -8,6 +8,7 @@ import pytest
 from rmfs_core import InputError
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import RuleChoice, RulesSection
+from saying import said
 
 
 @pytest.fixture
@@ -15,9 +16,7 @@ def refusal() -> Callable[..., str]:
     """Return the function that returns why a rule set is refused: the sequential rules, some replaced."""
 
     def refused(folder: str | Path = ".", **choices: RuleChoice | None) -> str:
-        rules = RulesSection(**({"poa": RuleChoice("pod-match"), "pps": RuleChoice("demand")} | choices))  # type: ignore[arg-type]
-        with pytest.raises(InputError) as caught:
-            RuleSet.load(rules, str(folder))
-        return str(caught.value)
+        rules = RulesSection(**({"poa": RuleChoice("pod-match"), "pps": RuleChoice("demand")} | choices))
+        return said(InputError, RuleSet.load, rules, str(folder))
 
     return refused

@@ -40,51 +40,41 @@ def test_wrong_role(refusal: Refusal) -> None:
     )
 
 
-def test_argument_that_the_hook_does_not_have(refusal: Refusal, install: Install) -> None:
-    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=HOOK.format("assign_orders(self, warehose)"))
-    assert refusal(poa=RuleChoice("mine")) == (
-        "rules.poa: class Mine: hook `assign_orders` has no argument `warehose` (did you mean `warehouse`?); "
-        "valid arguments are warehouse and rng"
-    )
-
-
-def test_not_an_attrs_class(refusal: Refusal, install: Install) -> None:
-    """Parameters come from attrs fields, so nothing else will do."""
-    named = {"plain": "acme_rules:Plain", "number": "acme_rules:NUMBER"}
-    install("acme", named, acme_rules="class Plain:\n    pass\n\nNUMBER = 5\n")
-    for name, found in (("plain", "class Plain"), ("number", "5")):
-        assert refusal(poa=RuleChoice(name)) == (
-            f'rules.poa: rule "{name}" (acme 1.0) is no attrs class: expected a class decorated with @attrs.define, '
-            f"found {found}"
-        )
-
-
-def test_a_class_without_hooks(refusal: Refusal, install: Install) -> None:
-    unmarked = "@define\nclass Unmarked:\n    def assign_orders(self, warehouse):\n        return []\n"
-    named = {"unmarked": "acme_rules:Unmarked", "nothing": "acme_rules:Nothing"}
-    install("acme", named, acme_rules=unmarked + "@define\nclass Nothing:\n    pass\n")
-    assert refusal(poa=RuleChoice("unmarked")) == (
-        'rules.poa: rule "unmarked" (acme 1.0) has a method `assign_orders` that lacks the @hookimpl decorator'
-    )
-    assert refusal(poa=RuleChoice("nothing")) == (
-        'rules.poa: rule "nothing" (acme 1.0) does not decide POA (hook `assign_orders`); '
-        "class Nothing decides nothing (it implements no hook)"
-    )
-
-
 HOOK = "@define\nclass Mine:\n    @hookimpl\n    def {}:\n        return []\n"
+NO_ATTRS = 'rule "mine" (acme 1.0) is no attrs class: expected a class decorated with @attrs.define, found'
 
 
-def test_misspelt_hook(refusal: Refusal, install: Install) -> None:
-    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=HOOK.format("asign_orders(self, warehouse)"))
-    assert refusal(poa=RuleChoice("mine")) == (
-        "rules.poa: class Mine implements a hook `asign_orders`, which does not exist (did you mean "
+@cases(
+    "source problem",
+    (
+        HOOK.format("assign_orders(self, warehose)"),
+        "class Mine: hook `assign_orders` has no argument `warehose` (did you mean `warehouse`?); "
+        "valid arguments are warehouse and rng",
+    ),
+    ("class Mine:\n    pass\n", f"{NO_ATTRS} class Mine"),  # parameters come from attrs fields
+    ("Mine = 5\n", f"{NO_ATTRS} 5"),
+    (
+        HOOK.format("assign_orders(self, warehouse)").replace("    @hookimpl\n", ""),
+        'rule "mine" (acme 1.0) has a method `assign_orders` that lacks the @hookimpl decorator',
+    ),
+    (
+        "@define\nclass Mine:\n    pass\n",
+        'rule "mine" (acme 1.0) does not decide POA (hook `assign_orders`); '
+        "class Mine decides nothing (it implements no hook)",
+    ),
+    (
+        HOOK.format("asign_orders(self, warehouse)"),
+        "class Mine implements a hook `asign_orders`, which does not exist (did you mean "
         "`assign_orders`, `assign_orders_and_pods` or `assign_bundles`?); the hooks are assign_orders, select_pods, "
         "assign_orders_and_pods, choose_storage_location, assign_tasks, plan_path, plan_paths, "
         "assign_bundles, select_replenishment_pods, assign_bundles_and_pods, activate_stations, idle_robots, "
         "move_pods, assign_packing, choose_packing_task, filter_backlog, wake_at, run_started, on_event, rule_asked, "
-        "rule_answered, measured and run_ended"
-    )
+        "rule_answered, measured and run_ended",
+    ),
+)
+def test_a_class_that_is_no_such_rule(refusal: Refusal, install: Install, source: str, problem: str) -> None:
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
+    assert refusal(poa=RuleChoice("mine")) == f"rules.poa: {problem}"
 
 
 @pytest.mark.parametrize("role", [role for role in Role if role is not Role.OBSERVER])
@@ -109,10 +99,8 @@ def test_a_hook_without_arguments_says_so() -> None:
         def measured(self, run: object) -> dict[str, float]:
             return {}
 
-    assert (
-        said(InputError, check_hooks, "observer Watch", Watch(), "Watch")
-        == "observer Watch: class Watch: hook `measured` has no argument `run`; it has none"
-    )
+    problem = said(InputError, check_hooks, "observer Watch", Watch(), "Watch")
+    assert problem == "observer Watch: class Watch: hook `measured` has no argument `run`; it has none"
 
 
 class Several:
@@ -135,11 +123,8 @@ class Several:
 
 
 def test_roles_follow_from_hooks() -> None:
-    assert marked_methods(Several) == {
-        "assign_orders": "decide",
-        "filter_backlog": "filter_backlog",
-        "run_ended": "run_ended",
-    }
+    marked = {"assign_orders": "decide", "filter_backlog": "filter_backlog", "run_ended": "run_ended"}
+    assert marked_methods(Several) == marked
     assert marked_methods(Several()) == marked_methods(Several)
     check_hooks("here", Several, "Several")
     check_hooks("here", Several(), "Several")
@@ -223,7 +208,6 @@ def test_parameters_of_the_right_type_are_accepted(install: Install) -> None:
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=MINE)
     choice = RuleChoice("mine", {"share": 1, "names": ["a"], "rest": float("inf"), "mode": "fast", "pair": [2, "b"]})
     loaded = RuleSet.load(RulesSection(poa=choice, pps=RuleChoice("demand")), ".")
-    assert loaded.poa is not None
     mine = loaded.poa.instance
     assert (mine.share, mine.names, mine.rest, mine.mode, mine.pair) == (1.0, ("a",), float("inf"), "fast", (2, "b"))
 
@@ -460,10 +444,8 @@ def test_what_is_declared_is_read() -> None:
     ("hears", {int: [print]}, EVENTS),
 )
 def test_a_wrong_declaration_is_refused(trait: str, value: object, expected: str) -> None:
-    assert (
-        said(InputError, RuleTraits.of, SimpleNamespace(**{trait: value}), "rules.pp", 'rule "mine" (acme 1.0)')
-        == f'rules.pp: rule "mine" (acme 1.0) has {trait} = {value!r}; expected {expected}'
-    )
+    problem = said(InputError, RuleTraits.of, SimpleNamespace(**{trait: value}), "here", "it")
+    assert problem == f"here: it has {trait} = {value!r}; expected {expected}"
 
 
 def test_a_scenarios_rule_is_held_to_them(refusal: Refusal, tmp_path: Any) -> None:

@@ -47,7 +47,6 @@ def test_installed_rules_are_listed_without_importing_them(install: Install) -> 
 def test_a_rule_set_binds_each_role_to_its_rule() -> None:
     loaded = load(filters=())
     assert loaded.poa is not None
-    assert loaded.pps is not None
     bound = (loaded.poa, loaded.pps, loaded.pr, loaded.ta, loaded.pp)
     assert [rule.role for rule in bound] == ["poa", "pps", "pr", "ta", "pp"]
     assert [rule.name for rule in bound] == ["pod-match", "demand", "nearest", "balanced", "sipp"]
@@ -71,13 +70,9 @@ def test_instances_are_shared_by_roles_not_by_rule_sets(install: Install) -> Non
     assert load().ta.instance is not load().ta.instance
     install("acme", {"both": "acme_rules:Both"}, acme_rules=BOTH)
     same = load(poa=RuleChoice("both", {"weight": 2}), pps=RuleChoice("both", {"weight": 2}))
-    assert same.poa is not None
-    assert same.pps is not None
     assert same.poa.instance is same.pps.instance
     assert (ask(same.poa), ask(same.pps, max_fetches=3)) == (["orders", 2], ["pods", 3])
     differs = load(poa=RuleChoice("both", {"weight": 2}), pps=RuleChoice("both"))
-    assert differs.poa is not None
-    assert differs.pps is not None
     assert differs.poa.instance is not differs.pps.instance
     assert ask(differs.poa) == ["orders", 2]
 
@@ -128,7 +123,6 @@ def test_a_rule_may_observe_the_run_as_well(install: Install) -> None:
     source += "    @hookimpl\n    def on_event(self, event):\n        self.seen.append(event)\n"
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
     loaded = load(poa=RuleChoice("mine"), observers=(RuleChoice("mine"),))
-    assert loaded.poa is not None
     loaded.pm.hook.on_event(event="tick")
     assert loaded.poa.instance.seen == ["tick"]
     assert loaded.observers[0].instance is loaded.poa.instance
@@ -202,8 +196,6 @@ def test_objects_are_the_rules_themselves() -> None:
     both, one, other = Both(), Both(), Both()
     objects = {"poa": both, "pps": both, "filters": [one, other]}
     loaded = RuleSet.load(with_objects(rules(), objects), ".", objects=objects)
-    assert loaded.poa is not None
-    assert loaded.pps is not None
     assert loaded.poa.instance is loaded.pps.instance is both
     assert [rule.instance for rule in loaded.filters] == [one, other]
     assert loaded.filters[0].instance is one
@@ -267,7 +259,6 @@ def load_from(folder: Path, poa: str, *, pps: str = "demand", allow_inline: bool
 
 def test_a_rule_from_a_file(folder: Path) -> None:
     loaded = load_from(folder, "./my_rule.py:MyRule")
-    assert loaded.poa is not None
     assert loaded.poa.hook(warehouse=None, rng=None) == ["mine"]
     assert loaded.poa.describe() == 'rule "./my_rule.py:MyRule" (my_rule.py inline)'
     assert loaded.inline_files == (str(folder / "my_rule.py"),)
@@ -290,8 +281,6 @@ def test_a_file_is_loaded_once_per_rule_set_and_anew_for_the_next(folder: Path) 
     assert first.inline_files == (str(folder / "rules" / "other.py"), str(folder / "my_rule.py"))
     (folder / "my_rule.py").write_text(SOURCE.replace("mine", "edited"))
     second = load_from(folder, "./my_rule.py:MyRule", pps="./my_rule.py:MyRule")
-    assert second.poa is not None
-    assert second.pps is not None
     assert second.poa.instance is second.pps.instance
     assert second.poa.hook(warehouse=None, rng=None) == ["edited"]
     assert second.inline_files == (str(folder / "my_rule.py"),)
@@ -316,7 +305,7 @@ def test_what_is_no_rule(refusal: Refusal, tmp_path: Path) -> None:
     assert refusal(pr=RuleChoice("xyzzy")).startswith(
         'rules.pr: there is no rule "xyzzy"; expected one of `all`, `alternating`, `assignment`, '
     )
-    assert refusal(filters=(RuleChoice("xyzzy"),)).startswith("rules.filters[0]: ")  # type: ignore[arg-type]
+    assert refusal(filters=(RuleChoice("xyzzy"),)).startswith("rules.filters[0]: ")
     (tmp_path / "mine.py").write_text("def __getattr__(name):\n    raise RuntimeError(name)\n", encoding="utf-8")
     assert refusal(tmp_path, poa=RuleChoice("./mine.py:Mine")).endswith("mine.py has no class `Mine`")
 
@@ -411,7 +400,7 @@ def test_two_scenarios_do_not_see_each_others_file(tmp_path: Path) -> None:
     other = sources[1].find("./mine.py:Mine", "place").target
     (whole / "mine.py").write_text((text / "mine.py").read_text())
     edited = sources[2].find("./mine.py:Mine", "place").target
-    levels = [inspect.getmodule(rule).Level for rule in (first, other, edited)]  # type: ignore[arg-type, union-attr]
+    levels = [inspect.getmodule(rule).Level for rule in (first, other, edited)]
     assert [get_type_hints(level)["least"] for level in levels] == [int, str, str]
     assert [pickle.loads(pickle.dumps(level)) for level in levels] == levels
 

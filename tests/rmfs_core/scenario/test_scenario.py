@@ -330,14 +330,11 @@ def test_texts_of_parameters_are_given_where_the_command_is(tmp_path: Path, monk
     (tmp_path / "other").mkdir()
     monkeypatch.chdir(tmp_path / "other")
     given = load_scenario("../own.toml", ["rules.poa.b=w", 'rules.pps={rule="demand", c=["w"]}']).rules
-    assert given.poa is not None
-    assert given.pps is not None
     assert (given.poa.parameters, given.pps.parameters) == ({"a": "w", "b": "w"}, {"c": ["w"]})
     assert type(given.poa.parameters["a"]) is str
     assert given.poa.parameters["b"].there == given.pps.parameters["c"][0].there == str(tmp_path / "other")
     monkeypatch.chdir(tmp_path)
     beside = load_scenario("own.toml", ["rules.poa.b=w"]).rules.poa
-    assert beside is not None
     assert type(beside.parameters["b"]) is str
 
 

@@ -208,7 +208,7 @@ def shut(section, text, queue_length, place):
 """
 RULES = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
 GENERATORS = {
-    name: f"acme_halls:{name}" for name in ("lane", "row_by_row", "outside", "no_queue", "nothing", "fails", "shut")
+    name: f"acme_halls:{name}" for name in ["lane", "row_by_row", "outside", "no_queue", "nothing", "fails", "shut"]
 }
 
 

@@ -48,10 +48,8 @@ def test_files_of_other_kinds(tmp_path: Path) -> None:
     pyarrow.parquet.write_table(pa.table({"a": [1]}), whole)
     for content in (b"", b"o,s\n1,a\n", whole.read_bytes()[:-20]):
         whole.write_bytes(content)
-        assert (
-            refusal(lambda: list(parquet_rows(whole, ["a"])))
-            == f"{whole}: cannot be read: it is no Parquet file, or not all of one"
-        )
+        said = refusal(lambda: list(parquet_rows(whole, ["a"])))
+        assert said == f"{whole}: cannot be read: it is no Parquet file, or not all of one"
 
 
 @cases(
@@ -290,11 +288,7 @@ def test_options_of_quantities() -> None:
     assert quantities_of({"decimal": ",", "thousands": "."}).whole("1.000", 1) == 1000
     with pytest.raises(InputError, match=r'^--decimal, --thousands: found "," for both; expected two signs$'):
         quantities_of({"decimal": ",", "thousands": ","})
-    for both in (
-        {"order_key": "a", "orders": "b"},
-        {"order_key": None, "orders": "b"},
-        dict.fromkeys(("order_key", "orders")),
-    ):
-        needs(both, "order_key", "orders", "the table")
+    for key, orders in (("a", "b"), (None, "b"), (None, None)):
+        needs({"order_key": key, "orders": orders}, "order_key", "orders", "the table")
     with pytest.raises(InputError, match=r"^--order-key: found no --orders; expected the table$"):
         needs({"order_key": "a", "orders": None}, "order_key", "orders", "the table")

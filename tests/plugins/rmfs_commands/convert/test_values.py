@@ -27,6 +27,7 @@ from rmfs_commands.convert.time_formats import (
 )
 from rmfs_commands.convert.times import Clock, ClockError, offset
 from rmfs_core.errors import InputError
+from saying import said
 
 MARCH = 1_709_251_200_000
 """2024-03-01 00:00 UTC in ticks since 1970."""
@@ -42,9 +43,8 @@ DATES = "dates without an offset"
 def test_a_table_has_one_kind_of_time(first: str, then: str, found: str, before: str) -> None:
     clock = Clock()
     clock.read(first)
-    with pytest.raises(ClockError) as caught:
-        clock.read(then)
-    assert str(caught.value) == f"found {found} where the rows before have {before}; expected one kind of time"
+    expected = f"found {found} where the rows before have {before}; expected one kind of time"
+    assert said(ClockError, clock.read, then) == expected
     assert clock.read(first) is not None
 
 
@@ -350,9 +350,8 @@ def test_a_number_is_read(text: str, decimal: str | None, thousands: str | None,
 
 def test_what_can_be_read_in_two_ways_is_asked() -> None:
     quantities = Quantities()
-    assert [quantities.whole(text, row) for row, text in enumerate(("1", "1.000", "2,5", "12.000"), 1)] == [1] + [
-        None
-    ] * 3
+    found = [quantities.whole(text, row) for row, text in enumerate(("1", "1.000", "2,5", "12.000"), 1)]
+    assert found == [1, None, None, None]
     assert refusal(lambda: quantities.ask("lines.csv", "Menge")) == (
         'lines.csv, row 2, Menge: found "1.000", which may be 1 or 1000 (row 3 has "2,5"); '
         "expected --decimal . if the point is before fractions, or --decimal , if the comma is"
@@ -361,14 +360,8 @@ def test_what_can_be_read_in_two_ways_is_asked() -> None:
 
 def test_one_name_has_one_spelling() -> None:
     names = Names()
-    assert [names.clean(text) for text in (" A 1 ", "cafe\u0301", "caf\u00e9", "two\r\nlines", "A  1", "\u00a0x")] == [
-        "A 1",
-        "caf\u00e9",
-        "caf\u00e9",
-        "two lines",
-        "A  1",
-        "x",
-    ]
+    given = (" A 1 ", "cafe\u0301", "caf\u00e9", "two\r\nlines", "A  1", "\u00a0x")
+    assert [*map(names.clean, given)] == ["A 1", "caf\u00e9", "caf\u00e9", "two lines", "A  1", "x"]
     assert names.respelled == 1
 
 
@@ -392,9 +385,8 @@ def rows(number: int, left: int, chosen: int = 0) -> Rows:
 
 
 def test_columns_that_cannot_be_read() -> None:
-    with pytest.raises(
-        InputError, match=r"^a.csv: 6 of 10 rows would be left out: 6 rows with no SKU: row 0.*--force$"
-    ):
+    found = r"^a.csv: 6 of 10 rows would be left out: 6 rows with no SKU: row 0.*--force$"
+    with pytest.raises(InputError, match=found):
         check_share(Path("a.csv"), rows(10, 6), force=False)
     check_share(Path("a.csv"), rows(10, 6), force=True)
     check_share(Path("a.csv"), rows(10, 5, chosen=5), force=False)

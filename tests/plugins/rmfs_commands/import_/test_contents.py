@@ -146,7 +146,6 @@ def test_levels_keep_stock_between_the_shares_of_the_setting() -> None:
     """Half of the capacity on average, as much of each SKU as bundles bring, one bundle of its own at a time."""
     notes = Notes()
     supply = levels(POISSON, SKUS, 1000.0, {"s0": 1000, "s1": 1000}, notes)
-    assert supply is not None
     assert supply.levels == {"s0": (47, 52), "s1": (395, 405)}
     assert (supply.bundle, supply.weights) == (10, {"s0": 2.0, "s1": 1.0})
     usual = {"s0": 2 * 50, "s1": 400}
@@ -156,7 +155,6 @@ def test_levels_keep_stock_between_the_shares_of_the_setting() -> None:
 
 def test_what_is_not_ordered_or_refilled() -> None:
     supply = levels(POISSON, SKUS, 1000.0, {"s0": 20}, Notes())
-    assert supply is not None
     assert supply.levels == {"s0": (19, 24), "s1": (0, 10)}
     notes = Notes()
     assert levels(POISSON, SKUS, 19.0, {}, notes) is None

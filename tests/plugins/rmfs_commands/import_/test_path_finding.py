@@ -190,9 +190,7 @@ def test_one_way_cells_against_each_other_are_noted(tmp_path: Path) -> None:
     ("3\n0\n2\n8\n", "1\n10,99\n", {}, "a.json: a task is at location 99, which is no free cell of"),
     ("", "1\n10\n", {}, "a.agents: expected how many there are in the first line, and a line of"),
 )
-def test_wrong_problems_are_refused(
-    tmp_path: Path, agents: str, tasks: str, told: Mapping[str, object], message: str
-) -> None:
+def test_wrong_problems_are_refused(tmp_path, agents, tasks, told, message) -> None:
     assert refusal(lambda: import_lorr(problem(tmp_path, agents, tasks, told))).startswith(f"{tmp_path}/{message}")
 
 

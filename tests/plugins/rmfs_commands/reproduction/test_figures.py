@@ -71,14 +71,12 @@ BEYOND = {f"length {length}" for length in range(16, 21)}
 
 def test_estimates() -> None:
     found = estimate([(1, 1.0), (1, 3.0), (2, 4.0), (2, 6.0)])
-    assert found is not None
     assert found.mean == 3.5
     assert found.half_width == pytest.approx(12.7062 * 1.5, rel=1e-4)
     assert (found.runs, found.expected) == (4, 4)
     found = estimate([(1, 1.0), (1, 3.0)])
     assert found is not None and found.half_width is None
     found = estimate([(1, 1.0), (1, None), (2, None)])
-    assert found is not None
     assert (found.mean, found.runs, found.expected) == (1.0, 1, 3)
     assert estimate([(1, None)]) is None
     assert estimate([]) is None
@@ -92,7 +90,6 @@ def test_relative_divides_the_means_of_a_seed(row) -> None:
         row("integrated", seed=1, instance="two", pile_on=2.5),
     ]
     found = relative(others, baseline, metric("pile_on"))
-    assert found is not None
     assert found.mean == (2.75 / 1.5 + 1.0) / 2
 
 
@@ -100,15 +97,12 @@ def test_ratios_without_a_partner(row) -> None:
     baseline = [row(pile_on=2.0), row(instance="two", pile_on=9.0) | {"status": "partial"}]
     others = [row("integrated", pile_on=3.0), row("integrated", instance="two", pile_on=8.0)]
     found = relative(others, baseline, metric("pile_on"))
-    assert found is not None
     assert (found.mean, found.runs, found.expected) == (1.5, 1, 2)
     rows = [row(seed=seed, pile_on=seed - 1.0) for seed in (1, 2)]
     found = relative(rows, rows, metric("pile_on"))
-    assert found is not None
     assert (found.mean, found.runs, found.expected) == (1.0, 1, 2)
     lost = {key: row()[key] for key in ("instance", "rule_set", "seed", "error_kind")} | {"status": "failed"}
     found = mean_of([lost, row(seed=2, makespan_s=7.0)], metric("makespan_s"))
-    assert found is not None
     assert (found.mean, found.runs, found.expected) == (7.0, 1, 2)
 
 
@@ -119,7 +113,6 @@ def test_a_pair_with_a_failed_run_does_not_count(row, side: str) -> None:
         if one["rule_set"] == side and one["seed"] == 2:
             one |= {"status": "failed", "pile_on": 99.0}
     found = relative(select(rows, rule_set="integrated"), select(rows, rule_set="sequential"), metric("pile_on"))
-    assert found is not None
     assert (found.mean, found.runs, found.expected) == (1.0, 1, 2)
 
 
@@ -206,7 +199,6 @@ def test_the_second_baseline_is_sequential_with_six_orders(row) -> None:
     table = tables_of(rows)["second-baseline"]
     six = table.ours("50 orders", "visits", "sequential, 6 orders to sequential")
     model = table.ours("50 orders", "visits", "split-among-stations to sequential, 6 orders")
-    assert six is not None and model is not None
     assert (six.mean, model.mean) == (0.8, 0.75)
 
 
@@ -217,23 +209,17 @@ def test_pile_on_and_turnover(row) -> None:
     assert verdict(table, "50 orders", "split-over-time") == "no number in the paper"
     assert verdict(table, "highest of the sets", "split-over-time") == "in range"
     table = tables_of([row(turnover_backlog_s=300.0, turnover_station_s=60.0)])["turnover"]
-    backlog, station = (
-        table.ours("50 orders", "sequential", "backlog"),
-        table.ours("50 orders", "sequential", "station"),
-    )
-    assert backlog is not None and station is not None
-    assert (backlog.mean, station.mean) == (300.0, 60.0)
+    means = [table.ours("50 orders", "sequential", part).mean for part in ("backlog", "station")]
+    assert means == [300.0, 60.0]
     assert verdict(table, "50 orders", "integrated", "backlog") == "no complete run"
-    tables = tables_of(
-        [row("integrated", orders=250, decision_percent_of_simulated=0.0339, decision_s_per_order=0.048)]
-    )
+    computed = {"decision_percent_of_simulated": 0.0339, "decision_s_per_order": 0.048}
+    tables = tables_of([row("integrated", orders=250, **computed)])
     assert verdict(tables["share-of-simulated-time"], "250 orders", "integrated") == "100 times faster"
     assert verdict(tables["time-per-order"], "250 orders", "integrated") == "10 times faster"
 
 
 def test_makespans_beside_the_implied_one(row) -> None:
     found = implied_makespan(Range(0.475, 0.485, 0.48), Range(3.385, 3.395, 3.39), 250)
-    assert found is not None
     assert found.low == pytest.approx(0.475 * 250 / 0.03395)
     assert found.high == pytest.approx(0.485 * 250 / 0.03385)
     assert found.low < 3540 < found.high
@@ -324,7 +310,6 @@ def test_what_the_paper_prints() -> None:
     assert not {*DIAGRAMS, *SETTINGS, *FIGURES, *TABLES} - set(labels)
     assert load_paper()["pod-station-visits"].range("integrated") == Range(0.70, 0.80)
     found = load_paper()["time-per-order"].range("250", "integrated")
-    assert found is not None
     assert (found.low, found.high, found.printed) == (pytest.approx(0.475), pytest.approx(0.485), 0.48)
     assert load_paper()["distances"].range("integrated") is None
     assert load_paper()["pile-on"].range("highest", "integrated") is None

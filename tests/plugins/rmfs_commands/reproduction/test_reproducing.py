@@ -90,9 +90,7 @@ def test_the_machine_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     (None, "arm", "arm"),
     (None, "", "unknown"),
 )
-def test_the_processor_is_called_as_the_system_calls_it(
-    text: str | None, platforms: str, expected: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_processor_is_called_as_the_system_calls_it(text, platforms, expected, monkeypatch) -> None:
     def read(path: Path, encoding: str) -> str:
         if text is None:
             raise FileNotFoundError(path)

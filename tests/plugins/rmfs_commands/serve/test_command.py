@@ -25,7 +25,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from uvicorn.server import ServerState
 
-from calling import exit_code
+from calling import refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.serve import connections
@@ -51,7 +51,6 @@ def serve(rmfs: tuple[str, ...]) -> Iterator[Serve]:
         command = (*rmfs, "serve", *arguments, "--port", "0")
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         started.append(process)
-        assert process.stdout is not None
         line = process.stdout.readline()
         found = re.search(r" at http://.+:(\d+); Ctrl-C ends it\.$", line)
         assert found, (line, process.communicate())
@@ -91,22 +90,8 @@ def test_closed_standard_input(rmfs: tuple[str, ...]) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-def test_options_that_lines_do_not_have(capsys: pytest.CaptureFixture[str]) -> None:
-    assert exit_code("serve", "--rule", "first-come", "--stdio", "--limit-s", "3") == 2
-    assert capsys.readouterr().err.endswith("Error: --limit-s is for HTTP; expected it without --stdio.\n")
-
-
-@pytest.mark.parametrize(("option", "limits"), [("--max-mb", "0.001 to 190"), ("--limit-s", "0.1 to 86,400")])
-def test_a_limit_that_is_no_number(option: str, limits: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert exit_code("serve", "--rule", "first-come", option, "nan") == 2
-    problem = f"expected a number from {limits}, found nan"
-    assert capsys.readouterr().err.endswith(f"Error: Invalid value for '{option}': {problem}\n")
-
-
 @cases("number ending", (signal.SIGINT, (130, "", "Interrupted.")), (signal.SIGTERM, (0, "", "")))
-def test_it_ends_in_order(
-    serve: Serve, number: signal.Signals, ending: tuple[int, str, str], state: dict[str, Any]
-) -> None:
+def test_it_ends_in_order(serve, number, ending, state) -> None:
     process, port = serve("--rule", "first-come")
     assert post(port, json.dumps(state).encode())[0] == 200
     process.send_signal(number)
@@ -149,7 +134,6 @@ def shared() -> Iterator[int]:
     code = "from rmfs_commands.cli.main import main; main()"
     command = (sys.executable, "-c", code, "serve", "--rule", "first-come", "--port", "0", "--max-mb", "0.1")
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
         yield int(process.stdout.readline().partition("; ")[0].rpartition(":")[2])
         process.terminate()
 
@@ -176,16 +160,16 @@ def test_a_body_that_is_too_long(shared: int) -> None:
     "arguments problem",
     (("--rule", "firstcome"), 'Error: --rule firstcome: there is no rule "firstcome"'),
     (("--rule", "first-come", "--set", "x=1", "--stdio"), "Error: --set x=1: "),
+    (("--rule", "first-come", "--stdio", "--limit-s", "3"), "--limit-s is for HTTP; expected it without --stdio.\n"),
+    (("--rule", "first-come", "--max-mb", "nan"), "'--max-mb': expected a number from 0.001 to 190, found nan\n"),
+    (("--rule", "first-come", "--limit-s", "nan"), "'--limit-s': expected a number from 0.1 to 86,400, found nan\n"),
     (("--rule", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
     (("--rule", "./a.py:A", "--no-inline-rules", "--stdio"), "--no-inline-rules refuses"),
     (("--rule", "first-come", "--host", "nowhere.invalid"), "Error: --host nowhere.invalid --port 8750: cannot listen"),
     ((), "Missing option '--rule'"),
 )
 def test_wrong_input(capfd: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main(["serve", *arguments])
-    out, err = capfd.readouterr()
-    assert (stop.value.code, out) == (2, "")
+    err = refused(capfd, main, ["serve", *arguments])
     assert problem in err and "Traceback" not in err
 
 
@@ -311,7 +295,6 @@ def test_the_reference_has_what_the_document_has_and_that_holds_together() -> No
         assert f"| {status} |" in text
     for path, methods in document["paths"].items():
         assert all(f"`{method.upper()} {path}`" in text for method in methods)
-    document = openapi(["first-come"])
     for part in parts(document):
         if reference := part.get("$ref"):
             assert reference.removeprefix("#/components/schemas/") in document["components"]["schemas"]

@@ -91,13 +91,10 @@ def test_children_of_rules_end_with_their_process(spawning: Path, state: dict[st
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads the states of processes as Linux has them")
-def test_nothing_outlives_a_service_that_is_killed(
-    spawning: Path, state: dict[str, Any], rmfs: tuple[str, ...]
-) -> None:
+def test_nothing_outlives_a_service_that_is_killed(spawning, state, rmfs) -> None:
     """Not even a rule that computes and would never see the end of its input."""
     command = [*rmfs, "serve", "--rule", "./spawning.py:Spawning", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as service:
-        assert service.stdout is not None
         address = service.stdout.readline().partition(" at ")[2].partition(";")[0]
         hanging = json.dumps(state | {"orders": {"hang": {"lines": {"jam": 1}}}}).encode()
         before = len(numbers(spawning))

@@ -1,13 +1,17 @@
 """Fixtures for tests of decision states."""
 
+import gzip
+import json
 from collections.abc import Callable
 from pathlib import Path
+from shutil import copytree
 from typing import Any
 
 import pytest
 
 import rmfs_core
 from rmfs_commands.states import Recording, read_recording
+from rmfs_core.results.files import to_json
 
 Record = Callable[..., Recording]
 SMALL = ("instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", "rules.pp=free-flow")
@@ -27,6 +31,21 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
         return done[settings]
 
     return run
+
+
+@pytest.fixture
+def damaged(record: Record, tmp_path: Path) -> Callable[..., Path]:
+    """Return a function that writes the lines of a recording, changed, to another folder."""
+
+    def write(change: Callable[[list[Any]], list[Any]], *settings: str) -> Path:
+        file = record(*settings).file
+        folder = copytree(file.parent, tmp_path / "run", dirs_exist_ok=True)
+        lines = [json.loads(line) for line in gzip.decompress(file.read_bytes()).decode().splitlines()]
+        text = "".join(f"{json.dumps(line)}\n" for line in change(lines))
+        (folder / file.name).write_bytes(gzip.compress(text.encode()))
+        return folder
+
+    return write
 
 
 @pytest.fixture
@@ -72,8 +91,6 @@ def folder_map() -> list[str]:
 
 @pytest.fixture
 def write(tmp_path: Path) -> Callable[[Any], Path]:
-    from rmfs_core.results.files import to_json
-
     def write(content: Any) -> Path:
         file = tmp_path / "state.json"
         file.write_text(to_json(content), encoding="utf-8")

@@ -99,7 +99,6 @@ def test_a_run_explains_what_was_decided_for_bundles(tmp_path: Path, capsys: pyt
     """The bundles, their stations and pods, what other rules would have done; and it is part of a pod's story."""
     rmfs_core.run("examples/replenished", overrides=["instance.orders=40"], out=tmp_path, record=["decisions"])
     chosen = next(recorded for recorded in read_recording(tmp_path) if recorded.decides.label == "RPS")
-    assert chosen.decision is not None
     (store,) = chosen.decision["stores"]
     against = ("--against", "spread-sku", "--against", "random")
     main(["explain", str(tmp_path), "--decision", str(chosen.number), *against])

@@ -1,6 +1,5 @@
 """`rmfs decide` and `rmfs explain`."""
 
-import gzip
 import io
 import json
 from collections.abc import Callable
@@ -10,32 +9,23 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-import rmfs_core
 from calling import exit_code
 from cases import cases
 from installed import RMFS
 from rmfs_commands.cli.main import main
-from rmfs_commands.states import Recorded, state
+from rmfs_commands.states import Answer, Recorded, read_recording, state
 from rmfs_commands.states.decide_command import DECIDING
+from rmfs_commands.states.explain_tables import print_comparison, print_story
+from rmfs_commands.states.stories import Episode
 from rmfs_core.roles import Role
-
-STATE = {
-    "format": "rmfs-state",
-    "version": 1,
-    "pods": {"P1": {"contents": {"milk": None, "tea": None}}, "P2": {"contents": {"jam": None}}},
-    "stations": {"north": {"item_capacity": 4}},
-    "orders": {"A": {"lines": {"milk": 1, "tea": 1}}, "B": {"lines": {"jam": 2}}},
-}
 
 
 @pytest.fixture
-def decide(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+def decide(write: Any, by_hand: Any, capsys: Any) -> Callable[..., tuple[int, str, str]]:
     """Return a function that asks for a decision: exit code, output, errors."""
 
     def run(*arguments: str, **changes: Any) -> tuple[int, str, str]:
-        file = tmp_path / "state.json"
-        file.write_text(json.dumps({**STATE, **changes}), encoding="utf-8")
-        code = exit_code("decide", str(file), *arguments)
+        code = exit_code("decide", str(write(by_hand | changes)), *arguments)
         out, err = capsys.readouterr()
         return code, out, err
 
@@ -99,8 +89,8 @@ def test_a_rule_from_a_file(decide: Any, tmp_path: Path, monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize(("changes", "code"), [({}, 0), ({"version": 3}, 2)])
-def test_standard_input(capsys: Any, monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any], code: int) -> None:
-    given = io.TextIOWrapper(io.BytesIO(json.dumps({**STATE, **changes}).encode()))
+def test_standard_input(by_hand: Any, capsys: Any, monkeypatch: Any, changes: dict[str, Any], code: int) -> None:
+    given = io.TextIOWrapper(io.BytesIO(json.dumps(by_hand | changes).encode()))
     found = 0
     for stream in (given, None):
         monkeypatch.setattr("sys.stdin", stream)
@@ -124,22 +114,17 @@ def test_what_can_be_asked(capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out)["title"] == "rmfs decision state"
 
 
-SETTINGS = ("instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", "rules.pp=free-flow")
 JOINT = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
 
 
-@pytest.fixture(scope="module")
-def sequential(tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("sequential")
-    rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record=["decisions"])
-    return str(folder)
+@pytest.fixture
+def sequential(record: Any) -> str:
+    return str(record().file.parent)
 
 
-@pytest.fixture(scope="module")
-def joint(tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("joint")
-    rmfs_core.run("examples/small", overrides=[*SETTINGS, *JOINT], out=folder, record=["decisions"])
-    return str(folder)
+@pytest.fixture
+def joint(record: Any) -> str:
+    return str(record(*JOINT).file.parent)
 
 
 def explain(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
@@ -151,7 +136,7 @@ def explain(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, s
 def test_what_was_decided(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = explain(capsys, sequential)
     assert code == 0
-    for words in ("POA pod-match", "PPS demand", "PR nearest", "TA balanced", "Periods 1 to"):
+    for words in ("POA pod-match", "PPS demand", "PR nearest", "TA nearest-robot", "Periods 1 to"):
         assert words in out
     code, out, _ = explain(capsys, sequential, "--period", "1", "--limit", "3")
     assert code == 0
@@ -186,8 +171,6 @@ def figures_of(rule: str, lines: list[str]) -> list[str]:
 
 @cases("kind words", ("PPS", "free pods could be sent"), ("PR", "is stored at row"), ("TA", "fetches pod"))
 def test_decisions_of_every_kind(sequential: str, capsys: pytest.CaptureFixture[str], kind: str, words: str) -> None:
-    from rmfs_commands.states import read_recording
-
     number = next(recorded.number for recorded in read_recording(sequential) if recorded.decides.label == kind)
     code, out, _ = explain(capsys, sequential, "--decision", str(number))
     assert code == 0
@@ -196,8 +179,6 @@ def test_decisions_of_every_kind(sequential: str, capsys: pytest.CaptureFixture[
 
 
 def test_a_state_goes_round(joint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from rmfs_commands.states import read_recording
-
     file = tmp_path / "state.json"
     code, out, _ = explain(capsys, joint, "--period", "2", "--state", str(file))
     assert code == 0
@@ -241,38 +222,33 @@ def test_stories_of_orders_and_pods(sequential: str, capsys: pytest.CaptureFixtu
     (("--period", "1", "--against", "first-come+demand+nearest"), "--against first-come+demand+nearest: found 3 rules"),
     (("--period", "1", "--against", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
 )
-def test_what_cannot_be_explained_is_refused(
-    sequential: str, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str
-) -> None:
+def test_what_cannot_be_explained_is_refused(sequential, capsys, arguments, problem) -> None:
     code, out, err = explain(capsys, sequential, *arguments)
     assert (code, out) == (2, "")
     assert problem in err
 
 
-def test_a_recording_that_was_changed(sequential: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@cases(
+    "change",
+    lambda first: first | {"decision": {"assignments": [{"order": "1"}]}},
+    lambda first: first | {"change": first["change"] | {"seed": -1}},
+    lambda first: first | {"change": first["change"] | {"time_s": 1e308}},
+)
+def test_a_recording_that_was_changed(change: Any, damaged: Any, tmp_path: Path, capsys: Any) -> None:
     """One sentence for a decision, or a state, that rmfs cannot have recorded; no state is written then."""
-    file = tmp_path / "decisions.jsonl.gz"
-    lines = gzip.decompress((Path(sequential) / file.name).read_bytes()).splitlines()
-    first = json.loads(lines[1])
-    for changed in (
-        {**first, "decision": {"assignments": [{"order": "1"}]}},
-        {**first, "change": {**first["change"], "seed": -1}},
-        {**first, "change": {**first["change"], "time_s": 1e308}},
-    ):
-        file.write_bytes(gzip.compress(b"\n".join([lines[0], json.dumps(changed).encode(), *lines[2:]])))
-        code, _, err = explain(capsys, str(tmp_path), "--decision", "1", "--state", str(tmp_path / "state.json"))
-        assert code == 2
-        assert err.startswith(f"Error: {file}")
-        assert "raised" not in err
-        assert not (tmp_path / "state.json").exists()
+    folder = damaged(lambda lines: [lines[0], change(lines[1]), *lines[2:]])
+    code, _, err = explain(capsys, str(folder), "--decision", "1", "--state", str(tmp_path / "state.json"))
+    assert code == 2
+    assert err.startswith(f"Error: {folder}/decisions.jsonl.gz")
+    assert "raised" not in err
+    assert not (tmp_path / "state.json").exists()
 
 
 def test_runs_without_decisions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, _, err = explain(capsys, str(tmp_path), "--period", "1")
     assert code == 2
     assert "found no recorded decisions; run the scenario with `--record-decisions`" in err
-    settings = [argument for setting in SETTINGS for argument in ("--set", setting)]
-    main(["run", "examples/small", "--record-decisions", "--out", str(tmp_path), *settings])
+    main(["run", "examples/small", "--record-decisions", "--out", str(tmp_path), "--set", "instance.orders=6"])
     assert "decisions.jsonl.gz" in capsys.readouterr().out
     assert explain(capsys, str(tmp_path))[0] == 0
 
@@ -298,10 +274,6 @@ def plain(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
 
 @pytest.mark.parametrize("width", [80, 140])
 def test_long_names_of_rules_are_whole(width: int) -> None:
-    from rmfs_commands.states import Answer
-    from rmfs_commands.states.explain_tables import print_comparison, print_story
-    from rmfs_commands.states.stories import Episode
-
     name = "a-rule-with-a-long-name-of-somebody"
     stream = io.StringIO()
     console = Console(file=stream, width=width)
@@ -315,10 +287,9 @@ def test_long_names_of_rules_are_whole(width: int) -> None:
     assert sum(name in line for line in lines) == 3
 
 
-def test_due_times_and_nothing_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_due_times_and_nothing_are_shown(record: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
-    rmfs_core.run("examples/small", overrides=[*SETTINGS, *due], out=tmp_path, record=["decisions"])
-    code, out, _ = explain(capsys, str(tmp_path), "--decision", "1")
+    code, out, _ = explain(capsys, str(record(*due).file.parent), "--decision", "1")
     assert code == 0
     assert "Order Waits Due in Priority Open lines (SKUs)" in out
     assert "0 s 60 s 1" in out

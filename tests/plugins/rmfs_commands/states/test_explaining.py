@@ -47,7 +47,7 @@ def explained(recorded: Recorded, *, limit: int = 20, **parameters: Any) -> str:
 
 def test_decisions_are_counted_by_rule() -> None:
     recording = [decision(what, {}, number=n) for n, what in ((1, "POA"), (1, "PPS"), (2, "POA"))]
-    assert overview(recording) == {  # type: ignore[arg-type]
+    assert overview(recording) == {
         "periods": 2,
         "decisions": 3,
         "by_rule": [

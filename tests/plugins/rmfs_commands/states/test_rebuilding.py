@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 from attrs import evolve
 
-import rmfs_core
 from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.states import state_from_dict
@@ -17,9 +16,7 @@ from rmfs_commands.states.plain import Memento, PartMemento, RequestMemento
 from rmfs_commands.states.rebuilding import LacksError, OpenState, open_state
 from rmfs_commands.states.restoring import ContradictionError, restore
 from rmfs_commands.testing import small_world
-from rmfs_core import InputError, hookimpl
-from rmfs_core.info import Question, RunInfo
-from rmfs_core.roles import Role
+from rmfs_core import InputError
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_core.warehouse.promises import next_request
 from rmfs_core.world import NORTH, Layout, OrderData, PodData
@@ -221,60 +218,6 @@ def merged(content: Any, change: dict[str, Any]) -> Any:
 SKUS = ("a", "b")
 
 
-class GoesBack:
-    """Observer that makes the warehouse anew at each decision, and looks whether it is the same."""
-
-    def __init__(self) -> None:
-        self.compared = 0
-
-    @hookimpl
-    def run_started(self, run: RunInfo) -> None:
-        self.run = run
-
-    @hookimpl
-    def rule_asked(self, question: Question) -> None:
-        view, skus = self.run.warehouse, self.run.instance.skus
-        if question.decides is Role.PP:
-            return
-        memento = Memento.of(view, skus)
-        again = WarehouseView(restore(memento, view.travel))
-        assert Memento.of(again, skus) == memento
-        assert (again.available() == view.available()).all()
-        assert (again.open_demand() == view.open_demand()).all()
-        assert again.free_storage_locations == view.free_storage_locations
-        assert again.split_orders_open == view.split_orders_open
-        assert [s.load for s in again.stations] == [s.load for s in view.stations]
-        assert [order.unpicked_items for order in again.orders] == [order.unpicked_items for order in view.orders]
-        assert [robot.pod for robot in again.robots] == [robot.pod for robot in view.robots]
-        self.compared += 1
-
-
-@cases(
-    "settings",
-    ("instance.items_per_sku=20", "stations.order_capacity=2"),
-    ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", "stations.item_capacity=6"),
-    ("stations.release=handled", "stations.order_capacity=2"),
-    (
-        "stations.release=handled",
-        "rules.poa=",
-        "rules.pps=",
-        "rules.poa_pps=split-over-time",
-        "stations.item_capacity=6",
-    ),
-    ('instance.arrivals={process="refill", backlog=4}', "stations.release=handled"),
-    (
-        'stations.open={1 = [["00:00", "00:02"]], 2 = [["00:01", "24:00"]]}',
-        'robots.available=[["00:00", "00:03"], ["00:03", "24:00", 1]]',
-        "rules.activate={rule='backlog-threshold', open_above=2, timeout_s=60}",
-    ),
-)
-def test_a_run_can_be_taken_down_and_restored_at_every_decision(settings: tuple[str, ...]) -> None:
-    observer = GoesBack()
-    overrides = ["instance.orders=14", "instance.max_lines=5", "rules.pp=free-flow", *settings]
-    rmfs_core.run("examples/small", overrides=overrides, observers=[observer])
-    assert observer.compared > 20
-
-
 def half_done() -> Warehouse:
     """Return a world in which pod 0 stands at the station, pod 1 waits, and order 0 wants an item of each."""
     world = small_world({"1": {"a": 2, "b": 1}}, {"p": ["a"], "q": {"b": 4}})
@@ -294,7 +237,6 @@ def test_a_restored_warehouse_is_another_one() -> None:
     for warehouse in (again, world):
         station, pod = warehouse.stations[0], warehouse.pods[0]
         request = next_request(station, pod)
-        assert request is not None
         assert (request.id, request.pod) == (1, pod)
         warehouse.fulfil(request, pod)
         assert next_request(station, pod) is None
@@ -362,9 +304,7 @@ def test_promises_that_are_not_told_are_made() -> None:
     ("stations", {"queue_room": -1}, ("stations", 0, "queue_room"), "found -1; expected 0 to "),
     ("stations", {"queue_room": 99}, ("stations", 0, "queue_room"), "found 99; expected 0 to "),
 )
-def test_what_a_memento_may_not_say_is_refused(
-    part: str, change: dict[str, object], path: tuple[str | int, ...], problem: str
-) -> None:
+def test_what_a_memento_may_not_say_is_refused(part, change, path, problem) -> None:
     world = half_done()
     memento = Memento.of(WarehouseView(world), SKUS)
     first, *others = getattr(memento, part)

@@ -1,12 +1,10 @@
 """A run's decisions: recorded, read again, and decided again."""
 
-import gzip
 import json
 from collections import Counter
 from collections.abc import Callable, Mapping
 from copy import deepcopy
 from pathlib import Path
-from shutil import copytree
 from typing import Any
 
 import pytest
@@ -18,6 +16,7 @@ from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.states import Recording, decide, read_recording, state_from_dict, state_to_dict
 from rmfs_commands.states.deciding import ask, outcome_of
 from rmfs_commands.states.patches import patched
+from rmfs_commands.states.plain import Memento
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.states.recording import RECORDING_FILE
 from rmfs_commands.states.snapshots import Snapshots
@@ -70,7 +69,6 @@ def test_decisions_are_all_there(tmp_path: Path) -> None:
         (row["period"], row["time_s"], row["decides"], row["rule"]) for row in result.periods
     ]
     for decision, row in zip(recorded, result.periods, strict=True):
-        assert decision.decision is not None
         assert len(decision.decision.get("assignments", ())) == row["assignments"]
         assert len(decision.decision.get("trips", ())) == row["trips"]
 
@@ -99,38 +97,23 @@ def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, install: Any, rule: str
         decide(last.state(), RuleChoice(rule))
 
 
-@pytest.fixture
-def recorded_file(tmp_path: Path) -> Path:
-    rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
-    return tmp_path / RECORDING_FILE
-
-
-def change(file: Path, number: int, entry: dict[str, Any]) -> None:
-    lines = gzip.decompress(file.read_bytes()).decode().splitlines()
-    content = {**json.loads(lines[number]), **entry}
-    lines[number] = json.dumps({key: value for key, value in content.items() if value is not None})
-    file.write_bytes(gzip.compress("\n".join(lines).encode()))
-
-
-def test_a_recording_that_was_cut_off(recorded_file: Path) -> None:
-    recorded_file.write_bytes(recorded_file.read_bytes()[:-40])
+def test_a_recording_that_was_cut_off(damaged: Callable[..., Path]) -> None:
+    file = damaged(lambda lines: lines) / RECORDING_FILE
+    file.write_bytes(file.read_bytes()[:-40])
     with pytest.raises(InputError, match="the file was cut off here"):
-        list(read_recording(recorded_file))
+        list(read_recording(file))
 
 
-def test_a_rule_that_the_scenario_does_not_name(recorded_file: Path) -> None:
-    recording = read_recording(recorded_file)
-    first = next(iter(recording))
-    assert recording.choice_of(first).rule == first.rule == "pod-match"
-    change(recorded_file, 1, {"decides": "POA+PPS"})
+def test_a_rule_that_the_scenario_does_not_name(record: Any, damaged: Callable[..., Path]) -> None:
+    first = next(iter(record()))
+    assert record().choice_of(first).rule == first.rule == "pod-match"
+    other = read_recording(damaged(lambda lines: [lines[0], lines[1] | {"decides": "POA+PPS"}, *lines[2:]]))
     with pytest.raises(InputError, match=r"has no rule for POA\+PPS"):
-        recording.choice_of(next(iter(recording)))
+        other.choice_of(next(iter(other)))
 
 
-def test_what_is_in_hand_is_recorded(tmp_path: Path) -> None:
-    settings = (*SETTINGS, "stations.release=handled")
-    rmfs_core.run("examples/small", overrides=settings, out=tmp_path, record=["decisions"])
-    states = [recorded.state() for recorded in read_recording(tmp_path)]
+def test_what_is_in_hand_is_recorded(record: Any) -> None:
+    states = [recorded.state() for recorded in record("stations.release=handled", "instance.orders=6")]
     held = [(state, name) for state in states for name, station in state.stations.items() if station.in_hand]
     assert {state.version for state, _ in held} == {2}
     assert {state.version for state in states if not any(s.in_hand for s in state.stations.values())} == {1}
@@ -138,35 +121,14 @@ def test_what_is_in_hand_is_recorded(tmp_path: Path) -> None:
         opened = open_state(state)
         station = opened.warehouse.stations[list(state.stations).index(name)]
         in_hand = state.stations[name].in_hand
-        assert in_hand is not None
         assert opened.warehouse.orders[opened.names.orders[in_hand.order]].has_place_at(station.id)
 
 
-def test_due_times_are_recorded(tmp_path: Path) -> None:
+def test_due_times_are_recorded(record: Any) -> None:
     due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
-    versions = {}
-    for name, settings in (("plain", SETTINGS), ("due", (*SETTINGS, *due))):
-        rmfs_core.run("examples/small", overrides=settings, out=tmp_path / name, record=["decisions"])
-        state = next(iter(read_recording(tmp_path / name))).state()
-        versions[name] = state.version
-    assert versions == {"plain": 1, "due": 2}
-    assert len(state.orders) == 6
+    plain, state = (next(iter(record(*settings))).state() for settings in ((), due))
+    assert (plain.version, state.version, len(state.orders)) == (1, 2, 14)
     assert {(order.due_s, order.priority) for order in state.orders.values()} == {(600.0, 0), (60.0, 1)}
-
-
-@pytest.fixture
-def damaged(record: Callable[..., Recording], tmp_path: Path) -> Callable[..., Path]:
-    """Return a function that writes the lines of a recording, changed, to another folder."""
-
-    def write(change: Callable[[list[dict[str, Any]]], list[Any]]) -> Path:
-        file = record().file
-        folder = copytree(file.parent, tmp_path / "run", dirs_exist_ok=True)
-        lines = [json.loads(line) for line in gzip.decompress(file.read_bytes()).decode().splitlines()]
-        text = "".join(f"{json.dumps(line)}\n" for line in change(lines))
-        (folder / RECORDING_FILE).write_bytes(gzip.compress(text.encode()))
-        return folder
-
-    return write
 
 
 def test_recordings_are_gone_through_in_order(record: Callable[..., Recording]) -> None:
@@ -191,9 +153,7 @@ def test_recordings_are_gone_through_in_order(record: Callable[..., Recording]) 
     (lambda header: header | {"scenario": 5}, "lacks `scenario` or `state`"),
     (lambda header: header | {"scenario": {"rules": {}}}, "line 1, scenario"),
 )
-def test_a_header_that_is_none_is_refused(
-    damaged: Callable[..., Path], change: Callable[..., Any], problem: str
-) -> None:
+def test_a_header_that_is_none_is_refused(damaged, change, problem) -> None:
     assert problem in refusal(lambda: read_recording(damaged(lambda lines: [change(lines[0]), *lines[1:]])))
 
 
@@ -211,9 +171,7 @@ def test_a_header_that_is_none_is_refused(
     (lambda line: line | {"report": [1]}, "report: expected a JSON object, found [1]"),
     (lambda line: 5, "expected a JSON object, found int"),
 )
-def test_a_line_that_is_no_decision_is_named(
-    damaged: Callable[..., Path], change: Callable[..., Any], problem: str
-) -> None:
+def test_a_line_that_is_no_decision_is_named(damaged, change, problem) -> None:
     recording = read_recording(damaged(lambda lines: [*lines[:3], change(lines[3]), *lines[4:]]))
     found = iter(recording)
     assert [next(found).number, next(found).number] == [1, 2]
@@ -403,20 +361,35 @@ def test_drawn_numbers_and_states_come_back(record: Any) -> None:
     ("rules.pp=free-flow", "stations.item_capacity=3"),
     ("rules.pp=sipp",),
     REPLENISHED,
+    ("stations.release=handled", "stations.order_capacity=2"),
+    ("stations.release=handled", "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
+    ('instance.arrivals={process="refill", backlog=4}', "stations.release=handled"),
+    (
+        'stations.open={1 = [["00:00", "00:02"]], 2 = [["00:01", "24:00"]]}',
+        'robots.available=[["00:00", "00:03"], ["00:03", "24:00", 1]]',
+        "rules.activate={rule='backlog-threshold', open_above=2, timeout_s=60}",
+    ),
 )
 def test_rules_see_what_they_saw_in_the_run(tmp_path: Path, settings: tuple[str, ...]) -> None:
-    seen: list[dict[Any, Any]] = []
+    """A state as JSON is the warehouse at each decision, to the last public value; so is its memento, restored."""
+    seen: list[tuple[dict[Any, Any], Memento]] = []
 
     class Note:
         @hookimpl
+        def run_started(self, run: RunInfo) -> None:
+            self.skus = run.instance.skus
+
+        @hookimpl
         def rule_asked(self, question: Question) -> None:
             if question.decides not in (Role.FILTER, Role.PP):
-                seen.append(public_values(question.warehouse))
+                seen.append((public_values(question.warehouse), Memento.of(question.warehouse, self.skus)))
 
     overrides = ["instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", *settings]
     rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, record=["decisions"], observers=[Note()])
-    for recorded, values in zip(read_recording(tmp_path), seen, strict=True):
-        again = public_values(open_state(recorded.state()).view)
+    for recorded, (values, memento) in zip(read_recording(tmp_path), seen, strict=True):
+        opened = open_state(recorded.state())
+        again = public_values(opened.view)
+        assert Memento.of(opened.view, opened.instance.skus) == memento
         assert {key: value for key, value in again.items() if values[key] != value} == {}
         assert again.keys() == values.keys()
     assert len(seen) > 20

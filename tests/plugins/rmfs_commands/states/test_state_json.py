@@ -1,7 +1,6 @@
 """States as JSON: their format, their names, and the patches between them."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -131,9 +130,7 @@ def test_every_key_of_the_schema_says_what_it_means() -> None:
     assert undocumented(state_schema(), "state") == []
 
 
-def test_files_of_states(
-    by_hand: dict[str, Any], write: Callable[[Any], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_of_states(by_hand, write, tmp_path, monkeypatch) -> None:
     state = read_state(write(by_hand))
     assert state.orders["A"].lines == {"milk": 1, "tea": 1}
     assert (state.layout, state.robots, state.time_s, state.seed) == (None, None, None, 1)
@@ -174,9 +171,7 @@ def test_files_of_states(
     (("random",), {"state": "1", "increment": "1", "uinteger": 1 << 32}, "random.uinteger", "4,294,967,295"),
     (("orders", "A", "lines", "milk"), None, "orders.A.lines.milk", "expected a whole number, found null"),
 )
-def test_what_is_wrong_is_named(
-    by_hand: dict[str, Any], path: tuple[str, ...], value: Any, place: str, problem: str
-) -> None:
+def test_what_is_wrong_is_named(by_hand, path, value, place, problem) -> None:
     """The first mistake is an error with the path of its key, what was found and what would be right."""
     content = json.loads(json.dumps(by_hand))
     table = content

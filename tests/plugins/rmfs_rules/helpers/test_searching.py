@@ -63,9 +63,7 @@ def test_a_cell_is_free_for_good_after_all_others(held: list[tuple[int, int, int
     st.integers(0, 4),
     st.integers(1, 5),
 )
-def test_windows_are_narrowed_to_departures_that_are_free(
-    held: list[tuple[int, int, int]], pieces: list[tuple[int, int]], enter: int, stay: int
-) -> None:
+def test_windows_are_narrowed_to_departures_that_are_free(held, pieces, enter, stay) -> None:
     table, leave = table_with(held), enter + stay
     low, high = np.zeros((2, 64), np.int64), np.zeros((2, 64), np.int64)
     at = 0

@@ -1,4 +1,4 @@
-"""Joint rules alternating, two-stage and lns."""
+"""Joint rules alternating, two-stage and lns: what they cost; test_oracles.py has what they decide."""
 
 from collections.abc import Callable
 from functools import cache
@@ -14,15 +14,6 @@ from rmfs_core import JointDecision
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.joint import Alternating, LargeNeighborhoodSearch, TwoStage
 from rmfs_rules.mip import Integrated
-
-
-def decide(rule: Any, world: Warehouse, seed: int = 0) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
-    draws = (np.random.default_rng(seed),) if isinstance(rule, LargeNeighborhoodSearch) else ()
-    decision = rule.assign_orders_and_pods(WarehouseView(world), *draws)
-    return (
-        sorted((world.orders[one.order].name, one.station) for one in decision.assignments),
-        sorted((world.pods[one.pod].name, one.station) for one in decision.trips),
-    )
 
 
 @cases(
@@ -74,7 +65,7 @@ def random_world(seed: int) -> Warehouse:
             pods[f"p{pod}"][sku] = (wanted + number) // len(holders) + 1 if finite else None
     capacities = rng.integers(9, 12, rng.integers(1, 4)) if most > 1 else rng.integers(3, 7, rng.integers(1, 4))
     held = {name: contents for name, contents in pods.items() if contents}
-    world = small_world(orders, held, capacities=capacities.tolist(), counts_orders=seed % 5 == 0)  # type: ignore[arg-type]
+    world = small_world(orders, held, capacities=capacities.tolist(), counts_orders=seed % 5 == 0)
     for station in world.stations:
         for pod in rng.choice(len(held), rng.integers(0, min(len(held), 2) + 1), False).tolist():
             world.bind(world.pods[pod], station)
@@ -120,26 +111,8 @@ def optimum(seed: int) -> float:
     """Return the least objective of a random period, by the model as it is printed."""
     rule = Integrated(formulation="paper")
     report = rule.assign_orders_and_pods(WarehouseView(random_world(seed)), np.random.default_rng()).report
-    assert report is not None
     assert report.objective is not None
     return report.objective
-
-
-def improvable() -> Warehouse:
-    """Six places, two orders of three items for them.
-
-    The oldest comes first, and lacks as much as any other. p, which brings most of it, and q together have all of 3.
-    """
-    orders = {"1": ["a", "b", "c"], "2": ["d", "e", "f"], "3": ["a", "b", "x"]}
-    return small_world(orders, {"p": ["a", "b"], "q": ["c", "x"], "r": ["d", "e"], "s": ["f"]}, capacities=[6])
-
-
-def test_orders_for_pods_and_pods_for_orders_by_hand() -> None:
-    """Order 1 lacks p and q, and then 3 lacks x alone of its three lines, 2 all of them. p and q bring what both want.
-
-    Orders 1 and 3 fill the places with two visits; 1 and 2 would take four.
-    """
-    assert decide(Alternating(), improvable()) == ([("1", 0), ("3", 0)], [("p", 0), ("q", 0)])
 
 
 def test_more_rounds_cost_no_more() -> None:
@@ -154,27 +127,6 @@ def test_more_rounds_cost_no_more() -> None:
     assert sum(more) / len(more) < 1
 
 
-def test_both_stages_by_hand() -> None:
-    """Six places, half of them for the first stage: order 1 takes two, hence 2 may follow, and then the load is four.
-
-    p and q are sent for them. Of the others, 3 needs r, which is not sent; 4 and 5 are on p and q, and fill the places.
-    """
-    orders = {"1": ["a", "b"], "2": ["c", "d"], "3": ["e"], "4": ["b"], "5": ["d"], "6": ["a"]}
-    world = small_world(orders, {"p": ["a", "b"], "q": ["c", "d"], "r": ["e"]}, capacities=[6])
-    given = decide(TwoStage(first_share=0.5, first_orders="oldest"), world)
-    assert given == ([("1", 0), ("2", 0), ("4", 0), ("5", 0)], [("p", 0), ("q", 0)])
-
-
-def test_finite_stock_is_not_given_away_twice() -> None:
-    """p, which goes to both stations, has three items of a: after the first stage one is left, for one order of two."""
-    orders = {"1": {"a": 1, "b": 1}, "2": {"a": 1, "c": 1}, "3": ["a"], "4": ["a"]}
-    world = small_world(orders, {"p": {"a": 3, "b": 1, "c": 1}, "r": {"a": 1}}, capacities=[3, 3])
-    taken, trips = decide(TwoStage(first_share=0.5), world)
-    assert len(taken) == 3
-    assert ("r", 0) not in trips
-    assert ("r", 1) not in trips
-
-
 def test_two_stages_are_never_below_the_optimum() -> None:
     """On random periods, where the kernel would take each decision; with the whole capacity it is close."""
     whole, half = (
@@ -183,23 +135,6 @@ def test_two_stages_are_never_below_the_optimum() -> None:
     )
     assert min(whole) == min(half) == 0
     assert sum(whole) / len(whole) < 2
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_taking_back_by_hand(seed: int) -> None:
-    """Two places. The two oldest orders take two pods, 2 and 3 one: whoever takes order 1 back finds 3 on the pod of 2.
-
-    Choosing in turn does not find that: each order has its pod as soon as it is chosen, and the oldest go.
-    """
-    orders, pods = {"1": ["a"], "2": ["b"], "3": ["c"]}, {"p": ["a"], "q": ["b", "c"]}
-    assert decide(LargeNeighborhoodSearch(iterations=0), small_world(orders, pods, capacities=[2])) == (
-        [("1", 0), ("2", 0)],
-        [("p", 0), ("q", 0)],
-    )
-    assert decide(LargeNeighborhoodSearch(), small_world(orders, pods, capacities=[2]), seed) == (
-        [("2", 0), ("3", 0)],
-        [("q", 0)],
-    )
 
 
 def test_it_costs_less_with_the_iterations_and_is_never_below_the_optimum() -> None:

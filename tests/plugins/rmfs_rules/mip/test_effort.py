@@ -4,6 +4,7 @@ import pytest
 from attrs import evolve
 
 from cases import cases
+from mip_periods import brute_force, brute_force_from_stock, random_period, scarce_period, splitting_period
 from rmfs_rules.mip.period.effort import EFFORT, EFFORT_HARD, EFFORT_LARGE, Effort
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.solution import Model
@@ -27,7 +28,7 @@ def ended(period, model, steps, brute_force=None, splits=None, weight=2):
 
 @pytest.mark.parametrize("steps", [0, 3000])
 @pytest.mark.parametrize("model", Model)
-def test_little_effort_leaves_a_bound_and_a_solution(small_periods, brute_force, model, steps):
+def test_little_effort_leaves_a_bound_and_a_solution(small_periods, model, steps):
     """The bound is never above the optimum, nor the solution below it; a period without proof says so."""
     some = small_periods[:: 1 if steps == 0 else 3]
     found = [ended(period, model, steps, brute_force).how for period in some]
@@ -43,14 +44,14 @@ SPLITS = [(model, splits, range(380, 700)) for model in SPLIT for splits in rang
     *(pytest.param(model, None, range(60, 380), marks=pytest.mark.slow) for model in Model),
     *(pytest.param(*case, marks=pytest.mark.slow) for case in SPLITS),
 )
-def test_little_effort_with_few_items(scarce_period, brute_force_from_stock, model, splits, seeds):
+def test_little_effort_with_few_items(model, splits, seeds):
     for seed in seeds:
         ended(scarce_period(seed), model, 0, brute_force_from_stock, splits)
 
 
 @pytest.mark.parametrize("seeds", [pytest.param(range(4), id="some"), MANY])
 @pytest.mark.parametrize("splits", [0, 1])
-def test_little_effort_with_few_splits(splitting_period, brute_force, splits, seeds):
+def test_little_effort_with_few_splits(splits, seeds):
     for seed in seeds:
         period = splitting_period(seed, orders=4, stations=2, skus=6)
         for model in SPLIT:
@@ -59,14 +60,14 @@ def test_little_effort_with_few_splits(splitting_period, brute_force, splits, se
 
 
 @pytest.mark.parametrize("weight", [0.5, 1.0, 1.5])
-def test_other_weights(small_periods, brute_force, weight):
+def test_other_weights(small_periods, weight):
     """Bounds hold where a free place may be better than a visit."""
     for period in small_periods[::5]:
         for model in Model:
             ended(period, model, 0, brute_force, weight=weight)
 
 
-def test_effort_that_is_enough_or_the_same(small_periods, splitting_period):
+def test_effort_that_is_enough_or_the_same(small_periods):
     for period in small_periods[::7]:
         for model in Model:
             limited = Effort.for_period(period, None)
@@ -81,7 +82,7 @@ def test_effort_that_is_enough_or_the_same(small_periods, splitting_period):
                 assert ended(period, model, steps) == ended(evolve(period), model, steps)
 
 
-def test_large_periods_get_less(random_period):
+def test_large_periods_get_less():
     """By default a period with more pods or SKUs than the paper's gets less effort."""
     period = random_period(1)
     more = Period(Stock(tuple(range(101)), ((0,),) * 101, 1), (0,), (1,), ((),), (0,), [0], [0], [1])
@@ -91,7 +92,7 @@ def test_large_periods_get_less(random_period):
 
 
 @cases("weight capacity effort", (2, None, EFFORT), (1.5, None, EFFORT_HARD), (2, 3, EFFORT_HARD))
-def test_periods_without_hope_of_a_proof_get_less(random_period, weight, capacity, effort):
+def test_periods_without_hope_of_a_proof_get_less(weight, capacity, effort):
     """By default fractional weights, and few splits between stations that are alike, get less effort."""
     period = random_period(1)
     alike = evolve(period, inbound=((),) * len(period.stations), capacities=(6,) * len(period.stations))

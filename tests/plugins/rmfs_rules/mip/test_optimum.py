@@ -6,6 +6,14 @@ import numpy as np
 import pytest
 from attrs import evolve
 
+from mip_periods import (
+    brute_force,
+    brute_force_from_stock,
+    putwall_period,
+    random_period,
+    scarce_period,
+    splitting_period,
+)
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model, Solution, newly_split
@@ -31,7 +39,7 @@ def optimum(period: Period, model: Model, capacity: int | None = None, weight: f
 
 @pytest.mark.parametrize("capacity", [None, 0, 1, 2], ids=lambda room: f"packing capacity {room}")
 @pytest.mark.parametrize("model", Model)
-def test_all_ways_agree(periods, brute_force, model, capacity):
+def test_all_ways_agree(periods, model, capacity):
     """Printed and aggregated form have one objective, that of the brute force where there are few decisions."""
     tried = 0
     for number, period in enumerate(periods if capacity is None else periods[capacity::5]):
@@ -49,11 +57,11 @@ def test_all_ways_agree(periods, brute_force, model, capacity):
 
 @pytest.mark.parametrize("many", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["some", "many"])
 @pytest.mark.parametrize(("model", "room"), [*product(Model, [None]), *product(SPLIT, [0, 1, 2])])
-@pytest.mark.parametrize("kind", ["scarce_period", "putwall_period"])
-def test_all_ways_agree_on_other_periods(request, brute_force_from_stock, kind, model, room, many):
+@pytest.mark.parametrize("make", [scarce_period, putwall_period])
+def test_all_ways_agree_on_other_periods(make, model, room, many):
     """Where pods run out, or stations count orders; with room for so many new splits."""
-    make, scarce, at_once = request.getfixturevalue(kind), 0, 0
-    first = 60 if many else 40 * (room is not None and kind == "scarce_period")
+    scarce = at_once = 0
+    first = 60 if many else 40 * (room is not None and make is scarce_period)
     seeds = range(first, first + (100 if room is not None else 320)) if many else range(first, first + 16)
     for seed in seeds:
         period = make(seed)
@@ -73,7 +81,7 @@ def test_all_ways_agree_on_other_periods(request, brute_force_from_stock, kind, 
 
 
 @pytest.mark.parametrize("weight", [0.5, 1.0, 1.5, 4.0])
-def test_all_ways_agree_on_other_weights(periods, scarce_periods, brute_force_from_stock, weight):
+def test_all_ways_agree_on_other_weights(periods, scarce_periods, weight):
     """W_u may be anything: below 1 a free place may be cheaper than a pod, fractions leave the whole numbers."""
     for model in Model:
         for period in periods[::10]:
@@ -85,7 +93,7 @@ def test_all_ways_agree_on_other_weights(periods, scarce_periods, brute_force_fr
 
 
 @pytest.mark.parametrize("splits", [0, *(pytest.param(splits, marks=pytest.mark.slow) for splits in (1, 2))])
-def test_few_splits(splitting_period, splits):
+def test_few_splits(splits):
     """It has the objective of the printed model, with and without begun orders and pods at the stations."""
     among, limited = Model.SPLIT_AMONG_STATIONS, 0
     for seed in range(12):
@@ -131,7 +139,7 @@ def test_solvers_agree_and_repeat(periods):
             assert proof_of(period, model, 2, Limits("cbc")).run().objective == found.objective
 
 
-def test_a_time_limit_is_told(random_period):
+def test_a_time_limit_is_told():
     """A solve that a limit ends says so, and its bound lies below its objective."""
     stopped = 0
     for seed in range(2, 300, 3):

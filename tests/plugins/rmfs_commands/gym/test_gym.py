@@ -1,4 +1,4 @@
-"""The environment: observations, actions, rewards, and how it is made."""
+"""The environment: observations, actions, rewards, and how it is made; episodes, and policies as rules."""
 
 import gc
 import sys
@@ -12,6 +12,8 @@ import gymnasium
 import numpy as np
 import psutil
 import pytest
+from attrs import define
+from greenlet import getcurrent, greenlet
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
@@ -19,12 +21,13 @@ import rmfs_commands.gym
 import rmfs_core
 from cases import cases
 from copying import COPIES, Policy, copy_of
-from rmfs_commands.gym import FEATURES, REWARDS, Choice, Step
+from rmfs_commands.gym import FEATURES, REWARDS, Choice, PolicyRule, Step
 from rmfs_commands.gym.choices import PodChoices, nothing, of_locations, of_orders, of_robots, slots_of
 from rmfs_commands.gym.env import ID, DecisionEnv
-from rmfs_commands.testing import small_world
-from rmfs_core import InputError, RuleError
-from rmfs_core.events import OrderArrived, OrderCompleted, RobotMoved, VisitStarted
+from rmfs_commands.gym.episode import Episode
+from rmfs_commands.testing import check_rule, small_world
+from rmfs_core import InputError, RuleError, Scenario, load_scenario
+from rmfs_core.events import OrderArrived, OrderCompleted, RobotMoved, TaskAssigned, VisitStarted
 from rmfs_core.info import RunInfo
 from rmfs_core.roles import Role
 from rmfs_core.warehouse import Warehouse, WarehouseView
@@ -70,7 +73,6 @@ def test_a_policy_that_copies_a_rule_gives_the_rules_files(decides: str, rule: s
     overrides = ["instance.orders=25", f"rules.{decides.lower()}={rule}"]
     env = rmfs_commands.gym.make("examples/small", decides, overrides=overrides)
     played(env, copy_of(decides, rule))
-    assert env.result is not None
     env.result.save(tmp_path / "gym")
     by_rule = rmfs_core.run("examples/small", overrides=overrides, out=tmp_path / "rule")
     for file in ("orders.csv", "visits.csv"):
@@ -85,7 +87,6 @@ def test_seeds_of_episodes() -> None:
     once, other, again = (played(env, seed=seed) for seed in (5, 6, 5))
     assert same(once, again)
     assert not same(once, other)
-    assert env.result is not None
     assert env.result.seed == 5
     assert env.result.metrics["orders_total"] == 10
 
@@ -131,7 +132,6 @@ def test_masks_and_slots() -> None:
 def test_the_rewards_of_an_episode_add_up(reward: Any, total: Any, decides: str) -> None:
     env = rmfs_commands.gym.make("examples/poisson", decides, overrides=FEW, reward=reward)
     steps = played(env)
-    assert env.result is not None
     expected = total(env.result.metrics)
     assert sum(step[1] for step in steps) == pytest.approx(-len(steps) if expected is None else -expected)
 
@@ -146,7 +146,6 @@ def test_runs_that_are_cut_off_or_without_a_choice() -> None:
     assert over == (False, True)
     assert info["time_s"] == 100
     assert not info["action_mask"].any()
-    assert env.result is not None
     assert env.result.status == "horizon"
     env = rmfs_commands.gym.make("examples/small", "PR", overrides=[*FEW, "run.until_s=30"], reward="distance")
     observation, info = env.reset()
@@ -215,7 +214,6 @@ def simulations() -> int:
 def test_an_abandoned_episode_leaves_nothing_behind() -> None:
     before = simulations()
     env: DecisionEnv | None = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
-    assert env is not None
     for _ in range(2):
         env.reset()
         env.step(0)
@@ -308,11 +306,8 @@ def test_what_is_wrong_is_said_at_once(given: dict[str, Any], sentence: str) -> 
 
 def test_environments_are_made_of_scenarios() -> None:
     scenario = rmfs_core.load_scenario("examples/small", FEW)
-    of_file, of_object = (
-        rmfs_commands.gym.make("examples/small", "TA", overrides=FEW),
-        rmfs_commands.gym.make(scenario, "TA"),
-    )
-    assert same(played(of_file), played(of_object))
+    of_file = rmfs_commands.gym.make("examples/small", "TA", overrides=FEW)
+    assert same(played(of_file), played(rmfs_commands.gym.make(scenario, "TA")))
     with pytest.raises(InputError, match="overrides: expected a scenario file with them"):
         rmfs_commands.gym.make(scenario, "TA", overrides=FEW)
     env = rmfs_commands.gym.make("examples/small", "PPS")
@@ -397,7 +392,6 @@ def shown(choice: Choice, slot: int) -> dict[str, float]:
 
 def test_orders_and_stations(world: Warehouse) -> None:
     choice = of_orders(WarehouseView(world), 50)
-    assert choice is not None
     assert (choice.decides, choice.subject) == (Role.POA, None)
     named = {slot: (order.name, station.id) for slot, (order, station) in choice.options.items()}
     assert named == {0: ("second", 0), 1: ("second", 1), 3: ("third", 1), 4: ("fourth", 0), 5: ("fourth", 1)}
@@ -413,17 +407,12 @@ def test_orders_and_stations(world: Warehouse) -> None:
 
 def test_no_more_orders_than_are_to_be_shown(world: Warehouse) -> None:
     choice = of_orders(WarehouseView(world), 1)
-    assert choice is not None
     assert {order.name for order, _ in choice.options.values()} == {"second"}
     assert len(choice.mask) == 2
     world.assign(world.orders[2], world.stations[1], [2, 3, 4], 1)
     choice = of_orders(WarehouseView(world), 2)
-    assert choice is not None
-    assert [(order.name, station.id) for order, station in choice.options.values()] == [
-        ("second", 0),
-        ("fourth", 0),
-        ("fourth", 1),
-    ]
+    named = [(order.name, station.id) for order, station in choice.options.values()]
+    assert named == [("second", 0), ("fourth", 0), ("fourth", 1)]
 
 
 def test_no_choice_where_no_order_fits(world: Warehouse) -> None:
@@ -444,19 +433,9 @@ def test_pods_for_a_station(world: Warehouse) -> None:
     assert shown(choice, 1) | {"drive": 0} == pytest.approx(
         {"serves": 1, "completes": 0, "wanted": 2 / 3, "drive": 0, "leaving": 0, "lacking": 4, "inbound": 0, "idle": 1}
     )
-    assert shown(choice, 2) == pytest.approx(
-        {
-            "serves": 3,
-            "completes": 1,  # the fourth order, not the third, which needs c, too
-            "wanted": 1,
-            "drive": drive_s,
-            "leaving": 0,
-            "lacking": 4,
-            "inbound": 0,
-            "idle": 1,
-        },
-        rel=1e-5,
-    )
+    # it completes the fourth order, not the third, which needs c, too
+    of_third = {"serves": 3, "completes": 1, "wanted": 1, "drive": drive_s, "leaving": 0, "lacking": 4}
+    assert shown(choice, 2) == pytest.approx(of_third | {"inbound": 0, "idle": 1}, rel=1e-5)
     assert not choice.observation[0].any()
     choices.take(station, view.pods[2])
     after = shown(choices.among(station, candidates[:1]), 1)
@@ -513,3 +492,173 @@ def test_a_run_that_is_over_has_nothing_to_choose(world: Warehouse, decides: Rol
 def test_features_are_told_apart_by_name() -> None:
     for features in FEATURES.values():
         assert len({feature.name for feature in features}) == len(features)
+
+
+POLICY = """
+from attrs import define
+from rmfs_core.roles import Role
+from rmfs_commands.gym import PolicyRule
+
+@define
+class Policy(PolicyRule):
+    decides = (Role.POA, Role.PPS)
+    slot: int | None = None
+
+    def choose(self, choice):
+        return min(choice.options) if self.slot is None else self.slot
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Ten orders, and a policy beside the scenario, in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "policy.py").write_text(POLICY)
+    file = tmp_path / "scenario.toml"
+    file.write_text(
+        "[instance]\norders = 10\nskus = 20\npods = 30\n[layout]\nblock_rows = 5\nblock_columns = 3\n"
+        'stations_east = 2\n[rules]\npoa = "./policy.py:Policy"\npps = "demand"\npp = "free-flow"\n'
+    )
+    return file
+
+
+@define
+class First(PolicyRule):
+    """A policy that takes the first slot."""
+
+    def choose(self, choice: Choice) -> int:
+        return int(choice.mask.argmax())
+
+
+def test_it_keeps_to_what_every_rule_promises() -> None:
+    @define
+    class Checked(First):
+        decides = tuple(FEATURES)
+
+    assert check_rule(Checked()).decides == ("POA", "PPS", "PR", "TA")
+
+
+@pytest.mark.parametrize("role", FEATURES)
+def test_it_chooses_as_in_the_environment(scenario: Path, role: Role) -> None:
+    overrides = [f"rules.{role.key}=./policy.py:Policy"] if role in (Role.POA, Role.PPS) else []
+    env = rmfs_commands.gym.make(scenario, role.label, overrides=overrides)
+    over, env_info = False, env.reset()[1]
+    while not over:
+        *_, terminated, truncated, env_info = env.step(int(env_info["action_mask"].argmax()))
+        over = terminated or truncated
+    policy = (scenario.parent / "policy.py").read_text()
+    (scenario.parent / "any.py").write_text(policy.replace("(Role.POA, Role.PPS)", f"(Role.{role.name},)"))
+    by_rule = rmfs_core.run(scenario, overrides=[f"rules.{role.key}=./any.py:Policy"])
+    assert by_rule.orders == env.result.orders
+    assert by_rule.visits == env.result.visits
+
+
+def test_it_is_a_rule_of_a_scenario(scenario: Path) -> None:
+    result = rmfs_core.run(scenario)
+    assert result.status == "complete"
+    assert [row["decides"] for row in result.periods].count("POA") == 10  # one order at a time
+    assert rmfs_core.run(scenario, overrides=["rules.pps=./policy.py:Policy"]).status == "complete"
+    with pytest.raises(InputError, match="decides POA and PPS, with its parameters; expected PR"):
+        rmfs_core.run(scenario, overrides=["rules.pr=./policy.py:Policy"])
+    policy = '{rule = "./policy.py:Policy", orders_shown = 1}'
+    by_age = rmfs_core.run(scenario, overrides=[f"rules.poa={policy}"])
+    assigned = [row["assigned_s"] for row in by_age.orders]
+    assert assigned == sorted(assigned)
+    with pytest.raises(InputError, match=r"rules\.poa\.orders_shown"):
+        rmfs_core.run(scenario, overrides=[f"rules.poa={policy.replace('= 1', '= 0')}"])
+
+
+@pytest.mark.parametrize("slot", ["99", "-1"])
+def test_a_slot_that_stands_for_nothing_is_named(scenario: Path, slot: str) -> None:
+    sentence = f"chose slot {slot}; expected one of the .* slots of 100 that `mask` allows"
+    with pytest.raises(RuleError, match=sentence):
+        rmfs_core.run(scenario, overrides=[f'rules.poa={{rule = "./policy.py:Policy", slot = {slot}}}'])
+
+
+def test_a_choice_that_is_no_number_is_named() -> None:
+    @define
+    class Forgetful(PolicyRule):
+        decides = (Role.PPS,)
+
+        def choose(self, choice: Choice) -> Any:
+            return None
+
+    with pytest.raises(AssertionError, match="chose slot None; expected one of"):
+        check_rule(Forgetful())
+
+
+PLACE = ["instance.orders=10", "rules.pp=free-flow"]
+
+
+@pytest.fixture
+def small() -> Scenario:
+    return load_scenario("examples/small", PLACE)
+
+
+def to_its_end(episode: Episode) -> int:
+    """Choose the first slot until the run is over; return how many choices there were."""
+    number, choice = 0, episode.go_on()
+    while choice is not None:
+        number, choice = number + 1, episode.go_on(min(choice.options))
+    return number
+
+
+def test_it_stops_at_each_choice_and_goes_on(small: Scenario) -> None:
+    episode = Episode(small, Role.TA, 50)
+    assert not episode.complete
+    choices = to_its_end(episode)
+    assert choices == sum(isinstance(event, TaskAssigned) for event in episode.heard().events)
+    assert episode.complete
+
+
+def test_its_result_is_one_of_a_run(small: Scenario) -> None:
+    episode = Episode(small, Role.PPS, 50)
+    to_its_end(episode)
+    result, by_run = episode.result(), rmfs_core.run(small)
+    assert result.status == "complete"
+    assert result.metrics.keys() == by_run.metrics.keys()
+    assert result.timing.keys() == by_run.timing.keys()
+    assert result.timing["profile_s"].keys() == by_run.timing["profile_s"].keys()
+    assert result.versions == {**by_run.versions, "Caller": "object of rmfs_commands.gym.episode"}
+    assert result.hook_calls.keys() == by_run.hook_calls.keys()
+    assert {row["order"] for row in result.orders} == {row["order"] for row in by_run.orders}
+    assert result.scenario.rules.pps.rule == "Caller"
+    assert result.periods[1]["rule"] == "Caller"
+
+
+def test_what_is_heard_is_heard_once(small: Scenario) -> None:
+    episode = Episode(small, Role.PPS, 50)
+    choice = episode.go_on()
+    first = episode.heard()
+    assert (first.since_tick, first.orders_open) == (0, 10)
+    assert first.events
+    assert episode.heard().events == ()
+    while choice is not None:
+        before = episode.simulation.now
+        choice = episode.go_on(min(choice.options))
+        step = episode.heard()
+        assert step.since_tick == before
+        assert all(before <= event.tick <= step.warehouse.now_tick for event in step.events)
+    assert step.orders_open == 0
+
+
+@pytest.mark.parametrize("steps", [0, 1, 5])
+def test_closing_ends_it_wherever_it_is(small: Scenario, steps: int) -> None:
+    episode = Episode(small, Role.POA, 50)
+    slot = None
+    for _ in range(steps):
+        choice = episode.go_on(slot)
+        slot = min(choice.options)
+    episode.heard()
+    episode.close()
+    episode.close()
+    assert episode.heard().events == ()
+    assert not episode.complete
+
+
+def test_who_lets_it_go_on_is_asked(small: Scenario) -> None:
+    episode = Episode(small, Role.TA, 50)
+    choice = episode.go_on()
+    elsewhere = greenlet(episode.go_on, getcurrent())
+    choice = elsewhere.switch(min(choice.options))
+    assert episode.go_on(min(choice.options)) is not None
