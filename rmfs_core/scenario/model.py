@@ -469,6 +469,9 @@ def replaced_keys(section: object) -> tuple[str, frozenset[str]]:
     return "", frozenset()
 
 
+PACKING_RULES = {"packing": RuleChoice("least-reserved"), "packing_task": RuleChoice("first-come")}
+
+
 @frozen
 class Scenario:
     """A whole run: what is there, which rules decide, and the seed of every random stream.
@@ -493,12 +496,12 @@ class Scenario:
         if given is not None and given.process != "none" and rules.roa is None and rules.roa_rps is None:
             problem = "expected `rules.roa` and `rules.rps`, or `rules.roa_rps`, with the replenishment process"
             raise ValueError(f'{problem} "{given.process}"')
-        named = rules.packing or rules.packing_task
-        if self.packing is None and named is not None:
-            raise ValueError(f'expected a section `packing` with the rule "{named.rule}" of packing stations')
-        if self.packing is not None:  # what decides there unless the scenario says so
-            first, task = rules.packing or RuleChoice("least-reserved"), rules.packing_task or RuleChoice("first-come")
-            object.__setattr__(self, "rules", evolve(rules, packing=first, packing_task=task))
+        for key, usual in PACKING_RULES.items():  # what decides at packing stations unless the scenario says so
+            named = getattr(rules, key) or usual
+            if self.packing is None and named != usual:
+                raise ValueError(f'expected a section `packing` with the rule "{named.rule}" of packing stations')
+            rules = evolve(rules, **{key: None if self.packing is None else named})
+        object.__setattr__(self, "rules", rules)
 
     def with_seed(self, seed: int) -> Scenario:
         """Return the same scenario with another seed."""
