@@ -86,7 +86,7 @@ def test_boxes_that_count_until_the_last_pick_are_the_packing_capacity_of_the_pa
     """Constraint (18): the same picks, periods and visits as with `packing_capacity`, as long as boxes are scarce."""
     few = [f"rules.poa_pps={rule}", "rules.pp=free-flow", "instance.orders=30", "stations.item_capacity=20"]
     boxes = load_scenario("examples/packing", [*few, "packing.packing_from=picked", "packing.boxes=1"])
-    rules = evolve(boxes.rules, poa_pps=RuleChoice(rule, {"packing_capacity": 2}), packing=None, packing_task=None)
+    rules = evolve(boxes.rules, poa_pps=RuleChoice(rule, {"packing_capacity": 2}))
     counted, limited = run(boxes).metrics, run(evolve(boxes, packing=None, rules=rules)).metrics
     same = ("pod_station_visits", "turnover_s", "split_orders_open_max", "periods")
     assert {name: counted[name] for name in same} == {name: limited[name] for name in same}
