@@ -327,7 +327,7 @@ def test_rules_of_packing_stations_need_some(tiny_run: Prepare) -> None:
     scenario = tiny_run(SINGLES, change=packing()).simulation.scenario
     assert scenario.rules.packing_task == RuleChoice("first-come")
     assert evolve(scenario, packing=None).rules.packing_task is None
-    with pytest.raises(InputError, match="--set rules.packing=least-reserved: has no meaning without"):
+    with pytest.raises(InputError, match=r"--set rules\.packing=least-reserved: has no meaning without"):
         load_scenario("examples/small", ["rules.packing=least-reserved"])
 
 
@@ -349,7 +349,7 @@ def test_a_rule_that_waits_for_ever_is_told_of(tiny_run: Prepare) -> None:
 
 @pytest.mark.parametrize("rule", ["pod-match", *SPLITTING])
 def test_orders_larger_than_any_station_are_packed_with_one_box(tiny_run: Prepare, rule: str) -> None:
-    """Many small lines, more than any station takes: such an order goes to an empty station alone, or waits for a box."""
+    """Many small lines, more than any station takes: it goes to an empty station alone, or waits for a box."""
     large = {str(i): dict.fromkeys("abcdef", 2) for i in range(2)}
     orders = small_instance(large | {"2": {"a": 1, "c": 1}}, {name: [*skus] for name, skus in PODS.items()})
     rules = {"poa": rule} if rule == "pod-match" else {"poa_pps": rule}
