@@ -117,18 +117,18 @@ DAY: dict[str, Any] = {
 PACKED: dict[str, Any] = {
     **TINY,
     "packing": {
-        "stations": 2,
-        "boxes": 1,
+        "stations": 1,
+        "boxes": 2,
         "packers": 1,
-        "sorters": 1,
+        "sorters": 0,
         "conveyor_s": 20,
         "tote": "visit",
         "tote_s": 3,
         "put_s": 4,
-        "pack_s": 30,
+        "pack_s": 200,
         "pack_item_s": 5,
         "packing_from": "packed",
-        "open": {"2": [["00:00", "12:00"], ["13:00", "24:00"]]},
+        "open": {"1": [["00:00", "12:00"], ["13:00", "24:00"]]},
     },
     "rules": {"poa_pps": "pod-index", "pp": "free-flow", "packing": "nearest", "packing_task": {"rule": "pack-first"}},
 }

@@ -92,6 +92,20 @@ def test_boxes_that_count_until_the_last_pick_are_the_packing_capacity_of_the_pa
     assert {name: counted[name] for name in same} == {name: limited[name] for name in same}
 
 
+@pytest.mark.slow
+def test_ten_boxes_until_the_last_pick_save_what_the_reproduction_prints() -> None:
+    """The experiment `paper-packing`, seed 1: a packing capacity of 10 in the paper's warehouse."""
+    base = ["rules.poa=", "rules.pps=", "rules.ta=nearest-robot", "rules.pp=free-flow", "seed=1"]
+
+    def visits(rule: str, *more: str) -> float | None:
+        return run("paper-250", overrides=[*base, f"rules.poa_pps={rule}", *more]).metrics["psv_per_order"]
+
+    limited = visits("{rule='split-among-stations', packing_capacity=10}")
+    few = "split-among-stations", "packing.boxes=10"
+    assert limited == visits(*few, "packing.packing_from=picked") == 0.752
+    assert (visits(*few) or 0) > 0.9
+
+
 @pytest.mark.parametrize("task", ["first-come", "pack-first", "due-first", "shortest"])
 @pytest.mark.parametrize("bound", ["least-reserved", "nearest"])
 def test_all_go_together(task: str, bound: str) -> None:
