@@ -496,12 +496,11 @@ class Scenario:
         if given is not None and given.process != "none" and rules.roa is None and rules.roa_rps is None:
             problem = "expected `rules.roa` and `rules.rps`, or `rules.roa_rps`, with the replenishment process"
             raise ValueError(f'{problem} "{given.process}"')
-        for key, usual in PACKING_RULES.items():  # what decides at packing stations unless the scenario says so
-            named = getattr(rules, key) or usual
-            if self.packing is None and named != usual:
-                raise ValueError(f'expected a section `packing` with the rule "{named.rule}" of packing stations')
-            rules = evolve(rules, **{key: None if self.packing is None else named})
-        object.__setattr__(self, "rules", rules)
+        chosen: dict[str, Any] = {key: getattr(rules, key) or usual for key, usual in PACKING_RULES.items()}
+        if self.packing is None and (other := [one.rule for key, one in chosen.items() if one != PACKING_RULES[key]]):
+            raise ValueError(f'expected a section `packing` with the rule "{other[0]}" of packing stations')
+        # What decides at packing stations unless the scenario says so
+        object.__setattr__(self, "rules", evolve(rules, **(dict.fromkeys(chosen) if self.packing is None else chosen)))
 
     def with_seed(self, seed: int) -> Scenario:
         """Return the same scenario with another seed."""
