@@ -199,9 +199,9 @@ class _AtPacking(Event):
 
 @frozen
 class PackingAssigned(_AtPacking):
-    """The first part of an order is assigned: a packing station packs it. A split order has a box there by number.
+    """The first part of an order is assigned: a packing station packs it, a split order from a box there.
 
-    ``box`` is the order's until it is packed; None for an order that is not split.
+    ``box`` is a number that no other order has there until this one is packed; None for an order that is not split.
     """
 
     box: int | None
@@ -247,7 +247,7 @@ class PackingStarted(_AtPacking):
 
 @frozen
 class OrderPacked(Event):
-    """An order is packed, which began at ``start_tick``; its box is free if it had one."""
+    """An order is packed, which began at ``start_tick``; its box is free now, or since its last pick."""
 
     start_tick: int
     order: int

@@ -484,6 +484,9 @@ def replaced_keys(section: object) -> tuple[str, frozenset[str]]:
     return "", frozenset()
 
 
+PACKING_RULES = {"packing": RuleChoice("least-reserved"), "packing_task": RuleChoice("first-come")}
+
+
 @frozen
 class Scenario:
     """A whole run: what is there, which rules decide, and the seed of every random stream.
@@ -508,12 +511,11 @@ class Scenario:
         if given is not None and given.process != "none" and rules.roa is None and rules.roa_rps is None:
             problem = "expected `rules.roa` and `rules.rps`, or `rules.roa_rps`, with the replenishment process"
             raise ValueError(f'{problem} "{given.process}"')
-        named = rules.packing or rules.packing_task
-        if self.packing is None and named is not None:
-            raise ValueError(f'expected a section `packing` with the rule "{named.rule}" of packing stations')
-        if self.packing is not None:  # what decides there unless the scenario says so
-            first, task = rules.packing or RuleChoice("least-reserved"), rules.packing_task or RuleChoice("first-come")
-            object.__setattr__(self, "rules", evolve(rules, packing=first, packing_task=task))
+        chosen: dict[str, Any] = {key: getattr(rules, key) or usual for key, usual in PACKING_RULES.items()}
+        if self.packing is None and (other := [one.rule for key, one in chosen.items() if one != PACKING_RULES[key]]):
+            raise ValueError(f'expected a section `packing` with the rule "{other[0]}" of packing stations')
+        # What decides at packing stations unless the scenario says so
+        object.__setattr__(self, "rules", evolve(rules, **(dict.fromkeys(chosen) if self.packing is None else chosen)))
 
     def with_seed(self, seed: int) -> Scenario:
         """Return the same scenario with another seed."""

@@ -14,7 +14,7 @@ from attrs import evolve, frozen
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.model import Scenario, replaced_keys
+from rmfs_core.scenario.model import PACKING_RULES, Scenario, replaced_keys
 from rmfs_core.scenario.overrides import anchored, apply_overrides, parse_override
 from rmfs_core.scenario.rulenames import check_rule_name, rule_choices
 from rmfs_core.scenario.service import with_times
@@ -115,12 +115,15 @@ def located(scenario: Scenario) -> Iterator[None]:
 
 
 def _check_replaced(scenario: Scenario, data: Mapping[str, Any]) -> None:
-    """Raise KeyProblem for a key that a file named beside it makes meaningless: it would be ignored in silence."""
+    """Raise KeyProblem for a key that would be ignored in silence, for a file or for want of packing."""
     for name in ("instance", "layout"):
         file, replaced = replaced_keys(getattr(scenario, name))
         for key in data.get(name, {}):
             if key in replaced:
                 raise KeyProblem(f"has no meaning beside `{name}.{file}`; leave one of them out", (name, key))
+    for key in data.get("rules", {}) if scenario.packing is None else ():
+        if key in PACKING_RULES:
+            raise KeyProblem("has no meaning without a section `packing`; leave it out", ("rules", key))
 
 
 def _check_rule_names(scenario: Scenario) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from attrs import frozen
+from attrs import Factory, frozen
 
 from rmfs_core.scenario.model import PackingSection
 from rmfs_core.timetable import ALWAYS, Timetable
@@ -39,6 +39,8 @@ class PackingStation:
         Orders that are bound for it and not packed, in the order in which that was decided.
     tasks, working
         What waits for a packer, longest waiting first; what is being done, and when that is finished in seconds.
+    free_boxes
+        How many more split orders it has room for.
     """
 
     id: int
@@ -49,20 +51,12 @@ class PackingStation:
     orders: tuple[Order, ...] = ()
     tasks: tuple[PackingTask, ...] = ()
     working: tuple[tuple[PackingTask, float], ...] = ()
+    free_boxes: int = Factory(lambda self: self.section.boxes, takes_self=True)
 
     @property
     def label(self) -> str:
         """Its name, for messages."""
         return str(self.id + 1)
-
-    @property
-    def free_boxes(self) -> int:
-        """How many more split orders it has room for."""
-        picked = self.section.packing_from == "picked"
-        taken = (
-            o.packing is not None and o.packing.box is not None and not (picked and o.complete) for o in self.orders
-        )
-        return self.section.boxes - sum(taken)
 
     @property
     def next_tasks(self) -> tuple[PackingTask, ...]:

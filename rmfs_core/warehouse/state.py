@@ -276,13 +276,23 @@ class Warehouse:
             box = next(number for number in count() if number not in taken)
         self.changes += 1
         order._packing = OrderPacking(station.id, box)
-        self.packing[station.id] = evolve(station, orders=(*station.orders, order))
+        free = station.free_boxes - (box is not None)
+        self.packing[station.id] = evolve(station, orders=(*station.orders, order), free_boxes=free)
         return box
 
     def pack(self, order: Order, **changes: Any) -> None:
         """Change how far an order is at its packing station."""
         self.changes += 1
         order._packing = evolve(self.packing_of(order), **changes)
+        if order._packing.packed:
+            self.free_box(order, "packed")
+
+    def free_box(self, order: Order, now: str) -> None:
+        """Free the box of an order, if it has one, where that is done when orders are ``"picked"`` or ``"packed"``."""
+        if (at := order._packing) is not None and at.box is not None:
+            station = self.packing[at.station]
+            free = station.free_boxes + (station.section.packing_from == now)
+            self.packing[at.station] = evolve(station, free_boxes=free)
 
     def bundle_arrives(
         self, sku: int, items: int, name: str = "", number: int | None = None, tick: int | None = None
@@ -479,6 +489,7 @@ class Warehouse:
             self._book(station)
         if order.split and order.complete:
             self.split_orders_open -= 1
+            self.free_box(order, "picked")
 
     # What makes one anew that is under way
 

@@ -235,7 +235,7 @@ class WarehouseView(ReadOnly):
 
     @property
     def split_orders_open(self) -> int:
-        """Number of split orders that are not completely picked: each takes a place at the packing stations."""
+        """Number of split orders that are not completely picked."""
         return self._state.split_orders_open
 
     @property
@@ -245,7 +245,7 @@ class WarehouseView(ReadOnly):
 
     @property
     def free_boxes(self) -> int | None:
-        """How many more orders can be split now: boxes at packing stations that no order has; None without these."""
+        """How many more orders can be split now: they count as `packing_from` says; None without packing stations."""
         return self._state.free_boxes
 
     def order(self, order_id: int) -> Order:

@@ -114,6 +114,24 @@ DAY: dict[str, Any] = {
     },
 }
 """What comes and goes: bundles, shifts, robots that charge, rest and move pods, waves."""
+PACKED: dict[str, Any] = {
+    **TINY,
+    "packing": {
+        "stations": 1,
+        "boxes": 2,
+        "packers": 1,
+        "sorters": 0,
+        "conveyor_s": 20,
+        "tote": "visit",
+        "tote_s": 3,
+        "put_s": 4,
+        "pack_s": 200,
+        "pack_item_s": 5,
+        "packing_from": "packed",
+        "open": {"1": [["00:00", "12:00"], ["13:00", "24:00"]]},
+    },
+    "rules": {"poa_pps": "pod-index", "pp": "free-flow", "packing": "nearest", "packing_task": {"rule": "pack-first"}},
+}
 SUPPLIED: dict[str, Any] = {
     **FILES,
     "instance": {
@@ -216,8 +234,8 @@ class Bases:
     Parameters
     ----------
     files
-        Contents by name; ``run/...`` and ``day/...`` are those of recorded runs. What `rmfs` compresses is not
-        compressed here.
+        Contents by name; ``run/...``, ``day/...`` and ``packed/...`` are those of recorded runs. What `rmfs` compresses
+        is not compressed here.
     rules
         Every installed rule as ``rmfs rules --json`` has it.
     keys
@@ -242,7 +260,7 @@ def make_bases(*, compiled: bool = True) -> Bases:
 
 def _made(folder: Path, compiled: bool) -> Bases:
     texts = {"tiny.toml": TINY, "rich.toml": RICH, "files.toml": FILES, "mapped.toml": MAPPED, "trial.toml": EXPERIMENT}
-    texts |= {"day.toml": DAY, "supplied.toml": SUPPLIED}
+    texts |= {"day.toml": DAY, "packed.toml": PACKED, "supplied.toml": SUPPLIED}
     for name, tree in texts.items():
         (folder / name).write_bytes(as_toml(tree))
     (folder / "lines.csv").write_bytes(LINES)
@@ -263,7 +281,8 @@ def _made(folder: Path, compiled: bool) -> Bases:
     (folder / "yard.txt").write_text(_call("scenario", "map", "day.toml"), encoding="utf-8")
     _call("run", "tiny.toml", "--out", "run", "--quiet", "--trace", "--record-decisions")
     _call("run", "day.toml", "--out", "day", "--quiet", "--trace", "--record-decisions")
-    for run in ("day", "run"):  # a state of each kind, where both have one that of the second
+    _call("run", "packed.toml", "--out", "packed", "--quiet", "--trace", "--record-decisions")
+    for run in ("packed", "day", "run"):  # a state of each kind, where both have one that of the second
         with gzip.open(folder / run / "decisions.jsonl.gz") as lines:
             asked = {json.loads(line).get("decides"): number for number, line in enumerate(lines)}
         for decides, number in asked.items():
@@ -271,6 +290,7 @@ def _made(folder: Path, compiled: bool) -> Bases:
                 _call("explain", run, "--decision", str(number), "--state", f"{decides.lower()}.json", "--json")
     _call("validate", "run")
     _call("validate", "day")
+    _call("validate", "packed")
     _call("decide", "poa.json", "--rule", "pod-match")
     _call("plan", "m.map", "--agents", "2", "--pp", "free-flow")
     _call(
@@ -282,10 +302,12 @@ def _made(folder: Path, compiled: bool) -> Bases:
         compiling = get_context("fork").Process(target=_call, args=("run", "tiny.toml", "--quiet", *choices))
         compiling.start()  # apart: threads that solvers leave do not survive a copy of the process
         compiling.join()
-    kept = [*folder.glob("*.*"), *(folder / "run").iterdir(), *(folder / "day").iterdir()]
+    recorded = [file for run in ("run", "day", "packed") for file in (folder / run).iterdir()]
+    kept = [*folder.glob("*.*"), *recorded]
     files = {file.relative_to(folder).as_posix(): file.read_bytes() for file in sorted(kept)}
     unpacked = {name: gzip.decompress(data) if name.endswith(".gz") else data for name, data in files.items()}
-    return Bases(unpacked, tuple(json.loads(_call("rules", "--json"))), (*_keys(RICH), *_keys(DAY)))
+    keys = [*_keys(RICH), *_keys(DAY), *(one for one in _keys(PACKED) if "packing" in one[0])]
+    return Bases(unpacked, tuple(json.loads(_call("rules", "--json"))), tuple(keys))
 
 
 def _place(folder: Path, rows: list[str]) -> None:

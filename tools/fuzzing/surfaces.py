@@ -40,6 +40,7 @@ SCENARIOS = (
     "rich.toml",
     "day.toml",
     "day.toml",
+    "packed.toml",
     "files.toml",
     "supplied.toml",
     "mapped.toml",
@@ -54,6 +55,8 @@ WITH_SCENARIO = (
 )
 WITHOUT_ORDERS = {"activation": "activate", "idle": "idle", "repositioning": "move"}
 """Keys of the rules that decide neither what is picked nor what is stored."""
+AT_PACKING = {"packing": "packing", "packing-task": "packing_task"}
+"""Keys of the rules of packing stations."""
 RUN_FILES = ("trace.jsonl.gz", "result.json", "orders.csv", "hours.csv", "stations.csv", "robots.csv")
 
 
@@ -172,8 +175,8 @@ def of_scenario(draft: Draft) -> None:
     if draft.random.random() < 0.4:
         tree = tomllib.loads(draft.files[name].decode("utf-8"))
         roles = "POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter", "ROA", "RPS", "ROA+RPS", *WITHOUT_ORDERS
-        role = draft.random.choice(roles)
-        key = {"filter": "filters", **WITHOUT_ORDERS}.get(role, role.lower().replace("+", "_"))
+        role = draft.random.choice((*roles, *AT_PACKING) if name == "packed.toml" else roles)
+        key = {"filter": "filters", **WITHOUT_ORDERS, **AT_PACKING}.get(role, role.lower().replace("+", "_"))
         if key == "poa_pps":
             tree["rules"] = {role: rule for role, rule in tree["rules"].items() if role not in ("poa", "pps")}
         if key == "roa_rps":
@@ -211,6 +214,8 @@ def of_map(draft: Draft) -> None:
     draft.need("mapped.toml", "hall.txt", "yard.txt")
     if draft.random.random() < 0.5:  # the one with a charger and a replenishment station
         draft.files["hall.txt"] = draft.files.pop("yard.txt")
+    if draft.random.random() < 0.3:
+        draft.files["hall.txt"] = draft.files["hall.txt"].replace(b" ", b"P", 1)
     draft.change("hall.txt", mutate_text)
     if draft.random.random() < 0.3:
         draft.arguments = ["plan", "hall.txt", "--agents", "2", "--pp", "free-flow", "--out", "out"]
@@ -218,6 +223,8 @@ def of_map(draft: Draft) -> None:
             draft.arguments += ["--effort", "2"]
     else:
         draft.with_scenario("mapped.toml")
+        if "--quiet" in draft.arguments and draft.random.random() < 0.5:
+            draft.arguments += ["--set", "packing.conveyor_speed_m_per_s=0.5"]
 
 
 def of_movingai(draft: Draft) -> None:
@@ -234,14 +241,14 @@ def of_movingai(draft: Draft) -> None:
 
 def of_state(draft: Draft) -> None:
     """States that rules are asked in."""
-    asked = draft.random.choice(("poa", "pps", "pr", "ta", "roa", "rps", *WITHOUT_ORDERS))
+    asked = draft.random.choice(("poa", "pps", "pr", "ta", "roa", "rps", *WITHOUT_ORDERS, *AT_PACKING))
     draft.need(f"{asked}.json")
     draft.change(f"{asked}.json", json_file)
-    decides = asked if asked in WITHOUT_ORDERS else asked.upper()
+    decides = asked if asked in WITHOUT_ORDERS | AT_PACKING else asked.upper()
     rule = draft.rule(*{"POA": ("POA", "POA+PPS"), "ROA": ("ROA", "ROA+RPS")}.get(decides, (decides,)))
     draft.arguments = ["decide", f"{asked}.json", "--rule", rule.pop("rule")]
     if draft.random.random() < 0.1:
-        roles = "POA", "PPS", "POA+PPS", "PR", "TA", "ROA", "RPS", "ROA+RPS", *WITHOUT_ORDERS
+        roles = "POA", "PPS", "POA+PPS", "PR", "TA", "ROA", "RPS", "ROA+RPS", *WITHOUT_ORDERS, *AT_PACKING
         draft.arguments += ["--decides", draft.random.choice(roles)]
     if draft.random.random() < 0.3:
         for key, value in rule.items():
@@ -253,8 +260,9 @@ def of_state(draft: Draft) -> None:
 
 def _run_folder(draft: Draft, names: tuple[str, ...]) -> None:
     """Add a recorded run as folder `run`, and change a file of it."""
-    if (run := draft.random.choice(("run", "day"))) == "day" and names == RUN_FILES:
-        names = (*names, "bundles.csv", "stock.csv")
+    run = draft.random.choice(("run", "day", "packed"))
+    if names == RUN_FILES:
+        names += {"run": (), "day": ("bundles.csv", "stock.csv"), "packed": ("packing.csv",)}[run]
     draft.files |= {f"run/{name}": draft.bases.files[f"{run}/{name}"] for name in names}
     chosen = names[0] if draft.random.random() < 0.7 else draft.random.choice(names)
     mutations: dict[str, Mutation] = {"csv": mutate_table, "json": json_file, "gz": json_lines}
@@ -427,8 +435,8 @@ def of_arguments(draft: Draft) -> None:
 def of_new_rule(draft: Draft) -> None:
     """Names of new rules."""
     names = ("my-rule", plain_text(nasty(draft.random)), draft.random.choice(PATHS))
-    decided = "POA", "PPS", "POA+PPS", "PR", "TA", "PP", "ROA", "RPS", "ROA+RPS", *WITHOUT_ORDERS, "filter", "observer"
-    decides = draft.random.choice((*decided, "command", "x", ""))
+    decided = "POA", "PPS", "POA+PPS", "PR", "TA", "PP", "ROA", "RPS", "ROA+RPS", *WITHOUT_ORDERS, *AT_PACKING
+    decides = draft.random.choice((*decided, "filter", "observer", "command", "x", ""))
     draft.arguments = ["new-rule", possible_argument(draft.random.choice(names)), "--decides", decides]
     if draft.random.random() < 0.5:
         draft.arguments += ["--into", draft.random.choice(PATHS)]

@@ -23,6 +23,9 @@ from rmfs_core.events import (
     Event,
     ItemPicked,
     OrderCompleted,
+    OrderPacked,
+    PartArrived,
+    PartSent,
     PodMoveDecided,
     PodStored,
     VisitEnded,
@@ -93,7 +96,7 @@ class RunCounts:
     """What both displays show of a run so far.
 
     ``picking`` has the pods that are at stations, by the station, ``moving`` the robots that carry pods elsewhere
-    without a visit, or come for them.
+    without a visit, or come for them; ``totes`` are on conveyors, ``packed`` is None without packing stations.
     """
 
     total: int = 0
@@ -102,6 +105,8 @@ class RunCounts:
     visits: int = 0
     stopped_early: int = 0
     stored: int = 0
+    totes: int = 0
+    packed: int | None = None
     picks_at: list[int] = field(factory=list)
     picking: dict[int, int] = field(factory=dict)
     moving: set[int] = field(factory=set)
@@ -110,7 +115,13 @@ class RunCounts:
     @classmethod
     def of(cls, run: RunInfo) -> RunCounts:
         """Return the counts at the start of a run."""
-        return cls(total=len(run.instance.orders), picks_at=[0] * len(run.layout.stations))
+        packed = 0 if run.warehouse.packing_stations else None
+        return cls(total=len(run.instance.orders), picks_at=[0] * len(run.layout.stations), packed=packed)
+
+    @property
+    def done(self) -> int:
+        """Orders that nothing is left to do of: packed, or picked without packing stations."""
+        return self.orders if self.packed is None else self.packed
 
     def add(self, event: Event) -> None:
         """Count an event."""
@@ -126,6 +137,10 @@ class RunCounts:
                 self.picking.pop(event.station, None)
             case OrderCompleted():
                 self.orders += 1
+            case PartSent() | PartArrived():
+                self.totes += 1 if isinstance(event, PartSent) else -1
+            case OrderPacked():
+                self.packed = (self.packed or 0) + 1
             case BundleStored():
                 self.stored += 1
             case PodMoveDecided():
@@ -202,8 +217,10 @@ class RunLines(Display):
         """Write the last line."""
         counts = self.counts
         stopped = f", {counts.stopped_early:,} solves stopped early" if counts.stopped_early else ""
+        packed = "" if counts.packed is None else f" ({counts.packed:,} packed)"
         self.line(
-            f"{status}: {counts.orders:,} of {counts.total:,} orders, {duration(to_seconds(tick))} simulated{stopped}"
+            f"{status}: {counts.orders:,} of {counts.total:,} orders{packed}, "
+            f"{duration(to_seconds(tick))} simulated{stopped}"
         )
 
 
@@ -268,7 +285,7 @@ class RunPanel(PanelDisplay):
         counts = self.counts
         wall = time.perf_counter() - self._started
         simulated = to_seconds(self._tick)
-        left = wall * (counts.total - counts.orders) / counts.orders if counts.orders else None
+        left = wall * (counts.total - counts.done) / counts.done if counts.done else None
         pairs: list[tuple[str, str | Text]] = [
             ("Simulated time", duration(simulated)),
             ("Picks", f"{counts.picks:,}"),
@@ -281,6 +298,9 @@ class RunPanel(PanelDisplay):
         ]
         if self._run.warehouse.replenishment_stations:
             pairs.append(("Bundles", f"{len(self._run.warehouse.bundles):,} wait, {counts.stored:,} stored"))
+        if (free := self._run.warehouse.free_boxes) is not None:
+            boxes = sum(station.section.boxes for station in self._run.warehouse.packing_stations)
+            pairs += [("Boxes in use", f"{boxes - free:,} of {boxes:,}"), ("Packed", counted(counts.done, "order"))]
         if counts.stopped_early:
             pairs.append(("Stopped early", f"{counts.stopped_early:,} solves"))
         return figures(pairs, per_row=2 if self.console.width < NARROW else 3)
@@ -291,6 +311,8 @@ class RunPanel(PanelDisplay):
         grid.add_column(style="dim", no_wrap=True)
         grid.add_column(no_wrap=True)
         grid.add_row("Robots", said_of_robots(run, self.counts.moving))
+        if run.warehouse.packing_stations:
+            grid.add_row("Packing", said_of_packing(run, self.counts.totes))
         signs = RISING_ASCII if self.console.options.ascii_only else RISING
         room = max(self.console.width - 48, 10)
         line = self.counts.throughput.line(self._tick, room, signs)
@@ -307,7 +329,7 @@ class RunPanel(PanelDisplay):
             table.add_column(name, justify="right", no_wrap=True)
         table.add_column("Waits for", no_wrap=True, ratio=1)
         stations = (*run.warehouse.stations, *only_storing(run))
-        room = max(self.console.height - 17, 1)
+        room = max(self.console.height - (19 if run.warehouse.packing_stations else 17), 1)
         for station in stations[:room]:
             table.add_row(*self._station(run, station))
         if len(stations) > room:
@@ -370,6 +392,16 @@ def said_of_robots(run: RunInfo, moving: Collection[int]) -> str:
     """Say how many robots do what, and of what only some runs have, what there is."""
     states, always = robots_by_state(run, moving), ("fetch", "carry", "in line", "idle")
     return ", ".join(f"{number} {state}" for state, number in states.items() if number or state in always)
+
+
+def said_of_packing(run: RunInfo, totes: int) -> str:
+    """Say what is on conveyors, what waits at packing stations, and who is at work there."""
+    stations = run.warehouse.packing_stations
+    waiting, working = (sum(map(len, found)) for found in zip(*((s.tasks, s.working) for s in stations), strict=True))
+    section = stations[0].section
+    crew = "packers and sorters" if section.sorters else "packers"
+    there = len(stations) * (section.packers + section.sorters)
+    return f"{counted(totes, 'tote')} on conveyors, {waiting:,} waiting, {working:,} of {there:,} {crew} at work"
 
 
 def waits_for(run: RunInfo, station: Station) -> str:

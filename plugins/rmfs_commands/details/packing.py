@@ -141,11 +141,17 @@ class Packing:
             yield told | {name: None if tick < 0 else to_seconds(tick) for name, tick in times}
 
     def hourly(self, rows: list[dict[str, Any]], end: int) -> None:
-        """Add to the rows of hours how many orders were packed, and how many boxes were reserved, a mean over time."""
+        """Add to the rows of hours how many orders were packed, and how many boxes were reserved, a mean over time.
+
+        Where packers come and go, how many were on duty, too.
+        """
         for row in rows if self.on else ():
             begin = row["hour"] * 3600 * TICKS_PER_S
             until = max(min(begin + 3600 * TICKS_PER_S, end), begin)
             row |= {"orders_packed": self._hourly[row["hour"]], "boxes": round(self._boxes.mean(begin, until), 3)}
+            if self._section.open is not None:
+                open_ticks = sum(length(_open(station.hours, begin, until)) for station in self._stations)
+                row["packers_on_duty"] = round(self._section.packers * open_ticks / max(until - begin, 1), 3)
 
     def values(self, end: int) -> dict[str, Number]:
         """Return the metrics by name; none where nothing is packed."""

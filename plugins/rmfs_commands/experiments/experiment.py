@@ -24,6 +24,8 @@ from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.wording import did_you_mean, listed, nearest
 
 DEFAULT_METRICS = ("psv_per_order", "pile_on", "distance_per_order_m", "turnover_s", "makespan_s", "picker_utilisation")
+PACKING_METRICS = ("packed_s", "consolidation_s", "boxes_max", "packer_utilisation_percent")
+"""Besides, where a scenario has packing stations."""
 HORIZON_METRICS = ("orders_per_hour", "picks_per_hour", *(name for name in DEFAULT_METRICS if name != "makespan_s"))
 """Those of runs that end at ``run.until_s``, and have no makespan."""
 LABELS = ("instance", "scenario", "rule_set", "seed", "status", "error", "error_kind", "key", "run_s")

@@ -13,6 +13,7 @@ from rmfs_commands.experiments.changes import SCENARIO_KEYS, changes_of
 from rmfs_commands.experiments.experiment import (
     DEFAULT_METRICS,
     HORIZON_METRICS,
+    PACKING_METRICS,
     Axis,
     AxisPoint,
     Base,
@@ -104,6 +105,9 @@ def _experiment(data: Mapping[str, Any], file: Path, metrics_place: str) -> Expe
         changes += [rule_set.changes for rule_set in rule_sets]
         limited = any(base.scenario.run.until_s is not None for base in bases)
         usual = HORIZON_METRICS if limited or any("run.until_s" in one for one in changes) else DEFAULT_METRICS
+        packs = any(base.scenario.packing is not None for base in bases)
+        if packs or any(key.startswith("packing") for one in changes for key in one):
+            usual += PACKING_METRICS
         return Experiment(
             name=name,
             description=_text(data, "description", ""),

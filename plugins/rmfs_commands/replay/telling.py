@@ -8,18 +8,19 @@ from importlib.metadata import EntryPoint
 from itertools import chain, pairwise
 from typing import Any
 
-from rmfs_commands.details.catalogue import METRICS
+from rmfs_commands.details.catalogue import METRICS, PACKING
 from rmfs_commands.replay.charges import Line
 from rmfs_commands.replay.columns import COLUMNS_OF_LEGS, Columns
 from rmfs_commands.replay.reading import Replay
 from rmfs_commands.trace import Trace
+from rmfs_commands.trace.reader import packing_stations
 from rmfs_core import entrypoints
 from rmfs_core.results.catalogue import show
 from rmfs_core.roles import Role
 from rmfs_core.world import Instance, Layout
 
 SHOWN = (
-    *("turnover_s", "psv_per_order", "pile_on", "distance_per_order_m"),
+    *("turnover_s", "packed_s", "psv_per_order", "pile_on", "distance_per_order_m"),
     *("orders_per_hour", "picks_per_hour", "picker_utilisation"),
 )
 """Metrics of the result that the page shows beside what is so at a time."""
@@ -53,6 +54,7 @@ def told(replay: Replay) -> dict[str, Any]:
             **{name: [station[name] for station in start.stations] for name in ("name", "capacity", "counts_orders")},
             "bundle_capacity": [station.get("bundle_capacity", 0) for station in start.stations],
         },
+        "packing": _packing(start),
         "blocked": list(start.blocked),
         **_columns(replay.columns),
         "charges": _charges(replay.columns.charges.lines(replay.tick)),
@@ -68,6 +70,15 @@ def _layout(layout: Layout) -> dict[str, Any]:
         "queues": [[cells.station, *cells.queue] for cells in layout.stations],
         **({"packing": [*layout.packing]} if layout.packing else {}),
     }
+
+
+def _packing(start: Trace) -> dict[str, Any] | None:
+    """Return how many packing stations there are, and what each has; None without them."""
+    section = start.scenario.get("packing")
+    if section is None:
+        return None
+    found = {name: section[name] for name in ("boxes", "packers", "sorters")}
+    return {**found, "stations": packing_stations(start), "until_picked": section["packing_from"] == "picked"}
 
 
 def _orders(instance: Instance) -> dict[str, Any]:
@@ -118,7 +129,7 @@ def _charges(lines: Sequence[Line]) -> dict[str, list[int]]:
 
 def metrics_of(values: Mapping[str, Any]) -> list[list[str]]:
     """Return label and value of metrics, as people read them; none where there is no result."""
-    known = {metric.name: metric for group in METRICS.values() for metric in group}
+    known = {metric.name: metric for group in (*METRICS.values(), PACKING) for metric in group}
     found = [(known[name], values[name]) for name in SHOWN if isinstance(values.get(name), int | float)]
     return [[metric.label, f"{show(metric, value)} {metric.unit}".rstrip()] for metric, value in found]
 

@@ -1,4 +1,4 @@
-"""``rmfs size``: the fewest robots and stations for a turn-over time."""
+"""``rmfs size``: the fewest robots and stations, or packers and boxes, for a turn-over time."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class RangeType(click.ParamType):  # type: ignore[type-arg]  # which only the ne
         return least, most
 
 
-@click.command(cls=SetCommand, short_help="Find the fewest robots and stations for a turn-over time.")
+@click.command(cls=SetCommand, short_help="Find the fewest robots and stations, or packers and boxes, for a time.")
 @scenario_argument
 @click.option("--p95", type=ABOVE_0, metavar="S", help="Most seconds of turn-over, 95th percentile.")
 @click.option("--mean", type=ABOVE_0, metavar="S", help="Most seconds of turn-over, mean.")
@@ -61,8 +61,22 @@ class RangeType(click.ParamType):  # type: ignore[type-arg]  # which only the ne
 @click.option(
     "--robots", type=RangeType(), metavar="A-B", help="Numbers of robots. [default: 1 to four times the scenario's]"
 )
-@click.option("--robot-cost", type=NumberRange(min=0), metavar="X", help="Cost of a robot, to say what is cheapest.")
-@click.option("--station-cost", type=NumberRange(min=0), metavar="X", help="Cost of a station.")
+@click.option(
+    "--packers",
+    type=RangeType(),
+    metavar="A-B",
+    help="Numbers of packers at each packing station, in place of stations. [default: 1 to twice the scenario's]",
+)
+@click.option(
+    "--boxes",
+    type=RangeType(),
+    metavar="A-B",
+    help="Numbers of boxes, in place of robots. [default: 1 to four times the scenario's]",
+)
+@click.option(
+    "--robot-cost", type=NumberRange(min=0), metavar="X", help="Cost of a robot or box, to say what is cheapest."
+)
+@click.option("--station-cost", type=NumberRange(min=0), metavar="X", help="Cost of a station or packer.")
 @click.option(
     "--seeds",
     type=WholeNumberRange(2, MOST_SEEDS),
@@ -94,6 +108,8 @@ def size(
     most: str | None,
     stations: tuple[int, int] | None,
     robots: tuple[int, int] | None,
+    packers: tuple[int, int] | None,
+    boxes: tuple[int, int] | None,
     robot_cost: float | None,
     station_cost: float | None,
     seeds: int,
@@ -107,10 +123,11 @@ def size(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Find the fewest robots and stations with which SCENARIO keeps a turn-over time: `--p95 900`.
+    """Find the fewest robots and stations, or packers and boxes, with which SCENARIO keeps a time: `--p95 900`.
 
     For each number of stations the fewest robots are sought, by runs with the same seeds for every size: four runs,
     then twice as many, and so on, until the mean over the seeds is known to be at most what was asked for, or more.
+    With `--packers` or `--boxes` packers and boxes are sought in the same way, for a time to packed.
     Every finished run is kept in DIR/runs, so that an interrupted search goes on where it stopped. The answer is
     printed and written to DIR: answer.json, candidates.csv. Exit code 1 when a run failed.
     """
@@ -119,8 +136,8 @@ def size(
     from rmfs_commands.experiments.running import open_workers
     from rmfs_commands.sizing import report
     from rmfs_commands.sizing.notices import Notices
+    from rmfs_commands.sizing.searching import BOXES, ROBOTS
     from rmfs_commands.sizing.sizing import size as search
-    from rmfs_commands.sizing.trials import counted
     from rmfs_core.errors import RunError
     from rmfs_core.rules import RuleSet
     from rmfs_core.scenario import located
@@ -128,11 +145,15 @@ def size(
     if (robot_cost is None) != (station_cost is None):
         raise click.UsageError("expected --robot-cost and --station-cost together, or neither")
     costs = None if robot_cost is None or station_cost is None else (robot_cost, station_cost)
+    packs = packers is not None or boxes is not None
+    if packs and (stations is not None or robots is not None):
+        raise click.UsageError("expected --stations and --robots, or --packers and --boxes")
     loaded = load_checked(scenario, overrides, seed)
-    target = _target(p95, mean, most, confidence, range(loaded.seed, loaded.seed + seeds))
+    times = ("packed_p95_s", "packed_s") if packs else ("turnover_p95_s", "turnover_s")
+    target = _target(p95, mean, most, confidence, range(loaded.seed, loaded.seed + seeds), times)
     with located(loaded):
         rules = RuleSet.load(loaded.rules, loaded.folder, allow_inline=not no_inline_rules)
-    notes = notes_console(quiet=quiet)
+    things, notes = BOXES if packs else ROBOTS, notes_console(quiet=quiet)
     for file in rules.inline_files:
         say(notes, f"Loading code from {file}.")
     name = scenario_name(scenario)
@@ -148,8 +169,12 @@ def size(
                 workers=workers,
                 stations=stations,
                 robots=robots,
+                packers=packers,
+                boxes=boxes,
                 watcher=Notices(notes),
-                tell=lambda one: say(notes, f"{counted(one.stations, one.robots)}: {report.verdict_of(one, target)}"),
+                tell=lambda one: say(
+                    notes, f"{things.counted(one.first, one.second)}: {report.verdict_of(one, target)}"
+                ),
                 allow_inline_rules=not no_inline_rules,
             )
     except KeyboardInterrupt:
@@ -168,13 +193,20 @@ def size(
         raise RunError(f"{answer.failed} runs failed; {folder / report.CANDIDATES_FILE} says why.")
 
 
-def _target(p95: float | None, mean: float | None, most: str | None, confidence: float, seeds: range) -> Target:
-    """Return what is asked for."""
+def _target(
+    p95: float | None,
+    mean: float | None,
+    most: str | None,
+    confidence: float,
+    seeds: range,
+    times: tuple[str, str],
+) -> Target:
+    """Return what is asked for; ``times`` are the metrics of the 95th percentile and of the mean."""
     from rmfs_commands.sizing.target import Target
 
     if sum(option is not None for option in (p95, mean, most)) != 1:
         raise click.UsageError("expected one of --p95, --mean and --most")
-    metric, limit = ("turnover_p95_s", p95) if mean is None else ("turnover_s", mean)
+    metric, limit = (times[0], p95) if mean is None else (times[1], mean)
     if most is not None:
         metric, _, text = most.partition("=")
         metric = metric.strip()

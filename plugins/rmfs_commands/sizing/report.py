@@ -6,9 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import attrs
-
-from rmfs_commands.sizing.trials import counted
+from rmfs_commands.sizing.searching import BOXES
 from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
 from rmfs_core.wording import listed
 
@@ -20,10 +18,10 @@ if TYPE_CHECKING:
     from rmfs_commands.sizing.trials import Candidate
 
 ANSWER_FILE, CANDIDATES_FILE = "answer.json", "candidates.csv"
-COLUMNS = ("stations", "robots", "mean", "low", "high", "seeds", "verdict", "fewest", "reason")
+COLUMNS = ("mean", "low", "high", "seeds", "verdict", "fewest", "reason")
 
 Costs = tuple[float, float]
-"""Of a robot and of a station."""
+"""Of a robot and of a station, or of a box and of a packer."""
 
 
 def verdict_of(candidate: Candidate, target: Target) -> str:
@@ -43,12 +41,12 @@ def table_of(answer: Answer) -> Table:
 
     target = answer.target
     table = new_table(f"{target.label}, at most {target.with_unit(target.most)}")
-    for name in ("Stations", "Robots", "Mean", "Interval", "Seeds"):
+    for name in (*(name.capitalize() for name in _names(answer)), "Mean", "Interval", "Seeds"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("Verdict")
-    for found in answer.stations:
+    for found in answer.found:
         for one in answer.candidates:
-            if one.stations != found.stations:
+            if one.first != found.first:
                 continue
             mean = interval = ""
             if one.estimate is not None:
@@ -57,11 +55,16 @@ def table_of(answer: Answer) -> Table:
             best = one in answer.frontier
             verdict = f"{one.verdict.value}, fewest" if best else one.verdict.value
             verdict += f": {one.reason}" if one.reason else ""
-            cells = str(one.stations), str(one.robots), mean, interval, str(one.seeds or "")
+            cells = str(one.first), str(one.second), mean, interval, str(one.seeds or "")
             table.add_row(*cells, Text(verdict), style="bold green" if best else "")
         if found.reason:
-            table.add_row(str(found.stations), "", "", "", "", Text(found.reason))
+            table.add_row(str(found.first), "", "", "", "", Text(found.reason))
     return table
+
+
+def _names(answer: Answer) -> tuple[str, str]:
+    """Return what is counted, for columns and keys: stations and robots, or packers and boxes."""
+    return answer.things.first[1], answer.things.second[1]
 
 
 def rows_of(answer: Answer) -> Iterator[dict[str, Any]]:
@@ -69,8 +72,7 @@ def rows_of(answer: Answer) -> Iterator[dict[str, Any]]:
     for one in answer.candidates:
         known = one.estimate
         yield {
-            "stations": one.stations,
-            "robots": one.robots,
+            **dict(zip(_names(answer), (one.first, one.second), strict=True)),
             "mean": known and known.mean,
             "low": known and known.low,
             "high": known and known.high,
@@ -86,17 +88,20 @@ def sentences_of(answer: Answer, costs: Costs | None) -> Iterator[str]:
     target = answer.target
     limit, sure = target.with_unit(target.most), f"{100 * target.confidence:g} %"
     asked = f"{target.label}, at most {limit} with {sure} confidence"
+    counted = answer.things.counted
     if answer.frontier:
-        yield f"{asked}: {', or '.join(counted(one.stations, one.robots, ' with ') for one in answer.frontier)}."
+        yield f"{asked}: {', or '.join(counted(one.first, one.second, ' with ') for one in answer.frontier)}."
     else:
         yield f"{asked}: none of the sizes is shown to be enough."
     cheapest = answer.cheapest(*costs) if costs else None
     if cheapest is not None:
         one, cost = cheapest
-        yield f"The cheapest of these costs {cost:,.12g}: {counted(one.stations, one.robots, ' with ')}."
+        yield f"The cheapest of these costs {cost:,.12g}: {counted(one.first, one.second, ' with ')}."
     if answer.undecided:
-        sizes = [f"{one.stations} with {one.robots}" for one in answer.undecided]
+        sizes = [f"{one.first} with {one.second}" for one in answer.undecided]
         yield f"Undecided after {len(target.seeds)} seeds: {listed(sizes)}; more --seeds may tell."
+    if answer.things is BOXES:
+        yield "Packers and boxes are those of each packing station."
     if answer.at_once:
         yield "All orders are there at once: turn-over says how fast the backlog is worked off, not how a load is kept."
 
@@ -105,6 +110,7 @@ def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
     """Return the answer as plain values."""
     target = answer.target
     cheapest = answer.cheapest(*costs) if costs else None
+    names = _names(answer)
     rows = list(rows_of(answer))
     content: dict[str, Any] = {
         "scenario": answer.scenario,
@@ -115,10 +121,12 @@ def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
         "frontier": [row for row in rows if row["fewest"]],
     }
     if costs is not None:
-        found = None if cheapest is None else {"stations": cheapest[0].stations, "robots": cheapest[0].robots}
-        content["costs"] = {"robot": costs[0], "station": costs[1]}
-        content["cheapest"] = None if found is None or cheapest is None else found | {"cost": cheapest[1]}
-    content["stations"] = [attrs.asdict(found) for found in answer.stations]
+        content["costs"] = {answer.things.second[0]: costs[0], answer.things.first[0]: costs[1]}
+        best = cheapest and (cheapest[0].first, cheapest[0].second)
+        content["cheapest"] = best and cheapest and {**dict(zip(names, best, strict=True)), "cost": cheapest[1]}
+    content[names[0]] = [
+        {names[0]: found.first, names[1]: found.second, "reason": found.reason} for found in answer.found
+    ]
     content["candidates"] = rows
     content["notes"] = list(sentences_of(answer, costs))
     return content
@@ -127,5 +135,5 @@ def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
 def write_answer(answer: Answer, costs: Costs | None, folder: Path) -> None:
     """Write answer.json and candidates.csv, both or none."""
     with staged(output_folder(folder)) as path:
-        write_text(path / CANDIDATES_FILE, to_csv(COLUMNS, rows_of(answer)))
+        write_text(path / CANDIDATES_FILE, to_csv((*_names(answer), *COLUMNS), rows_of(answer)))
         write_text(path / ANSWER_FILE, to_json(json_ready(content_of(answer, costs)), indent=2) + "\n")

@@ -1,4 +1,4 @@
-"""The search for the fewest robots, for one number of stations after the other.
+"""The search for the fewest robots, for one number of stations after the other; or the fewest boxes, of packers.
 
 It takes for granted that more robots do no harm, nor more stations. That is not always so: robots stand in each other's
 way. So it looks once more beside what it finds, and says what it did not try.
@@ -16,21 +16,38 @@ Passes = Callable[[int, int], bool]
 
 
 @frozen
+class Things:
+    """The two kinds of things whose fewest are sought, each by its singular and plural."""
+
+    first: tuple[str, str]
+    second: tuple[str, str]
+
+    def counted(self, first: int, second: int, between: str = ", ") -> str:
+        """Return a size in words."""
+        return f"{first} {self.first[first != 1]}{between}{second} {self.second[second != 1]}"
+
+
+ROBOTS = Things(("station", "stations"), ("robot", "robots"))
+BOXES = Things(("packer", "packers"), ("box", "boxes"))
+"""Of each packing station."""
+
+
+@frozen
 class Found:
-    """What came of a number of stations.
+    """What came of a number of stations, or of packers.
 
     Parameters
     ----------
-    stations
+    first
         How many.
-    robots
-        The fewest robots found to be enough, None where none are.
+    second
+        The fewest robots, or boxes, found to be enough, None where none are.
     reason
         Why there are none.
     """
 
-    stations: int
-    robots: int | None
+    first: int
+    second: int | None
     reason: str | None = None
 
 
@@ -73,9 +90,13 @@ def fewest(passes: Callable[[int], bool], least: int, most: int, start: int, ste
 
 
 def search(
-    passes: Passes, stations: Sequence[int], robots: tuple[int, int], start: tuple[int, int]
+    passes: Passes,
+    stations: Sequence[int],
+    robots: tuple[int, int],
+    start: tuple[int, int],
+    things: Things = ROBOTS,
 ) -> tuple[Found, ...]:
-    """Return what comes of each number of stations, ascending.
+    """Return what comes of each number of stations, ascending; with packers and boxes it is the same.
 
     Of the numbers of stations that one nearest to the start comes first, then those below it, each from the robots that
     the one before needs; when none are enough for one, those below it are not tried. Then those above: of them only
@@ -91,22 +112,25 @@ def search(
         The fewest and the most robots.
     start
         Stations and robots to begin with.
+    things
+        What messages call them.
     """
     least, most = robots
     wide = max(start[1] // 2, 1)
     first = min(stations, key=lambda number: (abs(number - start[0]), number))
 
     found: dict[int, int | None] = {first: fewest(partial(passes, first), least, most, start[1], wide)}
-    reasons = {} if found[first] else {first: not_enough(most)}
+    none = f"no number of {things.second[1]} up to {most} is enough"
+    reasons = {} if found[first] else {first: none}
     before = first
     for number in reversed([one for one in stations if one < first]):
         needed = found[before]
         if needed is None:
-            found[number], reasons[number] = None, f"not tried: {before} stations are too few already"
+            found[number], reasons[number] = None, f"not tried: {before} {things.first[1]} are too few already"
             continue
         found[number] = fewest(partial(passes, number), least, most, needed)
         if found[number] is None:
-            reasons[number] = not_enough(most)
+            reasons[number] = none
         before = number
     best = found[first]
     for number in (one for one in stations if one > first):
@@ -114,24 +138,19 @@ def search(
         if best is None:
             best = found[number] = fewest(at, least, most, start[1], wide)
             if best is None:
-                reasons[number] = not_enough(most)
+                reasons[number] = none
             continue
         found[number] = fewest(at, least, best - 1, best - 1) if best > least else None
         if found[number] is None:
-            reasons[number] = "saves no robot"
+            reasons[number] = f"saves no {things.second[0]}"
         best = found[number] or best
     return tuple(Found(number, found[number], reasons.get(number)) for number in stations)
 
 
-def not_enough(most: int) -> str:
-    """Say that none are enough."""
-    return f"no number of robots up to {most} is enough"
-
-
 def frontier(found: Sequence[Found]) -> tuple[Found, ...]:
-    """Return what needs fewer robots than everything with fewer stations."""
+    """Return what needs fewer robots than everything with fewer stations, or fewer boxes with fewer packers."""
     kept: list[Found] = []
-    for one in sorted(found, key=lambda one: one.stations):
-        if one.robots is not None and (not kept or one.robots < (kept[-1].robots or 0)):
+    for one in sorted(found, key=lambda one: one.first):
+        if one.second is not None and (not kept or one.second < (kept[-1].second or 0)):
             kept.append(one)
     return tuple(kept)

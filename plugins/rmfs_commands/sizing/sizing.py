@@ -1,4 +1,4 @@
-"""The fewest robots and stations for a target: from the question to the answer."""
+"""The fewest robots and stations, or packers and boxes, for a target: from the question to the answer."""
 
 from __future__ import annotations
 
@@ -10,20 +10,11 @@ from attrs import frozen
 from rmfs_commands.experiments import Watcher
 from rmfs_commands.experiments.workers import Workers
 from rmfs_commands.sizing.judging import FIRST_LOOK, Verdict
-from rmfs_commands.sizing.searching import Found, frontier, search
+from rmfs_commands.sizing.searching import ROBOTS, Found, Things, frontier, search
 from rmfs_commands.sizing.target import Target
 from rmfs_commands.sizing.trials import Candidate, Trials
-from rmfs_commands.sizing.worlds import Worlds
-from rmfs_core.errors import InputError
+from rmfs_commands.sizing.worlds import PackingWorlds, Range, Worlds
 from rmfs_core.scenario import Scenario
-
-TIMES = 2, 4
-"""The most stations and robots that are tried, as multiples of the scenario's, where nothing else is asked for."""
-
-MOST_STATIONS = 200
-"""Each has a row of its own."""
-
-Range = tuple[int, int]
 
 
 @frozen
@@ -36,22 +27,25 @@ class Answer:
         Its name.
     target
         What was asked for.
-    stations
-        What came of each number of stations, ascending.
+    found
+        What came of each number of stations, or packers, ascending.
     frontier
-        The sizes that are enough and have fewer robots than every one with fewer stations.
+        The sizes that are enough and have fewer robots, or boxes, than every one with fewer stations, or packers.
     candidates
-        All that was judged, by stations and robots.
+        All that was judged, by size.
     at_once
         Whether all orders arrive at the same time.
+    things
+        What is sized.
     """
 
     scenario: str
     target: Target
-    stations: tuple[Found, ...]
+    found: tuple[Found, ...]
     frontier: tuple[Candidate, ...]
     candidates: tuple[Candidate, ...]
     at_once: bool
+    things: Things = ROBOTS
 
     @property
     def failed(self) -> int:
@@ -65,12 +59,12 @@ class Answer:
             one
             for one in self.candidates
             if one.verdict is Verdict.UNDECIDED
-            and not any(best.stations <= one.stations and best.robots <= one.robots for best in self.frontier)
+            and not any(best.first <= one.first and best.second <= one.second for best in self.frontier)
         )
 
-    def cheapest(self, robot_cost: float, station_cost: float) -> tuple[Candidate, float] | None:
-        """Return what costs least of the frontier, with its cost; of equals what has fewest stations."""
-        costs = [(one, robot_cost * one.robots + station_cost * one.stations) for one in self.frontier]
+    def cheapest(self, of_second: float, of_first: float) -> tuple[Candidate, float] | None:
+        """Return what costs least of the frontier, with its cost; of equals what has fewest stations, or packers."""
+        costs = [(one, of_second * one.second + of_first * one.first) for one in self.frontier]
         return min(costs, key=lambda priced: priced[1]) if costs else None
 
 
@@ -83,11 +77,13 @@ def size(
     workers: Workers,
     stations: Range | None = None,
     robots: Range | None = None,
+    packers: Range | None = None,
+    boxes: Range | None = None,
     watcher: Watcher | None = None,
     tell: Callable[[Candidate], None] = lambda _: None,
     allow_inline_rules: bool = True,
 ) -> Answer:
-    """Search for the fewest robots and stations that keep a target.
+    """Search for the fewest robots and stations, or packers and boxes, that keep a target.
 
     Parameters
     ----------
@@ -103,6 +99,8 @@ def size(
         Who runs them.
     stations, robots
         The fewest and the most; None: 1 to `TIMES` as many as the scenario has.
+    packers, boxes
+        Likewise, of each packing station; with one of them stations and robots are as in the scenario.
     watcher, allow_inline_rules
         As `rmfs_commands.experiments.run_experiment` has them.
     tell
@@ -115,30 +113,23 @@ def size(
     RunError
         When a run ends without any result. (One that a rule's misbehaviour ends makes its size fail.)
     """
-    worlds = Worlds(scenario, target.seeds[:FIRST_LOOK])
+    kind, ranges = (Worlds, (stations, robots)) if packers is boxes is None else (PackingWorlds, (packers, boxes))
+    worlds = kind(scenario, target.seeds[:FIRST_LOOK])
     target.check(worlds.instances)
-    fixed = worlds.n_stations
-    if worlds.on_a_map and stations not in (None, (fixed, fixed)):
-        raise InputError("--stations", f"the map of the scenario has {fixed}; expected a scenario without a map")
-    least, most = (fixed, fixed) if worlds.on_a_map else stations or (1, TIMES[0] * fixed)
-    if most > MOST_STATIONS:
-        raise InputError("--stations", f"found {most:,}; expected {MOST_STATIONS} at most")
-    few, many = robots or (1, min(TIMES[1] * scenario.robots.count, worlds.places))
-    if many > worlds.places:
-        raise InputError("--robots", f"found {many:,}; the layout has {worlds.places:,} places to park them")
+    numbers, (few, many) = worlds.ranges(*ranges)
     impossible: dict[int, str] = {}
-    for number in range(least, most + 1):
+    for number in numbers:
         why = worlds.overload(number) or worlds.obstacle(number, many, target)
         if why is not None:
             impossible[number] = why
-    possible = [number for number in range(least, most + 1) if number not in impossible]
+    possible = [number for number in numbers if number not in impossible]
     found = [Found(number, None, why) for number, why in impossible.items()]
     judged: dict[tuple[int, int], Candidate] = {}
     if possible:
         trials = Trials(worlds, name, target, Path(store), workers, watcher or Watcher(), tell, allow_inline_rules)
-        found += search(trials.passes, possible, (few, many), (fixed, scenario.robots.count))
+        found += search(trials.passes, possible, (few, many), worlds.start, worlds.things)
         judged = trials.judged
-    found.sort(key=lambda one: one.stations)
-    best = tuple(judged[one.stations, one.robots] for one in frontier(found) if one.robots is not None)
+    found.sort(key=lambda one: one.first)
+    best = tuple(judged[one.first, one.second] for one in frontier(found) if one.second is not None)
     every = tuple(judged[key] for key in sorted(judged))
-    return Answer(name, target, tuple(found), best, every, worlds.at_once)
+    return Answer(name, target, tuple(found), best, every, worlds.at_once, worlds.things)

@@ -21,8 +21,8 @@ class Candidate:
 
     Parameters
     ----------
-    stations, robots
-        The size.
+    first, second
+        The size: stations and robots, or packers and boxes.
     verdict
         Whether it is enough.
     seeds
@@ -35,8 +35,8 @@ class Candidate:
         Runs that an error ended.
     """
 
-    stations: int
-    robots: int
+    first: int
+    second: int
     verdict: Verdict
     seeds: int = 0
     estimate: Estimate | None = None
@@ -78,7 +78,7 @@ class Trials:
     allow_inline_rules: bool = True
     judged: dict[tuple[int, int], Candidate] = field(factory=dict, init=False)
 
-    def passes(self, stations: int, robots: int) -> bool:
+    def passes(self, first: int, second: int) -> bool:
         """Whether a size is enough.
 
         Raises
@@ -88,24 +88,24 @@ class Trials:
         RunError
             When a run ends without any result, as when its worker is killed: it says nothing of the size.
         """
-        size = stations, robots
+        size = first, second
         if size not in self.judged:
-            self.judged[size] = self._judge(stations, robots)
+            self.judged[size] = self._judge(first, second)
             self.tell(self.judged[size])
         return self.judged[size].verdict is Verdict.PASSES
 
-    def _judge(self, stations: int, robots: int) -> Candidate:
+    def _judge(self, first: int, second: int) -> Candidate:
         target = self.target
-        found = Candidate(stations, robots, Verdict.FAILS)
-        obstacle = self.worlds.obstacle(stations, robots, target)
+        found = Candidate(first, second, Verdict.FAILS)
+        obstacle = self.worlds.obstacle(first, second, target)
         if obstacle is not None:
             return evolve(found, reason=obstacle)
         looked = looks(len(target.seeds))
         for n_seeds in looked:
-            rows = self._runs(stations, robots, target.seeds[:n_seeds])
+            rows = self._runs(first, second, target.seeds[:n_seeds])
             lost = next((row for row in rows if row["status"] == "failed" and "run_s" not in row), None)
             if lost is not None:  # a worker's death says nothing of the size, and what follows would rest on it
-                raise RunError(f"{counted(stations, robots)}, seed {lost['seed']}: {lost['error']}")
+                raise RunError(f"{self.worlds.things.counted(first, second)}, seed {lost['seed']}: {lost['error']}")
             found = evolve(found, seeds=n_seeds)
             complete = [row for row in rows if row["status"] == "complete"]
             if complete and not any(target.metric in row for row in complete):
@@ -121,12 +121,12 @@ class Trials:
                 break
         return found
 
-    def _runs(self, stations: int, robots: int, seeds: Sequence[int]) -> list[Row]:
-        size = counted(stations, robots)
+    def _runs(self, first: int, second: int, seeds: Sequence[int]) -> list[Row]:
+        size = self.worlds.things.counted(first, second)
         experiment = Experiment(
             name="size",
             bases=(Base(self.name, self.worlds.scenario),),
-            rule_sets=(RuleSetChoice(size, self.worlds.changes(stations, robots)),),
+            rule_sets=(RuleSetChoice(size, self.worlds.changes(first, second)),),
             seeds=tuple(seeds),
             baseline=size,
             metrics=(self.target.metric,),
@@ -141,12 +141,6 @@ class Trials:
             watcher=self.watcher,
             allow_inline_rules=self.allow_inline_rules,
         ).rows
-
-
-def counted(stations: int, robots: int, between: str = ", ") -> str:
-    """Return a size in words."""
-    words = "station" if stations == 1 else "stations", "robot" if robots == 1 else "robots"
-    return f"{stations} {words[0]}{between}{robots} {words[1]}"
 
 
 def _problem(row: Row, metric: str) -> str | None:

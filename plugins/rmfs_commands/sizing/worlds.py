@@ -1,4 +1,4 @@
-"""The scenario with other numbers of stations and robots, and what can be said of it without a run."""
+"""The scenario with other numbers of stations and robots, or packers and boxes, and what needs no run."""
 
 from __future__ import annotations
 
@@ -11,13 +11,22 @@ from statistics import fmean
 from attrs import evolve
 
 from rmfs_commands.bounds import BOUNDED, find_bounds
+from rmfs_commands.sizing.searching import BOXES, ROBOTS, Things
 from rmfs_commands.sizing.target import Target
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario
+from rmfs_core.scenario.model import PackingSection
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.world import Instance, make_instance, make_layout
 
 Changes = dict[str, int]
+Range = tuple[int, int]
+
+TIMES = 2, 4
+"""The most stations and robots that are tried, as multiples of the scenario's, where nothing else is asked for."""
+MOST_STATIONS = 200
+"""Each has a row of its own."""
+MOST_BOXES = 100_000
 
 
 class Worlds:
@@ -30,6 +39,8 @@ class Worlds:
     seeds
         Whose orders are looked at.
     """
+
+    things: Things = ROBOTS
 
     def __init__(self, scenario: Scenario, seeds: Sequence[int]) -> None:
         self.scenario = scenario
@@ -49,6 +60,22 @@ class Worlds:
         """Picking stations that the scenario itself has."""
         layout = make_layout(self.scenario)
         return len(layout.stations) - layout.replenishing
+
+    @property
+    def start(self) -> tuple[int, int]:
+        """The scenario's own size, with which the search begins."""
+        return self.n_stations, self.scenario.robots.count
+
+    def ranges(self, stations: Range | None, robots: Range | None) -> tuple[range, Range]:
+        """Return the numbers of stations to try, and the fewest and most robots; InputError where there is no room."""
+        fixed = self.n_stations
+        if self.on_a_map and stations not in (None, (fixed, fixed)):
+            raise InputError("--stations", f"the map of the scenario has {fixed}; expected a scenario without a map")
+        least, most = (fixed, fixed) if self.on_a_map else stations or (1, TIMES[0] * fixed)
+        few, many = robots or (1, min(TIMES[1] * self.scenario.robots.count, self.places))
+        if many > self.places:
+            raise InputError("--robots", f"found {many:,}; the layout has {self.places:,} places to park them")
+        return _numbers("--stations", least, most), (few, many)
 
     @property
     def places(self) -> int:
@@ -103,19 +130,24 @@ class Worlds:
 
         That can be said of arrivals at one rate for ever, which is what `poisson` without a profile is.
         """
-        arrivals, handle_s = self.scenario.instance.arrivals, self.scenario.stations.handle_s
-        files = self.scenario.instance.orders_file is not None
-        if files or arrivals.orders_per_hour is None or arrivals.profile is not None:
-            return None
-        orders = [order for instance in self.instances for order in instance.orders]
-        if not orders:
-            return None
-        items_per_hour = arrivals.orders_per_hour * fmean(order.items for order in orders)
-        busy = items_per_hour * handle_s / (3600 * stations)
-        if busy < 1:
+        handle_s, items_per_hour = self.scenario.stations.handle_s, self.orders_per_hour * self.items_per_order
+        if (busy := items_per_hour * handle_s / (3600 * stations)) < 1:
             return None
         percent = f"{100 * busy:.0f} %"
         return f"{items_per_hour:.0f} items an hour of {handle_s:g} s keep each picker busy for {percent} of the time"
+
+    @property
+    def orders_per_hour(self) -> float:
+        """The rate at which orders arrive for ever; 0 where they do not."""
+        arrivals = self.scenario.instance.arrivals
+        if self.scenario.instance.orders_file is not None or arrivals.profile is not None:
+            return 0.0
+        return arrivals.orders_per_hour or 0.0
+
+    @property
+    def items_per_order(self) -> float:
+        """Items of an order, a mean; 0 without orders."""
+        return fmean([order.items for instance in self.instances for order in instance.orders] or [0])
 
     def obstacle(self, stations: int, robots: int, target: Target) -> str | None:
         """Say why a size needs no run: it is refused, or no rules can keep the target with any of the seeds."""
@@ -135,3 +167,54 @@ class Worlds:
         except InputError as error:
             return str(error)
         return f"whatever the rules, it is {target.with_unit(min(least))} or more" if least else None
+
+
+class PackingWorlds(Worlds):
+    """A scenario's warehouse with other numbers of packers and boxes at each of its packing stations."""
+
+    things = BOXES
+
+    @cached_property
+    def section(self) -> PackingSection:
+        """The scenario's packing stations; InputError where there are none."""
+        if self.scenario.packing is None:
+            place = "--packers, --boxes"
+            raise InputError(place, "the scenario has no packing stations; expected one with a section `packing`")
+        return self.scenario.packing
+
+    @property
+    def start(self) -> tuple[int, int]:
+        """The scenario's own size, with which the search begins."""
+        return self.section.packers, self.section.boxes
+
+    def ranges(self, packers: Range | None, boxes: Range | None) -> tuple[range, Range]:
+        """Return the numbers of packers to try, and the fewest and most boxes."""
+        (of_packers, of_boxes), here = TIMES, self.start
+        few, many = boxes or (1, of_boxes * here[1])
+        if many > MOST_BOXES:
+            raise InputError("--boxes", f"found {many:,}; expected {MOST_BOXES:,} at most")
+        return _numbers("--packers", *(packers or (1, of_packers * here[0]))), (few, many)
+
+    def changes(self, packers: int, boxes: int) -> Changes:
+        """Return the scenario keys that make it this size."""
+        return {"packing.packers": packers, "packing.boxes": boxes}
+
+    def of_size(self, packers: int, boxes: int) -> Scenario:
+        """Return the scenario of a size."""
+        return evolve(self.scenario, packing=evolve(self.section, packers=packers, boxes=boxes))
+
+    def overload(self, packers: int) -> str | None:
+        """Say so when orders arrive faster, in the long run, than packers can pack."""
+        number = self.section.stations or len(make_layout(self.scenario).packing) or 1
+        each_s = self.section.pack_s + self.section.pack_item_s * self.items_per_order
+        if (busy := self.orders_per_hour * each_s / (3600 * number * packers)) < 1:
+            return None
+        each = f"{self.orders_per_hour:g} orders an hour of {each_s:.0f} s"
+        return f"{each} keep each packer busy for {100 * busy:.0f} % of the time"
+
+
+def _numbers(option: str, least: int, most: int) -> range:
+    """Return numbers that each have a row of their own; InputError where they are too many."""
+    if most > MOST_STATIONS:
+        raise InputError(option, f"found {most:,}; expected {MOST_STATIONS} at most")
+    return range(least, most + 1)

@@ -137,7 +137,7 @@ def _packing(state: State, names: Names, orders: Sequence[OrderMemento]) -> Iter
         if told.orders is not None:
             bound = [names.order(order, *path, "orders", at) for at, order in enumerate(told.orders)]
         waiting, working = tasks("tasks", told.tasks), tasks("working", told.working)
-        yield PackingMemento(state.packing.section, tuple(bound), waiting, working)
+        yield PackingMemento(state.packing.section, tuple(bound), waiting, working, to_ticks(told.zero_s))
 
 
 def _waits(state: State, names: Names, name: str, *, begun: bool) -> bool | None:

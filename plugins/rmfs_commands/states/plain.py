@@ -78,18 +78,23 @@ class TaskMemento(NamedTuple):
 
 @frozen
 class PackingMemento:
-    """A packing station: the orders that are bound for it and not packed, what waits, and what is being done."""
+    """A packing station: the orders that are bound for it and not packed, what waits, and what is being done.
+
+    ``zero`` is the tick of the day at time 0, from which its hours count.
+    """
 
     section: PackingSection
     orders: tuple[int, ...] = ()
     tasks: tuple[TaskMemento, ...] = ()
     working: tuple[TaskMemento, ...] = ()
+    zero: int = 0
 
     @classmethod
     def of(cls, station: PackingStation) -> PackingMemento:
         """Return what a packing station is now."""
         orders, tasks = tuple(order.id for order in station.orders), tuple(map(TaskMemento.of, station.tasks))
-        return cls(station.section, orders, tasks, tuple(TaskMemento.of(*doing) for doing in station.working))
+        working = tuple(TaskMemento.of(*doing) for doing in station.working)
+        return cls(station.section, orders, tasks, working, station.hours.zero)
 
 
 @frozen

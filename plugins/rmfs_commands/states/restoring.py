@@ -273,7 +273,9 @@ def _packing_stations(told: Sequence[PackingMemento], travel: Travel) -> list[Pa
     if not told:
         return []
     section = evolve(told[0].section, stations=len(told))
-    return packing_of(Scenario(RulesSection(poa_pps=RuleChoice("")), packing=section), travel.layout)
+    stations = packing_of(Scenario(RulesSection(poa_pps=RuleChoice("")), packing=section), travel.layout)
+    zeros = [one.zero for one in told]
+    return [evolve(one, hours=evolve(one.hours, zero=zero)) for one, zero in zip(stations, zeros, strict=True)]
 
 
 def _pack(warehouse: Warehouse, memento: Memento) -> None:
@@ -287,6 +289,8 @@ def _pack(warehouse: Warehouse, memento: Memento) -> None:
             _check((given.packing.box is not None) == order.split, boxed, *path, "box")
             warehouse.bind_packing(order, _at(warehouse.packing, given.packing.station, *path, "station"))
             warehouse.pack(order, **asdict(given.packing))
+            if order.complete:
+                warehouse.free_box(order, "picked")
     for i, (station, told) in enumerate(zip(warehouse.packing, memento.packing, strict=True)):
         section = ("packing", "stations", i)
         left = [order for order in station.orders if (at := order.packing) is not None and not at.packed]

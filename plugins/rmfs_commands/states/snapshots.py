@@ -177,6 +177,7 @@ class Snapshots:
                 "orders": [self._orders[order] for order in station.orders],
                 "tasks": [self._task(task) for task in station.tasks],
                 "working": [self._task(task) for task in station.working],
+                **({"zero_s": to_seconds(station.zero)} if station.zero else {}),
             }
             for station in stations
         ]

@@ -229,11 +229,12 @@ class PackingStationState:
     )
     tasks: tuple[TaskState, ...] = key("What waits for a packer, the longest waiting first", ())
     working: tuple[TaskState, ...] = key("What is being done", ())
+    zero_s: float = key("Time of the day at time 0, in seconds from midnight; hours count from it", 0.0, check=_TIME)
 
 
 @frozen
 class PackingState:
-    """The packing stations. Times of the day in `open` count from time 0."""
+    """The packing stations."""
 
     section: PackingSection = key("Boxes, packers and times, as in a scenario's `packing`", factory=PackingSection)
     stations: tuple[PackingStationState, ...] = key("Packing stations", (PackingStationState(),))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from itertools import pairwise
 
@@ -9,7 +10,7 @@ import numpy as np
 from attrs import Factory, define
 
 from rmfs_commands.trace.reader import Trace, packing_stations
-from rmfs_commands.validation.tables import Row, arrivals_of, boxes_of, measured_from
+from rmfs_commands.validation.tables import Row, arrivals_of, boxes_of, changes_of, measured_from, packing_hours
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import (
     DecisionMade,
@@ -70,7 +71,7 @@ def packing_of(trace: Trace) -> Iterator[Row]:
 
 
 def recompute_packing(trace: Trace) -> dict[str, float | None]:
-    """Every metric of packing by name, but those of packers at work."""
+    """Every metric of packing by name."""
     begin, section, times = measured_from(trace), trace.scenario["packing"], _times(trace)
     end, arrivals, orders = max(trace.tick, begin), arrivals_of(trace), trace.instance.orders
     done = {i: one.packed for i, one in times.items() if one.packed is not None}
@@ -96,11 +97,43 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
         "unpacked_end": sum(isinstance(event, OrderArrived) for event in trace.events) - len(done),
         "boxes_max": max((n for _, _, n in spans), default=0),
         "boxes_mean": sum((b - a) * n for a, b, n in spans) / max(end - begin, 1),
+        **_packers(trace, begin, end),
         "splits_refused": _refused(trace, begin, section["boxes"] * packing_stations(trace)),
         "totes": totes,
         "parts_per_order": sum(len(times[i].come) for i in after) / len(after) if after else None,
         **({"late_packed": sum(late)} if due else {}),
     }
+
+
+def _packers(trace: Trace, begin: int, end: int) -> dict[str, float | None]:
+    """Return what share of the packers' time they were at work, and without a task though orders were not packed."""
+    section, orders = trace.scenario["packing"], Counter[int]()
+    work: dict[int, Counter[int]] = defaultdict(Counter)  # by packing station: changes of how many are at work, by tick
+    for event in trace.events:
+        match event:
+            case OrderArrived():
+                orders[event.tick] += 1
+            case PackingStarted():
+                work[event.packing][event.tick] += 1
+            case OrderPacked():
+                work[event.packing][event.tick] -= 1
+                orders[event.tick] -= 1
+            case PartPut() if not section["sorters"]:
+                work[event.packing][event.start_tick] += 1
+                work[event.packing][event.tick] -= 1
+    there = busy = starved = 0
+    for at, hours in enumerate(packing_hours(trace)):
+        working = unpacked = 0
+        for tick, until in pairwise(sorted({begin, end, *orders, *work[at], *changes_of(hours, end)})):
+            working += work[at][tick]
+            unpacked += orders[tick]
+            if begin <= tick < end:
+                on_duty = section["packers"] if hours.at(tick) else 0
+                busy += (until - tick) * working
+                there += (until - tick) * (on_duty or working)
+                starved += (until - tick) * (on_duty * (unpacked > 0) - working * (on_duty > 0))
+    shares = {"packer_utilisation_percent": busy, "packer_starved_percent": starved}
+    return {name: 100 * ticks / there if there else None for name, ticks in shares.items()}
 
 
 def _refused(trace: Trace, begin: int, boxes: int) -> int:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
 from typing import Any
 
 from attrs import Factory, define
 
-from rmfs_commands.trace.reader import Trace, packing_stations
 from rmfs_commands.validation.case import Case, Handlers, seconds
+from rmfs_commands.validation.tables import packing_hours
 from rmfs_core.clock import to_ticks
 from rmfs_core.events import (
     ItemPicked,
@@ -23,7 +22,6 @@ from rmfs_core.events import (
     PartPut,
     PartSent,
 )
-from rmfs_core.timetable import ALWAYS, Calendar, Timetable, read_spans
 
 
 @define
@@ -72,7 +70,7 @@ class PackingCheck:
         self.work: dict[tuple[int, str], list[tuple[int, int]]] = defaultdict(list)
         self.parts: dict[int, set[tuple[int, int]]] = defaultdict(set)
         self.open: dict[int, bool] = {}  # whether lines are left in the backlog
-        self.hours = _hours(case.trace)
+        self.hours = packing_hours(case.trace)
         self.handlers: Handlers = {}
         if self.section:
             self.handlers = {
@@ -202,7 +200,9 @@ class PackingCheck:
             self._add("put", event, f"is put into its box in {took}")
         self.come[event.tote] = since, True
         order.in_box += event.items
-        self._works(event, "put", event.start_tick)
+        crew = "sorter" if self.section["sorters"] else "packer"
+        self._begins(event, crew, event.start_tick)
+        self.work[event.packing, crew].append((event.tick, -1))
 
     def _items(self, order: int) -> int:
         return self.case.trace.instance.orders[order].items
@@ -225,6 +225,7 @@ class PackingCheck:
         if order.begun is not None:
             self._add("pack-time", event, "is begun to be packed again")
         order.begun = event.tick
+        self._begins(event, "packer", event.tick)
 
     def packed(self, event: OrderPacked) -> None:
         """Check that packing took as long as it does; the box is free then."""
@@ -237,13 +238,12 @@ class PackingCheck:
         self.counted.discard(event.order)
         if order.box is not None:
             self.boxes.pop((order.packing, order.box), None)
-        self._works(event, "pack", event.start_tick)
+        self.work[event.packing, "packer"].append((event.tick, -1))
 
-    def _works(self, event: PartPut | OrderPacked, kind: str, start: int) -> None:
+    def _begins(self, event: PartPut | PackingStarted, crew: str, start: int) -> None:
         if not self.hours[event.packing].at(start):
             self._add("packers", event, f"is begun at {seconds(start)}, while packers are closed")
-        crew = "sorter" if kind == "put" and self.section["sorters"] else "packer"
-        self.work[event.packing, crew] += [(start, 1), (event.tick, -1)]
+        self.work[event.packing, crew].append((start, 1))
 
     def at_end(self) -> None:
         """Check that no more were at work than there are, and that a complete run has packed all it has."""
@@ -268,10 +268,3 @@ class PackingCheck:
     def all_packed(self) -> bool:
         """Whether nothing is left to pack."""
         return not self.section or all(map(self._is_packed, range(len(self.case.trace.instance.orders))))
-
-
-def _hours(trace: Trace) -> list[Timetable]:
-    given: Any = (trace.scenario.get("packing") or {}).get("open")
-    zero = Calendar(trace.scenario.get("instance", {}).get("start")).time_of_day()
-    spans = [given.get(str(i + 1)) if isinstance(given, Mapping) else given for i in range(packing_stations(trace))]
-    return [ALWAYS if one is None else Timetable(read_spans(one), zero) for one in spans]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import accumulate, pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_commands.trace.reader import Trace
+from rmfs_commands.trace.reader import Trace, packing_stations
 from rmfs_commands.validation.stock import joined_at
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import (
@@ -35,6 +36,7 @@ from rmfs_core.events import (
     VisitEnded,
     VisitStarted,
 )
+from rmfs_core.timetable import ALWAYS, Calendar, Timetable, read_spans
 
 Row = dict[str, float | str | None]
 STATES = ("idle", "to_pod", "to_station", "queue", "station", "storing")
@@ -117,6 +119,8 @@ def _there(trace: Trace) -> dict[str, list[tuple[int, int]]]:
     found = {"stations_open": opened} if has_hours(trace) else {}
     if trace.scenario.get("packing"):
         found["boxes"] = boxes_of(trace)
+        if trace.scenario["packing"].get("open"):
+            found["packers_on_duty"] = _packers(trace)
     return found | ({"robots_on_duty": on_duty} if trace.scenario.get("robots", {}).get("available") else {})
 
 
@@ -124,6 +128,30 @@ def _mean(steps: list[tuple[int, int]], begin: int, end: int) -> float:
     """Return the mean of a number between two times; steps say from when on it is which."""
     spans = pairwise([*steps, (max(end, steps[-1][0]), 0)])
     return sum(number * max(min(b, end) - max(a, begin), 0) for (a, number), (b, _) in spans) / max(end - begin, 1)
+
+
+def packing_hours(trace: Trace) -> list[Timetable]:
+    """Return when the packers of each packing station begin tasks."""
+    given: Any = (trace.scenario.get("packing") or {}).get("open")
+    zero = Calendar(trace.scenario.get("instance", {}).get("start")).time_of_day()
+    spans = [given.get(str(i + 1)) if isinstance(given, Mapping) else given for i in range(packing_stations(trace))]
+    return [ALWAYS if one is None else Timetable(read_spans(one), zero) for one in spans]
+
+
+def changes_of(hours: Timetable, end: int) -> list[int]:
+    """Return the ticks before the end at which packers come or go."""
+    ticks, tick = list[int](), hours.next_change(0)
+    while tick is not None and tick < end:
+        ticks.append(tick)
+        tick = hours.next_change(tick)
+    return ticks
+
+
+def _packers(trace: Trace) -> list[tuple[int, int]]:
+    """Return how many packers are on duty, from when on."""
+    hours, each = packing_hours(trace), int(trace.scenario["packing"]["packers"])
+    ticks = sorted({0, *(tick for one in hours for tick in changes_of(one, trace.tick))})
+    return [(tick, each * sum(bool(one.at(tick)) for one in hours)) for tick in ticks]
 
 
 def boxes_of(trace: Trace) -> list[tuple[int, int]]:

@@ -69,10 +69,24 @@ def test_boxes_that_count_until_the_last_pick_are_the_packing_capacity_of_the_pa
     """Constraint (18): the same picks, periods and visits as with `packing_capacity`, as long as boxes are scarce."""
     few = [f"rules.poa_pps={rule}", "rules.pp=free-flow", "instance.orders=30", "stations.item_capacity=20"]
     boxes = load_scenario("examples/packing", [*few, "packing.packing_from=picked", "packing.boxes=1"])
-    rules = evolve(boxes.rules, poa_pps=RuleChoice(rule, {"packing_capacity": 2}), packing=None, packing_task=None)
+    rules = evolve(boxes.rules, poa_pps=RuleChoice(rule, {"packing_capacity": 2}))
     counted, limited = run(boxes).metrics, run(evolve(boxes, packing=None, rules=rules)).metrics
     same = ("pod_station_visits", "turnover_s", "split_orders_open_max", "periods")
     assert {name: counted[name] for name in same} == {name: limited[name] for name in same}
+
+
+@pytest.mark.slow
+def test_ten_boxes_until_the_last_pick_save_what_the_reproduction_prints() -> None:
+    """The experiment `paper-packing`, seed 1: a packing capacity of 10 in the paper's warehouse."""
+    base = ["rules.poa=", "rules.pps=", "rules.ta=nearest-robot", "rules.pp=free-flow", "seed=1"]
+
+    def visits(rule: str, *more: str) -> float | None:
+        return run("paper-250", overrides=[*base, f"rules.poa_pps={rule}", *more]).metrics["psv_per_order"]
+
+    limited = visits("{rule='split-among-stations', packing_capacity=10}")
+    few = "split-among-stations", "packing.boxes=10"
+    assert limited == visits(*few, "packing.packing_from=picked") == 0.752
+    assert (visits(*few) or 0) > 0.9
 
 
 @pytest.mark.parametrize("task", ["first-come", "pack-first", "due-first", "shortest"])

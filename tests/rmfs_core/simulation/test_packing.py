@@ -25,6 +25,7 @@ from rmfs_core.events import (
     PartSent,
 )
 from rmfs_core.rules import RuleSet, with_objects
+from rmfs_core.scenario import load_scenario
 from rmfs_core.scenario.model import PackingSection, RuleChoice, Scenario
 from rmfs_core.simulation.engine import Simulation
 from told import Prepare, ToldRun
@@ -323,7 +324,11 @@ def test_a_packing_station_without_floor_is_refused() -> None:
 def test_rules_of_packing_stations_need_some(tiny_run: Prepare) -> None:
     with pytest.raises(ValueError, match='expected a section `packing` with the rule "nearest" of packing stations'):
         tiny_run(SINGLES, packing="nearest")
-    assert tiny_run(SINGLES, change=packing()).simulation.scenario.rules.packing_task == RuleChoice("first-come")
+    scenario = tiny_run(SINGLES, change=packing()).simulation.scenario
+    assert scenario.rules.packing_task == RuleChoice("first-come")
+    assert evolve(scenario, packing=None).rules.packing_task is None
+    with pytest.raises(InputError, match=r"--set rules\.packing=least-reserved: has no meaning without"):
+        load_scenario("examples/small", ["rules.packing=least-reserved"])
 
 
 def test_a_rule_that_waits_for_ever_is_told_of(tiny_run: Prepare) -> None:
@@ -340,3 +345,21 @@ def test_a_rule_that_waits_for_ever_is_told_of(tiny_run: Prepare) -> None:
     with pytest.raises(StandstillError, match="11 orders are not complete"):
         run.done()
     assert len(run.of(OrderPacked)) == 1
+
+
+@pytest.mark.parametrize("rule", ["pod-match", *SPLITTING])
+def test_orders_larger_than_any_station_are_packed_with_one_box(tiny_run: Prepare, rule: str) -> None:
+    """Many small lines, more than any station takes: it goes to an empty station alone, or waits for a box."""
+    large = {str(i): dict.fromkeys("abcdef", 2) for i in range(2)}
+    orders = small_instance(large | {"2": {"a": 1, "c": 1}}, {name: [*skus] for name, skus in PODS.items()})
+    rules = {"poa": rule} if rule == "pod-match" else {"poa_pps": rule}
+    run = tiny_run(orders, capacity=(5, 5), robots=3, change=packing(boxes=1, packers=1), **rules).done()
+    assert run.simulation.status == "complete"
+    packed = {event.order: event.tick for event in run.of(OrderPacked)}
+    bound = {event.order: event for event in run.of(PackingAssigned)}
+    first, second = sorted((bound[order] for order in range(2)), key=lambda event: event.tick)
+    if rule == "pod-index":
+        assert (first.box, second.box) == (0, 0)
+        assert second.tick >= packed[first.order]
+    else:
+        assert second.box is None

@@ -4,7 +4,7 @@
 import { heatClass } from "./heat.mjs";
 import { lastUpTo, nowhere, place, STEP_X, STEP_Y } from "./motion.mjs";
 import { phaseOf, waitsOn } from "./story.mjs";
-/** @import { Heat, History, Palette, Position, Run, Thing } from "./types.d.ts" */
+/** @import { Heat, History, Palette, Position, Run, Thing, ToldPacking } from "./types.d.ts" */
 /** @import { World } from "./world.mjs" */
 
 const [WALL, STORAGE, QUEUE, STATION, CHARGER] = [0, 2, 3, 4, 5];
@@ -14,6 +14,7 @@ const BESIDE = 3.2; // columns for the open orders of stations on an edge
 const CHIPS = 5; // in a row
 const MOST_CHIPS = 15;
 const FULL = 2 * Math.PI;
+const STRIP = 1.7; // rows for a packing station, beneath the map
 
 /**
  * Edges of the classes that open items are shown in: a pod with `edges[i]` or fewer is of class i.
@@ -90,12 +91,13 @@ export class Scene {
     this.still = document.createElement("canvas");
     this.places = run.legs.map(nowhere);
     this.picking = stationPicks(run);
+    this.itemsOf = run.lines.map((lines) => lines.reduce((sum, [, quantity]) => sum + quantity, 0));
     const { width, queues } = run.layout;
     const columns = queues.map(([cell]) => cell % width);
     this.west = columns.some((column) => column < width / 2) ? BESIDE : MARGIN;
     this.east = columns.some((column) => column >= width / 2) ? BESIDE : MARGIN;
     this.columns = width + this.west + this.east;
-    this.rows = run.layout.height + 2 * MARGIN;
+    this.rows = run.layout.height + 2 * MARGIN + STRIP * (run.packing?.stations ?? 0);
   }
 
   /**
@@ -219,6 +221,7 @@ export class Scene {
     for (let robot = 0; robot < this.places.length; robot++) place(this.run, robot, world.tick, this.places[robot]);
     if (selected?.kind === "robot") this.drawWay(pen, selected.id, world.tick);
     this.drawStations(pen, world);
+    if (this.run.packing) for (let i = 0; i < this.run.packing.stations; i++) this.drawPacking(pen, world, this.run.packing, i);
     this.drawRobots(pen, world);
     if (selected) this.drawSelected(pen, world, selected);
   }
@@ -404,6 +407,69 @@ export class Scene {
   }
 
   /**
+   * A packing station beneath the map: its packers, its boxes, and the totes there and on their way.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {World} world
+   * @param {ToldPacking} packing
+   * @param {number} id
+   */
+  drawPacking(pen, world, packing, id) {
+    const { palette: p, scale: s } = this;
+    const { x, y } = this.packingAt(id);
+    const [px, py] = [this.toX(x + 0.5), this.toY(y + 0.5)];
+    const { coming, waiting, packing: packed } = world.packing[id];
+    const putting = world.putting(id);
+    pen.beginPath();
+    pen.arc(px, py, 0.55 * s, 0, FULL);
+    pen.fillStyle = putting + packed ? p.work : p.rest;
+    pen.fill();
+    pen.fillStyle = putting + packed ? p.card : p.ink;
+    pen.font = `600 ${Math.max(0.55 * s, 8)}px system-ui, sans-serif`;
+    [pen.textAlign, pen.textBaseline] = ["center", "middle"];
+    if (s > 9 * this.ratio) pen.fillText(`P${id + 1}`, px, py + 0.03 * s);
+    const [step, size, line] = [0.48 * s, 0.38 * s, Math.max(0.06 * s, 1)];
+    const most = Math.max(Math.floor((this.run.layout.width - 3) / 0.48), 1);
+    const left = px + 0.85 * s;
+    /** @param {number} i @param {number} number @param {number} top */
+    const rest = (i, number, top) => {
+      [pen.fillStyle, pen.textAlign] = [p.soft, "left"];
+      pen.fillText(`+${number}`, left + i * step + 0.1 * s, top + size / 2);
+    };
+    const held = world.boxes(id);
+    const numbers = [...new Set([...held.keys(), ...Array(packing.boxes).keys()])].sort((a, b) => a - b);
+    const top = py - 0.55 * s;
+    numbers.slice(0, most).forEach((box, i) => {
+      const order = held.get(box);
+      const x = left + i * step;
+      if (order !== undefined) {
+        const share = Math.min((world.packs.get(order)?.items ?? 0) / Math.max(this.itemsOf[order], 1), 1);
+        pen.fillStyle = p.accent;
+        pen.fillRect(x, top + size * (1 - share), size, size * share);
+      }
+      [pen.strokeStyle, pen.lineWidth] = [order === undefined ? p.empty : p.accent, line];
+      pen.strokeRect(x + line / 2, top + line / 2, size - line, size - line);
+    });
+    if (numbers.length > most) rest(most, numbers.length - most, top);
+    const totes = [...Array(putting + packed).fill(p.work), ...Array(waiting - putting + coming).fill(p.bundle)];
+    const below = py + 0.12 * s;
+    totes.slice(0, most).forEach((colour, i) => {
+      const x = left + i * step;
+      [pen.fillStyle, pen.strokeStyle, pen.lineWidth] = [colour, colour, line];
+      if (i < packed + waiting) pen.fillRect(x, below, size, size);
+      else pen.strokeRect(x + line / 2, below + line / 2, size - line, size - line);
+    });
+    if (totes.length > most) rest(most, totes.length - most, below);
+  }
+
+  /**
+   * Column and row of a packing station's sign beneath the map.
+   * @param {number} id
+   */
+  packingAt(id) {
+    return { x: 0.2, y: this.run.layout.height + 0.6 + STRIP * id };
+  }
+
+  /**
    * @param {number} station
    * @param {number} tick
    */
@@ -480,11 +546,15 @@ export class Scene {
     if (kind === "robot") return [this.places[id]];
     if (kind === "station") return [centre(queues[id][0])];
     if (kind === "charger") return [centre(id)];
+    if (kind === "packing") return [this.packingAt(id), ...(this.run.layout.packing ? [centre(this.run.layout.packing[id])] : [])];
     if (kind === "bundle") {
       const { station, pod, stored } = world.bundles[id] ?? { station: -1, pod: -1, stored: false };
       return stored ? this.whereIs(world, "pod", pod) : station < 0 ? [] : [centre(queues[station][0])];
     }
-    if (kind === "order") return world.stations.flatMap((one, i) => (one.open.has(id) ? [centre(queues[i][0])] : []));
+    if (kind === "order") {
+      const pack = world.packs.get(id);
+      return [...world.stations.flatMap((one, i) => (one.open.has(id) ? [centre(queues[i][0])] : [])), ...(pack ? [this.packingAt(pack.station)] : [])];
+    }
     return [world.podCell[id] < 0 ? this.places[world.podRobot[id]] : centre(world.podCell[id])];
   }
 
@@ -505,6 +575,10 @@ export class Scene {
     const pod = world.podCell.indexOf(cell);
     if (cell >= 0 && pod >= 0) return { kind: "pod", id: pod };
     if (cell >= 0 && Number(this.run.layout.kind[cell]) === CHARGER) return { kind: "charger", id: cell };
+    const strip = Math.floor((y - this.packingAt(0).y) / STRIP + 0.5);
+    if (x > -1 && x < width && strip >= 0 && strip < (this.run.packing?.stations ?? 0)) return { kind: "packing", id: strip };
+    const packing = cell >= 0 ? (this.run.layout.packing ?? []).indexOf(cell) : -1;
+    if (packing >= 0) return { kind: "packing", id: packing };
     /** @param {number[]} cells */
     const near = ([own]) => Math.abs((own % width) - x) < 2 && Math.abs(Math.floor(own / width) - y) < 0.8;
     const station = this.run.layout.queues.findIndex((cells) => cells.includes(cell) || near(cells));

@@ -15,5 +15,6 @@ export function featuresOf(run) {
     chargers: layout.kind.includes("5"),
     closed: events.station_closed.tick.length > 0,
     moves: events.pod_move_decided.tick.length > 0,
+    packing: run.packing !== null,
   };
 }

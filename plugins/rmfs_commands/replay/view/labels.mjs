@@ -26,8 +26,9 @@ export function numbers({ run, world, distance }) {
   const has = featuresOf(run);
   const waiting = has.bundles ? [`${plural(world.waitingBundles.size, "bundle")} waiting`] : [];
   const counted = [plural(world.done, "order"), plural(world.picks, "pick"), plural(world.visits, "visit")];
+  const packed = has.packing ? [`${world.packing.reduce((sum, one) => sum + one.packed, 0)} packed`] : [];
   const ended = world.tick > run.tick ? [`ended at ${clockTime(run.tick)}`] : [];
-  return [...counted, `backlog ${world.backlog}`, ...waiting, `${(distance(world.tick) / 1000).toFixed(1)} km`, ...ended].join(", ");
+  return [...counted, ...packed, `backlog ${world.backlog}`, ...waiting, `${(distance(world.tick) / 1000).toFixed(1)} km`, ...ended].join(", ");
 }
 
 /** @param {string} colour */
@@ -83,6 +84,10 @@ function more(runs, palette) {
     ["chargers", swatch(palette.charge, "ring"), "robot there, by its charge"],
     ["closed", closed, "closed"],
     ["moves", swatch(palette.moved, "dashed"), "pod moved without a visit"],
+    ["packing", swatch(palette.accent, "small hollow"), "box of an order, filled by its items"],
+    ["packing", swatch(palette.work, "small"), "being put or packed"],
+    ["packing", swatch(palette.bundle, "small"), "waiting"],
+    ["packing", swatch(palette.bundle, "small hollow"), "on a conveyor"],
   ];
   return entries.filter(([name]) => has(name)).map(([, mark, text]) => entry(mark, text));
 }
@@ -124,6 +129,7 @@ export function brief({ run, history, names, world }, { kind, id }) {
     const said = doing(names, phaseOf(run, history, id, world.tick, world), false);
     return `${name}: ${said}${charge === null ? "" : `, ${percent(charge)} charged`}`;
   }
+  if (kind === "packing") return `${name}: ${world.boxes(id).size === 1 ? "1 box" : `${world.boxes(id).size} boxes`} in use, ${world.packing[id].waiting - world.putting(id)} waiting`;
   if (kind !== "station") return name;
   const { bundles } = world.stations[id];
   const has = bundles.size ? [`${plural(bundles.size, "bundle")} to store`] : [];
@@ -142,16 +148,19 @@ const countOf = (run, kind) => (kind === "robot" ? run.legs : NAMED[kind](run)).
  * @param {View} view
  */
 export function suggestions({ run, names }) {
-  return KINDS.flatMap((kind) => Array.from({ length: Math.min(countOf(run, kind), 300) }, (_, id) => names[kind](id)));
+  const packing = Array.from({ length: run.packing?.stations ?? 0 }, (_, id) => names.packing(id));
+  return [...KINDS.flatMap((kind) => Array.from({ length: Math.min(countOf(run, kind), 300) }, (_, id) => names[kind](id))), ...packing];
 }
 
 /**
- * The thing that a text names: `robot 3`, `pod 12`, `station 1`, `order 7`, `bundle 2`; null for none.
+ * The thing that a text names: `robot 3`, `pod 12`, `station 1`, `order 7`, `bundle 2`, `packing station 1`; null for none.
  * @param {View} view
  * @param {string} text
  * @returns {Thing | null}
  */
 export function thingNamed({ run }, text) {
+  const [, number] = /^\s*packing\s+station\s+(\d+)\s*$/i.exec(text) ?? [];
+  if (number && Number(number) >= 1 && Number(number) <= (run.packing?.stations ?? 0)) return { kind: "packing", id: Number(number) - 1 };
   const [, word, name] = /^\s*(robot|pod|station|order|bundle)s?\s+(.+?)\s*$/i.exec(text) ?? [];
   const kind = KINDS.find((one) => one === word?.toLowerCase());
   if (!kind) return null;

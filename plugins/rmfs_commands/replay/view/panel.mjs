@@ -107,6 +107,7 @@ export class Panel {
       ["Picks a visit", world.visits ? (world.picks / world.visits).toFixed(2) : "–"],
       ["Driven", `${(view.distance(world.tick) / 1000).toFixed(1)} km`],
       ["Robots", this.robots(view)],
+      ...where(has.packing, "Packed", `${world.packing.reduce((sum, { packed }) => sum + packed, 0)} of ${run.orders.name.length} orders`),
       ...where(run.charges !== null, "Lowest charge", percent(Math.min(...charges))),
       ...where(has.moves, "Pods moved", String(world.moves)),
       ...where(has.bundles, "Bundles", `${world.waitingBundles.size} waiting, ${world.stored} of ${world.bundles.length} stored`),
@@ -120,6 +121,7 @@ export class Panel {
     return [
       make("h3", {}, `Stations${of}`),
       this.stations(view),
+      ...this.packingStations(view),
       make("h3", {}, backlog ? `Oldest of ${plural(backlog, "order")} in the backlog${of}` : `Backlog${of}`),
       this.oldest(view),
       ...this.waitingBundles(view),
@@ -165,6 +167,20 @@ export class Panel {
     const titles = ["Station", "Orders", "Items", ...(bundles ? ["Bundles"] : []), "Queue", "Picker"];
     const head = titles.map((text) => make("th", { scope: "col" }, text));
     return make("table", { class: bundles ? "dense" : null }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...rows));
+  }
+
+  /** @param {View} view */
+  packingStations(view) {
+    const { world, run, letter } = view;
+    if (!run.packing) return [];
+    const { boxes, packers, sorters } = run.packing;
+    const rows = world.packing.map(({ coming, waiting, packing, packed }, i) => {
+      const putting = world.putting(i);
+      const values = [`${world.boxes(i).size}/${boxes}`, coming, waiting - putting, `${packing + putting}/${packers + sorters}`, packed];
+      return make("tr", {}, make("td", {}, this.link(view, "packing", i, String(i + 1))), ...values.map((value) => make("td", {}, String(value))));
+    });
+    const head = ["Packing", "Boxes", "Coming", "Waiting", "At work", "Packed"].map((text) => make("th", { scope: "col" }, text));
+    return [make("h3", {}, `Packing stations${letter && ` of ${letter}`}`), make("table", { class: "dense" }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...rows))];
   }
 
   /**
@@ -310,6 +326,30 @@ export class Panel {
    * @param {number} id
    * @param {World} world
    */
+  packing(view, id, world) {
+    const { boxes, packers, sorters } = view.run.packing ?? { boxes: 0, packers: 0, sorters: 0 };
+    const { coming, waiting, packing, packed } = world.packing[id];
+    const putting = world.putting(id);
+    const held = [...world.boxes(id).values()];
+    const orders = held.map((order) => this.link(view, "order", order, `${view.run.orders.name[order]} (${world.packs.get(order)?.items} of ${view.scene.itemsOf[order]})`));
+    return [
+      make("p", { class: "now" }, `${packing} being packed, ${putting} being put into boxes.`),
+      facts([
+        ["At work", `${packing + putting} of ${packers + sorters}`],
+        ["Waiting", String(waiting - putting)],
+        ["On conveyors", plural(coming, "tote")],
+        ["Packed", plural(packed, "order")],
+        ["Boxes", `${held.length} of ${boxes} in use`],
+        ["Items in them", orders.length ? make("span", { class: "links" }, ...orders) : "none"],
+      ]),
+    ];
+  }
+
+  /**
+   * @param {View} view
+   * @param {number} id
+   * @param {World} world
+   */
   charger(view, id, world) {
     const { width } = view.run.layout;
     const there = view.scene.places.findIndex((here) => !here.moving && here.y * width + here.x === id);
@@ -330,11 +370,14 @@ export class Panel {
     const { run, names } = view;
     const due = run.orders.due?.[id];
     const status = orderStatus(names, world, id);
+    const pack = world.packs.get(id);
     return [
       make("p", { class: "now" }, `${capital(status)}.`),
       facts([
         ["Lines", run.lines[id].map(([sku, quantity]) => `${quantity} × ${run.skus[sku]}`).join(", ")],
         due === undefined || due === null ? null : ["Due", clockTime(due)],
+        pack ? ["Packing", this.link(view, "packing", pack.station, String(pack.station + 1))] : null,
+        pack && pack.box >= 0 ? ["Box", `${pack.box + 1}, ${plural(pack.items, "item")} in it`] : null,
       ]),
     ];
   }
@@ -357,8 +400,9 @@ export class Panel {
    * @param {number} id
    */
   history(view, kind, id) {
-    const list = kind === "charger" ? [] : (view.history[kind][id] ?? []);
-    if (kind === "charger" || !list.length) return [];
+    if (kind === "charger" || kind === "packing") return [];
+    const list = view.history[kind][id] ?? [];
+    if (!list.length) return [];
     const now = lastOf(view.run, list, view.world.tick);
     const begin = Math.max(Math.min(now - BEFORE, list.length - NEAR), 0);
     const rows = list.slice(begin, begin + NEAR).map((at, i) => {

@@ -94,6 +94,8 @@ export class Names {
   sku = (id) => `SKU ${this.run.skus[id]}`;
   /** @param {number} id */
   bundle = (id) => `bundle ${this.run.events.bundle_arrived.name[id]}`;
+  /** @param {number} id */
+  packing = (id) => `packing station ${id + 1}`;
   /** @param {number} cell */
   charger = (cell) => `charger at ${this.cell(cell)}`;
   /** @param {number} cell */
@@ -365,8 +367,22 @@ export function orderStatus(names, world, order) {
     case ORDER.ASSIGNED:
       return `at ${at.join(", ")}: ${open} to pick`;
     default:
-      return "complete";
+      return world.run.packing ? packedStatus(names, world, order) : "complete";
   }
+}
+
+/**
+ * Say how far an order is that is picked.
+ * @param {Names} names
+ * @param {World} world
+ * @param {number} order
+ */
+function packedStatus(names, world, order) {
+  const pack = world.packs.get(order);
+  if (!pack) return "packed";
+  const where = names.packing(pack.station);
+  if (pack.begun) return `is being packed at ${where}`;
+  return pack.box < 0 ? `picked, bound for ${where}` : `picked, ${plural(pack.items, "item")} in box ${pack.box + 1} at ${where}`;
 }
 
 /**

@@ -56,6 +56,9 @@ export type ToldEvents = {
 /** A column of the legs of all robots, robot by robot. */
 export type LegColumn = "gap" | "wait" | "turn" | "run" | "towards" | "metres" | "whole" | "jump";
 
+/** How many packing stations there are, and what each has; whether orders have boxes until they are picked, or packed. */
+export type ToldPacking = { stations: number; boxes: number; packers: number; sorters: number; until_picked: boolean };
+
 /** A run as the page is told it. */
 export type ToldRun = {
   name: string;
@@ -72,6 +75,7 @@ export type ToldRun = {
   pods: { name: string[]; contents_n: number[]; contents: number[]; cell: number[]; robot: number[]; bound_for: number[][] };
   robots: { cell: number[]; heading: number[] };
   stations: { name: string[]; capacity: number[]; counts_orders: boolean[]; bundle_capacity: number[] };
+  packing: ToldPacking | null;
   blocked: number[];
   legs: Record<"n" | LegColumn, number[]>;
   events: ToldEvents;
@@ -144,11 +148,17 @@ export type Run = Omit<ToldRun, "legs" | "events" | "decisions" | "charges"> & {
 /** Kinds of things that have a history. */
 export type Kind = "robot" | "pod" | "station" | "order" | "bundle";
 
-/** Something that can be selected: its id, or the cell of a charger. */
-export type Thing = { kind: Kind | "charger"; id: number };
+/** Something that can be selected: its id, that of a packing station, or the cell of a charger. */
+export type Thing = { kind: Kind | "charger" | "packing"; id: number };
 
 /** Of each thing of each kind the events that concern it, as indices of the sequence. */
 export type History = Record<Kind, number[][]>;
+
+/** What is at a packing station: totes on their way there, tasks that wait, orders that are being packed, and were. */
+export type PackingNow = { coming: number; waiting: number; packing: number; packed: number };
+
+/** An order that is not packed: its packing station, its box there (-1: none), items in it, and whether it is being packed. */
+export type Packed = { station: number; box: number; items: number; begun: boolean };
 
 /** Where a robot is; `leg` is -1 before its first. */
 export type Position = { x: number; y: number; heading: number; moving: boolean; leg: number };

@@ -1,8 +1,8 @@
 // @ts-check
 // What is where at a time, apart from robots on their way: told from the events, first to last.
 
-import { between } from "./motion.mjs";
-/** @import { EventName, Run } from "./types.d.ts" */
+import { between, lastUpTo } from "./motion.mjs";
+/** @import { EventName, Packed, PackingNow, Run } from "./types.d.ts" */
 
 /** State of an order. */
 export const ORDER = { ABSENT: 0, WAITING: 1, PARTLY: 2, ASSIGNED: 3, DONE: 4 };
@@ -40,6 +40,10 @@ export class World {
   /** @type {Set<number>} */
   closed = new Set();
   onDuty = 0;
+  /** @type {PackingNow[]} */
+  packing = []; // by packing station
+  /** @type {Map<number, Packed>} */
+  packs = new Map(); // by order
   changed = true;
 
   /** @param {Run} run */
@@ -48,6 +52,7 @@ export class World {
     this.openOn = new Int32Array(run.pods.name.length);
     /** @type {Partial<Record<EventName, (i: number) => void>>} */
     const methods = this;
+    this.puts = putTimes(run);
     this.handlers = run.sequence.names.map((name) => methods[name]?.bind(this));
     this.reset();
   }
@@ -72,6 +77,8 @@ export class World {
     this.stored = 0;
     this.closed = new Set();
     this.onDuty = run.robots.cell.length;
+    this.packing = Array.from({ length: run.packing?.stations ?? 0 }, () => ({ coming: 0, waiting: 0, packing: 0, packed: 0 }));
+    this.packs = new Map();
     this.changed = true;
   }
 
@@ -121,6 +128,24 @@ export class World {
    */
   charge(robot) {
     return this.run.charges ? between(this.run.charges[robot], this.tick) : null;
+  }
+
+  /**
+   * How many totes are being put into boxes at a packing station.
+   * @param {number} station
+   */
+  putting(station) {
+    const { start, end } = this.puts[station];
+    return lastUpTo(start, this.tick) - lastUpTo(end, this.tick);
+  }
+
+  /**
+   * Orders that have a box at a packing station, by the number of the box.
+   * @param {number} station
+   */
+  boxes(station) {
+    const held = [...this.packs].filter(([order, { station: at, box }]) => at === station && box >= 0 && !(this.run.packing?.until_picked && this.orders[order] === ORDER.DONE));
+    return new Map(held.map(([order, { box }]) => /** @type {[number, number]} */ ([box, order])).sort(([a], [b]) => a - b));
   }
 
   // Events, by their names in a trace; `i` is their index among those of their kind.
@@ -252,4 +277,64 @@ export class World {
     this.orders[this.run.events.order_completed.order[i]] = ORDER.DONE;
     this.done++;
   }
+
+  /** @param {number} i */
+  packing_assigned(i) {
+    const { order, packing, box } = this.run.events.packing_assigned;
+    this.packs.set(order[i], { station: packing[i], box: box[i], items: 0, begun: false });
+  }
+
+  /** @param {number} i */
+  part_sent(i) {
+    this.packing[this.run.events.part_sent.packing[i]].coming++;
+  }
+
+  /** @param {number} i */
+  part_arrived(i) {
+    const own = this.packing[this.run.events.part_arrived.packing[i]];
+    own.coming--;
+    own.waiting++;
+  }
+
+  /** @param {number} i */
+  part_put(i) {
+    const { order, packing, items } = this.run.events.part_put;
+    const pack = this.packs.get(order[i]);
+    if (pack) pack.items += items[i];
+    this.packing[packing[i]].waiting--;
+  }
+
+  /** @param {number} i */
+  order_consolidated(i) {
+    this.packing[this.run.events.order_consolidated.packing[i]].waiting++;
+  }
+
+  /** @param {number} i */
+  packing_started(i) {
+    const { order, packing } = this.run.events.packing_started;
+    const pack = this.packs.get(order[i]);
+    if (pack) pack.begun = true;
+    this.packing[packing[i]].waiting--;
+    this.packing[packing[i]].packing++;
+  }
+
+  /** @param {number} i */
+  order_packed(i) {
+    const { order, packing } = this.run.events.order_packed;
+    this.packs.delete(order[i]);
+    this.packing[packing[i]].packing--;
+    this.packing[packing[i]].packed++;
+  }
+}
+
+/**
+ * When totes began to be put into boxes, and when that ended, by packing station, each ascending.
+ * @param {Run} run
+ */
+function putTimes({ packing, events: { part_put: put } }) {
+  return Array.from({ length: packing?.stations ?? 0 }, (_, station) => {
+    const own = put.packing.flatMap((at, i) => (at === station ? [i] : []));
+    const end = own.map((i) => put.tick[i]);
+    return { start: own.map((i) => put.start_tick[i]).sort((a, b) => a - b), end };
+  });
 }

@@ -331,6 +331,11 @@ def test_what_robots_and_stations_do_is_shown() -> None:
     assert any(line.startswith("3 ") and line.endswith(" bundles") for line in seen.shown)
     assert any(" Bundles 0 wait, 4 stored" in f" {line}" for line in seen.shown)
     assert "2 stations, 1 replenishment station, 6 robots" in about(seen.run)
+    seen = Watching()
+    run("examples/packing", overrides=["rules.pp=free-flow", "instance.orders=20"], observers=[seen])
+    assert "Packing 6 totes on conveyors, 8 waiting, 2 of 2 packers at work" in seen.shown
+    assert "Packed 7 orders" in seen.shown
+    assert any(line.endswith("Boxes in use 10 of 20") for line in seen.shown)
 
 
 @pytest.fixture(scope="module")

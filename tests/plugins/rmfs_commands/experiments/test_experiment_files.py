@@ -21,7 +21,7 @@ from rmfs_commands.experiments import (
     shipped_experiments,
 )
 from rmfs_commands.experiments.changes import changes_of
-from rmfs_commands.experiments.experiment import DEFAULT_METRICS, HORIZON_METRICS
+from rmfs_commands.experiments.experiment import DEFAULT_METRICS, HORIZON_METRICS, PACKING_METRICS
 from rmfs_commands.experiments.resolving import resolve
 from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
@@ -187,6 +187,7 @@ def test_everything_that_a_file_can_say(experiment: Write) -> None:
     [
         ("", DEFAULT_METRICS),
         ("[axes]\nrun.until_s = [60]\n", HORIZON_METRICS),
+        ("[axes]\npacking.packers = [1, 2]\n", (*DEFAULT_METRICS, *PACKING_METRICS)),
         ('[axes]\ntimes = [{ label = "short", run.until_s = 60 }]\n', HORIZON_METRICS),
     ],
 )

@@ -14,6 +14,7 @@ import pytest
 from PIL import Image, ImageSequence
 
 import rmfs_commands.replay
+import rmfs_core
 from calling import exit_code
 from cases import cases
 from rmfs_commands.replay import notebook
@@ -255,6 +256,15 @@ def test_the_types_of_the_page_are_what_it_is_told(day: Path) -> None:
             )
     decisions = {*re.findall(r'"(\w+)"', run["decisions"]), "texts"}
     assert found["decisions"].keys() == decisions
+
+
+def test_packing_stations_are_told(tmp_path: Path) -> None:
+    few = ["instance.orders=6", "rules.pp=free-flow"]
+    rmfs_core.run("examples/packing", overrides=few, out=tmp_path, record=["trace"])
+    found = told(read_replay(tmp_path))
+    assert found["packing"] == {"stations": 2, "boxes": 10, "packers": 1, "sorters": 0, "until_picked": False}
+    assert len(found["events"]["order_packed"]["order"]) == 6
+    assert [label for label, _ in found["metrics"]][:2] == ["Turn-over time", "Time to packed"]
 
 
 def test_metrics_are_as_the_summary_has_them() -> None:

@@ -57,6 +57,22 @@ def test_the_answer_is_printed_and_kept(folder: Path, capsys: pytest.CaptureFixt
     assert content["cheapest"] == {"stations": 2, "robots": 2, "cost": 10}
 
 
+def test_packers_and_boxes_are_sized(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One packer has 150 orders of more than 35 s an hour."""
+    asked = ("--packers", "1-2", "--boxes", "1-3", "--seeds", "2", "--jobs", "1", "--set", "packing.conveyor_s=20")
+    costs = ("--robot-cost", "2", "--station-cost", "3", "--set", "rules.poa_pps=pod-index")
+    without = ("--set", "rules.poa=", "--set", "rules.pps=")
+    assert size("hall.toml", "--p95", "5000", *asked, *costs, *without, "--json") == 0
+    printed = capsys.readouterr()
+    assert printed.err.splitlines()[0].startswith("2 packers, 3 boxes: ")
+    content = json.loads(printed.out)
+    assert content["metric"] == "packed_p95_s"
+    assert [row["boxes"] for row in content["packers"]] == [None, 1]
+    assert "keep each packer busy for 1" in content["packers"][0]["reason"]
+    assert content["cheapest"] == {"packers": 2, "boxes": 1, "cost": 8}
+    assert "Packers and boxes are those of each packing station." in content["notes"]
+
+
 def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     failing = ("--set", "rules.pr=./failing.py:Failing", "--out", "out")
     assert size("hall.toml", "--mean", "5000", *failing, *QUICK) == 1
@@ -85,6 +101,12 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
     (("--p95", "900", "--robots", "1-999"), "found 999; the layout has"),
     (("--p95", "900", "--robot-cost", "3"), "--robot-cost and --station-cost together, or neither"),
     (("--p95", "900", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
+    (("--p95", "900", "--boxes", "4"), "--packers, --boxes: the scenario has no packing stations; expected one with a"),
+    (("--p95", "900", "--boxes", "4", "--robots", "4"), "expected --stations and --robots, or --packers and --boxes"),
+    (
+        ("--p95", "9", "--boxes", "999999", "--set", "packing.boxes=1"),
+        "--boxes: found 999,999; expected 100,000 at",
+    ),
 )
 def test_wrong_input_is_one_sentence(
     arguments: tuple[str, ...], sentence: str, folder: Path, capsys: pytest.CaptureFixture[str]

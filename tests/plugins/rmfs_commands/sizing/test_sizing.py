@@ -47,7 +47,7 @@ def test_the_answer_is_that_of_the_whole_grid(poisson: Scenario, here: Any, tmp_
             enough = estimate(of_seeds, 0.8, 1).verdict(most) is Verdict.PASSES
             if enough and all(robots < fewer for _, fewer in best):
                 best.append((stations, robots))
-        found.append([(one.stations, one.robots) for one in answer.frontier])
+        found.append([(one.first, one.second) for one in answer.frontier])
         assert found[-1] == best
     assert found == [[(1, 2)], [(2, 3)], []]
     assert len({job.key for job in here.jobs}) == len(here.jobs)
@@ -58,12 +58,12 @@ def test_stations_that_cannot_keep_up_are_left_out(poisson: Scenario, here: Any,
     arrivals = Arrivals(process="poisson", orders_per_hour=250)
     busy = evolve(poisson, instance=evolve(poisson.instance, arrivals=arrivals))
     answer = size(busy, "hall", target, store=tmp_path, workers=here, stations=(1, 6), robots=(4, 4))
-    reasons = {found.stations: found.reason for found in answer.stations}
+    reasons = {found.first: found.reason for found in answer.found}
     assert "busy" in str(reasons[1])
     assert "at most 2 fit" in str(reasons[5])
     assert (reasons[2], reasons[3]) == (None, "saves no robot")
-    assert {(one.stations, one.robots) for one in answer.candidates} == {(2, 4)}
-    assert [(one.stations, one.robots) for one in answer.frontier] == [(2, 4)]
+    assert {(one.first, one.second) for one in answer.candidates} == {(2, 4)}
+    assert [(one.first, one.second) for one in answer.frontier] == [(2, 4)]
 
 
 def test_rooms_and_maps(here: Any, tmp_path: Path, poisson: Scenario) -> None:
@@ -72,7 +72,7 @@ def test_rooms_and_maps(here: Any, tmp_path: Path, poisson: Scenario) -> None:
     with pytest.raises(InputError, match="--stations: the map of the scenario has"):
         size(scenario, "map", target, store=tmp_path, workers=here, stations=(1, 9))
     answer = size(scenario, "map", target, store=tmp_path, workers=here, robots=(2, 2))
-    assert [one.robots for one in answer.frontier] == [2]
+    assert [one.second for one in answer.frontier] == [2]
     target = Target("turnover_p95_s", 300)
     with pytest.raises(InputError, match="--robots: found 500; the layout has 80 places to park them"):
         size(poisson, "hall", target, store=tmp_path, workers=here, robots=(1, 500))
@@ -88,11 +88,11 @@ def answer_of(*frontier: tuple[int, int], undecided: tuple[tuple[int, int], ...]
 def test_what_is_cheapest() -> None:
     answer = answer_of((2, 9), (3, 7), (4, 6))
     sizes = {costs: answer.cheapest(*costs) for costs in ((10, 1), (1, 10), (1, 2))}
-    found = {costs: priced and ((priced[0].stations, priced[0].robots), priced[1]) for costs, priced in sizes.items()}
+    found = {costs: priced and ((priced[0].first, priced[0].second), priced[1]) for costs, priced in sizes.items()}
     assert found == {(10, 1): ((4, 6), 64), (1, 10): ((2, 9), 29), (1, 2): ((2, 9), 13)}
     assert answer_of().cheapest(1, 1) is None
     answer = answer_of((2, 9), (3, 7), undecided=((2, 8), (3, 8), (4, 7), (4, 6)))
-    assert [(one.stations, one.robots) for one in answer.undecided] == [(2, 8), (4, 6)]
+    assert [(one.first, one.second) for one in answer.undecided] == [(2, 8), (4, 6)]
 
 
 @pytest.mark.parametrize("step", [1, 4, 20])
@@ -136,9 +136,9 @@ def test_the_frontier_is_that_of_the_whole_grid(seed: int) -> None:
         robots = next((n for n in range(least, most + 1) if n >= needs[number]), None)
         if robots is not None and all(robots < other for _, other in best):
             best.append((number, robots))
-    assert [(one.stations, one.robots) for one in frontier(found)] == best
-    assert [one.stations for one in found] == stations
-    assert all((one.robots is None) == (one.reason is not None) for one in found)
+    assert [(one.first, one.second) for one in frontier(found)] == best
+    assert [one.first for one in found] == stations
+    assert all((one.second is None) == (one.reason is not None) for one in found)
     assert len(tried) < 0.4 * len(stations) * (most - least + 1) + 10
 
 

@@ -22,7 +22,12 @@ from rmfs_core.info import Question, RunInfo
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RuleChoice
 
-FEW = ("instance.orders=20", "packing={stations=2, boxes=2, packers=1, sorters=1}", "rules.pp=free-flow")
+FEW = (
+    "instance.orders=20",
+    "packing={stations=2, boxes=2, packers=1, sorters=1, open={2=[['06:00', '05:00']]}}",
+    "instance.start='2024-03-01T06:30:15'",
+    "rules.pp=free-flow",
+)
 
 
 class Mementos:
@@ -65,6 +70,9 @@ def test_what_was_there_is_restored_and_decided_again(recorded: tuple[Recording,
         found["tasks"] += sum(len(station.tasks) for station in memento.packing)
         found["working"] += sum(len(station.working) for station in memento.packing)
         found["packed"] += sum(order.packing is not None and order.packing.packed for order in memento.orders)
+        assert [one.zero for one in memento.packing] == [0, (6 * 3600 + 30 * 60 + 15) * 1000]
+    assert [one.hours.at(0) for one in opened.view.packing_stations] == [1, 1]
+    assert opened.view.packing_stations[1].hours.next_change(0) == (22 * 3600 + 29 * 60 + 45) * 1000
     assert min(found.values()) >= 5
     assert found.keys() == {"packing", "packing-task", "tasks", "working", "packed"}
 

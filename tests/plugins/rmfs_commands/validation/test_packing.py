@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ KINDS_OF_RUN = {
     "visits, counted until picked": ("packing.tote=visit", "packing.packing_from=picked"),
     "sorters, places free with the pick": ("packing.sorters=1", "stations.release=picked"),
     "hours, split over time": ('packing.open=[["00:05", "24:00"]]', "rules.poa_pps=split-over-time", "run.warmup_s=99"),
-    "cut off": ("run.until_s=400",),
+    "cut off": ("run.until_s=400", 'packing.open={1=[["00:02", "00:05"]]}', 'instance.start="2024-03-01T00:01:00"'),
 }
 
 
@@ -38,6 +39,11 @@ KINDS_OF_RUN = {
 def test_a_recorded_run_has_no_fault(changes: tuple[str, ...], tmp_path: Path) -> None:
     rmfs_core.run("examples/packing", overrides=[*FEW, *changes], out=tmp_path, record=["trace"])
     assert check_trace(tmp_path).faults == []
+    result = json.loads((tmp_path / "result.json").read_text())
+    for name in ("packer_utilisation_percent", "packer_starved_percent"):
+        result["metrics"][name] += 1
+    (tmp_path / "result.json").write_text(json.dumps(result))
+    assert [fault.kind for fault in check_trace(tmp_path).faults] == ["metric"] * 2
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +93,10 @@ def test_an_order_that_is_not_packed_is_found(packed: Trace) -> None:
 
 @pytest.mark.parametrize("change", [{"packers": 0}, {"open": {"1": [["12:00", "13:00"]]}}])
 def test_more_packers_than_there_are_show(packed: Trace, change: dict[str, Any]) -> None:
+    """In the whole run, and in one that ends while the first order is packed."""
     section = packed.scenario["packing"] | change
-    found = faults_of(evolve(packed, scenario={**packed.scenario, "packing": section}))
-    assert {fault.kind for fault in found} >= {"packers"}
+    begun = next(at for at, one in enumerate(packed.events) if isinstance(one, PackingStarted) and one.packing == 0)
+    events = tuple(event for event in packed.events[: begun + 1] if not isinstance(event, PartPut))
+    for part in (packed, evolve(packed, events=events, status="horizon")):
+        found = faults_of(evolve(part, scenario={**packed.scenario, "packing": section}))
+        assert {fault.kind for fault in found} >= {"packers"}

@@ -6,7 +6,7 @@ import { edgesFor, levelOf } from "../../../../../plugins/rmfs_commands/replay/v
 import { brief, numbers, suggestions, thingNamed } from "../../../../../plugins/rmfs_commands/replay/view/labels.mjs";
 import { histories, Names } from "../../../../../plugins/rmfs_commands/replay/view/story.mjs";
 import { World } from "../../../../../plugins/rmfs_commands/replay/view/world.mjs";
-import { replenished, sample } from "./sample.mjs";
+import { packs, replenished, sample } from "./sample.mjs";
 
 const run = sample();
 const view = { run, names: new Names(run), world: new World(run).go(20042), distance: () => 1234 };
@@ -22,6 +22,17 @@ test("every suggestion is found", () => {
   const all = suggestions(view);
   assert.equal(all.length, 1 + 1 + 2 + 2);
   assert.ok(all.every((text) => thingNamed(view, text)));
+});
+
+test("a packing station is found and said", () => {
+  const run = packs();
+  const packing = { run, names: new Names(run), world: new World(run).go(4000), distance: () => 0 };
+  assert.deepEqual(thingNamed(packing, "packing station 1"), { kind: "packing", id: 0 });
+  assert.equal(thingNamed(packing, "packing station 2"), null);
+  assert.equal(thingNamed(view, "packing station 1"), null);
+  assert.ok(suggestions(packing).includes("packing station 1"));
+  assert.equal(brief(packing, { kind: "packing", id: 0 }), "packing station 1: 1 box in use, 1 waiting");
+  assert.match(numbers(packing), /^1 order, 0 picks, 0 visits, 0 packed, /);
 });
 
 test("the figures of a view in a line", () => {

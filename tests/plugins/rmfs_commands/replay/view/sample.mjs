@@ -112,6 +112,7 @@ export function packed() {
     pods: { name: ["p", "q"], contents_n: [1, 1], contents: [0, -1, 1, 1], cell: [0, 1], robot: [-1, -1], bound_for: [[], []] },
     robots: { cell: [0], heading: [1] },
     stations: { name: ["1"], capacity: [15], counts_orders: [false], bundle_capacity: [0] },
+    packing: null,
     blocked: [],
     legs: packedLegs(),
     events: packedEvents(EVENTS),
@@ -167,3 +168,31 @@ export function packedReplenished() {
 }
 
 export const replenished = () => unpack(packedReplenished());
+
+// The same place with a packing station: order 0 comes in two totes and is put into box 1, order 1 has no box.
+
+const PACKING_EVENTS = [
+  [0, "order_arrived", 0],
+  [0, "order_arrived", 1],
+  [0, "packing_assigned", 0, 0, 1],
+  [0, "packing_assigned", 1, 0, -1],
+  [1000, "part_sent", 0, 0, 0, 1, 1],
+  [2000, "part_sent", 0, 0, 0, 2, 2],
+  [2500, "order_completed", 0],
+  [3000, "part_arrived", 0, 0, 1, 1],
+  [4000, "part_arrived", 0, 0, 2, 2],
+  [7000, "part_put", 3000, 0, 0, 1, 1],
+  [8000, "part_put", 7000, 0, 0, 2, 2],
+  [8000, "order_consolidated", 0, 0],
+  [8000, "packing_started", 0, 0],
+  [9000, "order_packed", 8000, 0, 0],
+];
+
+/** The run; an order has its box until it is packed, or picked. */
+export const packs = (until_picked = false) =>
+  unpack({
+    ...packed(),
+    events: packedEvents(PACKING_EVENTS),
+    order: order(PACKING_EVENTS),
+    packing: { stations: 1, boxes: 2, packers: 1, sorters: 0, until_picked },
+  });

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { bundleStatus, doing, histories, Names, orderStatus, phaseOf, tell, waitsOn, why } from "../../../../../plugins/rmfs_commands/replay/view/story.mjs";
 import { World } from "../../../../../plugins/rmfs_commands/replay/view/world.mjs";
-import { replenished, sample } from "./sample.mjs";
+import { packs, replenished, sample } from "./sample.mjs";
 
 const run = sample();
 const names = new Names(run);
@@ -45,6 +45,10 @@ test("how far an order has come", () => {
   assert.equal(status(1, 0), "has not arrived yet");
   assert.equal(status(1, 5000), "waits in the backlog: 1 item");
   assert.equal(status(0, 20042), "at station 1: 2 items to pick");
+  const packing = packs();
+  const packed = (tick) => orderStatus(names, new World(packing).go(tick), 0);
+  assert.equal(packed(7000), "picked, 1 item in box 2 at packing station 1");
+  assert.deepEqual([packed(8000), packed(9000)], ["is being packed at packing station 1", "packed"]);
 });
 
 test("why: the decision that the trace tells of", () => {

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { ORDER, World } from "../../../../../plugins/rmfs_commands/replay/view/world.mjs";
-import { replenished, sample } from "./sample.mjs";
+import { packs, replenished, sample } from "./sample.mjs";
 
 const plain = (world) => ({
   pods: [...world.podCell], carried: [...world.robotPod], orders: [...world.orders], open: [...world.openItems()],
@@ -62,4 +62,16 @@ test("stations close and open, robots go off duty, pods are moved, batteries run
   assert.deepEqual([world.go(27000).closed.has(0), world.onDuty, world.podCell[0]], [false, 0, 3]);
   assert.deepEqual([0, 6000, 12000, 14000, 16000, 30000].map((tick) => world.go(tick).charge(0)), [1, 0.7, 0.4, 0.5, 0.6, 0.6]);
   assert.equal(new World(sample()).charge(0), null);
+});
+
+test("totes come, wait, and are put into boxes; orders are packed", () => {
+  const world = new World(packs());
+  const at = (tick) => [world.go(tick).packing[0], world.putting(0), [...world.boxes(0)], world.packs.get(0)?.items];
+  assert.deepEqual(at(1000), [{ coming: 1, waiting: 0, packing: 0, packed: 0 }, 0, [[1, 0]], 0]);
+  assert.deepEqual(at(4000), [{ coming: 0, waiting: 2, packing: 0, packed: 0 }, 1, [[1, 0]], 0]); // one of them is being put
+  assert.deepEqual(at(7000), [{ coming: 0, waiting: 1, packing: 0, packed: 0 }, 1, [[1, 0]], 1]);
+  assert.deepEqual(at(8000), [{ coming: 0, waiting: 0, packing: 1, packed: 0 }, 0, [[1, 0]], 3]);
+  assert.deepEqual(at(9000), [{ coming: 0, waiting: 0, packing: 0, packed: 1 }, 0, [], undefined]);
+  assert.deepEqual(at(2000)[0], { coming: 2, waiting: 0, packing: 0, packed: 0 });
+  assert.equal(new World(packs(true)).go(2500).boxes(0).size, 0);
 });
