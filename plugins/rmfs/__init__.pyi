@@ -1,5 +1,7 @@
 from rmfs_commands.bounds import Bound as Bound
 from rmfs_commands.bounds import bounds_of as bounds_of
+from rmfs_commands.cli.hall import Hall as Hall
+from rmfs_commands.cli.hall import hall as hall
 from rmfs_commands.cli.main import main as main
 from rmfs_commands.details.loading import load_result as load_result
 from rmfs_commands.experiments import Experiment as Experiment

@@ -1,9 +1,10 @@
 """How much work orders bring, and how much stations, robots and chargers can do while these arrive, before any run.
 
-A load is hours wanted over hours there. Above 100 % pickers and replenishment stations cannot do it in that time,
-whatever the rules; robots can where trips serve several order lines. The hours are those from the first order to the
-last, and, where stations have opening hours, on until they close. Where all orders come within `AT_ONCE`, and stations
-are always open, there are none, and only what is wanted is said.
+A load is hours wanted over hours there. Above 100 % pickers, packers and replenishment stations cannot do it in that
+time, whatever the rules; robots can where trips serve several order lines. The hours are those from the first order to
+the last, and, where stations have opening hours, on until they close, but never after the run ends (`run.until_s`).
+Where all orders come within `AT_ONCE`, and stations are always open, there are none, and only what is wanted is said;
+so it is where orders arrive as others are assigned (process ``refill``).
 """
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from attrs import asdict, define, field, frozen
+from attrs import asdict, define, evolve, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.cli.screen import say
 from rmfs_core import hookimpl
 from rmfs_core.clock import TICKS_PER_S, UNREACHABLE
 from rmfs_core.scenario.model import Replenishment, Scenario
-from rmfs_core.simulation.setup import hours_of, motion_of, shifts_of
-from rmfs_core.timetable import DAY, Calendar, Timetable
+from rmfs_core.simulation.setup import hours_of, motion_of, packing_of, shifts_of
+from rmfs_core.timetable import ALWAYS, DAY, Calendar, Timetable
 from rmfs_core.wording import counted
 from rmfs_core.world import Instance, Layout
 from rmfs_core.world.travel import Travel, travel_on
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
 
 T = TypeVar("T")
-HOUR = 3600 * TICKS_PER_S
+MINUTE, HOUR = 60 * TICKS_PER_S, 3600 * TICKS_PER_S
 AT_ONCE = HOUR
 SAMPLE = 5
 """Stations, and storage locations without a pod on the robot, to and from which ways are measured, at most."""
@@ -47,6 +48,7 @@ UNITS = {
     "robots": "robot",
     "replenishment stations": "replenishment station",
     "chargers": "charger",
+    "packers": "packer",
 }
 """Who has a load, and what there could be more of."""
 
@@ -58,26 +60,28 @@ ASSUMED = ", if each trip serves one order line"
 
 @define
 class Demand:
-    """What orders want, by the hour in which they arrive.
+    """What orders want, by the minute in which they arrive.
 
     Parameters
     ----------
-    items, lines
-        Items and order lines by the number of the hour, from 0.
+    items, lines, orders
+        Items, order lines and orders by the number of the minute, from 0.
     first, last
         Ticks of the first and the last arrival; those of no order are of no use.
     """
 
     items: Counter[int] = field(factory=Counter)
     lines: Counter[int] = field(factory=Counter)
+    orders: Counter[int] = field(factory=Counter)
     first: int = 1 << 62
     last: int = 0
 
-    def add(self, tick: int, items: int, lines: int = 1) -> None:
-        """Add items and lines that arrive at a tick."""
-        hour = tick // HOUR
-        self.items[hour] += items
-        self.lines[hour] += lines
+    def add(self, tick: int, items: int, lines: int = 1, orders: int = 0) -> None:
+        """Add items, lines and orders that arrive at a tick."""
+        minute = tick // MINUTE
+        self.items[minute] += items
+        self.lines[minute] += lines
+        self.orders[minute] += orders
         self.first, self.last = min(self.first, tick), max(self.last, tick)
 
 
@@ -98,12 +102,14 @@ class Load:
     there_h
         Hours in which they are there, summed over them; None where orders come at once.
     peak
-        When the hour begins, by the clock, in which the orders bring the most work for the hours there; None where
-        that is not known.
+        When the hour begins, by the clock, in which the orders that arrive while someone is there bring the most work
+        for the hours there; None where that is not known.
     peak_wanted_h, peak_there_h
         The same of that hour.
     done_h
         Hours from time 0 before which not all of it can be done; None where that is not known.
+    ends_h
+        Hours from time 0 at which the run ends; None where it ends with the last order.
     """
 
     who: str
@@ -115,6 +121,7 @@ class Load:
     peak_wanted_h: float = 0.0
     peak_there_h: float = 0.0
     done_h: float | None = None
+    ends_h: float | None = None
 
     @property
     def percent(self) -> float | None:
@@ -140,20 +147,23 @@ def _percent(wanted: float, there: float) -> float:
 
 
 def loads(scenario: Scenario, instance: Instance, layout: Layout) -> list[Load]:
-    """Return the loads of a scenario: of pickers and robots, and of replenishment and chargers where there are any.
+    """Return the loads of a scenario: of pickers and robots, and of the others in `UNITS` where there are any.
 
-    Empty where there are no orders, or they arrive as others are assigned (process ``refill``).
+    Empty where no orders arrive before the run ends.
     """
-    if not instance.orders or scenario.instance.arrivals.backlog is not None:
-        return []
-    demand = Demand()
+    until = math.inf if scenario.run.until_s is None else scenario.run.until_s * TICKS_PER_S
+    refilled, demand = scenario.instance.arrivals.backlog is not None, Demand()
     for order in instance.orders:
-        demand.add(order.arrival_tick, order.items, len(order.lines))
-    return loads_of(scenario, layout, demand, _bundles(scenario, instance))
+        if (tick := 0 if refilled else order.arrival_tick) < until:
+            demand.add(tick, order.items, len(order.lines), 1)
+    return loads_of(scenario, layout, demand, _bundles(scenario, instance, until)) if demand.orders else []
 
 
 def loads_of(scenario: Scenario, layout: Layout, demand: Demand, bundles: int = 0) -> list[Load]:
-    """Return the loads that some orders and bundles bring to a warehouse; of the scenario's instance counts time 0."""
+    """Return the loads that some orders and bundles bring to a warehouse.
+
+    Of the scenario's instance, time 0 and whether orders are refilled count.
+    """
     return _Reckoning(scenario, layout, demand, bundles).loads()
 
 
@@ -161,12 +171,15 @@ class _Reckoning:
     def __init__(self, scenario: Scenario, layout: Layout, demand: Demand, bundles: int) -> None:
         self._scenario, self._layout, self._demand, self._bundles = scenario, layout, demand, bundles
         self._picking = len(layout.stations) - layout.replenishing
-        stations, (self._shift,) = shifts_of(hours_of(scenario, self._picking), self._picking)
-        self._stations = Counter(stations)
+        stations, (shift,) = shifts_of(hours_of(scenario, self._picking), self._picking)
+        self._stations, self._shift = Counter(stations), Counter({shift: 1})
+        self._fleet = scenario.robots.count if scenario.robots.available is None else 1
+        """Robots for each that the timetable of shifts has: it counts them where it says when they are on duty."""
         self._zero = Calendar(scenario.instance.start).time_of_day()
-        self._available = scenario.robots.available is not None
-        end = self._end()
-        self._window = None if end - demand.first < AT_ONCE else (demand.first, end)
+        self._refilled, until_s = scenario.instance.arrivals.backlog is not None, scenario.run.until_s
+        self._ends_h = None if until_s is None or self._refilled else until_s / 3600
+        end = self._end() if self._ends_h is None else min(self._end(), round(self._ends_h * HOUR))
+        self._window = None if self._refilled or end - demand.first < AT_ONCE else (demand.first, end)
 
     def _end(self) -> int:
         """Return the last arrival, or when stations close after it."""
@@ -185,25 +198,24 @@ class _Reckoning:
         own = self._layout.replenishing
         items, lines = demand.items.total(), demand.lines.total()
         storing_s = 0.0 if own else self._bundles * store_s
-        picking = f"{counted(items, 'item')} of {stations.handle_s:g} s"
-        storing = f", {counted(self._bundles, 'bundle')} of {store_s:g} s" if storing_s else ""
-        by_hour = {hour: n * stations.handle_s / 3600 for hour, n in demand.items.items()}
-        found = [
-            self._load(
-                "pickers", self._picking, picking + storing, storing_s / 3600, by_hour, self._stations, ends=True
-            )
-        ]
+        work = f"{counted(items, 'item')} of {stations.handle_s:g} s"
+        work += f", {counted(self._bundles, 'bundle')} of {store_s:g} s" if storing_s else ""
+        arriving = {minute: n * stations.handle_s / 3600 for minute, n in demand.items.items()}
+        found = [self._load("pickers", self._picking, work, arriving, self._stations, besides_h=storing_s / 3600)]
+        found[0] = evolve(found[0], done_h=self._done(arriving, storing_s / 3600), ends_h=self._ends_h)
         of_robots = {
-            hour: (demand.lines[hour] * cycle_s + demand.items[hour] * stations.pick_s) / 3600 for hour in demand.lines
+            minute: (demand.lines[minute] * cycle_s + demand.items[minute] * stations.pick_s) / 3600
+            for minute in demand.lines
         }
         count, bundles_h = self._scenario.robots.count, self._bundles * (cycle_s + store_s) / 3600
         trips, trip_s = lines + self._bundles, 3600 * math.fsum([*of_robots.values(), bundles_h])
         work = f"{counted(trips, 'trip')} of {trip_s / trips:.0f} s without traffic, one per order line"
         work += " and bundle" if self._bundles else ""
-        found.append(self._load("robots", count, work, bundles_h, of_robots, {self._shift: 1}))
+        found.append(self._load("robots", count, work, of_robots, self._shift, self._fleet, bundles_h))
         if own and self._bundles:
             work = f"{counted(self._bundles, 'bundle')} of {store_s:g} s"
-            found.append(self._load("replenishment stations", own, work, self._bundles * store_s / 3600, {}, None))
+            always = Counter({ALWAYS: own})
+            found.append(self._load("replenishment stations", own, work, {}, always, 1, self._bundles * store_s / 3600))
         if (battery := self._scenario.robots.battery) is not None and self._window is not None:
             hours = (self._window[1] - self._window[0]) / HOUR
             empty_s, loaded_s = (driving * trips for driving in driving_s)
@@ -213,31 +225,50 @@ class _Reckoning:
             number = len(self._layout.chargers)
             work = f"{joules / 3.6e6:,.1f} kWh at {battery.charging_w:g} W"
             found.append(Load("chargers", number, work, joules / battery.charging_w / 3600, number * hours))
-        return found
+        return [*found, *self._packers()]
+
+    def _packers(self) -> Iterator[Load]:
+        """Yield the load of packers, where there are any: packing alone, as nobody knows yet what has to be put."""
+        if (section := self._scenario.packing) is None:
+            return
+        demand, hours = self._demand, Counter(one.hours for one in packing_of(self._scenario, self._layout))
+        orders, items = demand.orders.total(), demand.items.total()
+        arriving = {
+            minute: (demand.orders[minute] * section.pack_s + demand.items[minute] * section.pack_item_s) / 3600
+            for minute in demand.orders
+        }
+        work = f"{counted(orders, 'order')} of {section.pack_s:g} s, {counted(items, 'item')} of "
+        work += f"{section.pack_item_s:g} s{'' if section.sorters else ', putting besides'}"
+        yield self._load("packers", section.packers * hours.total(), work, arriving, hours, section.packers)
 
     def _load(
         self,
         who: str,
         number: int,
         work: str,
-        besides_h: float,
-        by_hour: Mapping[int, float],
-        timetables: Mapping[Timetable, int] | None,
-        *,
-        ends: bool = False,
+        arriving: Mapping[int, float],
+        timetables: Mapping[Timetable, int],
+        each: int = 1,
+        besides_h: float = 0.0,
     ) -> Load:
-        """Return a load of what the orders of each hour bring and of what comes besides; None: always there."""
-        wanted = math.fsum([*by_hour.values(), besides_h])
-        done = self._done(by_hour, besides_h) if ends else None
+        """Return a load of the hours that the orders of each minute bring and of what comes besides.
+
+        ``each`` of them are there for each that the timetables count.
+        """
+        wanted = math.fsum([*arriving.values(), besides_h])
         if self._window is None:
-            return Load(who, number, work, wanted, None, done_h=done)
-        there = self._there(who, number, timetables, *self._window)
+            return Load(who, number, work, wanted, None)
+        there, by_hour = each * _hours_there(timetables, *self._window), dict[int, float]()
+        for minute, hours in arriving.items():
+            if any(one.at(minute * MINUTE) for one in timetables):
+                hour = minute * MINUTE // HOUR
+                by_hour[hour] = by_hour.get(hour, 0.0) + hours
         peak, most = None, (0.0, 0.0, 0.0)
         for hour, hours in sorted(by_hour.items()):
-            here = self._there(who, number, timetables, hour * HOUR, (hour + 1) * HOUR)
+            here = each * _hours_there(timetables, hour * HOUR, (hour + 1) * HOUR)
             if here and hours / here > most[0]:
                 peak, most = self._clock(hour), (hours / here, hours, here)
-        return Load(who, number, work, wanted, there, peak, *most[1:], done_h=done)
+        return Load(who, number, work, wanted, there, peak, *most[1:])
 
     def _clock(self, hour: int) -> str:
         """Return the clock time at which an hour of the run begins."""
@@ -245,19 +276,16 @@ class _Reckoning:
         begin = f"{tick // HOUR:02d}:{tick % HOUR * 60 // HOUR:02d}"
         return f"{begin} on day {day + 1}" if day or self._demand.last >= DAY else begin
 
-    def _there(self, who: str, number: int, timetables: Mapping[Timetable, int] | None, begin: int, end: int) -> float:
-        """Return for how many hours they are there between two ticks, summed over them."""
-        if timetables is None or (who == "robots" and not self._available):
-            return number * (end - begin) / HOUR
-        return sum(number * _open(timetable, begin, end) for timetable, number in timetables.items()) / HOUR
-
-    def _done(self, by_hour: Mapping[int, float], besides_h: float) -> float | None:
+    def _done(self, arriving: Mapping[int, float], besides_h: float) -> float | None:
         """Return before how many hours the pickers cannot be done, if each hour's orders come at its begin."""
-        left, now = besides_h * HOUR, 0.0
-        for hour, hours in sorted(by_hour.items()):
+        left, now, by_hour = besides_h * HOUR, 0.0, dict[int, float]()
+        for minute, hours in arriving.items():
+            hour = minute * MINUTE // HOUR
+            by_hour[hour] = by_hour.get(hour, 0.0) + hours * HOUR
+        for hour, ticks in sorted(by_hour.items()):
             begin = max(hour * HOUR, self._demand.first)
             left, _ = self._work(left, now, begin)
-            left, now = left + hours * HOUR, float(begin)
+            left, now = left + ticks, float(begin)
         left, now = self._work(left, now, math.inf)
         return None if left else now / HOUR
 
@@ -310,6 +338,11 @@ def _mean_s(tables: Sequence[NDArray[np.int64]]) -> float:
     return fmean(known) / TICKS_PER_S if known else 0.0
 
 
+def _hours_there(timetables: Mapping[Timetable, int], begin: int, end: int) -> float:
+    """Return for how many hours they are there between two ticks, summed over them."""
+    return sum(number * _open(timetable, begin, end) for timetable, number in timetables.items()) / HOUR
+
+
 def _open(timetable: Timetable, begin: int, end: int) -> int:
     """Return the ticks between two in which a timetable holds, each as often as its number says."""
     total, now = 0, begin
@@ -321,14 +354,15 @@ def _open(timetable: Timetable, begin: int, end: int) -> int:
     return total
 
 
-def _bundles(scenario: Scenario, instance: Instance) -> int:
-    """Return how many bundles the orders bring with them, or are to come."""
+def _bundles(scenario: Scenario, instance: Instance, until: float) -> int:
+    """Return how many bundles the orders before some tick bring with them, or are to come."""
     given = scenario.instance.replenishment or Replenishment()
+    orders = [order for order in instance.orders if order.arrival_tick < until]
     if not instance.levels:
-        last = max(order.arrival_tick for order in instance.orders)
+        last = max([order.arrival_tick for order in orders], default=0)
         return len(instance.bundles) + round((given.bundles_per_hour or 0.0) * last / HOUR)
     wanted: Counter[int] = Counter()
-    for order in instance.orders:
+    for order in orders:
         for sku, quantity in order.lines:
             wanted[sku] += quantity
     held: Counter[int] = Counter()
@@ -379,7 +413,7 @@ def load_warnings(found: Sequence[Load]) -> Iterator[str]:
                 told += f" At least {_are(more, unit)} needed"
                 told += f", {peak:,} in the peak hour" if peak > more else ""
                 told += f", unless trips serve {math.ceil(percent / 10) / 10:.1f} order lines each." if trips else "."
-            if load.done_h is not None:
+            if load.done_h is not None and not _cut_off(load):
                 told += f" The last item is handled about {load.done_h:,.1f} h after time 0, or later."
             yield f"Warning: {load.who} have {told}"
         elif (percent := load.peak_percent or 0.0) > 100:
@@ -387,6 +421,16 @@ def load_warnings(found: Sequence[Load]) -> Iterator[str]:
                 f"Note: the orders of the hour from {load.peak} bring {_shown(percent)} of what {load.who} can do in it"
                 f"{ASSUMED if trips else ''}; at least {_are(load.enough(percent) or 0, unit)} needed then."
             )
+        if _cut_off(load):
+            yield (
+                f"Note: the run ends after {load.ends_h:,.1f} h (`run.until_s`), and {load.who} are not done before "
+                f"{load.done_h:,.1f} h: orders are left."
+            )
+
+
+def _cut_off(load: Load) -> bool:
+    """Whether the run ends before all of it can be done."""
+    return load.ends_h is not None and load.done_h is not None and load.ends_h < load.done_h
 
 
 @define(eq=False)

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import click
 
 from rmfs_commands.cli.completion import SetCommand
-from rmfs_commands.cli.options import json_option, no_inline_option, scenario_argument, seed_option, set_option
+from rmfs_commands.cli.options import (
+    json_option,
+    no_inline_option,
+    scenario_argument,
+    scenario_name,
+    seed_option,
+    set_option,
+)
 from rmfs_commands.cli.screen import print_json, tell
 from rmfs_commands.cli.shipped import print_shipped
+
+if TYPE_CHECKING:
+    from rmfs_core.scenario import Scenario
 
 
 @click.group()
@@ -62,23 +75,50 @@ def show(scenario: str, overrides: tuple[str, ...], seed: int | None) -> None:
     click.echo(to_toml(load_checked(scenario, overrides, seed)), nl=False)
 
 
-@scenario.command(name="map", cls=SetCommand, short_help="Print the layout of SCENARIO as a text map.")
+@scenario.command(name="map", cls=SetCommand, short_help="Draw the layout of SCENARIO as text, or as a picture.")
 @scenario_argument
 @set_option
-def map_(scenario: str, overrides: tuple[str, ...]) -> None:
+@seed_option
+@click.option("--html", "as_page", is_flag=True, help="Write a page with a picture: stations, ways, pods, robots.")
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Where the page shall be. [default: SCENARIO-map.html]",
+)
+def map_(scenario: str, overrides: tuple[str, ...], seed: int | None, as_page: bool, out: Path | None) -> None:
     """Print the layout of SCENARIO as a text map, which `layout.map_file` reads.
 
     # is a storage location, O a picking station, . floor; > < ^ v and lines are floor that robots leave in these
-    directions, arrows the cells of a queue, @ is wall.
+    directions, arrows the cells of a queue, @ is wall. With `--html`, a page shows the hall before a run.
     """
     from rmfs_commands.cli.checking import load_checked
     from rmfs_commands.cli.map_drawing import draw_map
+    from rmfs_core.errors import InputError
     from rmfs_core.scenario import located
     from rmfs_core.world import make_layout
 
-    loaded = load_checked(scenario, overrides)
+    loaded = load_checked(scenario, overrides, seed)
+    if as_page:
+        _write_page(scenario_name(scenario), loaded, out)
+        return
+    if out is not None:
+        raise InputError("--out", "is for a page; expected --html, too")
     with located(loaded):
         click.echo(draw_map(make_layout(loaded)), nl=False)
+
+
+def _write_page(name: str, loaded: Scenario, out: Path | None) -> None:
+    from rmfs_commands.cli.compiling import compiling_announced
+    from rmfs_commands.cli.hall import hall
+    from rmfs_commands.cli.notes import notes_console
+    from rmfs_core.results.files import write_text
+
+    file = out or Path(f"{name}-map.html")
+    with compiling_announced(notes_console()):
+        page = hall(loaded, name).html
+    write_text(file, page)
+    tell(f"Open {file} in a browser.")
 
 
 @scenario.command()

@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from rmfs_commands.cli.screen import new_table
+from rmfs_commands.details.bottleneck import LINE
 from rmfs_core.decisions import gap_of
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import TIMING, Metric, by_heading, show
@@ -88,6 +89,8 @@ def print_bottleneck(console: Console, result: Result) -> None:
         told = f"of {whole:,.1f} s went"
         if result.status != "complete":
             told = f"of the {counted(found['completed'], 'completed order')} went: {whole:,.1f} s"
+        if "packing" in found:
+            told += ", picking only"
         console.print(Text(f"Where the turn-over time {told}", style="bold cyan"))
         cells = [
             (PARTS[part], f"{seconds:,.1f} s", f"{100 * seconds / whole:.0f} %") for part, seconds in parts.items()
@@ -120,13 +123,20 @@ def _told(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         shares = found.get(f"{label.lower()}_percent", {})
         shown = {what: share for what, share in shares.items() if share and round(share)}
         if shown:
-            first, *rest = (f"{share:.0f} % {does[what]}" for what, share in shown.items())
             several = label == "Pickers" and "handling" in shown and len({*map(str, ends)}) > 1
-            yield label, ", ".join([f"{first} ({named})" if several else first, *rest])
+            while len(told := _shares(shown, does, named if several else "")) > LINE and len(shown) > 1:
+                del shown[min(shown, key=lambda what: shown[what])]
+            yield label, told
     says, packing = [*found.get("says", ())], "packing" in found
     yield from zip(("Limit", "Gain"), says[: -1 if packing else None], strict=False)
     if packing:
         yield "Packing", says[-1]
+
+
+def _shares(shown: Mapping[str, float], does: Mapping[str, str], named: str) -> str:
+    """Return some shares in words, after the first of them the stations with the most and the least."""
+    first, *rest = (f"{share:.0f} % {does[what]}" for what, share in shown.items())
+    return ", ".join([f"{first} ({named})" if named else first, *rest])
 
 
 PICKERS = {"handling": "handling", "waiting": "waiting", "idle": "idle"}
@@ -137,6 +147,7 @@ ROBOTS = {
     "queueing": "queueing",
     "at_station": "at stations",
     "charging": "charging",
+    "low": "with a low battery",
     "off": "off duty",
 }
 PROFILE = {

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import ceil, isfinite, sqrt
 from textwrap import fill
 
-from attrs import evolve, frozen
+from attrs import evolve, field, frozen
 
 from rmfs_commands.cli.loads import Demand, Load, loads_of
 from rmfs_core.scenario.model import (
@@ -39,12 +40,15 @@ class Size:
         Rows and columns of blocks.
     stations, robots
         How many.
+    capped
+        How many stations or robots the load asks for, where that is more than are guessed.
     """
 
     rows: int
     columns: int
     stations: int
     robots: int
+    capped: Mapping[str, int] = field(factory=dict)
 
     @property
     def sides(self) -> tuple[int, int]:
@@ -71,12 +75,13 @@ def size_for(pods: int, demand: Demand, start: str | None = None) -> tuple[Size,
     """Return a size with room for so many pods, whose stations and robots can do what orders want, and its loads."""
     size = evolve(size_without_orders(pods), stations=1, robots=1)
     pickers, _ = _loads(size, demand, start)
-    stations = min(_needed(pickers), MOST_STATIONS)
+    stations = min(needed := _needed(pickers), MOST_STATIONS)
     size = evolve(size_without_orders(pods, 2 * ceil(stations / 2) + 1), stations=stations, robots=1)
     pickers, robots = _loads(size, demand, start)
     of_load = ceil(stations * robots.wanted_h / pickers.wanted_h) if robots.percent is None else _needed(robots)
-    number = max(min(max(of_load, ROBOTS_PER_STATION * stations), size.locations // 2), 1)
-    size = evolve(size, robots=number)
+    number = min(max(of_load, ROBOTS_PER_STATION * stations), max(size.locations // 2, 1))
+    wanted = {"stations": (needed, stations), "robots": (of_load, number)}
+    size = evolve(size, robots=number, capped={what: n for what, (n, most) in wanted.items() if n > most})
     return size, _loads(size, demand, start)
 
 

@@ -109,7 +109,11 @@ def _reckoning(size: Size, found: Sequence[Load]) -> list[str]:
     aim = f"for loads of at most {MOST_PERCENT} %, and of {MOST_PEAK_PERCENT} % in the peak hour"
     if found[0].percent is None:
         aim = f"that pick within {SHIFT_H} hours what arrives at once"
-    return [f"{guess} {aim}.", *load_sentences(found)]
+    limits = {"stations": f"at most {size.stations:,}", "robots": "at most one for two storage locations"}
+    capped = [
+        f"The load asks for {wanted:,} {what}; {limits[what]} are guessed." for what, wanted in size.capped.items()
+    ]
+    return [f"{guess} {aim}.", *capped, *load_sentences(found)]
 
 
 def _demand_of(file: Path) -> Demand | None:

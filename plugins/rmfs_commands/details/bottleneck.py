@@ -50,18 +50,15 @@ PARTS: Mapping[str, tuple[str, ...]] = {
 LIMITS: Mapping[str, tuple[str, str]] = {
     "pickers": ("busy with other items", "one more station"),
     "robots": ("none was free", "one more robot"),
-    "chargers": ("robots charged, or waited for a charger", "one more charger"),
-    "queues": ("no room for pods, though pickers had none", "longer queues (`stations.queue_length`)"),
+    "chargers": ("robots charged or waited for it", "one more charger"),
+    "queues": ("no room for pods, pickers had none", "longer queues (`stations.queue_length`)"),
     "spread": ("other stations had less to pick", "rules that spread the orders evenly"),
-    "held": (
-        "held back, no station was given them",
-        "rules that assign them earlier (filters, waves, boxes, capacity for large orders)",
-    ),
+    "held": ("held back, no station was given them", "rules that assign them earlier"),
     "stock": ("the pods held too little", "stock that never lacks"),
-    "hours": ("stations were closed, or robots off duty", "stations and robots at all hours"),
+    "hours": ("stations closed or robots off duty", "stations and robots at all hours"),
     "closed": ("`rules.activate` had stations closed", "a rule that opens more stations"),
-    "room": ("stations were full, with robots free", "more orders per station (`stations.item_capacity`)"),
-    "pods": ("the pods were elsewhere, with robots free", "the same SKUs on more pods"),
+    "room": ("stations were full, with robots free", "more room (`stations.item_capacity`)"),
+    "pods": ("pods were elsewhere, robots free", "the same SKUs on more pods"),
 }
 """Causes that there could be less of: what happened meanwhile, and what would help. Those besides are ``driving`` and
 ``picking``, the work on an order itself."""
@@ -72,6 +69,9 @@ work, and orders whose pods are elsewhere take up room."""
 
 WORTH_SAYING = 10
 """Percent of the orders' time from which on a cause is said besides the limit."""
+
+LINE = 72
+"""Characters of a sentence, so that a summary takes ten lines of a terminal: causes are named as far as they fit."""
 
 BUSY = 90
 """Percent of the packers' time at work, or of the boxes reserved, from which on they limit a run."""
@@ -177,7 +177,6 @@ class Bottleneck:
         self._beneath = [_Waits() for _ in run.warehouse.stations]
         self._queueing = [_Waits() for _ in run.warehouse.stations]
         self._given = [_Waits() for _ in run.warehouse.stations]
-        self._left = False
         self._orders = self._collect()
         self._share_out()
 
@@ -188,7 +187,6 @@ class Bottleneck:
             if not self._begin <= arrival <= self._end:
                 continue
             counted += 1
-            self._left |= order not in delays.times
             if (times := delays.times.get(order)) is None:
                 self._collect_left(order, arrival)
                 continue
@@ -332,7 +330,7 @@ class Bottleneck:
         gain = None if limit is None else self._one_more(limit)
         says = [*self._nothing()]
         if whole:
-            says = [*_says(limit, percent, gain, whole / self._orders / TICKS_PER_S, self._left)]
+            says = [*_says(limit, percent, gain)]
         if (packed := self._packing) is not None:
             if (named := packed.limit(ratio(self.causes[largest], self._orders * TICKS_PER_S) or 0.0)) is not None:
                 limit, gain, says = named, packed.one_more(named), [*packed.says(named)]
@@ -393,7 +391,9 @@ class Bottleneck:
             ticks[does] += spent[state]
         ticks["traffic"] -= for_room
         ticks["queueing"] += for_room
-        return {does: _percent(ticks[does], ticks.total()) for does in dict.fromkeys(DOES.values())}
+        ticks["low"] = round(self._robots.low.mean(self._begin, self._end) * (self._end - self._begin))
+        ticks["idle"] -= ticks["low"]
+        return {does: _percent(ticks[does], ticks.total()) for does in dict.fromkeys((*DOES.values(), "low"))}
 
     def _one_more(self, limit: str) -> dict[str, float | None]:
         """Return about what one more of the limit brings: less time per order, and at most so many more picks or trips.
@@ -481,38 +481,42 @@ class _Packed:
         yield f"One more {unit}: up to {100 / number:.3g} % more {more}."
 
     def covers(self) -> str:
-        """Return what the rest is about, and how long packing takes."""
-        told = "The times and shares above cover picking only."
+        """Return how long packing takes, which the rest is not about."""
         if self.after_s is None:
-            return f"{told} No order that counts was packed."
-        told += f" From the last pick to packed: {_seconds(self.after_s)} on average; packers"
-        return f"{told} {self.packers_percent or 0.0:.0f} % at work; boxes {self.boxes_percent or 0.0:.0f} % reserved."
+            return "No order that counts was packed."
+        told = f"Last pick to packed: {_seconds(self.after_s)}; packers {self.packers_percent or 0.0:.0f} % busy"
+        return f"{told}, boxes {self.boxes_percent or 0.0:.0f} % reserved."
 
     def to_dict(self) -> dict[str, float | None]:
         return {name: getattr(self, name) for name in ("after_s", "packers_percent", "boxes_percent")}
 
 
 def _says(
-    limit: str | None,
-    percent: Mapping[str, float | None],
-    gain: Mapping[str, float | None] | None,
-    whole_s: float,
-    left: bool,
+    limit: str | None, percent: Mapping[str, float | None], gain: Mapping[str, float | None] | None
 ) -> Iterator[str]:
-    """Yield what limits the run, and about what one more of it brings, as sentences; of orders that take so long."""
-    others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
-    further = [f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause])]
-    then = f"{'; then ' if further else ''}{', '.join(further)}."
+    """Yield what limits the run, and about what one more of it brings, as sentences."""
     if limit is None or gain is None:
         work = (percent["driving"] or 0) + (percent["picking"] or 0)
-        yield f"No single limit: {work:.0f} % driving and picking{then}"
+        yield _with_others(f"No single limit: {work:.0f} % driving and picking", limit, percent)
         return
-    yield f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}{then}"
+    told = f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}"
+    yield _with_others(told, limit, percent)
     more = {"pickers": "picks", "robots": "trips"}.get(limit)
     faster = "" if more is None else f"up to {gain['throughput_percent']:.3g} % more {more}, "
-    less = f"about {_seconds(gain['time_s'] or 0.0)} of {_seconds(whole_s)} ({gain['time_percent']:.0f} %) less "
-    less += "time per order so far" if left else "turn-over time"
+    less = f"about {_seconds(gain['time_s'] or 0.0)} ({gain['time_percent']:.0f} %) less time"
     yield f"{LIMITS[limit][1].capitalize()}: {faster}{less}."
+
+
+def _with_others(told: str, limit: str | None, percent: Mapping[str, float | None]) -> str:
+    """Return a sentence with the next causes, as far as there is room for them in the line."""
+    others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
+    before = "; then"
+    for cause in sorted(others, key=lambda cause: -others[cause]):
+        further = f"{told}{before} {cause} {others[cause]:.0f} %"
+        if len(further) >= LINE:
+            break
+        told, before = further, ","
+    return f"{told}."
 
 
 def _seconds(seconds: float) -> str:

@@ -99,6 +99,8 @@ class Robots:
         """Robots that can take a task: on duty, without one, and with charge enough."""
         self.charging = Count()
         """Robots on duty that wait for a charger, drive to one, or stand there until they are charged."""
+        self.low = Count()
+        """Of these, robots that stand where they are, with too little in their batteries for a task."""
         self.beneath: dict[int, Span] = {}
         """When a robot last waited beneath each pod for room at a station, before it lifted the pod."""
         self.beneath_for: dict[int, list[Span]] = {}
@@ -109,6 +111,7 @@ class Robots:
         self._picked: tuple[int, Counter[str], int] | None = None
         self._none_ticks = self._none_since = 0
         self._counted: list[Count | None] = [None for _ in robots]  # where each robot counts
+        self._low: set[int] = set()
         self._sent: dict[int, int] = {}  # robots without a task to the cells where they were last sent
         for i in range(len(robots)):
             self._count(i, 0)
@@ -135,6 +138,9 @@ class Robots:
     def _count(self, robot: int, tick: int) -> None:
         """Count a robot as free, as one that charges, or as neither."""
         before, now = self._counted[robot], self._counts_as(robot)
+        if (low := now is self.charging and self._robots[robot].state == "idle") != (robot in self._low):
+            self.low.add(tick, 1 if low else -1)
+            self._low ^= {robot}
         if before is now:
             return
         if self.free in (before, now):

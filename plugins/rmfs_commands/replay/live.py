@@ -122,7 +122,7 @@ class Watch:
         begin = time.monotonic()
         with self._changes:
             columns = self._builder.columns()
-            replay = Replay(self.name, self._start, self._tick, self._status, columns, {}, None)
+            replay = Replay(self.name, self._start, self._tick, self._status, columns, {}, (), None)
             self._told_tick, self._told_status, values = self._tick, self._status, told(replay)
         self._told = packed(values, level=9 if best else 1)
         self._rests_until = time.monotonic() + REST * (time.monotonic() - begin)

@@ -16,6 +16,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.replay.reading import Replay
 from rmfs_commands.replay.telling import told
 from rmfs_core.results.files import json_ready, to_json
@@ -48,6 +49,7 @@ def _page(title: str, runs: Sequence[str], entry: str, connect: str = "") -> str
     style, code = (VIEW / "style.css").read_text(encoding="utf-8"), script(entry)
     return Template((VIEW / "page.html").read_text(encoding="utf-8")).substitute(
         title=escape(title),
+        not_simulated=escape(NOT_SIMULATED),
         policy=f"default-src 'none'; {connect}script-src {_source(code)}; style-src {_source(style)}; img-src data:; "
         "base-uri 'none'; form-action 'none'",
         style=style,

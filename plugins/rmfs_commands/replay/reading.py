@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,8 @@ class Replay:
         Its events.
     metrics
         Of its result; empty where none lies beside the trace.
+    says
+        What limits it, as the summary of the result says.
     decisions
         What its rules decided, where it was recorded.
     """
@@ -44,6 +46,7 @@ class Replay:
     status: str
     columns: Columns
     metrics: Mapping[str, Any]
+    says: Sequence[str]
     decisions: Mapping[str, Any] | None
 
 
@@ -62,7 +65,7 @@ def read_replay(path: str | Path) -> Replay:
     """
     file = trace_file(path)
     stream = TraceStream(file)
-    metrics = _metrics(file, stream.start)
+    metrics, says = _result(file, stream.start)
     with fitting(file, "shown"):
         check_readable(stream.start)
         builder = ColumnsBuilder(stream.start)
@@ -71,19 +74,21 @@ def read_replay(path: str | Path) -> Replay:
     columns = builder.columns()
     decisions = recorded_decisions(file.parent, stream.start, columns.bundles())
     name = file.resolve().parent.name
-    return Replay(name, stream.start, stream.tick, stream.status, columns, metrics, decisions)
+    return Replay(name, stream.start, stream.tick, stream.status, columns, metrics, says, decisions)
 
 
-def _metrics(file: Path, start: Trace) -> Mapping[str, Any]:
-    """Return the metrics of the result beside a trace; none where there is no result."""
+def _result(file: Path, start: Trace) -> tuple[Mapping[str, Any], Sequence[str]]:
+    """Return metrics and what limits the run, of the result beside a trace; none where there is no result."""
     result = file.parent / RESULT_FILE
     if (content := read_result(result)) is None:
-        return {}
+        return {}, ()
     found, told = content.get("scenario"), start.scenario
     if different := _difference(found, told, ""):
         raise InputError(str(result), f"is of another run than {file.name}: {different}; expected what one run wrote")
-    metrics: Mapping[str, Any] = content["metrics"]
-    return metrics
+    said: Any = content
+    for key in ("summary", "bottleneck", "says"):
+        said = said.get(key) if isinstance(said, Mapping) else None
+    return content["metrics"], [str(sentence) for sentence in said or ()]
 
 
 def _difference(found: object, told: object, key: str) -> str | None:

@@ -41,6 +41,7 @@ def told(replay: Replay) -> dict[str, Any]:
         "rules": rules,
         "about": summaries(set(rules.values())),
         "metrics": metrics_of(replay.metrics),
+        "says": list(replay.says),
         "layout": _layout(start.layout),
         "motion": {
             "acceleration": start.motion.acceleration_m_per_s2,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.reproduction.report import TITLE, Report
 from rmfs_commands.reproduction.tables import ABOVE, BELOW, IN_RANGE, NO_RUN
 
@@ -28,6 +29,7 @@ def to_html(report: Report) -> str:
         title=TITLE,
         report=report,
         embedded=_embedded,
+        not_simulated=NOT_SIMULATED,
         verdict_class=lambda cell: "good" if cell in GOOD else "bad" if cell in BAD else "",
     )
 

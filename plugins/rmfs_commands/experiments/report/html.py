@@ -9,6 +9,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.experiments.compare import Comparison
 from rmfs_commands.experiments.report import numbers
 from rmfs_commands.experiments.report.plots import Plot, front_name, plot_name
@@ -44,6 +45,7 @@ def report_html(result: ExperimentResult, comparison: Comparison, plots: Sequenc
         plots={plot.name: _embedded(plot) for plot in plots},
         plot_name=plot_name,
         front_name=front_name,
+        not_simulated=NOT_SIMULATED,
         has_bounds=any(map(comparison.bounded, comparison.metrics)),
     )
 

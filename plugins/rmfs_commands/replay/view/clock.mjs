@@ -8,6 +8,7 @@ export class Clock {
   /** @param {number} end */
   constructor(end) {
     this.end = end;
+    this.start = 0; // when there is something to see
     this.tick = 0;
     this.speed = 10;
     this.playing = false;
@@ -32,7 +33,7 @@ export class Clock {
   /** Play or pause; at the end, play from the start. */
   toggle() {
     this.playing = !this.playing;
-    if (this.playing && this.tick >= this.end && !this.waits) this.tick = 0;
+    if (this.playing && this.tick >= this.end && !this.waits) this.tick = this.start;
   }
 
   /** @param {number} steps */

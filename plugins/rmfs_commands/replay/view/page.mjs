@@ -5,6 +5,7 @@ import { Clock, clockTime, SPEEDS, spokenTime } from "./clock.mjs";
 import { paletteOf } from "./draw.mjs";
 import { HEAT_NAMES, HEATS } from "./heat.mjs";
 import { brief, legend, numbers, suggestions, thingNamed } from "./labels.mjs";
+import { nextOf } from "./series.mjs";
 import { make, Panel } from "./panel.mjs";
 import { setHeat, viewsOf } from "./views.mjs";
 /** @import { Figure, HeatName, Run, Thing, View } from "./types.d.ts" */
@@ -50,6 +51,7 @@ export class Page {
     this.clock = new Clock(this.end);
     const figures = runs.map((run) => this.figure(run));
     this.views = viewsOf(runs, figures, this.end, paletteOf(document.documentElement));
+    this.clock.start = Math.min(...this.views.map(({ timeline }) => timeline.series.first));
     this.panel = new Panel($("panel"), {
       select: (view, thing) => this.select(thing && { view, ...thing }),
       seek: (tick) => this.seek(tick),
@@ -200,12 +202,16 @@ export class Page {
     this.speedBox.value = String(speed);
   }
 
-  /** @param {number} direction */
-  round(direction) {
+  /**
+   * Go to the next decision or event, or to the one before.
+   * @param {number} direction
+   * @param {"rounds" | "events"} what
+   */
+  step(direction, what) {
     const { tick } = this.clock;
-    const all = this.views.flatMap((view) => Array.from(view.timeline.series.rounds));
-    const next = direction > 0 ? Math.min(...all.filter((one) => one > tick)) : Math.max(...all.filter((one) => one < tick));
-    if (Number.isFinite(next)) this.seek(next);
+    const next = this.views.map(({ timeline }) => nextOf(timeline.series[what], tick, direction));
+    const found = direction > 0 ? Math.min(...next) : Math.max(...next);
+    if (Number.isFinite(found)) this.seek(found);
   }
 
   /** @param {({ view: View } & Thing) | null} thing */
@@ -249,8 +255,9 @@ export class Page {
     const [first] = this.views;
     $("names").append(...suggestions(first).map((name) => make("option", { value: name })));
     $("play").onclick = () => this.toggle();
-    $("before").onclick = () => this.round(-1);
-    $("after").onclick = () => this.round(1);
+    $("before").onclick = () => this.step(-1, "rounds");
+    $("after").onclick = () => this.step(1, "rounds");
+    $("event").onclick = () => this.step(1, "events");
     this.speedBox.onchange = () => this.speed(Number(this.speedBox.value));
     this.heatBox.onchange = () => this.setHeat(heatNamed(this.heatBox.value));
     $("theme").onclick = () => this.theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
@@ -351,8 +358,10 @@ export class Page {
     /** @type {Record<string, () => void>} */
     const does = {
       " ": () => this.toggle(),
-      ",": () => this.round(-1),
-      ".": () => this.round(1),
+      ",": () => this.step(-1, "rounds"),
+      ".": () => this.step(1, "rounds"),
+      n: () => this.step(1, "events"),
+      N: () => this.step(-1, "events"),
       Home: () => this.seek(0),
       End: () => this.seek(this.end),
       ArrowUp: () => (this.clock.faster(1), this.speed(this.clock.speed)),
@@ -378,7 +387,7 @@ export class Page {
     if (asked.has("theme")) this.theme(asked.get("theme") === "dark" ? "dark" : "light");
     if (asked.has("heat")) this.setHeat(heatNamed(asked.get("heat")));
     if (SPEEDS.includes(Number(asked.get("speed")))) this.speed(Number(asked.get("speed")));
-    this.seek(Number(asked.get("t") ?? 0) * 1000 || 0);
+    this.seek(asked.has("t") ? Number(asked.get("t")) * 1000 || 0 : this.clock.start);
     const show = asked.get("show");
     if (show !== null) this.find(show);
     this.stale = true;

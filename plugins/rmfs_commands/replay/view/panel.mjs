@@ -2,7 +2,7 @@
 // What is beside the warehouse: the run as a whole, or the thing that was clicked.
 
 import { clockTime, duration } from "./clock.mjs";
-import { bundleStatus, doing, lastOf, orderStatus, percent, phaseOf, plural, tell, waitsOn, why } from "./story.mjs";
+import { bundleStatus, doing, lastOf, loadSaid, orderStatus, percent, phaseOf, plural, tell, waitsOn, why } from "./story.mjs";
 import { featuresOf } from "./features.mjs";
 import { ORDER } from "./world.mjs";
 /** @import { Child, Row, Thing, View } from "./types.d.ts" */
@@ -81,10 +81,10 @@ export class Panel {
     const rows = new Set(columns.flatMap((column) => [...column.keys()]));
     /** @type {Row[]} */
     const cells = [...rows].map((name) => [name, ...columns.map((column) => column.get(name) ?? "–")]);
-    if (views.length === 1) return [make("h2", {}, "The run"), facts(cells), ...this.parts(views[0]), ...whole(views)];
+    if (views.length === 1) return [make("h2", {}, "The run"), facts(cells), ...limits(views[0]), ...this.parts(views[0]), ...whole(views)];
     cells.shift(); // what differs in the rules stands above each view
     const table = compared(views, cells);
-    return [make("h2", {}, "The runs"), table, ...whole(views), ...views.flatMap((view) => this.parts(view))];
+    return [make("h2", {}, "The runs"), table, ...views.flatMap(limits), ...whole(views), ...views.flatMap((view) => this.parts(view))];
   }
 
   /**
@@ -293,7 +293,7 @@ export class Panel {
       make("p", { class: "now" }, `${said}.`),
       facts([
         closed,
-        capacity[id] ? ["Load", `${unit === "orders" ? station.open.size : station.items} of ${capacity[id]} ${unit}`] : null,
+        capacity[id] ? ["Load", loadSaid(unit === "orders" ? station.open.size : station.items, capacity[id], unit)] : null,
         bundle_capacity[id] ? ["Room", `${plural(station.bundles.size, "bundle")} of ${bundle_capacity[id]}`] : null,
         ["Pod there", pods(station.visit ? [station.visit.pod] : [])],
         ["Queue", pods(queued)],
@@ -425,6 +425,15 @@ function whole(views) {
   /** @type {Row[]} */
   const rows = [...names].map((name) => [name, ...columns.map((column) => column.get(name) ?? "–")]);
   return [make("h3", {}, views.length > 1 ? "At their ends" : "At its end"), views.length > 1 ? compared(views, rows) : facts(rows)];
+}
+
+/**
+ * What limits a run, and what one more of it brings, as its summary says.
+ * @param {View} view
+ */
+function limits({ run, letter }) {
+  if (!run.says.length) return [];
+  return [make("h3", {}, `What limits it${letter && ` in ${letter}`}`), ...run.says.map((said) => make("p", {}, said))];
 }
 
 /**

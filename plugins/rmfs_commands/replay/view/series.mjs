@@ -33,7 +33,27 @@ export function seriesOf(run, end = run.tick) {
   assigned.forEach((tick, i) => complete[i] && change[Math.min(Math.floor(tick / width), n - 1)]--);
   let sum = 0;
   const backlog = change.map((number) => (sum += number));
-  return { width, perHour, backlog, rounds: roundsOf(run) };
+  const first = run.events.order_arrived.tick[0] ?? 0;
+  return { width, perHour, backlog, rounds: roundsOf(run), events: eventsOf(run), first };
+}
+
+/**
+ * Times at which anything happened besides driving and decisions, each once.
+ * @param {Run} run
+ */
+export function eventsOf({ sequence: { names, kind, tick } }) {
+  return Float64Array.from(new Set(tick.filter((_, i) => names[kind[i]] !== "decision_made")));
+}
+
+/**
+ * The next of some ascending times after another, or the one before it; an infinite number where there is none.
+ * @param {Float64Array} times
+ * @param {number} tick
+ * @param {number} direction
+ */
+export function nextOf(times, tick, direction) {
+  if (direction > 0) return times.find((one) => one > tick) ?? Infinity;
+  return times.findLast((one) => one < tick) ?? -Infinity;
 }
 
 /**

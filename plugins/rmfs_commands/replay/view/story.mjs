@@ -534,3 +534,14 @@ function madeAt(run, tick, of, said, period) {
   }
   return null;
 }
+
+/**
+ * How much of its capacity a station uses; a large order, of more items than any station takes, is alone at its station.
+ * @param {number} used
+ * @param {number} capacity
+ * @param {string} unit
+ */
+export function loadSaid(used, capacity, unit) {
+  if (used <= capacity) return `${used} of ${capacity} ${unit}`;
+  return `${used} ${unit} of a large order, alone at the station; otherwise at most ${capacity}`;
+}

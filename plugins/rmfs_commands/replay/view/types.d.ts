@@ -68,6 +68,7 @@ export type ToldRun = {
   rules: Record<string, string>;
   about: Record<string, string>;
   metrics: [string, string][];
+  says: string[];
   layout: { width: number; height: number; kind: string; queues: number[][]; packing?: number[] };
   motion: Motion;
   skus: string[];
@@ -181,7 +182,7 @@ export type HeatKind = { label: string; unit: string; by: "cell" | "pod"; says: 
 export type Heat = HeatKind & { values: Float64Array; most: number };
 
 /** The series of a time line, in bins of `width` ticks, and the times of decisions. */
-export type Series = { width: number; perHour: Float64Array; backlog: Float64Array; rounds: Float64Array };
+export type Series = { width: number; perHour: Float64Array; backlog: Float64Array; rounds: Float64Array; events: Float64Array; first: number };
 
 export type ColourName =
   | ("ink" | "soft" | "line" | "floor" | "place" | "lane" | "robot" | "idle" | "work" | "rest")

@@ -16,7 +16,7 @@ from rmfs_commands.cli.loads import Demand, Load, load_line, load_sentences, loa
 from rmfs_commands.convert.scenarios import Size, size_for
 from rmfs_commands.testing import small_layout
 from rmfs_core.scenario import Scenario, load_scenario
-from rmfs_core.scenario.model import RobotsSection, RuleChoice, RulesSection, StationsSection
+from rmfs_core.scenario.model import RobotsSection, RuleChoice, RulesSection, RunSection, StationsSection
 from rmfs_core.world import make_instance, make_layout
 
 H = 3_600_000
@@ -35,9 +35,8 @@ def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[
     """Return the loads of pickers who handle 60 items an hour each, and of a robot each."""
     section = StationsSection(pick_s=60, handle_s=60, open=keys.get("open"))
     robots = RobotsSection(count=stations, available=keys.get("available"))
-    pickers, of_robots = loads_of(
-        Scenario(rules=RULES, stations=section, robots=robots), small_layout(stations), demand(items)
-    )
+    scenario = Scenario(rules=RULES, stations=section, robots=robots, run=RunSection(until_s=keys.get("until_s")))
+    pickers, of_robots = loads_of(scenario, small_layout(stations), demand(items))
     return pickers, of_robots
 
 
@@ -52,6 +51,11 @@ def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[
         ({6: 60, 12: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 15.5, "06:00", 100, 13),
         # What arrives after closing has the next day; nobody is there in its hour
         ({20: 60, 23: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 17.5, "20:00", 100, 24 + 7),
+        # Before they open at seven, orders arrive that the peak hour is not about
+        ({6: 600, 7: 60, 8: 90}, 2, {"open": (("07:00", "22:00"),)}, 12.5, 30, "08:00", 75, 13.25),
+        # The run ends at ten: two hours and a half of it are there
+        ({7: 60, 9: 60}, 1, {"until_s": 36_000}, 2, 2, "07:00", 100, 10),
+        ({7: 60, 11: 60}, 1, {"until_s": 36_000}, 2, 2.5, "07:00", 100, 12),
         # All at once: there is no time in which it has to be done
         ({0: 900}, 3, {}, 15, None, None, None, 5.5),
     ],
@@ -97,6 +101,42 @@ def test_what_is_said_of_too_much() -> None:
     assert not [*load_warnings([fine])]
     assert load_line([fine]) == "Load: pickers 10 % (50 % in the hour from 06:00)."
     assert load_line([]) == ""
+
+
+def test_the_end_of_a_run_is_a_limit() -> None:
+    """Orders that arrive later do not count, and what cannot be done before it is told."""
+    scenario = load_scenario("examples/poisson", ["run.until_s=1800", "stations.handle_s=60"])
+    instance = make_instance(scenario)
+    pickers = loads(scenario, instance, make_layout(scenario))[0]
+    early, every = (sum(order.items for order in instance.orders if order.arrival_tick < end) for end in (H / 2, 9 * H))
+    assert early < every
+    assert pickers.wanted_h == pytest.approx(early / 60)
+    (note,) = load_warnings([pickers])
+    assert note.startswith("Note: the run ends after 0.5 h (`run.until_s`), and pickers are not done before ")
+
+
+def test_orders_that_are_refilled_have_no_hours() -> None:
+    scenario = load_scenario("examples/poisson", ["instance.arrivals={process='refill', backlog=5}"])
+    instance = make_instance(scenario)
+    pickers = loads(scenario, instance, make_layout(scenario))[0]
+    assert pickers.percent is None
+    assert pickers.wanted_h == pytest.approx(sum(order.items for order in instance.orders) * 13 / 3600)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "there_h"), [((), 2 * 3 * 2.5), (('packing.open=[["00:00", "01:00"]]',), 2 * 3 * 0.5)]
+)
+def test_packers_have_a_load(overrides: tuple[str, ...], there_h: float) -> None:
+    """Three at each of two stations pack an order of ten items in 40 s and 10 times 6 s."""
+    keys = ("packing.packers=3", "packing.pack_s=40", "packing.pack_item_s=6", *overrides)
+    scenario = load_scenario("examples/packing", keys)
+    found = Demand()
+    for minute in (30, 180):
+        found.add(minute * 60_000, 10, 4, 1)
+    (packers,) = [load for load in loads_of(scenario, make_layout(scenario), found) if load.who == "packers"]
+    assert (packers.number, packers.wanted_h) == (6, pytest.approx(200 / 3600))
+    assert packers.there_h == pytest.approx(there_h)
+    assert "2 orders of 40 s, 20 items of 6 s, putting besides" in packers.work
 
 
 def test_robots_on_duty_count() -> None:
@@ -149,6 +189,8 @@ def test_stations_and_robots_are_guessed_from_the_load(items: Mapping[int, int],
     assert abs(size.stations - stations) <= 2
     assert max(size.sides) <= (size.rows - 1) // 2
     assert 4 * size.stations <= size.robots <= size.locations // 2 or size.robots == size.locations // 2
+    assert set(size.capped) == ({"stations", "robots"} if stations == 60 else set())
+    assert all(wanted > getattr(size, what) for what, wanted in size.capped.items())
     if found[0].percent is not None and size.stations < 60:
         assert found[0].percent <= 80
         assert found[0].peak_percent <= 100

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import attrs
 import numpy as np
 import pytest
+from rich.console import Console
 
 import rmfs_core
 from random_worlds import random_world
-from rmfs_commands.details.bottleneck import LIMITS, PARTS
+from rmfs_commands.cli.summary import print_bottleneck
+from rmfs_commands.details.bottleneck import LIMITS, LINE, PARTS
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.details.observer import Details
@@ -95,8 +98,10 @@ def checked(result: Result) -> dict[str, Any]:
 def test_each_cause_in_turn_is_the_limit(
     limit: str, more: str, overrides: tuple[str, ...], options: dict[str, Any]
 ) -> None:
-    """More of it helps, and about as much as is said."""
+    """More of it helps, and about as much as is said; each sentence fits in a line."""
     before = bottleneck(*overrides, **options)
+    assert max(map(len, before["says"])) <= LINE
+    assert (before["robots_percent"]["low"] > before["robots_percent"]["idle"]) == (limit == "chargers")
     assert before["limit"] == limit
     assert before["says"][0].startswith(limit.capitalize())
     after = bottleneck(*overrides, *([more] if more else []), **options | {"one_station": False})
@@ -154,7 +159,10 @@ def test_packers_may_be_the_limit(overrides: tuple[str, ...], limit: str | None)
     found = checked(result)
     after = result.metrics["packed_s"] - result.metrics["turnover_s"]
     assert found["packing"]["after_s"] == pytest.approx(after, abs=0.01)
-    assert f"From the last pick to packed: {after:,.0f} s on average" in found["says"][-1]
+    assert f"Last pick to packed: {after:,.0f} s; packers" in found["says"][-1]
+    console = Console(width=80, file=StringIO())
+    print_bottleneck(console, result)
+    assert len(console.file.getvalue().strip().splitlines()) == 10
     assert (found["limit"] == "packers") == (limit == "packers")
     handling = found["pickers_percent"]["handling"]
     assert handling == pytest.approx(100 * result.metrics["picker_utilisation"], abs=0.5)

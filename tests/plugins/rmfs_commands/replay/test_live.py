@@ -59,7 +59,7 @@ def test_a_browser_is_told_of_the_run_so_far(tmp_path: Path) -> None:
     last = asked(watch.address)
     assert last is not None
     whole = json.loads(json.dumps(told(read_replay(tmp_path))))
-    assert {**last, "name": whole["name"], "metrics": whole["metrics"]} == whole
+    assert {**last, **{key: whole[key] for key in ("name", "metrics", "says")}} == whole
     assert asked(watch.address, after=last["tick"] + 1) == last  # a page that has missed the end is told it, too
     watch.close()
     with pytest.raises(urllib.error.URLError):

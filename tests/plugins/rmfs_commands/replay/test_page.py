@@ -17,6 +17,7 @@ import rmfs_commands.replay
 import rmfs_core
 from calling import exit_code
 from cases import cases
+from rmfs_commands.details.loading import load_result
 from rmfs_commands.replay import notebook
 from rmfs_commands.replay.page import LIVE, RECORDED, VIEW, live_page, packed, page, script
 from rmfs_commands.replay.reading import Replay, read_replay
@@ -221,7 +222,7 @@ def test_what_cannot_be_done(
 NEAREST = "Store a pod in the nearest free storage location; send an order to the nearest packing station."
 
 
-def test_what_the_page_is_told(replay: Replay) -> None:
+def test_what_the_page_is_told(replay: Replay, day: Path) -> None:
     found = told(replay)
     assert found["name"] == "day"
     assert found["status"] == "complete"
@@ -229,6 +230,7 @@ def test_what_the_page_is_told(replay: Replay) -> None:
     assert len(found["layout"]["kind"]) == found["layout"]["width"] * found["layout"]["height"]
     assert len(found["orders"]["name"]) == 20
     assert ["Visits per order", f"{replay.metrics['psv_per_order']:.2f}"] in found["metrics"]
+    assert found["says"] == load_result(day).summary["bottleneck"]["says"] != []
     assert found["about"]["nearest"] == NEAREST
     assert sum(found["legs"]["n"]) == len(found["legs"]["gap"])
     assert "due" not in found["orders"]

@@ -21,6 +21,10 @@ test("it stops at the end, and begins anew from there", () => {
   assert.deepEqual([clock.tick, clock.playing], [5000, false]);
   clock.toggle();
   assert.deepEqual([clock.tick, clock.playing], [0, true]);
+  clock.start = 3000;
+  clock.pass(1000);
+  clock.toggle();
+  assert.equal(clock.tick, 3000);
 });
 
 test("no time is before the start or after the end", () => {

@@ -105,6 +105,7 @@ export function packed() {
     rules: { POA: "pod-match", PPS: "demand" },
     about: { demand: "Send the pod whose contents are wanted most." },
     metrics: [],
+    says: [],
     layout: { width: 6, height: 2, kind: "221111111134", queues: [[11, 10]] },
     motion: { acceleration: 1, speed: 1.5 },
     skus: ["a", "b"],

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { bundleStatus, doing, histories, Names, orderStatus, phaseOf, tell, waitsOn, why } from "../../../../../plugins/rmfs_commands/replay/view/story.mjs";
+import { bundleStatus, doing, histories, loadSaid, Names, orderStatus, phaseOf, tell, waitsOn, why } from "../../../../../plugins/rmfs_commands/replay/view/story.mjs";
 import { World } from "../../../../../plugins/rmfs_commands/replay/view/world.mjs";
 import { packs, replenished, sample } from "./sample.mjs";
 
@@ -132,4 +132,9 @@ test("why: decisions about bundles, robots and pods that are moved", () => {
   assert.equal(recorded("robot", 0), "idle by rest at 0:00:09: robot 1 goes to the charger at row 1, column 6.");
   assert.equal(recorded("bundle", 0), "RPS by emptiest-pod at 0:00:16: bundle first is stored on pod q.");
   assert.equal(recorded("pod", 1), "RPS by emptiest-pod at 0:00:16: bundle first is stored on pod q.");
+});
+
+test("a large order is said to be alone at its station, not to be more than fits", () => {
+  assert.equal(loadSaid(93, 100, "items"), "93 of 100 items");
+  assert.equal(loadSaid(553, 100, "items"), "553 items of a large order, alone at the station; otherwise at most 100");
 });
