@@ -37,8 +37,9 @@ MANY = at_least(1, MOST_PODS)
 
 
 def key(doc: str, default: Any = NOTHING, *, unit: str | None = None, check: Any = None, factory: Any = None) -> Any:
-    """Field of a scenario section: documented, with its unit and its check."""
-    return field(default=default, factory=factory, validator=check, metadata={"doc": doc, "unit": unit})
+    """Field of a scenario section: documented, with its unit and its check. Tables are compared as they are written."""
+    eq: Any = True if factory is not dict else lambda table: repr(sorted(table.items()))  # for the hash, too
+    return field(default=default, factory=factory, validator=check, eq=eq, metadata={"doc": doc, "unit": unit})
 
 
 @frozen
@@ -165,8 +166,6 @@ class InstanceSection:
     )
 
     def __attrs_post_init__(self) -> None:
-        if self.parameters and self.generator is None:
-            raise ValueError("expected `generator` beside `parameters`, which are handed to it")
         if (self.orders_file is None) != (self.pods_file is None):
             raise ValueError("expected `orders_file` and `pods_file` together, or neither")
         if self.due is not None and self.arrivals.backlog is not None:
@@ -209,6 +208,7 @@ class LayoutSection:
         "Who makes it: an entry point of the group `rmfs.layouts`; left out: `text-map` with a map, else `blocks`",
         None,
     )
+    parameters: Mapping[str, Any] = key("What `generator` is handed by name, besides this section", factory=dict)
     chargers: int | None = key(
         "Storage locations of the block layout that are chargers instead, spread evenly; left out: none",
         None,
