@@ -5,13 +5,18 @@ from __future__ import annotations
 import os
 import sys
 import warnings
+from collections.abc import Callable, Iterable
 from contextlib import suppress
+from copy import deepcopy
 from functools import lru_cache
 from importlib.metadata import Distribution, EntryPoint, entry_points
-from typing import Any
+from inspect import signature
+from typing import Any, TypeVar
 
 from rmfs_core.errors import InputError
-from rmfs_core.wording import listed, one_line
+from rmfs_core.wording import listed, nearest, one_line, raised, shown_short
+
+T = TypeVar("T")
 
 RULES = "rmfs.rules"
 COMMANDS = "rmfs.commands"
@@ -20,6 +25,7 @@ OBSERVERS = "rmfs.observers"
 INSTANCES = "rmfs.instances"
 LAYOUTS = "rmfs.layouts"
 FORMATS = "rmfs.formats"
+SECTIONS = {INSTANCES: "instance", LAYOUTS: "layout"}  # of a scenario, whose key `generator` names an entry point
 
 RENAMED = {RULES: "rmfs"}
 """Groups with the name that they had in rmfs 0.1.0, which is read as well until rmfs 0.3.0."""
@@ -66,10 +72,12 @@ def chosen(group: str, name: str | None, default: str) -> tuple[EntryPoint, ...]
 
     Raises
     ------
-    KeyError
+    InputError
         When there is none of that name.
     """
     known = offers(group)
+    if name is not None and name not in known:
+        raise InputError(f"{SECTIONS[group]}.generator", f'there is no generator "{name}"{nearest(name, known)}')
     return known[name] if name is not None else known.get(f"rmfs:{default}") or known[default]
 
 
@@ -123,3 +131,38 @@ def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
         name = describe(kind, entry.name, *origin(entry))
         raise InputError(place, f"{name} cannot be imported from {entry.value}: {one_line(error)}") from error
     return target
+
+
+def generated(
+    entries: tuple[EntryPoint, ...], kind: type[T], malformed: Callable[[T], Iterable[str]], **handed: Any
+) -> T:
+    """Return what a generator makes of what it is handed, in this order, and of the section's parameters, by name.
+
+    Raises
+    ------
+    InputError
+        When it cannot be called so, raises, or returns what is not of that kind, or ``malformed``.
+    """
+    section, parameters = SECTIONS[entries[0].group], deepcopy(dict(handed["section"].parameters))
+    place, described = f"{section}.generator", describe("generator", entries[0].name, *origin(entries[0]))
+    generate: Any = load(entries, place, "generator")
+    names: list[str] = []
+    try:
+        with suppress(ValueError):  # of a function whose parameters nobody knows
+            names += (takes := signature(generate)).parameters
+            takes.bind(*handed.values(), **parameters)
+    except TypeError as error:
+        expected = f"besides {listed(handed)} it takes {listed(f'`{name}`' for name in names[len(handed) :])}"
+        problem = f"{described} cannot be called: {error}; {expected}"
+        raise InputError(f"{section}.parameters" if parameters else place, problem) from None
+    try:
+        made: T = generate(*handed.values(), **parameters)
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise InputError(place, f"{described} raised {raised(error, generate)}") from error
+    if not isinstance(made, kind):
+        raise InputError(place, f"{described} returned {shown_short(made)}; expected {kind.__name__}")
+    for problem in malformed(made):
+        raise InputError(place, f"{described} returned a wrong {kind.__name__}: {problem}")
+    return made

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from traceback import walk_tb
 
 
 def listed(names: Iterable[str], last: str = "and") -> str:
@@ -51,6 +52,15 @@ def one_line(error: BaseException) -> str:
         text = ""
     text = cut(text, 500)
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def raised(error: BaseException, whose: object = None) -> str:
+    """Return an error with the line that led to it in the package of ``whose`` author; without one, the last."""
+    own = str(getattr(whose, "__module__", "")).partition(".")[0]
+    frames = [*walk_tb(error.__traceback__)]
+    owned = [one for one in frames if str(one[0].f_globals.get("__name__")).partition(".")[0] == own]
+    at = [f" ({frame.f_code.co_filename}, line {line})" for frame, line in (owned or frames)[-1:]]
+    return one_line(error) + "".join(at)
 
 
 def visible(text: str, kept: str = "\n\t\N{NO-BREAK SPACE}") -> str:

@@ -234,15 +234,15 @@ class RuleSet:
         registered: list[tuple[str, Any]] = self.pm.list_name_plugin()
         return [plugin.instance for _, plugin in registered]
 
-    def told_of(self, kind: type[Event]) -> list[tuple[str | None, Callable[[Event], object]]]:
-        """Return what is called at a kind of event, and whose it is for messages: who was registered last first."""
-        told: list[tuple[str | None, Callable[[Event], object]]] = []
+    def told_of(self, kind: type[Event]) -> list[tuple[_Registered, Callable[[Event], object]]]:
+        """Return what is called at a kind of event, and whose it is: who was registered last first."""
+        told: list[tuple[_Registered, Callable[[Event], object]]] = []
         for one in self.told("on_event"):
-            described, hears = one.plugin.described, getattr(one.plugin.instance, "hears", None)
+            hears = getattr(one.plugin.instance, "hears", None)
             if isinstance(hears, Mapping):
-                told += [(described, method) for method in hears.get(kind, ())]
+                told += [(one.plugin, method) for method in hears.get(kind, ())]
             elif not isinstance(hears, tuple) or kind in hears:
-                told.append((described, one.function if one.argnames else lambda _, one=one: one.function()))  # type: ignore[misc]
+                told.append((one.plugin, one.function if one.argnames else lambda _, one=one: one.function()))  # type: ignore[misc]
         return told
 
     def told(self, hook: str) -> list[Any]:

@@ -12,8 +12,9 @@ from rmfs_core.wording import nearest
 
 
 def key(doc: str, default: Any = NOTHING, *, unit: str | None = None, check: Any = None, factory: Any = None) -> Any:
-    """Field of a scenario section: documented, with its unit and its check."""
-    return field(default=default, factory=factory, validator=check, metadata={"doc": doc, "unit": unit})
+    """Field of a scenario section: documented, with its unit and its check. Tables are compared as they are written."""
+    eq: Any = True if factory is not dict else lambda table: repr(sorted(table.items()))  # for the hash, too
+    return field(default=default, factory=factory, validator=check, eq=eq, metadata={"doc": doc, "unit": unit})
 
 
 @frozen

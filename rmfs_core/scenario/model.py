@@ -163,8 +163,6 @@ class InstanceSection:
     )
 
     def __attrs_post_init__(self) -> None:
-        if self.parameters and self.generator is None:
-            raise ValueError("expected `generator` beside `parameters`, which are handed to it")
         if (self.orders_file is None) != (self.pods_file is None):
             raise ValueError("expected `orders_file` and `pods_file` together, or neither")
         if self.due is not None and self.arrivals.backlog is not None:
@@ -207,6 +205,7 @@ class LayoutSection:
         "Who makes it: an entry point of the group `rmfs.layouts`; left out: `text-map` with a map, else `blocks`",
         None,
     )
+    parameters: Mapping[str, Any] = key("What `generator` is handed by name, besides this section", factory=dict)
     chargers: int | None = key(
         "Storage locations of the block layout that are chargers instead, spread evenly; left out: none",
         None,

@@ -18,7 +18,7 @@ from rmfs_core.info import Question
 from rmfs_core.rules import BoundRule, RuleSet
 from rmfs_core.simulation.limits import OverdueError, within
 from rmfs_core.warehouse import Warehouse
-from rmfs_core.wording import one_line, shown_short
+from rmfs_core.wording import raised, shown_short
 
 T = TypeVar("T")
 
@@ -49,7 +49,7 @@ class Observers:
         self._rules = rules
         self._warehouse = warehouse
         self.seconds = 0.0
-        self._told: dict[type[Event], list[tuple[str | None, Callable[..., Any]]]] = {}
+        self._told: dict[type[Event], list[tuple[Any, Callable[..., Any]]]] = {}
         self.hear_questions = bool(rules.told("rule_asked") or rules.told("rule_answered"))
 
     def tell(self, event: Event) -> None:
@@ -59,10 +59,10 @@ class Observers:
             told = self._told[type(event)] = self._rules.told_of(type(event))
         started = time.perf_counter()
         try:
-            for name, tell in told:  # noqa: B007
+            for whose, tell in told:  # noqa: B007
                 tell(event)
         except BaseException as error:
-            self._blame(name, "on_event", error)
+            self._blame(whose, "on_event", error)
             raise
         self.seconds += time.perf_counter() - started
 
@@ -76,18 +76,18 @@ class Observers:
         try:
             answer = one.function(*[arguments[name] for name in one.argnames])
         except BaseException as error:
-            self._blame(one.plugin.described, hook, error, one.plugin.instance)
+            self._blame(one.plugin, hook, error)
             raise
         self.seconds += time.perf_counter() - started
         return answer
 
-    def _blame(self, name: str | None, hook: str, error: BaseException, whose: object = None) -> None:
+    def _blame(self, whose: Any, hook: str, error: BaseException) -> None:
         """Raise an error that names who has raised one, whatever it is: the run ends in order.
 
         Not where it has no name, nor for a sentence for a person: of a file that cannot be written, say.
         """
-        if name is not None and not isinstance(error, InputError) and not is_interrupt(error):
-            raise fault(self._warehouse, name, hook, f"raised {_raised(error, whose)}") from error
+        if whose.described is not None and not isinstance(error, InputError) and not is_interrupt(error):
+            raise fault(self._warehouse, whose.described, hook, f"raised {raised(error, whose.instance)}") from error
 
     def end(self, status: str) -> tuple[dict[str, float | None], list[BaseException]]:
         """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
@@ -162,7 +162,7 @@ class Asker:
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
             if is_interrupt(error):
                 raise
-            raise self.error(rule, f"raised {_raised(error, rule.instance)}", hook) from error
+            raise self.error(rule, f"raised {raised(error, rule.instance)}", hook) from error
         finally:
             if os.getpid() != process:  # a copy that the rule made, and would have simulate, and write, a second time
                 os._exit(1)
@@ -209,7 +209,7 @@ def sequence_of(answer: object, kind: type[T]) -> Sequence[T]:
     try:
         entries = answer if type(answer) in (list, tuple) else list(answer)  # another kind may do anything, each time
     except Exception as error:
-        raise ImpossibleError(f"returned {_a(answer)}, which raised {_raised(error)}") from error
+        raise ImpossibleError(f"returned {_a(answer)}, which raised {raised(error)}") from error
     for entry in entries:
         if not isinstance(entry, kind):
             raise ImpossibleError(f"returned a sequence with {_a(entry)} in it; expected {kind.__name__} only")
@@ -230,7 +230,7 @@ def _numbers(answer: object, known: Container[str]) -> dict[str, float | None]:
     try:
         numbers = dict(answer.items())
     except Exception as error:
-        raise ImpossibleError(f"returned {_a(answer)}, which raised {_raised(error)}") from error
+        raise ImpossibleError(f"returned {_a(answer)}, which raised {raised(error)}") from error
     for name, number in numbers.items():
         if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
             raise ImpossibleError(f"named a metric {shown_short(name)}; expected letters, digits and underscores")
@@ -250,16 +250,3 @@ def _named(kind: type) -> str:
 def _a(answer: object) -> str:
     name, text = type(answer).__name__, shown_short(answer)
     return text if answer is None or text.startswith((f"{name}(", f"a {name}")) else f"{name} {text}"
-
-
-def _raised(error: BaseException, whose: object = None) -> str:
-    """Return an error with the line of the rule's or observer's own package that led to it; without one, the last."""
-    own = type(whose).__module__.partition(".")[0]
-    last = place = error.__traceback__
-    while last is not None and last.tb_next is not None:
-        last = last.tb_next
-        if str(last.tb_frame.f_globals.get("__name__")).partition(".")[0] == own:
-            place = last
-    if place is error.__traceback__:
-        place = last
-    return one_line(error) + (f" ({place.tb_frame.f_code.co_filename}, line {place.tb_lineno})" if place else "")

@@ -7,7 +7,6 @@ import os
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from importlib.metadata import EntryPoint
-from inspect import signature
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_PODS, Arrivals, InstanceSection, Replenishment, Scenario
 from rmfs_core.scenario.reading import located
 from rmfs_core.timetable import Calendar
-from rmfs_core.wording import did_you_mean, first_few, nearest, one_line, shown_short
+from rmfs_core.wording import did_you_mean, first_few, shown_short
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 Wrong = Callable[[InputError], None]
@@ -84,51 +83,26 @@ def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance
 
 def generator_of(section: InstanceSection) -> tuple[EntryPoint, ...]:
     """Return the entry points of an instance's generator (of section, seed, parameters); one, or they clash."""
-    try:
-        return entrypoints.chosen(entrypoints.INSTANCES, section.generator, "paper")
-    except KeyError as error:
-        name, known = error.args[0], entrypoints.offers(entrypoints.INSTANCES)
-        raise InputError("instance.generator", f'there is no generator "{name}"{nearest(name, known)}') from None
+    return entrypoints.chosen(entrypoints.INSTANCES, section.generator, "paper")
 
 
 def _generated(section: InstanceSection, seed: int) -> Instance:
-    entries, place = generator_of(section), "instance.generator"
-    described = entrypoints.describe("generator", entries[0].name, *entrypoints.origin(entries[0]))
-    generate: Any = entrypoints.load(entries, place, "generator")
-    watched, read = _watched(section)
-    try:
-        signature(generate).bind(watched, seed, **section.parameters)
-    except TypeError as error:
-        raise InputError("instance.parameters", f"{described} cannot be called so: {error}") from None
-    except ValueError:
-        pass  # a function whose parameters nobody knows
-    try:
-        instance = generate(watched, seed, **section.parameters)
-    except InputError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise InputError(place, f"{described} raised {one_line(error)}") from error
-    if not isinstance(instance, Instance):
-        raise InputError(place, f"{described} returned {shown_short(instance)}; expected an Instance")
-    for problem in _malformed(instance):
-        raise InputError(place, f"{described} returned an Instance with {problem}")
-    for key, given in (("due", section.due), ("arrivals", section.arrivals)):
-        if given not in (None, Arrivals()) and section.arrivals.backlog is None and key not in read:
-            expected = "expected it left out, or times by `instance.parameters`"
-            raise InputError(f"instance.{key}", f"{described} does not look at it; {expected}")
-    return instance
-
-
-def _watched(section: InstanceSection) -> tuple[InstanceSection, set[str]]:
-    """Return what is like a section, and the keys that are read of it."""
-    read: set[str] = set()
+    read: set[str] = set()  # keys of the section; `__reduce_ex__` when a copy is made, of which any may be read
 
     class Watched(InstanceSection):
         def __getattribute__(self, name: str) -> Any:
             read.add(name)
             return getattr(section, name)
 
-    return object.__new__(Watched), read
+    entries, watched = generator_of(section), object.__new__(Watched)
+    instance = entrypoints.generated(entries, Instance, _malformed, section=watched, seed=seed)
+    for key in ("due", "arrivals", "lines", "demand", "items_per_sku"):
+        timed = key == "arrivals" and section.arrivals.backlog is not None  # by the run, as orders are done
+        if getattr(section, key) not in (None, Arrivals()) and not timed and not read & {key, "__reduce_ex__"}:
+            found = f'generator "{entries[0].name}" has made this instance without reading it'
+            expected = f"expected it left out, or a generator that reads `section.{key}` in each call"
+            raise InputError(f"instance.{key}", f"{found}; {expected}")
+    return instance
 
 
 def _malformed(instance: Instance) -> Iterator[str]:

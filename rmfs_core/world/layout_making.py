@@ -7,14 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS, LayoutSection, Scenario
-from rmfs_core.wording import counted, nearest, one_line, shown_short
+from rmfs_core.wording import counted, shown_short
 from rmfs_core.world.grid import CellKind, Layout, check_size
 
 QUEUE_LENGTH, SHOWN = 12, 3
@@ -27,8 +26,8 @@ def make_layout(scenario: Scenario, text: str | None = None) -> Layout:
     ----------
     scenario
         The scenario. Its layout is made by an entry point of the group ``rmfs.layouts``, a function of the section, the
-        text of ``layout.map_file`` (None without one), ``stations.queue_length`` (None: as it likes) and what to call
-        the map or the section in errors; it returns a `Layout`.
+        text of ``layout.map_file`` (None without one), ``stations.queue_length`` (None: as it likes), what to call the
+        map or the section in errors, and ``layout.parameters`` by name; it returns a `Layout`.
     text
         What to take for the text of the map file, in place of reading it.
 
@@ -47,11 +46,7 @@ def make_layout(scenario: Scenario, text: str | None = None) -> Layout:
 def layout_maker(section: LayoutSection) -> tuple[EntryPoint, ...]:
     """Return the entry points of what makes a layout; one, or they clash."""
     default = "blocks" if section.map_file is None else "text-map"
-    try:
-        return entrypoints.chosen(entrypoints.LAYOUTS, section.generator, default)
-    except KeyError as error:
-        name, known = error.args[0], entrypoints.offers(entrypoints.LAYOUTS)
-        raise InputError("layout.generator", f'there is no generator "{name}"{nearest(name, known)}') from None
+    return entrypoints.chosen(entrypoints.LAYOUTS, section.generator, default)
 
 
 def _text_of(path: Path) -> str:
@@ -68,18 +63,8 @@ def _text_of(path: Path) -> str:
 def _layout(
     entries: tuple[EntryPoint, ...], section: LayoutSection, text: str | None, queue_length: int | None, place: str
 ) -> Layout:
-    described = entrypoints.describe("layout generator", entries[0].name, *entrypoints.origin(entries[0]))
-    make: Any = entrypoints.load(entries, "layout.generator", "layout generator")
-    try:
-        layout = make(section, text, queue_length, place)
-    except InputError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise InputError("layout.generator", f"{described} raised {one_line(error)}") from error
-    if not isinstance(layout, Layout):
-        raise InputError("layout.generator", f"{described} returned {shown_short(layout)}; expected a Layout")
-    for problem in _malformed(layout):
-        raise InputError("layout.generator", f"{described} returned a Layout with {problem}")
+    handed = {"section": section, "text": text, "queue_length": queue_length, "place": place}
+    layout = entrypoints.generated(entries, Layout, _malformed, **handed)
     layout.kind.setflags(write=False)  # runs share it
     layout.moves.setflags(write=False)
     check_size(layout.width, layout.height, place)

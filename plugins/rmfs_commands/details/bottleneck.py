@@ -183,8 +183,9 @@ class Bottleneck:
     def _collect(self) -> int:
         """Collect what each order waited for, and add up what needs no more; return how many orders count."""
         delays, causes, counted = self._delays, self.causes, 0
+        end = min(self._end, self._run.warehouse.now_tick)  # earlier than the end of the warm-up, where the run was
         for order, arrival in delays.arrival.items():
-            if not self._begin <= arrival <= self._end:
+            if not self._begin <= arrival <= end:
                 continue
             counted += 1
             if (times := delays.times.get(order)) is None:

@@ -42,7 +42,7 @@ RUNS_FOLDER = "runs"
     "--width",
     "width_cm",
     type=click.FloatRange(4, 60),
-    default=8.4,
+    default=7.7,
     show_default=True,
     metavar="CM",
     help="How wide the plots are, with letters of 8 pt: a column of a page of two if left out.",

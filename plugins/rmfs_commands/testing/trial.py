@@ -136,11 +136,14 @@ class WatchedRule:
             self.mutation = f"{name} changed {changed} at {self.view.now_s:.3f} s"
 
 
-@define(eq=False)
+@define(eq=False, slots=False)
 class _Forwarding:
-    """Observer that tells the watched rule what happens."""
+    """Observer that tells the watched rule what happens. An error in it names a line of the rule's module."""
 
     rule: WatchedRule
+
+    def __attrs_post_init__(self) -> None:
+        self.__module__ = type(self.rule.instance).__module__
 
     @property
     def hears(self) -> object:
@@ -170,6 +173,11 @@ class _Forwarding:
     def run_ended(self, tick: int, status: str) -> None:
         self.rule.manager.hook.run_ended(tick=tick, status=status)
 
+    @hookimpl
+    def measured(self) -> object:
+        answers = self.rule.manager.hook.measured()
+        return answers[0] if answers else {}
+
 
 def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> Outcome:
     """Run a world with a rule in these roles, and the plain rules in the others."""
@@ -180,12 +188,12 @@ def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> 
     rule.begin(simulation.view)
     try:
         simulation.run()
-        rules.pm.hook.run_ended(tick=simulation.now, status=simulation.status)
-        rule.manager.hook.measured()
-        problems = _incomplete(simulation) if world.scenario.run.until_s == LONGEST_S else []
+        _, errors = simulation.context.observers.end(simulation.status)
+        problems = [_problem(error) for error in errors[:1]]
+        problems += _incomplete(simulation) if world.scenario.run.until_s == LONGEST_S else []
         if Role.PP in roles:
             problems += _impossible(simulation, recorder, rule, roles)
-    except Exception as error:  # what an observer raises comes as it is, what a rule raises as a RuleError
+    except Exception as error:
         problems = [_problem(error)]
     if Role.IDLE in roles and world.scenario.robots.battery is not None:
         problems = [(kind, problem + UNCHARGED * (kind == STARVED)) for kind, problem in problems]

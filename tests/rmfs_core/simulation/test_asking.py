@@ -118,9 +118,13 @@ def observed(tiny_run: Prepare, folder: Path, method: str, head: str = "") -> To
 
 
 @pytest.mark.parametrize("hook", ["on_event(self, event)", "run_started(self, run)"])
-def test_an_observer_that_raises_is_named(tiny_run: Prepare, tmp_path: Path, hook: str) -> None:
-    with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*RuntimeError: full'):
-        observed(tiny_run, tmp_path, f"def {hook}: raise RuntimeError('full')").done()
+@cases("body problem", ("raise OSError('full')", "OSError: full"), ("Fraction('a')", "ValueError: Invalid literal"))
+def test_an_observer_that_raises_is_named(
+    tiny_run: Prepare, tmp_path: Path, hook: str, body: str, problem: str
+) -> None:
+    """With its own line, also where a library raises."""
+    with pytest.raises(RuleError, match=rf'rule "\./bad\.py:Bad" .*{problem}.* \(\S*bad\.py, line 7\)'):
+        observed(tiny_run, tmp_path, f"def {hook}: {body}", "from fractions import Fraction\n").done()
 
 
 def test_an_observer_that_cannot_say_what_is_wrong_is_named(tiny_run: Prepare, tmp_path: Path) -> None:

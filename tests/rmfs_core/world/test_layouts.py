@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,6 +15,8 @@ from rmfs_commands.layouts import parse_map
 from rmfs_core import run
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import LayoutSection, RuleChoice, RulesSection, Scenario, load_scenario
+from rmfs_core.scenario.structuring import structure
+from rmfs_core.scenario.writing import plain
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, StationCells, check_layout, make_layout
 from rmfs_core.world.grid import DRAWN, where
 from rmfs_core.world.layout_making import queue_length
@@ -188,6 +191,10 @@ from rmfs_core.world import StationCells
 def lane(section, text, queue_length, place):
     return parse_map(text or "####..@@@\\n......qqO\\n####.....", place)
 
+def long(section, text, queue_length, place, *, length, gap=False):
+    length.append(2)
+    return lane(section, "#" * sum(length) + f"..@@@\\n{'.' * sum(length)}..qqO\\n.{'.' * sum(length)}....", 0, place)
+
 def nothing(section, text, queue_length, place):
     return None
 
@@ -203,12 +210,15 @@ def no_queue(section, text, queue_length, place):
 def fails(section, text, queue_length, place):
     raise KeyError(section.block_rows)
 
+RULES = "none"
+
 def shut(section, text, queue_length, place):
     return parse_map("#@.\\n@qO\\n...", place)
 """
 RULES = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
 GENERATORS = {
-    name: f"acme_halls:{name}" for name in ["lane", "row_by_row", "outside", "no_queue", "nothing", "fails", "shut"]
+    name: f"acme_halls:{name}"
+    for name in ("lane", "long", "row_by_row", "outside", "no_queue", "nothing", "fails", "shut", "RULES")
 }
 
 
@@ -222,15 +232,35 @@ def test_a_distribution_makes_layouts(install: Install) -> None:
     assert make_layout(scenario, "#....\n..qqO\n.....").width == 5
 
 
-RETURNED = 'layout.generator: layout generator "{}" (acme 1.0) returned a Layout with'
+def test_a_generator_of_layouts_takes_parameters(install: Install) -> None:
+    """As one of instances does. What it does to them is its own; 1 and true are two parameters."""
+    install("acme", GENERATORS, group="rmfs.layouts", acme_halls=LAYOUTS)
+    keys = ["layout.generator=long", "layout.parameters={length=[3, 4]}"]
+    first, again, other = (
+        make_layout(load_scenario("examples/small", [*keys, key]))
+        for key in ("seed=1", "seed=2", "layout.parameters.gap=true")
+    )
+    assert (len(first.storage_locations), first is again, first is other) == (9, True, False)
+    scenario = load_scenario("examples/small", keys)
+    assert make_layout(structure(plain(scenario))) is first
+    one = LayoutSection(generator="long", parameters={"a": 1, "b": 2})
+    assert one == evolve(one, parameters={"b": 2, "a": 1}) != evolve(one, parameters={"a": True, "b": 2})
+
+
+RETURNED = 'layout.generator: generator "{}" (acme 1.0) returned a wrong Layout:'
+TAKES = "; besides section, text, queue_length and place it takes"
+LONG = f"{TAKES} `length` and `gap`"
+CALLED = 'layout.{}: generator "{}" (acme 1.0) cannot be called:'
 CELLS = "; expected cells from 0 to 26, and a place in its queue"
 
 
 @cases(
     "name problem",
     ("line", 'layout.generator: there is no generator "line" (did you mean `lane`?)'),
-    ("nothing", 'layout.generator: layout generator "nothing" (acme 1.0) returned None; expected a Layout'),
-    ("fails", 'layout.generator: layout generator "fails" (acme 1.0) raised KeyError: 9'),
+    ("nothing", 'layout.generator: generator "nothing" (acme 1.0) returned None; expected Layout'),
+    ("fails", 'layout.generator: generator "fails" (acme 1.0) raised KeyError: 9 (AT, line 28)'),
+    ("long", f"{CALLED.format('generator', 'long')} missing a required argument: 'length'{LONG}"),
+    ("RULES", f"{CALLED.format('generator', 'RULES')} 'none' is not a callable object{TAKES} nothing"),
     ("row_by_row", f"{RETURNED.format('row_by_row')} `kind` [0, 1]; expected an array of int8, shape (27,)"),
     ("outside", f"{RETURNED.format('outside')} station 1 StationCells(station=99, queue=(5, 6), clear=0){CELLS}"),
     ("no_queue", f"{RETURNED.format('no_queue')} station 1 StationCells(station=17, queue=(), clear=0){CELLS}"),
@@ -239,7 +269,21 @@ CELLS = "; expected cells from 0 to 26, and a place in its queue"
 )
 def test_a_layout_that_cannot_be_had_is_one_sentence(install: Install, name: str, problem: str) -> None:
     install("acme", GENERATORS, group="rmfs.layouts", acme_halls=LAYOUTS)
-    assert said(InputError, make_layout, Scenario(rules=RULES, layout=LayoutSection(generator=name))) == problem
+    text = said(InputError, make_layout, Scenario(rules=RULES, layout=LayoutSection(generator=name)))
+    assert re.sub(r"\(\S*acme_halls\.py,", "(AT,", text) == problem
+
+
+@cases(
+    "section problem",
+    ({"generator": "lane", "parameters": {"n": 1}}, f"got an unexpected keyword argument 'n'{TAKES} nothing"),
+    ({"generator": "long", "parameters": {"length": [], "gab": 1}}, f"got an unexpected keyword argument 'gab'{LONG}"),
+    ({"parameters": {"n": 1}}, f"got an unexpected keyword argument 'n'{TAKES} nothing"),
+)
+def test_parameters_that_a_layout_does_not_take_are_refused(install: Install, section: Any, problem: str) -> None:
+    install("acme", GENERATORS, group="rmfs.layouts", acme_halls=LAYOUTS)
+    text = said(InputError, make_layout, Scenario(rules=RULES, layout=LayoutSection(**section)))
+    assert text.startswith("layout.parameters: generator ")
+    assert text.endswith(f" cannot be called: {problem}")
 
 
 def test_a_name_of_ours_that_others_offer_too_is_ours_where_none_is_given(install: Install) -> None:

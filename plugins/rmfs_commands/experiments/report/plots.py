@@ -29,6 +29,8 @@ MOST_RULE_SETS = 20
 """With more of them there are no plots of single runs: nobody could tell them apart."""
 LONGEST = 60
 """Signs of a name that there is room for."""
+PAGE, PANEL = 7.1, 0.9
+"""Inches that a picture of a paper may be high, with a caption below; and that a panel takes beside its rule sets."""
 DPI = 150
 DIFFERENCES = "differences"
 STYLE: dict[Any, Any] = {
@@ -101,14 +103,16 @@ def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison, width:
             for metric in comparison.metrics
             if len(comparison.rule_sets) <= MOST_RULE_SETS
         ]
-        if len(comparison.rule_sets) > 1:
-            heading = f"Differences from {comparison.baseline}"
-            plots.insert(0, plot_of(DIFFERENCES, heading, partial(_differences, comparison, width)))
+        heading = f"Differences from {comparison.baseline}"
+        draws: list[Callable[[], Figure]]
+        draws = [partial(_differences, comparison, width, *part) for part in _parts_of_differences(comparison, width)]
+        plots[:0] = _numbered(DIFFERENCES, heading, draws)
         for first, second in comparison.fronts:
             heading = f"{_title(comparison, second)} against {_title(comparison, first)}"
-            plots.append(
-                plot_of(front_name(first, second), heading, partial(_fronts, comparison, first, second, width))
-            )
+            sets = shown_sets(comparison)
+            fit = len(sets) if width is None else 2 * max(1, int(width / 3))  # two lines of panels
+            draws = [partial(_fronts, comparison, first, second, width, part) for part in _parts(sets, fit)]
+            plots += _numbered(front_name(first, second), heading, draws)
     return [plot for plot in plots if plot is not None]
 
 
@@ -126,6 +130,15 @@ def plot_of(name: str, heading: str, draw: Callable[[], Figure], dpi: int = DPI)
         print(sentence(f"Left out: the plot {name} cannot be drawn: {one_line(error)}"), file=sys.stderr)
         return None
     return Plot(name, heading, svg.getvalue(), png.getvalue(), pdf.getvalue())
+
+
+def _numbered(name: str, heading: str, draws: Sequence[Callable[[], Figure]]) -> list[Plot | None]:
+    """Return the plots of something that may take several: the second is called ``NAME-2``."""
+    return [plot_of(name if i == 1 else f"{name}-{i}", heading, draw) for i, draw in enumerate(draws, 1)]
+
+
+def _parts(things: Sequence[str], number: int) -> list[Sequence[str]]:
+    return [things[i : i + number] for i in range(0, len(things), number)]
 
 
 def plain(text: object) -> str:
@@ -175,23 +188,42 @@ def _legend_columns(names: Sequence[str], width: float) -> int:
     return max(1, min(4, len(names), int(width / (LETTER * max(map(len, names)) + 0.5))))
 
 
-def _differences(comparison: Comparison, width: float | None) -> Figure:
-    """Intervals of the differences: a panel for each metric, a row for each rule set and instance set."""
+def _sizes_of_differences(comparison: Comparison, width: float | None) -> tuple[float, float, int, float]:
+    """Return inches for names, at most and of the longest; columns of panels, and inches a rule set takes in one."""
     others = [name for name in comparison.rule_sets if name != comparison.baseline]
-    sets = shown_sets(comparison)
     most = 0.4 * width if width else 9.0
-    names = min(0.07 * max(len(plain(other)) for other in others), most)  # inches that the longest name takes
+    names = min(0.07 * max(len(plain(other)) for other in others), most)
     fit = 3 if width is None else int((width - names) / 1.8)
-    columns = max(1, min(3, fit, len(comparison.metrics)))
-    lines = -(-len(comparison.metrics) // columns)
+    lines = max(_wrapped(other, most).count("\n") + 1 for other in others)
+    return most, names, max(1, min(3, fit)), max(0.2 * (len(shown_sets(comparison)) + 1), 0.14 * lines)
+
+
+def _parts_of_differences(comparison: Comparison, width: float | None) -> Iterator[tuple[Sequence[str], Sequence[str]]]:
+    """Yield rule sets and metrics of each picture: of all, or where it is for a paper of as many as a page holds."""
+    others = [name for name in comparison.rule_sets if name != comparison.baseline]
+    if not others:
+        return
+    _, _, columns, row = _sizes_of_differences(comparison, width)
+    fit = len(others) if width is None else max(1, int((PAGE - PANEL) / row))
+    for part in _parts(others, fit):
+        lines = len(comparison.metrics) if width is None else max(1, int(PAGE / (PANEL + row * len(part))))
+        yield from ((part, metrics) for metrics in _parts(comparison.metrics, lines * columns))
+
+
+def _differences(comparison: Comparison, width: float | None, others: Sequence[str], metrics: Sequence[str]) -> Figure:
+    """Intervals of the differences: a panel for each metric, a row for each rule set and instance set."""
+    sets = shown_sets(comparison)
+    most, names, columns, row = _sizes_of_differences(comparison, width)
+    columns = min(columns, len(metrics))
+    lines = -(-len(metrics) // columns)
     whole = width or 3.2 * columns + max(1.0, names)
-    figure = _figure(whole, lines * (0.9 + 0.2 * len(others) * (len(sets) + 1)))
+    figure = _figure(whole, lines * (PANEL + row * len(others)))
     panel_width = (whole - names) / columns - 0.2
     panels = list(figure.subplots(lines, columns, sharey=True, squeeze=False).flat)
-    for panel, metric in zip(panels, comparison.metrics, strict=False):
+    for panel, metric in zip(panels, metrics, strict=False):
         _forest(panel, comparison, metric, others, sets, panel_width)
         panel.set_yticks(range(len(others)), [_wrapped(other, most) for other in others])
-    for panel in panels[len(comparison.metrics) :]:
+    for panel in panels[len(metrics) :]:
         panel.set_visible(False)
     if len(sets) > 1:
         handles, labels = panels[0].get_legend_handles_labels()
@@ -234,9 +266,8 @@ def _scale(metric: str) -> float:
     return 100.0 if metric == "picker_utilisation" else 1.0
 
 
-def _fronts(comparison: Comparison, first: str, second: str, width: float | None) -> Figure:
+def _fronts(comparison: Comparison, first: str, second: str, width: float | None, sets: Sequence[str]) -> Figure:
     """Means of all rule sets in two metrics, a panel for each instance set; those none beats in both are joined."""
-    sets = shown_sets(comparison)
     columns = min(2 if width is None else max(1, int(width / 3)), len(sets))
     lines = -(-len(sets) // columns)
     figure = _figure(width or 4.6 * columns, (3.6 if width is None else 2.6) * lines)

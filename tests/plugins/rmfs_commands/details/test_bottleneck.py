@@ -142,12 +142,17 @@ def test_one_station_has_no_spread() -> None:
     assert found["causes_percent"]["spread"] == 0
 
 
-def test_orders_before_the_warm_up_are_told() -> None:
-    found = bottleneck(*SMALL, "run.warmup_s=90", "run.until_s=600")
-    assert found["limit"] is None
-    assert found["says"] == [
-        "Not known: all orders arrive before the warm-up ends (`run.warmup_s`), and none of them counts."
-    ]
+def test_orders_before_the_warm_up_are_told(tmp_path: Path) -> None:
+    """Also where the run is over before an order arrives, at the end of the warm-up."""
+    (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\nA,0,a,1\nB,90,a,1\n", encoding="utf-8")
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,\n", encoding="utf-8")
+    files = [f"instance.{kind}_file={tmp_path / kind}.csv" for kind in ("orders", "pods")]
+    for given in ((*SMALL, "run.until_s=600"), (*files, "run.until_s=60")):
+        found = bottleneck(*given, "run.warmup_s=90")
+        assert found["limit"] is None
+        assert found["says"] == [
+            "Not known: all orders arrive before the warm-up ends (`run.warmup_s`), and none of them counts."
+        ]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,9 @@
 """`check_rule`: what it holds a rule to, and what it says of one that does not keep to it."""
 
+import fractions
 import gc
 import itertools
+import json
 import random
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -67,12 +69,18 @@ class Divides:
 
 @define
 class BreakingObserver:
-    """Fails at the first pick."""
+    """Fails at the first pick, or at what it measures, within a library."""
+
+    measures: object = None
 
     @hookimpl
     def on_event(self, event):
-        if isinstance(event, ItemPicked):
-            raise KeyError(event.sku)
+        if self.measures is None and isinstance(event, ItemPicked):
+            fractions.Fraction("a pick")
+
+    @hookimpl
+    def measured(self):
+        return self.measures() if callable(self.measures) else self.measures
 
 
 @define
@@ -247,7 +255,9 @@ TURNS = "stations that take turns"
     (NoSuchStation(), "impossible decision", ONE, "named station 1, which does not exist"),
     (WrongType(), "impossible decision", ONE, "expected Path"),
     (Divides(), "exception", ONE, "ZeroDivisionError"),
-    (BreakingObserver(), "exception", ONE, f"raised KeyError: 0 ({__file__}, line "),
+    (BreakingObserver(), "exception", ONE, f"Invalid literal for Fraction: 'a pick' ({__file__}, line 79)."),
+    (BreakingObserver(json.JSONDecoder), "impossible decision", ONE, "measured, at "),
+    (BreakingObserver(lambda: json.loads("{")), "exception", ONE, f"({__file__}, line "),
     (GlobalRandom(), "nondeterminism", ONE, "RobotMoved"),
     (CountsOutside(), "nondeterminism", FINITE, "RobotMoved"),
     (GoesThroughASet(), "nondeterminism", ONE, "OrderAssigned"),

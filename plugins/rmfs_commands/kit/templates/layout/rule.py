@@ -12,7 +12,9 @@ if TYPE_CHECKING:
     from rmfs.world import Layout
 
 
-def the_rule(section: LayoutSection, text: str | None, queue_length: int | None, place: str) -> Layout:
+def the_rule(
+    section: LayoutSection, text: str | None, queue_length: int | None, place: str, *, lane_width: int = 1
+) -> Layout:
     """Make pairs of rows of storage locations beside aisles, with a picking station at the end of each aisle.
 
     Parameters
@@ -25,14 +27,22 @@ def the_rule(section: LayoutSection, text: str | None, queue_length: int | None,
         ``stations.queue_length``: as many cells the queues have, 4 where it is None.
     place
         What errors call the layout.
+    lane_width
+        Width of the lanes at both ends of the aisles (cells); ``layout.parameters`` of a scenario sets it.
     """
     if text is not None:
         raise InputError(place, "expected no map file beside this generator")
+    if lane_width < 1:
+        raise InputError("layout.parameters", f"expected `lane_width` of at least 1, found {lane_width}")
     queue = queue_length or 4
     length = section.block_columns * section.block_length
     storage, aisle = "#" * length, "." * length
-    walls, waiting, lane = "@" * queue, "q" * queue, "." * queue
+    walls, waiting, lane, side = "@" * queue, "q" * queue, "." * queue, "." * lane_width
     rows = []
     for _ in range(section.block_rows):
-        rows += [f".{storage}.{walls}@", f".{aisle}.{waiting}O", f".{storage}.{lane}."]
-    return parse_map("\n".join([f".{aisle}.{walls}@", *rows]), place)
+        rows += [
+            f"{side}{storage}{side}{walls}@",
+            f"{side}{aisle}{side}{waiting}O",
+            f"{side}{storage}{side}{lane}.",
+        ]
+    return parse_map("\n".join([f"{side}{aisle}{side}{walls}@", *rows]), place)
