@@ -8,6 +8,7 @@ from textwrap import fill
 from attrs import evolve, frozen
 
 from rmfs_commands.cli.loads import Demand, Load, loads_of
+from rmfs_commands.cli.serving import serving_lines
 from rmfs_core.scenario.model import (
     InstanceSection,
     LayoutSection,
@@ -145,6 +146,5 @@ count = {size.robots}
 item_capacity = 100
 
 [rules]
-poa = "pod-match"
-pps = "demand"
+{serving_lines()}
 """

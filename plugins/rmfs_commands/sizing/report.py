@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
+from rmfs_commands.cli.serving import SERVING, serving_options
+from rmfs_commands.sizing.judging import Verdict
 from rmfs_commands.sizing.trials import counted
 from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
 from rmfs_core.wording import listed
@@ -15,7 +17,7 @@ from rmfs_core.wording import listed
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from rmfs_commands.sizing.sizing import Answer
+    from rmfs_commands.sizing.sizing import Answer, OtherRules
     from rmfs_commands.sizing.target import Target
     from rmfs_commands.sizing.trials import Candidate
 
@@ -97,8 +99,19 @@ def sentences_of(answer: Answer, costs: Costs | None) -> Iterator[str]:
     if answer.undecided:
         sizes = [f"{one.stations} with {one.robots}" for one in answer.undecided]
         yield f"Undecided after {len(target.seeds)} seeds: {listed(sizes)}; more --seeds may tell."
+    if answer.other_rules is not None:
+        yield other_rules(answer.other_rules, target)
     if answer.at_once:
         yield "All orders are there at once: turn-over says how fast the backlog is worked off, not how a load is kept."
+
+
+def other_rules(other: OtherRules, target: Target) -> str:
+    """Return whether it is the rules that fail the target in a size, or the hardware."""
+    size = counted(other.judged.stations, other.judged.robots, " with ")
+    found = f"The scenario's rules fail with {size}; with {serving_options()}: {verdict_of(other.judged, target)}."
+    if other.judged.verdict is Verdict.PASSES:
+        return f"{found} The rules fail there, not the hardware."
+    return found if other.least is None else f"{found} Any rules: {target.with_unit(other.least)} or more."
 
 
 def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
@@ -120,6 +133,9 @@ def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
         content["cheapest"] = None if found is None or cheapest is None else found | {"cost": cheapest[1]}
     content["stations"] = [attrs.asdict(found) for found in answer.stations]
     content["candidates"] = rows
+    if answer.other_rules is not None:
+        judged = attrs.asdict(answer.other_rules.judged) | {"verdict": answer.other_rules.judged.verdict.value}
+        content["other_rules"] = {"set": SERVING, **judged, "least": answer.other_rules.least}
     content["notes"] = list(sentences_of(answer, costs))
     return content
 

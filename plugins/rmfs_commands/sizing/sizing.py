@@ -7,7 +7,9 @@ from pathlib import Path
 
 from attrs import frozen
 
+from rmfs_commands.cli.serving import SERVING
 from rmfs_commands.experiments import Watcher
+from rmfs_commands.experiments.resolving import resolve
 from rmfs_commands.experiments.workers import Workers
 from rmfs_commands.sizing.judging import FIRST_LOOK, Verdict
 from rmfs_commands.sizing.searching import Found, frontier, search
@@ -24,6 +26,22 @@ MOST_STATIONS = 200
 """Each has a row of its own."""
 
 Range = tuple[int, int]
+
+
+@frozen
+class OtherRules:
+    """What `SERVING` rules do in a size in which the scenario's rules fail.
+
+    Parameters
+    ----------
+    judged
+        The size, judged with these rules.
+    least
+        What no rules can beat there, mean over the first seeds; None where no bound is known.
+    """
+
+    judged: Candidate
+    least: float | None
 
 
 @frozen
@@ -44,6 +62,8 @@ class Answer:
         All that was judged, by stations and robots.
     at_once
         Whether all orders arrive at the same time.
+    other_rules
+        What other rules do in a size that fails; None where none fails, or the scenario has these rules.
     """
 
     scenario: str
@@ -52,6 +72,7 @@ class Answer:
     frontier: tuple[Candidate, ...]
     candidates: tuple[Candidate, ...]
     at_once: bool
+    other_rules: OtherRules | None = None
 
     @property
     def failed(self) -> int:
@@ -141,4 +162,15 @@ def size(
     found.sort(key=lambda one: one.stations)
     best = tuple(judged[one.stations, one.robots] for one in frontier(found) if one.robots is not None)
     every = tuple(judged[key] for key in sorted(judged))
-    return Answer(name, target, tuple(found), best, every, worlds.at_once)
+    own = fixed, scenario.robots.count
+    failing = [one for one in every if one.verdict is Verdict.FAILS and one.seeds]
+    failing = [one for one in failing if (one.stations, one.robots) == own] if best else failing
+    other = None
+    served = resolve(scenario, SERVING, scenario.folder, name)
+    if failing and served.rules != scenario.rules:
+        of_size = max((one.stations, one.robots) for one in failing)
+        worlds = Worlds(served, target.seeds[:FIRST_LOOK])
+        trials = Trials(worlds, name, target, Path(store), workers, watcher or Watcher(), tell, allow_inline_rules)
+        trials.passes(*of_size)
+        other = OtherRules(trials.judged[of_size], worlds.least(*of_size, target))
+    return Answer(name, target, tuple(found), best, every, worlds.at_once, other)
