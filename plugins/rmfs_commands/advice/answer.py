@@ -126,7 +126,7 @@ def table_of(result: ExperimentResult, found: Sequence[Best]) -> Table:
     for number, metric in enumerate(comparison.metrics):
         table.add_column(SHORT[metric], justify="right")
         if number < 2:
-            table.add_column("to now", justify="right")
+            table.add_column("vs now", justify="right")
     table.add_column("Best in")
     whole = {metric: _whole(comparison, metric) for metric in comparison.metrics}
     front = {one.rule_set for one, _ in comparison.front(comparison.instance_sets[-1], *comparison.fronts[0])}

@@ -45,7 +45,7 @@ MOST_SEEDS = 1_000
 @click.option(
     "--seeds",
     type=WholeNumberRange(1, MOST_SEEDS),
-    default=4,
+    default=5,
     show_default=True,
     metavar="N",
     help="Runs of each rule set, each with a seed of its own.",

@@ -60,7 +60,8 @@ def cut(scenario: Scenario, hours: float | None) -> Cut:
         )
     shorter = evolve(scenario, run=evolve(scenario.run, until_s=end / TICKS_PER_S))
     arrived = sum(tick < end for tick in ticks)
-    told = [f"Simulated: {hours:g} hours, in which {arrived:,} of {counted(len(ticks), 'order')} arrive."]
+    lasts = f"{hours:g} {'hour' if hours == 1 else 'hours'}"
+    told = [f"Simulated: {lasts}, in which {arrived:,} of {counted(len(ticks), 'order')} arrive."]
     by_hour = Counter((tick - begin) // HOUR for tick in ticks if tick >= begin)
     within = max(number for hour, number in by_hour.items() if hour < hours)
     hour, most = max(by_hour.items(), key=lambda found: found[1])

@@ -163,7 +163,7 @@ def size(
     best = tuple(judged[one.stations, one.robots] for one in frontier(found) if one.robots is not None)
     every = tuple(judged[key] for key in sorted(judged))
     own = fixed, scenario.robots.count
-    failing = [one for one in every if one.verdict is Verdict.FAILS and one.seeds]
+    failing = [one for one in every if one.verdict is Verdict.FAILS and one.seeds and not one.failed]
     failing = [one for one in failing if (one.stations, one.robots) == own] if best else failing
     other = None
     served = resolve(scenario, SERVING, scenario.folder, name)
