@@ -13,7 +13,6 @@ from rmfs_commands.experiments import Comparison, ExperimentResult, Paired
 from rmfs_commands.experiments.compare import FEWEST_SEEDS, Interval
 from rmfs_commands.experiments.report.numbers import MINUS, NONE, value
 from rmfs_core.results.catalogue import Metric
-from rmfs_core.wording import listed
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -27,16 +26,15 @@ SO_FAR = Metric(
 )
 SURE = 0.05
 """A difference whose p-value is no more than this is told from none."""
-SHORT = {
-    "psv_per_order": "Visits",
-    "turnover_s": "Time (s)",
-    "turnover_so_far_s": "Time (s)",
-    "turnover_p95_s": "95th (s)",
-    "packed_s": "Packed (s)",
-    "packed_p95_s": "95th (s)",
-}
-"""Headings of the table: a line of it has 80 columns."""
-WINS = ("visits", "time")
+HEADINGS = ("Visits", "Time", "95th")
+"""Of the metrics in the table: a line of it has 80 columns."""
+AS_GOOD = "*"
+"""Behind the figures of the best rule set, and of those that the runs do not tell from it."""
+CAPTION = (
+    "Visits: pod-station visits per order. Time, 95th: mean and 95th percentile of {} in s. Front: no other rule set "
+    f"has lower means in both. {AS_GOOD} The best, or not told from it by these seeds. Intervals: 95 % for all rule "
+    "sets at once."
+)
 
 
 @frozen
@@ -123,24 +121,33 @@ def table_of(result: ExperimentResult, found: Sequence[Best]) -> Table:
     comparison = result.comparison()
     table = new_table(result.experiment.description)
     table.add_column("Rule set")
-    for number, metric in enumerate(comparison.metrics):
-        table.add_column(SHORT[metric], justify="right")
-        if number < 2:
+    for number, heading in enumerate(HEADINGS):
+        table.add_column(heading, justify="right")
+        if number < len(found):
             table.add_column("vs now", justify="right")
-    table.add_column("Best in")
-    whole = {metric: _whole(comparison, metric) for metric in comparison.metrics}
-    front = {one.rule_set for one, _ in comparison.front(comparison.instance_sets[-1], *comparison.fronts[0])}
+    table.add_column("Front")
+    front = _front(comparison)
     for name in comparison.rule_sets:
         cells = []
-        for number, metric in enumerate(comparison.metrics):
-            one = whole[metric].get(name)
-            cells.append("-" if one is None else value(comparison.described(metric), one.mean))
-            if number < 2:
+        for number, metric in enumerate(comparison.metrics[: len(HEADINGS)]):
+            one = _whole(comparison, metric).get(name)
+            mark = AS_GOOD if number < len(found) and name in found[number].names else " "
+            cells.append(NONE if one is None else f"{value(comparison.described(metric), one.mean)}{mark}".rstrip())
+            if number < len(found):
                 cells.append("" if one is None or name == comparison.baseline else share(one.relative))
-        wins = [WINS[number] for number, best_in in enumerate(found) if name in best_in.names]
-        place = listed(wins) or ("front" if name in front else "")
-        table.add_row(Text(name), *cells, place, style="bold" if wins else "")
+        table.add_row(Text(name), *cells, "front" if name in front else "")
     return table
+
+
+def caption(result: ExperimentResult) -> str:
+    """Return what the columns of the table are."""
+    packed = "packed_s" in result.experiment.metrics
+    return CAPTION.format("the time from arrival to packed" if packed else "turn-over time (order lead time)")
+
+
+def _front(comparison: Comparison) -> set[str]:
+    """Return the rule sets that none beats in both visits and time."""
+    return {one.rule_set for one, _ in comparison.front(comparison.instance_sets[-1], *comparison.fronts[0])}
 
 
 def share(found: Interval) -> str:
@@ -176,7 +183,9 @@ def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
     fewest, soonest = found
     both = [name for name in soonest.names if name in fewest.names]
     quick, few = soonest.least, fewest.least
-    if both:
+    if len(both) == len(soonest.against):
+        yield f"Keep your rules: {seeds} seeds tell no rule set from another; more --seeds may."
+    elif both:
         take = next((f"Keep {_plain(name)}" for name in both if name.endswith(OWN)), f"Take {both[0]}")
         yield f"{take}: no other rule set is shown to make fewer visits or to take less time."
     else:
@@ -185,9 +194,6 @@ def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
             f"the second takes {share(soonest.against[few].relative)} time, "
             f"the first makes {share(fewest.against[quick].relative)} visits."
         )
-    for one, what in zip(found, ("visits", "time"), strict=True):
-        if one.others:
-            yield f"Not told apart in {what} by {seeds} seeds: {listed(map(_plain, one.names))}."
 
 
 def _plain(name: str) -> str:
@@ -197,7 +203,7 @@ def _plain(name: str) -> str:
 def content_of(result: ExperimentResult, found: Sequence[Best], notes: Sequence[str]) -> dict[str, Any]:
     """Return the answer as plain values."""
     comparison = result.comparison()
-    front = {one.rule_set for one, _ in comparison.front(comparison.instance_sets[-1], *comparison.fronts[0])}
+    front = _front(comparison)
     rows: list[dict[str, Any]] = []
     for name in comparison.rule_sets:
         changes = next(one.changes for one in result.experiment.rule_sets if one.name == name)

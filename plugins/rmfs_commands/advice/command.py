@@ -78,7 +78,7 @@ def advise(
     interrupted command goes on where it stopped. The answer is printed and written to DIR: advice.json, and the files
     of `rmfs compare`. Exit code 1 when a run failed.
     """
-    from rmfs_commands.advice.answer import best, content_of, sentences_of, table_of, with_open_orders
+    from rmfs_commands.advice.answer import best, caption, content_of, sentences_of, table_of, with_open_orders
     from rmfs_commands.advice.candidates import advice_experiment, lets_split
     from rmfs_commands.advice.cutting import cut
     from rmfs_commands.cli.checking import load_checked
@@ -131,7 +131,7 @@ def advise(
     if as_json:
         print_json(content)
     else:
-        _show(output_console(quiet=quiet), table_of(result, found), told)
+        _show(output_console(quiet=quiet), table_of(result, found), caption(result), told)
         say(output_console(quiet=quiet), f"\nIn {folder}: {ADVICE_FILE}, {REPORT_FILE}, {RUNS_FOLDER}/")
     if result.failed:
         raise RunError(
@@ -139,8 +139,10 @@ def advise(
         )
 
 
-def _show(console: Console, table: Table, sentences: Sequence[str]) -> None:
+def _show(console: Console, table: Table, about: str, sentences: Sequence[str]) -> None:
     console.print()
     print_named(console, table)
-    for sentence in sentences:
-        console.print(sentence, markup=False)
+    console.print(about, style="dim", markup=False)
+    console.print()
+    for number, sentence in enumerate(sentences):
+        console.print(sentence, style="" if number else "bold", markup=False)
