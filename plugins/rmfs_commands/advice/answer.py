@@ -29,7 +29,7 @@ SURE = 0.05
 HEADINGS = ("Visits", "Time", "95th")
 """Of the metrics in the table: a line of it has 80 columns."""
 AS_GOOD = "*"
-"""Behind the figures of the best rule set, and of those that the runs do not tell from it."""
+"""Before the figures of the best rule set, and of those that the runs do not tell from it."""
 CAPTION = (
     "Visits: pod-station visits per order. Time, 95th: mean and 95th percentile of {} in s. Front: no other rule set "
     f"has lower means in both. {AS_GOOD} The best, or not told from it by these seeds. Intervals: 95 % for all rule "
@@ -131,8 +131,8 @@ def table_of(result: ExperimentResult, found: Sequence[Best]) -> Table:
         cells = []
         for number, metric in enumerate(comparison.metrics[: len(HEADINGS)]):
             one = _whole(comparison, metric).get(name)
-            mark = AS_GOOD if number < len(found) and name in found[number].names else " "
-            cells.append(NONE if one is None else f"{value(comparison.described(metric), one.mean)}{mark}".rstrip())
+            mark = AS_GOOD if number < len(found) and name in found[number].names else ""
+            cells.append(NONE if one is None else f"{mark}{value(comparison.described(metric), one.mean)}")
             if number < len(found):
                 cells.append("" if one is None or name == comparison.baseline else share(one.relative))
         table.add_row(Text(name), *cells, "front" if name in front else "")
