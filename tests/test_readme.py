@@ -66,7 +66,7 @@ UNTIL_NOON = [words[4::2] for words in COMMANDS if "run.until_s=43200" in words]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("overrides", "row"), zip(UNTIL_NOON, re.findall(FIGURES, README, re.MULTILINE), strict=True), ids=str
+    ("overrides", "row"), list(zip(UNTIL_NOON, re.findall(FIGURES, README, re.MULTILINE), strict=True)), ids=str
 )
 def test_the_readmes_figures(overrides: list[str], row: tuple[str, ...]) -> None:
     _, *shown = row

@@ -190,7 +190,7 @@ def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
         yield f"{take}: no other rule set is shown to make fewer visits or to take less time."
     else:
         yield (
-            f"Take {_plain(quick)} where orders have to leave soon, {_plain(few)} where robots or pickers are short: "
+            f"Take {_plain(quick)} where orders have to leave soon, {_plain(few)} where each pod visit costs: "
             f"the second takes {share(soonest.against[few].relative)} time, "
             f"the first makes {share(fewest.against[quick].relative)} visits."
         )
@@ -220,4 +220,5 @@ def content_of(result: ExperimentResult, found: Sequence[Best], notes: Sequence[
         "rule_sets": rows,
         "best": {one.metric: list(one.names) for one in found},
         "notes": list(notes),
+        "errors": [{name: row[name] for name in ("rule_set", "seed", "error")} for row in result.failed],
     }

@@ -54,7 +54,7 @@ MOST_SEEDS = 1_000
 @seed_option
 @jobs_option
 @dask_option
-@runs_out_option("report", "rmfs-runs/advise-<name of the scenario>")
+@runs_out_option("answer", "rmfs-runs/advise-<name of the scenario>")
 @no_inline_option
 @json_option
 @quiet_option
@@ -75,8 +75,8 @@ def advise(
 
     All rule sets see the same orders, pods and robots on each seed. Rule sets that split orders are tried where the
     scenario has packing stations, or its own rules split orders. Every finished run is kept in DIR/runs, so that an
-    interrupted command goes on where it stopped. The answer is printed and written to DIR: advice.json, and the files
-    of `rmfs compare`. Exit code 1 when a run failed.
+    interrupted command goes on where it stopped. The answer is printed and written to DIR/advice.json. Exit code 1 when
+    a run failed.
     """
     from rmfs_commands.advice.answer import best, caption, content_of, sentences_of, table_of, with_open_orders
     from rmfs_commands.advice.candidates import advice_experiment, lets_split
@@ -85,7 +85,6 @@ def advise(
     from rmfs_commands.cli.compiling import compile_searches
     from rmfs_commands.experiments import run_experiment
     from rmfs_commands.experiments.progress import experiment_display
-    from rmfs_commands.experiments.report import REPORT_FILE, write_report
     from rmfs_commands.experiments.report.numbers import fixed
     from rmfs_core.errors import RunError
     from rmfs_core.results.files import json_ready, output_folder, to_json, write_text
@@ -126,16 +125,15 @@ def advise(
         told.append("Left out: rule sets that split orders. They need packing stations (a section [packing]).")
     told += filter(None, [fixed(comparison)])
     content = {"scenario": name, **content_of(result, found, told)}
-    write_report(result, comparison, folder)
     write_text(output_folder(folder) / ADVICE_FILE, to_json(json_ready(content), indent=2) + "\n")
     if as_json:
         print_json(content)
     else:
         _show(output_console(quiet=quiet), table_of(result, found), caption(result), told)
-        say(output_console(quiet=quiet), f"\nIn {folder}: {ADVICE_FILE}, {REPORT_FILE}, {RUNS_FOLDER}/")
+        say(output_console(quiet=quiet), f"\nIn {folder}: {ADVICE_FILE}, {RUNS_FOLDER}/")
     if result.failed:
         raise RunError(
-            f"{len(result.failed)} of {len(result.rows)} runs failed; {folder / REPORT_FILE} has their errors."
+            f"{len(result.failed)} of {len(result.rows)} runs failed; {folder / ADVICE_FILE} has their errors."
         )
 
 

@@ -110,8 +110,8 @@ def answer(result: ExperimentResult, seeds: int = 4) -> list[str]:
     ({"now": (1.0, 100.0), "near_best_pod": (1.01, 100.2)}, "Keep pod-match + demand: no other"),
     (
         {"workload": (2.0, 100.0), "common_lines": (1.0, 150.0)},
-        "Take workload + lexicographic where orders have to leave soon, common-lines + completes where robots or "
-        "pickers are short: the second takes +",
+        "Take workload + lexicographic where orders have to leave soon, common-lines + completes where each pod "
+        "visit costs: the second takes +",
     ),
 )
 def test_the_answer_is_what_no_other_is_shown_to_beat(
