@@ -21,6 +21,7 @@ import numpy as np
 from attrs import frozen
 
 import rmfs_core
+from rmfs_commands.cli.serving import serving_lines
 from rmfs_commands.convert.history import merged
 from rmfs_commands.convert.lines import Sku
 from rmfs_commands.convert.placement import items_on, place
@@ -121,7 +122,7 @@ def run(shape: Shape, placement: str, rules: str, seed: int, hours: float) -> tu
         rows = [
             f"o{i},{time:.3f},s{sku},{items}\n" for i, (time, order) in enumerate(today) for sku, items in order.items()
         ]
-        scenario = scenario_of(PODS).replace(RULES["pod-match+demand"], RULES[rules])
+        scenario = scenario_of(PODS).replace(serving_lines(), RULES[rules])
         scenario = scenario.replace("item_capacity = 100", "item_capacity = 400")
         (Path(folder) / "pods.csv").write_text("pod,sku,quantity\n" + "".join(pods))
         (Path(folder) / "orders.csv").write_text("order,arrival_s,sku,quantity\n" + "".join(rows))

@@ -9,6 +9,7 @@ from textwrap import fill
 from attrs import evolve, field, frozen
 
 from rmfs_commands.cli.loads import Demand, Load, loads_of
+from rmfs_commands.cli.serving import serving_lines
 from rmfs_core.scenario.model import (
     InstanceSection,
     LayoutSection,
@@ -150,6 +151,5 @@ count = {size.robots}
 item_capacity = 100
 
 [rules]
-poa = "pod-match"
-pps = "demand"
+{serving_lines()}
 """

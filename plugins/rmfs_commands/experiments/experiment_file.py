@@ -215,7 +215,7 @@ def _rule_sets(value: Any) -> Iterator[RuleSetChoice]:
                 f"expected a `name` in each [[rule_sets]], found none in number {place + 1}", ("rule_sets",)
             )
         for choice in itertools.product(*several.values()):
-            labels = " + ".join(map(_label_of, choice))
+            labels = " + ".join(map(label_of, choice))
             whole = ": ".join(part for part in (name, labels) if part)
             if whole in names:
                 raise KeyProblem(f"{whole} is there twice; expected different ones", ("rule_sets", place))
@@ -223,7 +223,7 @@ def _rule_sets(value: Any) -> Iterator[RuleSetChoice]:
             yield RuleSetChoice(whole, changes | dict(zip(several, choice, strict=True)))
 
 
-def _label_of(choice: Any) -> str:
+def label_of(choice: Any) -> str:
     """Return what one of several rules adds to the name of its rule set: its name, and the parameters that it has."""
     if not isinstance(choice, Mapping):
         return str(choice)

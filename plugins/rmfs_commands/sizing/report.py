@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rmfs_commands.cli.serving import SERVING, serving_options
+from rmfs_commands.sizing.judging import Verdict
 from rmfs_commands.sizing.searching import BOXES
 from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
 from rmfs_core.wording import listed
@@ -13,7 +15,7 @@ from rmfs_core.wording import listed
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from rmfs_commands.sizing.sizing import Answer
+    from rmfs_commands.sizing.sizing import Answer, OtherRules
     from rmfs_commands.sizing.target import Target
     from rmfs_commands.sizing.trials import Candidate
 
@@ -102,8 +104,20 @@ def sentences_of(answer: Answer, costs: Costs | None) -> Iterator[str]:
         yield f"Undecided after {len(target.seeds)} seeds: {listed(sizes)}; more --seeds may tell."
     if answer.things is BOXES:
         yield "Packers and boxes are those of each packing station."
+    if answer.other_rules is not None:
+        yield other_rules(answer, answer.other_rules)
     if answer.at_once:
         yield "All orders are there at once: turn-over says how fast the backlog is worked off, not how a load is kept."
+
+
+def other_rules(answer: Answer, other: OtherRules) -> str:
+    """Return whether it is the rules that fail the target in a size, or the hardware."""
+    size = answer.things.counted(other.judged.first, other.judged.second, " with ")
+    judged = verdict_of(other.judged, answer.target)
+    found = f"The scenario's rules fail with {size}; with {serving_options()}: {judged}."
+    if other.judged.verdict is Verdict.PASSES:
+        return f"{found} The rules fail there, not the hardware."
+    return found if other.least is None else f"{found} Any rules: {answer.target.with_unit(other.least)} or more."
 
 
 def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
@@ -128,6 +142,11 @@ def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
         {names[0]: found.first, names[1]: found.second, "reason": found.reason} for found in answer.found
     ]
     content["candidates"] = rows
+    if answer.other_rules is not None:
+        judged = answer.other_rules.judged
+        size = dict(zip(names, (judged.first, judged.second), strict=True))
+        verdict = {"verdict": judged.verdict.value, "seeds": judged.seeds, "least": answer.other_rules.least}
+        content["other_rules"] = {"set": SERVING, **size, **verdict}
     content["notes"] = list(sentences_of(answer, costs))
     return content
 

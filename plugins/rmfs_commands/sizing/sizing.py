@@ -7,7 +7,9 @@ from pathlib import Path
 
 from attrs import frozen
 
+from rmfs_commands.cli.serving import SERVING
 from rmfs_commands.experiments import Watcher
+from rmfs_commands.experiments.resolving import resolve
 from rmfs_commands.experiments.workers import Workers
 from rmfs_commands.sizing.judging import FIRST_LOOK, Verdict
 from rmfs_commands.sizing.searching import ROBOTS, Found, Things, frontier, search
@@ -15,6 +17,22 @@ from rmfs_commands.sizing.target import Target
 from rmfs_commands.sizing.trials import Candidate, Trials
 from rmfs_commands.sizing.worlds import PackingWorlds, Range, Worlds
 from rmfs_core.scenario import Scenario
+
+
+@frozen
+class OtherRules:
+    """What `SERVING` rules do in a size in which the scenario's rules fail.
+
+    Parameters
+    ----------
+    judged
+        The size, judged with these rules.
+    least
+        What no rules can beat there, mean over the first seeds; None where no bound is known.
+    """
+
+    judged: Candidate
+    least: float | None
 
 
 @frozen
@@ -37,6 +55,8 @@ class Answer:
         Whether all orders arrive at the same time.
     things
         What is sized.
+    other_rules
+        What other rules do in a size that fails; None where none fails, or the scenario has these rules.
     """
 
     scenario: str
@@ -46,6 +66,7 @@ class Answer:
     candidates: tuple[Candidate, ...]
     at_once: bool
     things: Things = ROBOTS
+    other_rules: OtherRules | None = None
 
     @property
     def failed(self) -> int:
@@ -132,4 +153,14 @@ def size(
     found.sort(key=lambda one: one.first)
     best = tuple(judged[one.first, one.second] for one in frontier(found) if one.second is not None)
     every = tuple(judged[key] for key in sorted(judged))
-    return Answer(name, target, tuple(found), best, every, worlds.at_once, worlds.things)
+    failing = [one for one in every if one.verdict is Verdict.FAILS and one.seeds and not one.failed]
+    failing = [one for one in failing if (one.first, one.second) == worlds.start] if best else failing
+    other = None
+    served = resolve(scenario, SERVING, scenario.folder, name)
+    if failing and served.rules != scenario.rules:
+        of_size = max((one.first, one.second) for one in failing)
+        worlds = kind(served, target.seeds[:FIRST_LOOK])
+        trials = Trials(worlds, name, target, Path(store), workers, watcher or Watcher(), tell, allow_inline_rules)
+        trials.passes(*of_size)
+        other = OtherRules(trials.judged[of_size], worlds.least(*of_size, target))
+    return Answer(name, target, tuple(found), best, every, worlds.at_once, worlds.things, other)

@@ -168,6 +168,15 @@ class Worlds:
             return str(error)
         return f"whatever the rules, it is {target.with_unit(min(least))} or more" if least else None
 
+    def least(self, first: int, second: int, target: Target) -> float | None:
+        """Return what no rules can beat in a size, mean over the seeds; None where no bound is known."""
+        scenario, found = self.of_size(first, second), list[float]()
+        for seed, instance in zip(self._seeds, self.instances, strict=True):
+            metrics = (target.metric,) if target.metric in BOUNDED else ()
+            bounds = find_bounds(scenario.with_seed(seed), instance, make_layout(scenario), metrics) if metrics else ()
+            found += [bound.value for bound in bounds if bound.value is not None]
+        return fmean(found) if found else None
+
 
 class PackingWorlds(Worlds):
     """A scenario's warehouse with other numbers of packers and boxes at each of its packing stations."""

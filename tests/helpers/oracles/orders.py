@@ -176,12 +176,13 @@ def first_come(now: Moment, told: Any, **options: Any) -> list[OrderAssignment]:
     return by_pairs(now, **options)
 
 
-def pod_match(now: Moment, told: Any, **options: Any) -> list[OrderAssignment]:
-    """Sum over the SKUs of min(items wanted, items on inbound pods that no request was promised)."""
+def pod_match(now: Moment, told: Any, *, spread: float = 0.0, **options: Any) -> list[OrderAssignment]:
+    """Sum over the SKUs of min(items wanted, items on inbound pods that no request was promised), less the load."""
     left = {pod.id: free_on(pod) for pod in now.world.pods}
 
     def score(order: Order, station: Station) -> Parts:
-        return (sum(min(n, sum(left[p.id][sku] for p in station.inbound_pods)) for sku, n in wants(order).items()),)
+        match = sum(min(n, sum(left[p.id][sku] for p in station.inbound_pods)) for sku, n in wants(order).items())
+        return (match - spread * sum(request.items for request in station.open_requests),)
 
     def taken(order: Order, station: Station) -> None:
         for sku, number in wants(order).items():

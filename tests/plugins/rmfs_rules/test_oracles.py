@@ -129,7 +129,7 @@ ORACLES: list[Oracle] = [
     *rules_for(
         "assign_orders",
         {
-            "pod-match": (orders.pod_match, PAIRS),
+            "pod-match": (orders.pod_match, PAIRS | {"spread": (0.0, 0.5, 2.0)}),
             "common-lines": (orders.common_lines, PAIRS),
             "first-come": (orders.first_come, PAIRS),
             "workload": (orders.workload, PAIRS | {"prefer": ("fewest", "most")}),

@@ -49,6 +49,7 @@ DUE_S = {"large": 160, "small": 120, "twin": 120, "late": 5}
 @cases(
     "rule wrong problem",
     (LeastSlack, {"item_s": -1}, "'item_s' must be >= 0"),
+    (PodMatch, {"spread": -1.0}, "'spread' must be >= 0"),
     (Workload, {"prefer": "least"}, "'prefer' must be in"),
     (MostCovered, {"n": 0}, "'n' must be >= 1"),  # a filter that keeps nothing would stop the run
     (MostCovered, {"n": 1, "lines": "some"}, "'lines' must be in"),
@@ -81,6 +82,11 @@ def test_pods_that_come_decide() -> None:
     unlimited = small_world(orders, {"p": ["a", "b"]}, capacities=[2])
     unlimited.bind(unlimited.pods[0], unlimited.stations[0])
     assert decide(unlimited, PodMatch()) == [("1", 0), ("2", 0)]
+    loaded = small_world({"x": {"a": 3}, "1": {"a": 1}}, {"p": ["a"]}, capacities=[9, 9])
+    loaded.assign(loaded.orders[0], loaded.stations[0], [0])
+    loaded.bind(loaded.pods[0], loaded.stations[0])  # one item that it brings against three yet to pick
+    assert decide(loaded, PodMatch(spread=0.25)) == decide(loaded, PodMatch()) == [("1", 0)]
+    assert decide(loaded, PodMatch(spread=0.5)) == [("1", 1)]
 
 
 ARRIVALS_S = (0, 10, 100, 130, 150, 200)

@@ -45,6 +45,7 @@ from rmfs_core.scenario.rulenames import (
     rule_choices,
     rule_name_from,
 )
+from rmfs_core.scenario.service import Spread
 from rmfs_core.scenario.structuring import KeyProblem, section_class
 from saying import said
 
@@ -311,7 +312,7 @@ def test_what_an_override_replaces() -> None:
 
 def keys_of_files(section: type, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
     for field in attrs.fields(section):
-        inner = section_class(section, field.name)
+        inner = Spread if "ServiceTime" in str(field.type) else section_class(section, field.name)
         if inner is not None and attrs.has(inner):
             yield from keys_of_files(inner, (*path, field.name))
         elif field.name.endswith("_file") or "CSV" in field.metadata.get("doc", ""):

@@ -11,12 +11,16 @@ import pytest
 from attrs import evolve
 from rich.console import Console
 
+from cases import cases
 from rmfs_commands.bounds import bounds_of
+from rmfs_commands.cli.serving import SERVING
 from rmfs_commands.details.catalogue import FROM_ORDERS, MORE_IS_BETTER
-from rmfs_commands.experiments import Watcher
-from rmfs_commands.experiments.outcome import Outcome
+from rmfs_commands.experiments import Job, Watcher
+from rmfs_commands.experiments.outcome import Outcome, simulate
+from rmfs_commands.experiments.resolving import resolve
 from rmfs_commands.sizing.judging import Estimate, Verdict, estimate, looks
 from rmfs_commands.sizing.notices import Notices
+from rmfs_commands.sizing.report import content_of, sentences_of
 from rmfs_commands.sizing.searching import Found, fewest, frontier, search
 from rmfs_commands.sizing.sizing import Answer, size
 from rmfs_commands.sizing.target import KNOWN, Target
@@ -64,6 +68,39 @@ def test_stations_that_cannot_keep_up_are_left_out(poisson: Scenario, here: Any,
     assert (reasons[2], reasons[3]) == (None, "saves no robot")
     assert {(one.first, one.second) for one in answer.candidates} == {(2, 4)}
     assert [(one.first, one.second) for one in answer.frontier] == [(2, 4)]
+
+
+@cases(
+    "of_others verdict told",
+    (100.0, Verdict.PASSES, "passes. The rules fail there, not the hardware."),
+    (800.0, Verdict.FAILS, "fails. Any rules: "),
+)
+def test_where_rules_fail_those_that_serve_best_are_tried(
+    poisson: Scenario, here: Any, tmp_path: Path, of_others: float, verdict: Verdict, told: str
+) -> None:
+    def made_up(job: Job) -> Outcome:
+        outcome = simulate(job)
+        assert outcome.result is not None
+        own = job.scenario.rules == poisson.rules
+        outcome.result.metrics["turnover_s"] = (900.0 if own else of_others) + job.seed
+        return outcome
+
+    here.run = made_up
+    target = Target("turnover_s", 500, seeds=SEEDS)
+    answer = size(poisson, "hall", target, store=tmp_path, workers=here, stations=(2, 2), robots=(2, 3))
+    assert answer.frontier == ()
+    assert answer.other_rules is not None
+    judged = answer.other_rules.judged
+    assert (judged.first, judged.second, judged.verdict) == (2, 3, verdict)
+    sentences = list(sentences_of(answer, None))
+    assert sentences[1].startswith(
+        "The scenario's rules fail with 2 stations with 3 robots; with --set 'rules.poa={ rule"
+    )
+    assert told in sentences[1]
+    assert content_of(answer, None)["other_rules"]["verdict"] == verdict.value
+    served = resolve(poisson, SERVING, ".", "hall")
+    again = size(served, "hall", target, store=tmp_path, workers=here, stations=(2, 2), robots=(2, 3))
+    assert again.other_rules is None
 
 
 def test_rooms_and_maps(here: Any, tmp_path: Path, poisson: Scenario) -> None:

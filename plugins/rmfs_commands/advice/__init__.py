@@ -1,0 +1,1 @@
+"""Which of the usual rule sets serves a scenario best."""

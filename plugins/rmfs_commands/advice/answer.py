@@ -1,0 +1,224 @@
+"""What the runs say: a table of the rule sets, and which to take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from attrs import evolve, frozen
+
+from rmfs_commands.advice.candidates import OWN
+from rmfs_commands.cli.screen import new_table
+from rmfs_commands.experiments import Comparison, ExperimentResult, Paired
+from rmfs_commands.experiments.compare import FEWEST_SEEDS, Interval
+from rmfs_commands.experiments.report.numbers import MINUS, NONE, value
+from rmfs_core.results.catalogue import Metric
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+SO_FAR = Metric(
+    "turnover_so_far_s",
+    "Turn-over time so far",
+    "s",
+    1,
+    "Arrival to completion, or to the end of the run for orders that are open then, mean over both.",
+)
+SURE = 0.05
+"""A difference whose p-value is no more than this is told from none."""
+HEADINGS = ("Visits", "Time", "95th")
+"""Of the metrics in the table: a line of it has 80 columns."""
+AS_GOOD = "*"
+"""Before the figures of the best rule set, and of those that the runs do not tell from it."""
+CAPTION = (
+    "Visits: pod-station visits per order. Time, 95th: mean and 95th percentile of {} in s. Front: no other rule set "
+    f"has lower means in both. {AS_GOOD} The best, or not told from it by these seeds. Intervals: 95 % for all rule "
+    "sets at once."
+)
+
+
+@frozen
+class Best:
+    """Which rule sets have least of a metric.
+
+    Parameters
+    ----------
+    metric
+        The metric.
+    least
+        The rule set with the lowest mean.
+    others
+        Rule sets that the runs do not tell from it.
+    against
+        The others compared with it, by name.
+    """
+
+    metric: str
+    least: str
+    others: tuple[str, ...]
+    against: dict[str, Paired]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of them, the lowest mean first."""
+        return (self.least, *self.others)
+
+
+def with_open_orders(result: ExperimentResult) -> ExperimentResult:
+    """Return a result whose turn-over time has the orders in it that a horizon left open, where it left any.
+
+    A mean over completed orders alone would praise rules that leave the slow ones open.
+    """
+    experiment = result.experiment
+    if "turnover_s" not in experiment.metrics or not any(row["status"] == "horizon" for row in result.rows):
+        return result
+    rows = [row | _so_far(row) for row in result.rows]
+    metrics = tuple(SO_FAR.name if name == "turnover_s" else name for name in experiment.metrics)
+    fronts = tuple((first, metrics[1]) for first, _ in experiment.fronts)
+    measures = {**result.measures, SO_FAR.name: SO_FAR}
+    return evolve(result, experiment=evolve(experiment, metrics=metrics, fronts=fronts), rows=rows, measures=measures)
+
+
+def _so_far(row: dict[str, Any]) -> dict[str, float]:
+    """Return a run's turn-over time so far, if it got so far as to have figures."""
+    if row["status"] not in ("complete", "horizon"):
+        return {}
+    done, still = row["orders_completed"], row["open_orders_end"]
+    total = done * (row["turnover_s"] or 0.0) + 3600 * row["open_age_sum_h"]
+    return {SO_FAR.name: total / (done + still)} if done + still else {}
+
+
+def best(result: ExperimentResult, metric: str) -> Best | None:
+    """Return the rule sets with least of a metric; None when there is no run that counts.
+
+    Each other one is compared with that of the lowest mean, as `rmfs compare` does: paired t tests, after Holm.
+    """
+    found = _whole(result.comparison(), metric)
+    if not found:
+        return None
+    least = min(found, key=lambda name: found[name].mean or 0.0)
+    against = _whole(evolve(result, experiment=evolve(result.experiment, baseline=least)).comparison(), metric)
+    others = [name for name, one in against.items() if name != least and not _told_apart(one)]
+    return Best(metric, least, tuple(others), against)
+
+
+def _whole(comparison: Comparison, metric: str) -> dict[str, Paired]:
+    """Return the rule sets of which all runs count."""
+    every = comparison.of(comparison.instance_sets[-1], metric)
+    failed = {one.rule_set for one in comparison.counted if one.failed or one.partial}
+    return {one.rule_set: one for one in every if one.mean is not None and one.rule_set not in failed}
+
+
+def _told_apart(one: Paired) -> bool:
+    p = one.difference.p_holm
+    return p is not None and p <= SURE
+
+
+def table_of(result: ExperimentResult, found: Sequence[Best]) -> Table:
+    """Return the table of the rule sets: every metric with its mean, the first two with differences as well."""
+    from rich.text import Text
+
+    comparison = result.comparison()
+    table = new_table(result.experiment.description)
+    table.add_column("Rule set")
+    for number, heading in enumerate(HEADINGS):
+        table.add_column(heading, justify="right")
+        if number < len(found):
+            table.add_column("vs now", justify="right")
+    table.add_column("Front")
+    front = _front(comparison)
+    for name in comparison.rule_sets:
+        cells = []
+        for number, metric in enumerate(comparison.metrics[: len(HEADINGS)]):
+            one = _whole(comparison, metric).get(name)
+            mark = AS_GOOD if number < len(found) and name in found[number].names else ""
+            cells.append(NONE if one is None else f"{mark}{value(comparison.described(metric), one.mean)}")
+            if number < len(found):
+                cells.append("" if one is None or name == comparison.baseline else share(one.relative))
+        table.add_row(Text(name), *cells, "front" if name in front else "")
+    return table
+
+
+def caption(result: ExperimentResult) -> str:
+    """Return what the columns of the table are."""
+    packed = "packed_s" in result.experiment.metrics
+    return CAPTION.format("the time from arrival to packed" if packed else "turn-over time (order lead time)")
+
+
+def _front(comparison: Comparison) -> set[str]:
+    """Return the rule sets that none beats in both visits and time."""
+    return {one.rule_set for one, _ in comparison.front(comparison.instance_sets[-1], *comparison.fronts[0])}
+
+
+def share(found: Interval) -> str:
+    """Return a relative difference in whole percent with its interval, if it has one: `-39 % [-44, -34]`."""
+    if found.mean is None:
+        return NONE
+    shown = f"{_signed(found.mean)} %"
+    if found.low_holm is None or found.high_holm is None:
+        return shown
+    return f"{shown} [{_signed(found.low_holm)}, {_signed(found.high_holm)}]"
+
+
+def _signed(part: float) -> str:
+    return f"{100 * part:+.0f}".replace("-", MINUS) if round(100 * part) else "0"
+
+
+def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
+    """Yield which rule set to take, in a sentence, and what the runs leave open.
+
+    Parameters
+    ----------
+    found
+        The best in visits, and in time.
+    seeds
+        How many runs there are of each rule set.
+    """
+    if len(found) < 2:
+        yield "No rule set completes all of its runs, so there is nothing to advise."
+        return
+    if seeds < FEWEST_SEEDS:
+        yield f"{seeds} seeds tell no rule set from another: take {FEWEST_SEEDS} or more with --seeds."
+        return
+    fewest, soonest = found
+    both = [name for name in soonest.names if name in fewest.names]
+    quick, few = soonest.least, fewest.least
+    if len(both) == len(soonest.against):
+        yield f"Keep your rules: {seeds} seeds tell no rule set from another; more --seeds may."
+    elif both:
+        take = next((f"Keep {_plain(name)}" for name in both if name.endswith(OWN)), f"Take {both[0]}")
+        yield f"{take}: no other rule set is shown to make fewer visits or to take less time."
+    else:
+        yield (
+            f"Take {_plain(quick)} where orders have to leave soon, {_plain(few)} where each pod visit costs: "
+            f"the second takes {share(soonest.against[few].relative)} time, "
+            f"the first makes {share(fewest.against[quick].relative)} visits."
+        )
+
+
+def _plain(name: str) -> str:
+    return name.removesuffix(OWN)
+
+
+def content_of(result: ExperimentResult, found: Sequence[Best], notes: Sequence[str]) -> dict[str, Any]:
+    """Return the answer as plain values."""
+    comparison = result.comparison()
+    front = _front(comparison)
+    rows: list[dict[str, Any]] = []
+    for name in comparison.rule_sets:
+        changes = next(one.changes for one in result.experiment.rule_sets if one.name == name)
+        row: dict[str, Any] = {"rule_set": name, "set": dict(changes), "front": name in front}
+        for metric in comparison.metrics:
+            one = _whole(comparison, metric).get(name)
+            row[metric] = one and one.mean
+            row[f"{metric}_relative"] = one and [
+                getattr(one.relative, end) for end in ("mean", "low_holm", "high_holm")
+            ]
+        rows.append(row)
+    return {
+        "seeds": list(result.experiment.seeds),
+        "rule_sets": rows,
+        "best": {one.metric: list(one.names) for one in found},
+        "notes": list(notes),
+        "errors": [{name: row[name] for name in ("rule_set", "seed", "error")} for row in result.failed],
+    }

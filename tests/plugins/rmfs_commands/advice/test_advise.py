@@ -1,0 +1,196 @@
+"""`rmfs advise`: the part of the day that is simulated, the candidates, the answer, the command."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attrs import evolve
+
+from calling import exit_code
+from cases import cases
+from rmfs_commands.advice.answer import Best, best, sentences_of, share, with_open_orders
+from rmfs_commands.advice.candidates import advice_experiment, lets_split
+from rmfs_commands.advice.cutting import cut
+from rmfs_commands.cli.serving import SERVING, serving_lines
+from rmfs_commands.experiments import ExperimentResult
+from rmfs_commands.experiments.compare import Interval
+from rmfs_core import Scenario, load_scenario
+from rmfs_core.rules import RuleSet
+
+DAY = ["instance.arrivals.process=day", f"instance.arrivals.profile={[0, 0, 2, 2, 0, 6] + 18 * [0]}"]
+
+
+@cases(
+    "overrides hours until_s told",
+    (["instance.orders=40"], None, None, "Simulated: all 40 orders."),
+    (["instance.orders=40"], 0.5, 1800, "Simulated: 0.5 hours, in which 40 of 40 orders arrive."),  # all at the start
+    (["instance.orders=500"], None, None, "Simulated: all 500 orders."),
+    (["instance.orders=50", *DAY], 99, None, "Simulated: all 50 orders."),
+    (["instance.orders=50", "run.until_s=8000", *DAY], 99, 8000, "Simulated: 8000 s, as in the scenario."),
+    (["instance.orders=900", *DAY], None, 14_400, "Simulated: 2 hours, in which 343 of 900 orders arrive."),
+    (["instance.orders=50", "run.warmup_s=10800", *DAY], 1, 14_400, "Simulated: 1 hour, in which"),
+)
+def test_a_part_of_the_time_is_simulated(
+    overrides: list[str], hours: float | None, until_s: float | None, told: str
+) -> None:
+    found = cut(load_scenario("examples/small", overrides), hours)
+    assert found.told[0].startswith(told)
+    assert found.scenario.run.until_s == (until_s if until_s is None else pytest.approx(until_s, abs=1800))
+
+
+def test_a_cut_without_the_busiest_hour_says_so() -> None:
+    scenario = load_scenario("examples/small", ["instance.orders=200", *DAY])
+    assert "--hours 4 includes it" in cut(scenario, 2).told[1]
+    assert len(cut(scenario, 3).told) == 2
+    assert len(cut(scenario, 4.5).told) == 1
+
+
+@cases(
+    "name overrides split own others",
+    ("examples/small", [], False, "pod-match + demand (now)", 5),
+    ("examples/small", ["rules.pps=completes"], False, "pod-match + completes (now)", 4),
+    ("examples/packing", [], True, "pod-index (now)", 5),
+    ("examples/packing", ["rules.poa=first-come", "rules.pps=demand"], True, "first-come + demand (now)", 6),
+    ("examples/small", ["rules.poa_pps=integrated"], False, "integrated (now)", 5),
+    ("examples/small", ["rules.poa_pps=split-among-stations"], True, "split-among-stations (now)", 6),
+)
+def test_the_candidates_are_those_that_the_scenario_lets_be(
+    name: str, overrides: list[str], split: bool, own: str, others: int
+) -> None:
+    scenario = load_scenario(name, overrides)
+    assert lets_split(scenario, RuleSet.load(scenario.rules, ".")) is split
+    experiment = advice_experiment(scenario, "hall", (1, 2), split=split)
+    assert experiment.baseline == own
+    assert len(experiment.rule_sets) == others + 1
+    assert ("packed_s" in experiment.metrics) is (scenario.packing is not None)
+    assert len(experiment.jobs()) == 2 * (others + 1)
+
+
+NONE_BEST: dict[str, tuple[float, float]] = {}
+
+
+@pytest.fixture
+def small() -> Scenario:
+    return load_scenario("examples/small")
+
+
+def result_of(
+    scenario: Scenario, seeds: int = 4, figures: Mapping[str, tuple[float, float]] = NONE_BEST
+) -> ExperimentResult:
+    """Return made-up runs: visits and seconds of rule sets by the first word of their names; others have 9 and 900."""
+    experiment = advice_experiment(scenario, "hall", tuple(range(seeds)), split=False)
+    rows: list[dict[str, Any]] = []
+    for one in experiment.rule_sets:
+        word = "now" if one.name == experiment.baseline else one.name.split()[0].replace("-", "_")
+        visits, turnover = figures.get(word, (9.0, 900.0))
+        for seed in range(seeds):
+            more = 1 + 0.01 * (seed + len(one.name) % 3 * (-1) ** seed)  # so that differences vary
+            row = {"instance": "hall", "scenario": "hall", "rule_set": one.name, "seed": seed, "status": "complete"}
+            row |= {"error_kind": None, "psv_per_order": visits * more, "turnover_s": turnover * more}
+            rows.append(row | {"turnover_p95_s": 2 * turnover * more})
+    return ExperimentResult(experiment, rows)
+
+
+def best_of(result: ExperimentResult, number: int) -> Best:
+    found = best(result, result.experiment.metrics[number])
+    assert found is not None
+    return found
+
+
+def answer(result: ExperimentResult, seeds: int = 4) -> list[str]:
+    metrics = result.experiment.metrics[:2]
+    return [*sentences_of([one for name in metrics if (one := best(result, name))], seeds)]
+
+
+@cases(
+    "figures begins",
+    ({"near_best_pod": (1.0, 100.0)}, "Take near-best-pod + completes: no other"),
+    ({"now": (1.0, 100.0), "near_best_pod": (1.01, 100.2)}, "Keep pod-match + demand: no other"),
+    (
+        {"workload": (2.0, 100.0), "common_lines": (1.0, 150.0)},
+        "Take workload + lexicographic where orders have to leave soon, common-lines + completes where each pod "
+        "visit costs: the second takes +",
+    ),
+)
+def test_the_answer_is_what_no_other_is_shown_to_beat(
+    small: Scenario, figures: dict[str, tuple[float, float]], begins: str
+) -> None:
+    assert answer(result_of(small, figures=figures))[0].startswith(begins)
+
+
+def test_rule_sets_that_are_not_told_apart_win_nothing(small: Scenario) -> None:
+    result = result_of(small, figures={"near_best_pod": (1.0, 100.0), "common_lines": (1.001, 150.0)})
+    assert answer(result)[0].startswith("Take near-best-pod + completes")
+    alike = set(best_of(result, 0).names)
+    assert alike == {"near-best-pod + completes", "common-lines + completes"}
+    assert answer(result_of(small))[0].startswith("Keep your rules: 4 seeds tell no rule set from another; more")
+    assert answer(result_of(small, 2), 2) == ["2 seeds tell no rule set from another: take 3 or more with --seeds."]
+    failed = [row | {"status": "failed", "error": "no"} for row in result.rows]
+    assert answer(evolve(result, rows=failed))[0].startswith("No rule set completes all of its runs")
+
+
+def test_orders_that_a_horizon_leaves_open_count(small: Scenario) -> None:
+    result = result_of(small, figures={"near_best_pod": (1.0, 100.0)})
+    assert with_open_orders(result) is result
+    open_ones = {"status": "horizon", "orders_completed": 10, "open_orders_end": 30, "open_age_sum_h": 10.0}
+    rows = [row | open_ones | {"turnover_s": 100.0} for row in result.rows]
+    counted = with_open_orders(evolve(result, rows=rows))
+    assert counted.experiment.metrics[1] == "turnover_so_far_s"
+    assert {row["turnover_so_far_s"] for row in counted.rows} == {(10 * 100 + 36_000) / 40}
+
+
+@cases(
+    "found shown",
+    (Interval(None), "-"),
+    (Interval(0.124), "+12 %"),
+    (
+        Interval(-0.391, -0.5, 0.1, 0.01, -0.441, -0.339, 0.02),
+        "\N{MINUS SIGN}39 % [\N{MINUS SIGN}44, \N{MINUS SIGN}34]",
+    ),
+    (Interval(-0.001, -1, 1, 1, -0.004, 0.25, 1), "0 % [0, +25]"),
+)
+def test_shares_are_whole_percent(found: Interval, shown: str) -> None:
+    assert share(found) == shown
+
+
+def test_the_command_answers_and_goes_on_where_it_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    quick = ("--set", "instance.orders=6", "--set", "rules.pp=free-flow", "-j", "1", "--seeds", "3")
+    assert exit_code("advise", "examples/small", *quick) == 0
+    printed = capsys.readouterr()
+    assert "pod-match (spread = 0.5) + completes" in printed.out
+    assert "rule sets that split orders" in printed.out
+    assert exit_code("advise", "examples/small", *quick, "--json") == 0
+    again = capsys.readouterr()
+    assert "all 18 runs are stored already" in again.err
+    content = json.loads(again.out)
+    assert content == json.loads((tmp_path / "rmfs-runs" / "advise-small" / "advice.json").read_text("utf-8"))
+    assert content["rule_sets"][1]["set"] == SERVING
+    assert content["notes"][0] in " ".join(printed.out.split())
+
+
+@cases(
+    "arguments sentence",
+    (("--hours", "0"), "expected a number > 0, found 0"),
+    (("--seeds", "0"), "expected a whole number from 1 to 1,000, found 0"),
+    (("--set", "rules.poa=nobody"), "rules.poa"),
+    (("--set", "instance.pods=1000"), "1000 pods, but the layout has"),
+)
+def test_what_is_wrong_is_one_sentence(
+    arguments: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert exit_code("advise", "examples/small", "--quiet", *arguments) == 2
+    printed = capsys.readouterr()
+    assert sentence in printed.err
+    assert printed.out == ""
+
+
+def test_the_lines_of_a_scenario_select_the_same_rules(tmp_path: Path) -> None:
+    file = tmp_path / "hall.toml"
+    file.write_text(f"[rules]\n{serving_lines()}\n", encoding="utf-8")
+    rules = load_scenario(file).rules
+    assert (rules.poa, rules.pps) == (load_scenario("grocery-day").rules.poa, load_scenario("grocery-day").rules.pps)
