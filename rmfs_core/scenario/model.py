@@ -48,7 +48,7 @@ class Arrivals:
     process: str = key(
         "`start`: every order is there at t = 0. `poisson`: exponential times between arrivals. `day`: times drawn "
         "independently within 24 hours. `refill`: the next order arrives whenever fewer than `backlog` are waiting. "
-        "(Orders from a file arrive at the times the file gives; with `refill`, in their order.)",
+        "(Orders from a file arrive at the times the file gives; with `refill`, in their order, none is cancelled.)",
         "start",
         check=OneOf("start", "poisson", "day", "refill"),
     )

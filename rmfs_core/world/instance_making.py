@@ -152,6 +152,9 @@ def _malformed(instance: Instance) -> Iterator[str]:
             yield f"`arrival_tick` {shown_short(order.arrival_tick)} of order {order.name}; expected {expected}"
             return
         latest = order.arrival_tick
+        if order.cancelled_tick is not None and not _is_whole(order.cancelled_tick, latest):
+            expected = f"None or an int of at least {latest}, when it arrives"
+            yield f"`cancelled_tick` {shown_short(order.cancelled_tick)} of order {order.name}; expected {expected}"
         if not order.lines or not _fit(order.lines, instance, 1):
             expected = "(SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
             yield f"`lines` {shown_short(order.lines)} of order {order.name}; expected {expected}"

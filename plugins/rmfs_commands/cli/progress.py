@@ -22,6 +22,7 @@ from rmfs_core.events import (
     DecisionMade,
     Event,
     ItemPicked,
+    OrderCancelled,
     OrderCompleted,
     PodMoveDecided,
     PodStored,
@@ -92,12 +93,13 @@ class Throughput:
 class RunCounts:
     """What both displays show of a run so far.
 
-    ``picking`` has the pods that are at stations, by the station, ``moving`` the robots that carry pods elsewhere
-    without a visit, or come for them.
+    ``total`` are the orders without those that were cancelled, ``picking`` the pods that are at stations, by the
+    station, ``moving`` the robots that carry pods elsewhere without a visit, or come for them.
     """
 
     total: int = 0
     orders: int = 0
+    cancelled: int = 0
     picks: int = 0
     visits: int = 0
     stopped_early: int = 0
@@ -126,6 +128,9 @@ class RunCounts:
                 self.picking.pop(event.station, None)
             case OrderCompleted():
                 self.orders += 1
+            case OrderCancelled():
+                self.cancelled += 1
+                self.total -= 1
             case BundleStored():
                 self.stored += 1
             case PodMoveDecided():
@@ -202,9 +207,9 @@ class RunLines(Display):
         """Write the last line."""
         counts = self.counts
         stopped = f", {counts.stopped_early:,} solves stopped early" if counts.stopped_early else ""
-        self.line(
-            f"{status}: {counts.orders:,} of {counts.total:,} orders, {duration(to_seconds(tick))} simulated{stopped}"
-        )
+        cancelled = f" ({counts.cancelled:,} cancelled)" if counts.cancelled else ""
+        orders = f"{counts.orders:,} of {counts.total:,} orders{cancelled}"
+        self.line(f"{status}: {orders}, {duration(to_seconds(tick))} simulated{stopped}")
 
 
 class RunPanel(PanelDisplay):

@@ -100,6 +100,7 @@ class OrderMemento:
     parts: tuple[PartMemento, ...]
     waits: bool | None = field(default=None, eq=bool)
     packing: OrderPacking | None = None
+    cancelled: bool = False
 
     @classmethod
     def of(cls, order: Order) -> OrderMemento:
@@ -117,6 +118,7 @@ class OrderMemento:
             parts,
             order.waits_for_stock,
             order.packing,
+            order.cancelled,
         )
 
 
