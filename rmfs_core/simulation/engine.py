@@ -332,7 +332,6 @@ class Simulation:
         return True
 
     def _in_stock(self, served: Iterable[Order]) -> None:
-        """Tell of orders that wait for stock no more."""
         for order in served:
             if self._supply is not None:
                 self._supply.waits_no_more(order.lines)

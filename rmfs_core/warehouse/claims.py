@@ -21,8 +21,7 @@ class Claims:
     """Items that no order has claimed, and the orders that wait for more of them.
 
     An order claims its open lines when it joins the backlog. Assigning turns claims into requests, and a pick takes an
-    item and its request away alike, so what is unclaimed changes only when an order joins or is cancelled, and when a
-    bundle is stored::
+    item and its request away alike, so what is unclaimed changes when an order joins or leaves, or a bundle is stored::
 
         unclaimed = items on all pods - open requests - open lines of the backlog
 
@@ -76,10 +75,7 @@ class Claims:
         heappush(self._watching[sku].setdefault(order._open[sku].quantity, []), (*by_age(order), order))
 
     def give(self, *lines: tuple[int, int]) -> Sequence[Order]:
-        """Take in items (SKU, number) that came or that no order claims any more; return the orders that wait no more.
-
-        The oldest order is the first to be looked at, and in what is returned.
-        """
+        """Take in items of SKUs that nobody has claimed; return the orders that wait no more, the oldest first."""
         for sku, items in lines:
             self.unclaimed[sku] += items
         watched, served = [(sku, self._watching[sku]) for sku, _ in lines], []

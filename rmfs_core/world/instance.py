@@ -22,7 +22,7 @@ class OrderData:
     priority
         How urgent it is, higher first.
     cancelled_tick
-        When it leaves, if nothing of it is assigned then; not before it arrives. None: never.
+        When it leaves if nothing of it is assigned then, not before it arrives; None: never.
     """
 
     name: str

@@ -34,8 +34,9 @@ def refuse(error: InputError) -> None:
 def reader() -> Any:
     """Return the module that reads the files which scenarios name, the entry point ``csv`` of ``rmfs.formats``.
 
-    It has ``read_instance(orders_file, pods_file, start, wrong)``, ``restocked(instance, scenario, wrong)``,
-    ``read_profile(file)``, ``read_robots(file)`` and ``line_of(orders_file, order, sku)``.
+    It has ``read_instance(orders_file, pods_file, start, wrong)``, ``drawn(instance, scenario)`` (`Scale`),
+    ``restocked(instance, scenario, wrong)``, ``read_profile(file)``, ``read_robots(file)`` and
+    ``line_of(orders_file, order, sku)``.
     """
     return entrypoints.format_module("csv")
 
@@ -73,7 +74,8 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     for key, file in (("orders_file", orders), ("pods_file", pods)):
         if not os.path.exists(file):  # noqa: PTH110 (False for a name that is too long, too)
             raise InputError(f"instance.{key}", f"there is no file {file}")
-    return _restocked(reader().read_instance(orders, pods, section.start, wrong), scenario, wrong)
+    instance = reader().read_instance(orders, pods, section.start, wrong)
+    return _restocked(instance if section.scale is None else reader().drawn(instance, scenario), scenario, wrong)
 
 
 def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance:
@@ -193,6 +195,8 @@ def _place(scenario: Scenario, order: str, sku: str | None = None) -> str:
     """Return where an order, or its line of a SKU, comes from."""
     if scenario.instance.orders_file is None:
         return "instance.orders"
+    if scenario.instance.scale is not None:
+        return "instance.scale"
     file = Path(scenario.folder) / scenario.instance.orders_file
     return f"{file}, line {reader().line_of(file, order, sku)}"
 

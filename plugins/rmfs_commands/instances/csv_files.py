@@ -17,6 +17,7 @@ from typing import Any, TextIO
 
 from attrs import evolve
 
+from rmfs_commands.instances.days import drawn  # noqa: F401 (the kernel looks for it here)
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import Replenishment, Scenario
@@ -66,7 +67,7 @@ def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, 
     wrong
         Called with each mistake: an `InputError` with file, line and column. It raises the first unless told otherwise.
     """
-    orders, pods = _read_orders(orders_file, start, wrong), _read_pods(pods_file, wrong)
+    orders, pods = read_orders(orders_file, Calendar(start), wrong), _read_pods(pods_file, wrong)
     names = {sku for _, lines in orders for sku in lines} | {sku for _, pod in pods.values() for sku in pod}
     skus = tuple(sorted(names, key=_natural))
     id_of = {sku: i for i, sku in enumerate(skus)}
@@ -187,9 +188,8 @@ def read_skus(file: Path, wrong: Wrong = refuse) -> dict[str, dict[str, float]]:
     return skus
 
 
-def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[OrderData, dict[str, int]]]:
+def read_orders(file: Path, calendar: Calendar, wrong: Wrong = refuse) -> list[tuple[OrderData, dict[str, int]]]:
     """Return each order, still without lines, and its quantities by SKU; by arrival, then by first appearance."""
-    calendar = Calendar(start)
     dates = {date: partial(calendar.tick, column=date) for date in _DATES.values()}
     read: dict[str, Callable[[str, str], int]] = {**dict.fromkeys(_DATES, _tick), "priority": _priority, **dates}
     orders: dict[str, tuple[int, dict[str, str], dict[str, int | None], dict[str, int]]] = {}
@@ -310,6 +310,8 @@ def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = (), wron
             records = csv_records(stream, file)
             try:
                 line, names = next(records, (1, []))
+                while names and names[0].startswith("# "):  # a comment, which says where the file comes from
+                    line, names = next(records, (line + 1, []))
                 header = [name.strip() for name in names]
                 places = {name: header.index(name) for name in _chosen(file, line, header, columns, optional)}
                 yield from _fields(file, records, places, len(header), wrong)
