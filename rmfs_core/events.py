@@ -21,6 +21,7 @@ __all__ = [
     "ItemPicked",
     "OrderArrived",
     "OrderAssigned",
+    "OrderCancelled",
     "OrderCompleted",
     "OrderConsolidated",
     "OrderInStock",
@@ -69,6 +70,13 @@ class OrderArrived(Event):
 @frozen
 class OrderInStock(Event):
     """An order that had to wait for stock has joined the backlog: the pods hold enough for all its lines now."""
+
+    order: int
+
+
+@frozen
+class OrderCancelled(Event):
+    """An order of which nothing was assigned has left: the backlog, or those that wait for stock."""
 
     order: int
 

@@ -125,7 +125,7 @@ def random_world(seed: int) -> World:
         ),
         run=RunSection(until_s=LONGEST_S),
     )
-    pods = _pods(rng, orders, skus, short)
+    pods, orders = _pods(rng, orders, skus, short), _cancelled(orders, scenario.seed)
     packing = (None, None, 0, 1, 2, 3)[int(rng.integers(6))]
     names = tuple(str(sku + 1) for sku in range(skus))
     return World(scenario, Instance(names, orders, pods), small_layout(stations), packing, short)
@@ -167,6 +167,18 @@ def _orders(rng: np.random.Generator, skus: int, longest: int) -> tuple[OrderDat
         lines = tuple(sorted((sku, int(rng.integers(1, n + 1))) for sku, n in zip(chosen, most.tolist(), strict=True)))
         orders.append(OrderData(str(number + 1), arrival_tick=tick, lines=lines, due_tick=due))
     return tuple(orders)
+
+
+def _cancelled(orders: tuple[OrderData, ...], seed: int) -> tuple[OrderData, ...]:
+    """Let some orders of every third world be cancelled, the same ones for the same world."""
+    rng = np.random.default_rng([seed, 1])
+    if rng.random() < 2 / 3:
+        return orders
+    after = np.where(rng.random(len(orders)) < 0.5, rng.choice([0, 1_000, 60_000, 600_000], len(orders)), -1)
+    ticks = [
+        None if ticks < 0 else order.arrival_tick + ticks for order, ticks in zip(orders, after.tolist(), strict=True)
+    ]
+    return tuple(evolve(order, cancelled_tick=tick) for order, tick in zip(orders, ticks, strict=True))
 
 
 def _pods(rng: np.random.Generator, orders: Sequence[OrderData], skus: int, short: bool) -> tuple[PodData, ...]:

@@ -46,7 +46,7 @@ class Arrivals:
     process: str = key(
         "`start`: every order is there at t = 0. `poisson`: exponential times between arrivals. `day`: times drawn "
         "independently within 24 hours. `refill`: the next order arrives whenever fewer than `backlog` are waiting. "
-        "(Orders from a file arrive at the times the file gives; with `refill`, in their order.)",
+        "(Orders from a file arrive at the times the file gives; with `refill`, in their order, none is cancelled.)",
         "start",
         check=OneOf("start", "poisson", "day", "refill"),
     )
@@ -126,6 +126,14 @@ class Replenishment:
 
 
 @frozen
+class Scale:
+    """A day drawn from the orders of a file, another by each seed: whole orders, at about their times of the day."""
+
+    by: float = key("How often each order comes, in the mean", 1.0, check=within(0.001, 1000))
+    peaks: tuple[str, ...] = key('More often at some time of the day, or less: `["17:00-20:00=2"]` is twice', ())
+
+
+@frozen
 class InstanceSection:
     """Orders, SKUs and pods: a generator, by default the paper's (Section 4.1.1), or CSV files."""
 
@@ -149,7 +157,10 @@ class InstanceSection:
     items_per_sku: int | None = key(
         "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=at_least(1, MOST_ITEMS)
     )
-    orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity[,due_s,priority] for orders", None)
+    orders_file: str | None = key(
+        "CSV with columns order,arrival_s,sku,quantity[,due_s,priority,cancelled_s] for orders", None
+    )
+    scale: Scale | None = key("Draw a day from the orders of the file; left out: the orders are as they stand", None)
     pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited)[,row,column] for pods", None)
     arrivals: Arrivals = key("When generated orders arrive", factory=Arrivals)
     pod_capacity: int | None = key(
@@ -165,6 +176,8 @@ class InstanceSection:
     def __attrs_post_init__(self) -> None:
         if (self.orders_file is None) != (self.pods_file is None):
             raise ValueError("expected `orders_file` and `pods_file` together, or neither")
+        if self.scale is not None and self.orders_file is None:
+            raise ValueError("expected `orders_file` with `scale`, which draws from its orders")
         if self.due is not None and self.arrivals.backlog is not None:
             raise ValueError('expected no `due` with arrivals of process "refill", whose times nobody knows beforehand')
         valid = self.lines is None or (any(self.lines[: self.skus]) and min(self.lines) >= 0 and max(self.lines) <= 1e9)

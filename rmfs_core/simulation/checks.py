@@ -53,7 +53,7 @@ def assignment(
     station = known("station", given.station, warehouse.picking)
     if order not in warehouse.backlog or not (seen is None or order.id in seen):
         why = "was not in the backlog it was shown" if order.open_lines else "has no open line left"
-        why = "waits for stock" if order.waits_for_stock else why
+        why = "waits for stock" if order.waits_for_stock else "is cancelled" if order.cancelled else why
         raise ImpossibleError(f"assigned order {order.label} to station {station.label}, but the order {why}")
     skus, size = [line.sku for line in order.open_lines], warehouse.size_at(order, station)
     if given.skus is not None:

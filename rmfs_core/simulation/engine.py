@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from functools import partial
 from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -139,17 +140,20 @@ class Simulation:
     # Processes
 
     def _arrivals(self) -> Process:
-        """Orders join the backlog, at their times or as there is room; a round runs at the start in any case."""
-        orders = [] if self._coming else sorted(self.warehouse.orders, key=lambda order: (order.arrival_tick, order.id))
+        """Orders join the backlog, at their times or as there is room, and are cancelled; a round runs at the start."""
+        orders = () if self._coming else self.warehouse.orders
+        given = zip(orders, self.info.instance.orders, strict=False)
+        steps = [(order.arrival_tick, self._arrive, order) for order in orders]
+        steps += [(tick, self._cancel, order) for order, data in given if (tick := data.cancelled_tick) is not None]
+        steps.sort(key=itemgetter(0))  # what is cancelled when others arrive leaves after they came
         self._refill()
-        if not orders or orders[0].arrival_tick > 0:
+        if not steps or steps[0][0] > 0:
             self.decisions.round()
-        for tick, arriving in groupby(orders, key=lambda order: order.arrival_tick):
+        for tick, now in groupby(steps, key=itemgetter(0)):
             if tick > self.now:
                 yield self._until(tick)
-            for order in arriving:
-                self._arrive(order)
-            self.decisions.round()
+            if sum(step(order) for _, step, order in now):
+                self.decisions.round()
 
     def _bundles(self, supply: Supply) -> Process:
         """Bundles arrive that come whatever happens; what has run low at the start is ordered."""
@@ -258,10 +262,7 @@ class Simulation:
         yield self._until(self.warehouse.picker_free(station))
         served = self.warehouse.store_bundle(bundle, pod)
         self._tell(events.BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))
-        for order in served:
-            if self._supply is not None:
-                self._supply.waits_no_more(order.lines)
-            self._tell(events.OrderInStock(tick=self.now, order=order.id))
+        self._in_stock(served)
         self.decisions.round()
 
     def _release(self, request: Request, handled_tick: int) -> None:
@@ -311,13 +312,32 @@ class Simulation:
 
     # Between the processes
 
-    def _arrive(self, order: Order) -> None:
+    def _arrive(self, order: Order) -> bool:
         self.warehouse.order_arrives(order, self.now)
         self._tell(events.OrderArrived(tick=self.now, order=order.id))
         if self._supply is not None and order.waits_for_stock:
             self._supply.waits(order.lines)
             for line in order.lines:
                 self._order_bundles(self._supply, line.sku)
+        return True
+
+    def _cancel(self, order: Order) -> bool:
+        """Let an order leave, and return True; but one that is begun is picked on."""
+        if order.parts:
+            return False
+        if self._supply is not None and order.waits_for_stock:
+            self._supply.waits_no_more(order.lines)
+        served = self.warehouse.cancel(order)
+        self._completed += 1
+        self._tell(events.OrderCancelled(tick=self.now, order=order.id))
+        self._in_stock(served)
+        return True
+
+    def _in_stock(self, served: Iterable[Order]) -> None:
+        for order in served:
+            if self._supply is not None:
+                self._supply.waits_no_more(order.lines)
+            self._tell(events.OrderInStock(tick=self.now, order=order.id))
 
     def _order_bundles(self, supply: Supply, sku: int) -> None:
         """Let what is ordered of a SKU arrive after the lead time."""

@@ -21,7 +21,7 @@ class Claims:
     """Items that no order has claimed, and the orders that wait for more of them.
 
     An order claims its open lines when it joins the backlog. Assigning turns claims into requests, and a pick takes an
-    item and its request away alike, so what is unclaimed changes only when an order joins and when a bundle is stored::
+    item and its request away alike, so what is unclaimed changes when an order joins or leaves, or a bundle is stored::
 
         unclaimed = items on all pods - open requests - open lines of the backlog
 
@@ -74,17 +74,22 @@ class Claims:
         self.waiting[order.id] = order
         heappush(self._watching[sku].setdefault(order._open[sku].quantity, []), (*by_age(order), order))
 
-    def stored(self, sku: int, items: int) -> Sequence[Order]:
-        """Take in items that came; return the orders that wait no more, the oldest first."""
-        self.unclaimed[sku] += items
-        watching, served = self._watching[sku], []
-        while fitting := [quantity for quantity in watching if quantity <= self.unclaimed[sku]]:
-            quantity = min(fitting, key=lambda wanted: watching[wanted][0])
-            order = heappop(watching[quantity])[-1]
-            if not watching[quantity]:
-                del watching[quantity]
-            if self.serve(order):
-                order._waits = False
-                del self.waiting[order.id]
+    def give(self, *lines: tuple[int, int]) -> Sequence[Order]:
+        """Take in items of SKUs that nobody has claimed; return the orders that wait no more, the oldest first."""
+        for sku, items in lines:
+            self.unclaimed[sku] += items
+        watched, served = [(sku, self._watching[sku]) for sku, _ in lines], []
+        while fitting := [(heaps, n) for sku, heaps in watched for n in heaps if n <= self.unclaimed[sku]]:
+            heaps, quantity = min(fitting, key=lambda one: one[0][one[1]][0])
+            order = heappop(heaps[quantity])[-1]
+            if not heaps[quantity]:
+                del heaps[quantity]
+            if order.id in self.waiting and self.serve(order):  # it is not if it was cancelled
+                self.leave(order)
                 served.append(order)
         return served
+
+    def leave(self, order: Order) -> None:
+        """Let an order wait no more; whatever watches a SKU for it finds that out."""
+        order._waits = False
+        del self.waiting[order.id]

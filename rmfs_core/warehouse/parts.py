@@ -76,6 +76,7 @@ class Order(ReadOnly):
     """A pick order in the backlog or at stations."""
 
     __slots__ = (
+        "_cancelled",
         "_now",
         "_open",
         "_packing",
@@ -106,7 +107,12 @@ class Order(ReadOnly):
         self._open: dict[int, OrderLine] = {line.sku: line for line in self.lines}
         self._parts: list[Part] = []
         self._packing: OrderPacking | None = None
-        self._waits = False
+        self._waits = self._cancelled = False
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether it has left before anything of it was assigned; it has no open lines then, and is complete."""
+        return self._cancelled
 
     @property
     def waits_for_stock(self) -> bool:

@@ -224,6 +224,22 @@ class Warehouse:
             self.open_demand[line.sku] += line.quantity
             self.ordered[line.sku] += line.quantity
 
+    def cancel(self, order: Order) -> Sequence[Order]:
+        """Let an order leave of which nothing is assigned; return those that waited for its items, the oldest first."""
+        lines = order.open_lines
+        for line in lines:
+            self.open_demand[line.sku] -= line.quantity
+        order._cancelled = True
+        self.changes += 1
+        if self.claims is not None and order._waits:
+            order._open.clear()
+            self.claims.leave(order)
+            return ()
+        self.backlog.close(order, [*order._open])
+        served = () if self.claims is None else self.claims.give(*lines)
+        self.backlog.add(*served)
+        return served
+
     def assign(self, order: Order, station: Station, skus: Sequence[int], period: int = 1) -> int:
         """Turn open lines of an order into requests at a station; return their number of items.
 
@@ -341,7 +357,7 @@ class Warehouse:
         pod._touched.add((pod, bundle.sku))
         for station in pod._itinerary:
             self.promises.promise_items(pod, self.stations[station])
-        served = self.claims.stored(bundle.sku, bundle.items) if self.claims is not None else ()
+        served = self.claims.give((bundle.sku, bundle.items)) if self.claims is not None else ()
         if served:
             self.backlog.add(*served)
         self.changes += 1

@@ -21,6 +21,8 @@ class OrderData:
         When it shall be complete, which may be before it arrives; None: whenever.
     priority
         How urgent it is, higher first.
+    cancelled_tick
+        When it leaves if nothing of it is assigned then, not before it arrives; None: never.
     """
 
     name: str
@@ -28,6 +30,7 @@ class OrderData:
     lines: tuple[tuple[int, int], ...]
     due_tick: int | None = field(default=None, kw_only=True)
     priority: int = field(default=0, kw_only=True)
+    cancelled_tick: int | None = field(default=None, kw_only=True)
 
     @property
     def items(self) -> int:

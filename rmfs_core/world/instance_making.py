@@ -33,8 +33,9 @@ def refuse(error: InputError) -> None:
 def reader() -> Any:
     """Return the module that reads the files which scenarios name, the entry point ``csv`` of ``rmfs.formats``.
 
-    It has ``read_instance(orders_file, pods_file, start, wrong)``, ``restocked(instance, scenario, wrong)``,
-    ``read_profile(file)``, ``read_times(file)``, ``read_robots(file)`` and ``line_of(orders_file, order, sku)``.
+    It has ``read_instance(orders_file, pods_file, start, wrong)``, ``drawn(instance, scenario)`` (`Scale`),
+    ``restocked(instance, scenario, wrong)``, ``read_profile(file)``, ``read_times(file)``, ``read_robots(file)`` and
+    ``line_of(orders_file, order, sku)``.
     """
     return entrypoints.format_module("csv")
 
@@ -72,7 +73,8 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     for key, file in (("orders_file", orders), ("pods_file", pods)):
         if not os.path.exists(file):  # noqa: PTH110 (False for a name that is too long, too)
             raise InputError(f"instance.{key}", f"there is no file {file}")
-    return _restocked(reader().read_instance(orders, pods, section.start, wrong), scenario, wrong)
+    instance = reader().read_instance(orders, pods, section.start, wrong)
+    return _restocked(instance if section.scale is None else reader().drawn(instance, scenario), scenario, wrong)
 
 
 def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance:
@@ -126,6 +128,9 @@ def _malformed(instance: Instance) -> Iterator[str]:
             yield f"`arrival_tick` {shown_short(order.arrival_tick)} of order {order.name}; expected {expected}"
             return
         latest = order.arrival_tick
+        if order.cancelled_tick is not None and not _is_whole(order.cancelled_tick, latest):
+            expected = f"None or an int of at least {latest}, when it arrives"
+            yield f"`cancelled_tick` {shown_short(order.cancelled_tick)} of order {order.name}; expected {expected}"
         if not order.lines or not _fit(order.lines, instance, 1):
             expected = "(SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
             yield f"`lines` {shown_short(order.lines)} of order {order.name}; expected {expected}"
@@ -164,6 +169,8 @@ def _place(scenario: Scenario, order: str, sku: str | None = None) -> str:
     """Return where an order, or its line of a SKU, comes from."""
     if scenario.instance.orders_file is None:
         return "instance.orders"
+    if scenario.instance.scale is not None:
+        return "instance.scale"
     file = Path(scenario.folder) / scenario.instance.orders_file
     return f"{file}, line {reader().line_of(file, order, sku)}"
 

@@ -55,7 +55,7 @@ def bounds_of(scenario: Scenario, metrics: Collection[str] = BOUNDED) -> tuple[B
     """Return the bounds of a scenario with its seed, one for each of the metrics that is in `BOUNDED`.
 
     They hold for every run that completes all orders, whatever the scenario's rules, but that these may carry pods
-    elsewhere without a visit only where it has `rules.move`.
+    elsewhere without a visit only where it has `rules.move`. There are none where an order may be cancelled.
 
     Raises
     ------
@@ -77,6 +77,8 @@ def find_bounds(
     InputError
         When there are more pods or robots than places for them.
     """
+    if any(order.cancelled_tick is not None for order in instance.orders):
+        return ()
     start = _Start(open_warehouse(scenario, instance, layout), instance, moved=scenario.rules.move is not None)
     found: list[Bound] = []
     if not set(BOUNDED[:5]).isdisjoint(metrics):

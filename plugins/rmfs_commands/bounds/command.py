@@ -35,6 +35,8 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
         notes.print("Proving bounds ...")
     with compiling_announced(notes):
         bounds = bounds_of(loaded)
+    if not bounds:
+        notes.print("No bounds: an order may be cancelled (`cancelled_s`), and no rules need to serve it.")
     if as_json:
         print_json({"scenario": scenario, "seed": loaded.seed, "bounds": [attrs.asdict(one) for one in bounds]})
         return
@@ -49,4 +51,5 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
         unit = f" {metric.unit}" if metric.unit and one.value is not None else ""
         label = "Distance with a pod" if metric.label.startswith(" ") else metric.label
         table.add_row(label, f"{show(finer, one.value)}{unit}", one.proof)
-    output_console().print(table)
+    if bounds:
+        output_console().print(table)

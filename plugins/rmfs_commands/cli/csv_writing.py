@@ -6,26 +6,40 @@ import csv
 import io
 from collections.abc import Iterable
 
-from rmfs_commands.instances.csv_files import DUE_COLUMNS, ORDER_COLUMNS, PLACE_COLUMNS, POD_COLUMNS
+from rmfs_commands.instances.csv_files import (
+    CANCELLED_COLUMNS,
+    DUE_COLUMNS,
+    ORDER_COLUMNS,
+    PLACE_COLUMNS,
+    POD_COLUMNS,
+)
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.world import Instance, OrderData
 
 
 def orders_csv(instance: Instance) -> str:
-    """Return the orders as CSV text, a row for each order line; with due times and priorities if there are any."""
-    dated = instance.dated
+    """Return the orders as CSV text, a row for each order line; with due times and the like if there are any."""
+    dated, cancelled = instance.dated, any(order.cancelled_tick is not None for order in instance.orders)
+
+    def more(order: OrderData) -> Iterable[object]:
+        if dated:
+            yield _maybe(order.due_tick)
+            yield order.priority
+        if cancelled:
+            yield _maybe(order.cancelled_tick)
+
     return _csv(
-        (*ORDER_COLUMNS, *(DUE_COLUMNS if dated else ())),
+        (*ORDER_COLUMNS, *(DUE_COLUMNS if dated else ()), *(CANCELLED_COLUMNS if cancelled else ())),
         (
-            (order.name, _seconds(order.arrival_tick), instance.skus[sku], quantity, *(_due(order) if dated else ()))
+            (order.name, _seconds(order.arrival_tick), instance.skus[sku], quantity, *more(order))
             for order in instance.orders
             for sku, quantity in order.lines
         ),
     )
 
 
-def _due(order: OrderData) -> tuple[str, int]:
-    return "" if order.due_tick is None else _seconds(order.due_tick), order.priority
+def _maybe(tick: int | None) -> str:
+    return "" if tick is None else _seconds(tick)
 
 
 def pods_csv(instance: Instance) -> str:

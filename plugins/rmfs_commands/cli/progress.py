@@ -22,6 +22,7 @@ from rmfs_core.events import (
     DecisionMade,
     Event,
     ItemPicked,
+    OrderCancelled,
     OrderCompleted,
     OrderPacked,
     PartArrived,
@@ -95,12 +96,14 @@ class Throughput:
 class RunCounts:
     """What both displays show of a run so far.
 
-    ``picking`` has the pods that are at stations, by the station, ``moving`` the robots that carry pods elsewhere
-    without a visit, or come for them; ``totes`` are on conveyors, ``packed`` is None without packing stations.
+    ``total`` are the orders without those that were cancelled, ``picking`` the pods that are at stations, by the
+    station, ``moving`` the robots that carry pods elsewhere without a visit, or come for them; ``totes`` are on
+    conveyors, ``packed`` is None without packing stations.
     """
 
     total: int = 0
     orders: int = 0
+    cancelled: int = 0
     picks: int = 0
     visits: int = 0
     stopped_early: int = 0
@@ -141,6 +144,9 @@ class RunCounts:
                 self.totes += 1 if isinstance(event, PartSent) else -1
             case OrderPacked():
                 self.packed = (self.packed or 0) + 1
+            case OrderCancelled():
+                self.cancelled += 1
+                self.total -= 1
             case BundleStored():
                 self.stored += 1
             case PodMoveDecided():
@@ -217,11 +223,10 @@ class RunLines(Display):
         """Write the last line."""
         counts = self.counts
         stopped = f", {counts.stopped_early:,} solves stopped early" if counts.stopped_early else ""
-        packed = "" if counts.packed is None else f" ({counts.packed:,} packed)"
-        self.line(
-            f"{status}: {counts.orders:,} of {counts.total:,} orders{packed}, "
-            f"{duration(to_seconds(tick))} simulated{stopped}"
-        )
+        besides = [(counts.packed, "packed"), (counts.cancelled or None, "cancelled")]
+        told = ", ".join(f"{number:,} {what}" for number, what in besides if number is not None)
+        orders = f"{counts.orders:,} of {counts.total:,} orders{told and f' ({told})'}"
+        self.line(f"{status}: {orders}, {duration(to_seconds(tick))} simulated{stopped}")
 
 
 class RunPanel(PanelDisplay):

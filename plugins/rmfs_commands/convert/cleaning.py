@@ -21,16 +21,16 @@ NO_QUANTITY = "a quantity that is no whole number from 1 on (returns, weights)"
 NO_TIME = "no time that can be read"
 _MOST_PRIORITY = 10**10 - 1
 
-Line = tuple[str, str, int, int, int, int | None, int | None, int]
-"""Order, SKU, tick, ticks ahead of UTC, items, tick at which it is due, priority, row."""
+Line = tuple[str, str, int, int, int, int | None, int | None, int | None, int]
+"""Order, SKU, tick, ticks ahead of UTC, items, tick at which it is due, priority, tick of cancellation, row."""
 
 
 @frozen
 class Columns:
     """Names of the columns of a table of order lines, or of order headers, which have no SKU.
 
-    None: the table has none. Then every line is one item, arrives at 0, is due whenever, and has no priority. The time
-    of the day is in a column of its own where ``time`` is the date alone.
+    None: the table has none. Then every line is one item, arrives at 0, is due whenever, has no priority, and is
+    not cancelled. The time of the day is in a column of its own where ``time`` is the date alone.
     """
 
     order: str
@@ -40,6 +40,7 @@ class Columns:
     due: str | None = None
     priority: str | None = None
     time_of_day: str | None = None
+    cancelled: str | None = None
 
 
 @frozen
@@ -145,8 +146,8 @@ class Cleaner:
         """
         columns, clean = self.columns, self.reader.names.clean
         for row, fields in rows:
-            order, sku, time, amount, due, priority, time_of_day = map(str.strip, fields)
-            if not (order or sku or time or amount or due or priority or time_of_day):
+            order, sku, time, amount, due, priority, time_of_day, cancelled = map(str.strip, fields)
+            if not (order or sku or time or amount or due or priority or time_of_day or cancelled):
                 self.blank += 1
                 continue
             self.rows += 1
@@ -170,7 +171,9 @@ class Cleaner:
                 self.drop_large(row, amount, name)
             elif (moment := self._moment(file, row, name, time)) is not None:
                 tick, ahead = moment.tick, moment.ahead
-                yield name, wanted, tick, ahead, items, self._due(file, row, due), self._priority(row, priority), row
+                due_tick = self._later(file, row, columns.due, "a due time", due)
+                left = self._later(file, row, columns.cancelled, "a time of cancellation", cancelled)
+                yield name, wanted, tick, ahead, items, due_tick, self._priority(row, priority), left, row
 
     def _drop(self, reason: str, row: int, found: str, name: str, chosen: bool = False) -> None:
         self.dropped.note(reason, row, found, chosen)
@@ -194,15 +197,16 @@ class Cleaner:
             self._drop(NO_TIME, row, text, name)
         return None
 
-    def _due(self, file: str, row: int, text: str) -> int | None:
+    def _later(self, file: str, row: int, column: str | None, what: str, text: str) -> int | None:
+        """Read a time that an order may do without."""
         try:
             return self.reader.clock.read(text, row).tick if text else None
         except UnusableError as error:
-            self.emptied.note(str(error).replace("a time", "a due time"), row, text)
+            self.emptied.note(str(error).replace("a time", what), row, text)
         except ClockError as error:
-            raise InputError(f"{file}, row {row}, {self.columns.due}", str(error)) from None
+            raise InputError(f"{file}, row {row}, {column}", str(error)) from None
         except (ValueError, OverflowError):
-            self.emptied.note("a due time that cannot be read", row, text)
+            self.emptied.note(f"{what} that cannot be read", row, text)
         return None
 
     def _priority(self, row: int, text: str) -> int | None:

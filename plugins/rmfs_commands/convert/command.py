@@ -28,7 +28,7 @@ OF_DAY = (
     "Column with the time of the day, where --time has the date alone; --time-format is of both with a blank between."
 )
 
-OF_TIMES = ("time_of_day", "time_format", "zone", "due", "from", "until", "start", "history_until")
+OF_TIMES = ("time_of_day", "time_format", "zone", "due", "cancelled", "from", "until", "start", "history_until")
 """Options that need --time."""
 
 NOT_OF_HISTORY = ("time", *OF_TIMES, "priority", "orders", "order_key")
@@ -53,11 +53,12 @@ convert.add_command(pods_command)
 @click.option("--quantity", metavar="COL", help="Column with the items. [default: one each]")
 @click.option("--due", metavar="COL", help="Column with the time at which an order is due. [default: none]")
 @click.option("--priority", metavar="COL", help="Column with the priority, higher first. [default: none]")
+@click.option("--cancelled", metavar="COL", help="Column with the time at which an order is cancelled. [default: none]")
 @click.option(
     "--orders",
     metavar="TABLE",
     type=click.Path(path_type=Path),
-    help="Table with a header for each order: --time, --due and --priority are columns of it.",
+    help="Table with a header for each order: --time, --due, --priority and --cancelled are columns of it.",
 )
 @click.option("--order-key", metavar="COL", help="Column of --orders with the order. [default: as --order]")
 @time_options
@@ -158,7 +159,9 @@ def _read(stack: ExitStack, table: Path, given: dict[str, Any], past: bool = Fal
 
     clock = Clock(given["time_format"], given["zone"])
     reader = Reader(clock, quantities_of(given), quantities_of(given))
-    columns = Columns(*(given[name] for name in ("order", "sku", "time", "quantity", "due", "priority", "time_of_day")))
+    columns = Columns(
+        *(given[name] for name in ("order", "sku", "time", "quantity", "due", "priority", "time_of_day", "cancelled"))
+    )
     heads = None
     if given["orders"] is not None:
         heads = evolve(columns, order=given["order_key"] or columns.order, sku=None, quantity=None)

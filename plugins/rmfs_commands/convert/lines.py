@@ -33,7 +33,7 @@ PRAGMA cache_size = -65536;
 PRAGMA temp_store = FILE;
 CREATE TABLE line (
   name TEXT NOT NULL, sku TEXT NOT NULL, tick INTEGER NOT NULL, ahead INTEGER NOT NULL, quantity INTEGER NOT NULL,
-  due INTEGER, priority INTEGER, row INTEGER NOT NULL
+  due INTEGER, priority INTEGER, cancelled INTEGER, row INTEGER NOT NULL
 );
 CREATE TABLE lost (name TEXT NOT NULL, shortens INTEGER NOT NULL);
 """
@@ -152,7 +152,8 @@ class OrderLines:
         self._base.executescript(
             "CREATE TABLE whole AS SELECT name, min(tick) AS tick, min(rowid) AS first, min(due) AS due,"
             " max(priority) AS priority, min(tick) < max(tick) AS times, min(due) < max(due) AS dues,"
-            " min(priority) < max(priority) AS priorities FROM line GROUP BY name;"
+            " min(priority) < max(priority) AS priorities,"
+            " CASE count(cancelled) WHEN count(*) THEN max(cancelled) END AS cancelled FROM line GROUP BY name;"
         )
         self._choose(span)
         self._base.executescript(
@@ -303,7 +304,8 @@ class OrderLines:
     def write(self, stream: TextIO, start: int) -> tuple[Counter[str], Demand]:
         """Write the orders, by arrival, with time 0 at the tick ``start``; return totals and what they want.
 
-        The columns are ``order,arrival_s,sku,quantity``, and ``due_s`` and ``priority`` where the table has them.
+        The columns are ``order,arrival_s,sku,quantity``, and ``due_s``, ``priority`` and ``cancelled_s`` where the
+        table has them.
 
         Returns
         -------
@@ -313,18 +315,19 @@ class OrderLines:
         """
         writer = csv.writer(stream, lineterminator="\n")
         columns = (self.cleaner if self.heads is None else self.heads.cleaner).columns
-        more = {"due_s": columns.due, "priority": columns.priority}
+        more = {"due_s": columns.due, "priority": columns.priority, "cancelled_s": columns.cancelled}
         shown = [column for column, name in more.items() if name is not None]
         writer.writerow(("order", "arrival_s", "sku", "quantity", *shown))
         totals: Counter[str] = Counter()
         totals["early"] = self._count("SELECT count(*) FROM whole WHERE due < ?", start)
         query = (
-            "SELECT packed.name, packed.tick, sku, quantity, due, priority"
+            "SELECT packed.name, packed.tick, sku, quantity, due, priority, cancelled"
             " FROM packed JOIN whole USING (name) ORDER BY packed.tick, packed.first, row"
         )
         demand = Demand()
-        for name, tick, sku, quantity, due, priority in self._base.execute(query):
+        for name, tick, sku, quantity, due, priority, cancelled in self._base.execute(query):
             said = {"due_s": None if due is None else _seconds(max(due - start, 0)), "priority": priority}
+            said["cancelled_s"] = None if cancelled is None else _seconds(max(cancelled, tick) - start)
             writer.writerow((name, _seconds(tick - start), sku, quantity, *(said[column] for column in shown)))
             totals["items"] += quantity
             demand.add(tick - start, quantity)

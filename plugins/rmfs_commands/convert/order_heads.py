@@ -14,9 +14,10 @@ from rmfs_core.errors import InputError
 from rmfs_core.wording import counted, listed
 
 _HEADED = """
-CREATE TABLE headed AS SELECT name, tick, ahead, due, priority, times, dues, priorities
+CREATE TABLE headed AS SELECT name, tick, ahead, due, priority, cancelled, times, dues, priorities
   FROM (SELECT name, tick, ahead, row_number() OVER (PARTITION BY name ORDER BY tick, row) AS rank FROM head)
-  JOIN (SELECT name, min(due) AS due, max(priority) AS priority, min(tick) < max(tick) AS times,
+  JOIN (SELECT name, min(due) AS due, max(priority) AS priority,
+    CASE count(cancelled) WHEN count(*) THEN max(cancelled) END AS cancelled, min(tick) < max(tick) AS times,
     min(due) < max(due) AS dues, min(priority) < max(priority) AS priorities FROM head GROUP BY name) USING (name)
   WHERE rank = 1;
 CREATE UNIQUE INDEX headed_name ON headed (name);
@@ -27,7 +28,7 @@ _WITHOUT_LINES = "SELECT name FROM headed EXCEPT SELECT name FROM line EXCEPT SE
 
 
 class OrderHeads:
-    """The headers of orders: when they arrive, when they are due, how urgent they are.
+    """The headers of orders: when they arrive, when they are due or cancelled, how urgent they are.
 
     Parameters
     ----------
@@ -89,8 +90,8 @@ class OrderHeads:
             found = f"no order of {file} has a header: found orders {there} there, and {self._without_lines} here"
             raise InputError(self.file, f"{found}; expected the same in both (--order, --order-key)")
         self._base.execute(
-            "UPDATE line SET (tick, ahead, due, priority) ="
-            " (SELECT tick, ahead, due, priority FROM headed WHERE headed.name = line.name)"
+            "UPDATE line SET (tick, ahead, due, priority, cancelled) ="
+            " (SELECT tick, ahead, due, priority, cancelled FROM headed WHERE headed.name = line.name)"
         )
 
     def several(self, what: str) -> int:

@@ -35,7 +35,7 @@ def check_share(file: Path, cleaned: Cleaned, force: bool) -> None:
 
 
 def check_emptied(file: Path, rows: int, emptied: Tally, force: bool) -> None:
-    """Refuse a table in most of whose rows a due time or a priority would be left empty, since it cannot be read."""
+    """Refuse a table in most of whose rows a time or a priority would be left empty, since it cannot be read."""
     for reason, part in emptied.parts():
         if emptied.reasons[reason].rows > MOST_LEFT_OUT * rows and not force:
             raise InputError(str(file), f"would be left empty: {part}; expected at most half of the rows, or --force")

@@ -217,20 +217,21 @@ class Bottleneck:
         return to_ticks((begun_s + (items - 1) * section.handle_s) / speed)
 
     def _collect_left(self, order: int, arrival: int) -> None:
-        """Collect what an order that is not complete waited for until the end, as far as that is known."""
+        """Collect what an order waited for until the end, or was cancelled, as far as that is known."""
+        end = min(self._delays.cancelled.get(order, self._end), self._end)
         if (known := self._delays.last.get(order)) is not None:
             joins = self._delays.in_stock.get(order, arrival)
             self.causes["stock"] += joins - arrival
-            last = known.tick if known.whole else self._end
+            last = known.tick if known.whole else end
             self._room.add(joins, last)
-            self._robot.add(last, self._end)
-            self._given[known.station].add(last, self._end)
-        elif self._run.warehouse.order(order).waits_for_stock:
-            self.causes["stock"] += self._end - arrival
+            self._robot.add(last, end)
+            self._given[known.station].add(last, end)
+        elif order in self._delays.out_of_stock:
+            self.causes["stock"] += end - arrival
         else:
             joins = self._delays.in_stock.get(order, arrival)
             self.causes["stock"] += joins - arrival
-            self._room.add(joins, self._end)
+            self._room.add(joins, end)
 
     def _pieces(self) -> _Pieces:
         """Return the pieces of time between any two changes at stations and among robots."""

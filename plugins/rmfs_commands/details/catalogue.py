@@ -77,7 +77,20 @@ DETAILS: tuple[Metric, ...] = (
     Metric("turnover_backlog_p95_s", "  in the backlog, 95 %", "s", 1, "95th percentile of the times in the backlog."),
     Metric("turnover_station_median_s", "  at stations, median", "s", 1, "Median of the times at stations."),
     Metric("turnover_station_p95_s", "  at stations, 95 %", "s", 1, "95th percentile of the times at stations."),
-    Metric("open_orders_end", "Open orders at the end", "", 0, "Orders that have arrived and are not complete."),
+    Metric(
+        "orders_cancelled",
+        "Orders cancelled",
+        "",
+        0,
+        "Orders that left before anything of them was assigned; where any order may be cancelled.",
+    ),
+    Metric(
+        "open_orders_end",
+        "Open orders at the end",
+        "",
+        0,
+        "Orders that have arrived and are neither complete nor cancelled.",
+    ),
     Metric("backlog_end", "Backlog at the end", "", 0, "The part of these of which not all is assigned."),
     Metric(
         "open_age_sum_h",

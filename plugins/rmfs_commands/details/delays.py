@@ -12,6 +12,7 @@ from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
     OrderAssigned,
+    OrderCancelled,
     OrderCompleted,
     OrderInStock,
     PodLifted,
@@ -88,6 +89,11 @@ class Delays:
         """When each order arrives; where that is not known beforehand, those that have arrived."""
         self.in_stock: dict[int, int] = {}
         """When orders that had to wait for stock joined the backlog."""
+        self.out_of_stock: set[int] = set()
+        """Orders that wait for stock, or did when they were cancelled."""
+        self.cancelled: dict[int, int] = {}
+        """When orders were cancelled."""
+        self._view = run.warehouse
         self._first: dict[int, int] = {}
         self.last: dict[int, Last] = {}
         """The last assignment so far of each order that is not complete."""
@@ -95,7 +101,7 @@ class Delays:
         # Of the last pick: the pod's way, station, tick, visit, and how many items of the order were picked in that
         self._served: dict[int, tuple[_Way, int, int, int, int]] = {}
         self.all_done: int | None = None
-        """When the last of all orders that are known beforehand was complete."""
+        """When the last of all orders that are known beforehand was complete, or cancelled."""
         self.times: dict[int, array[int]] = {}
         """Of each completed order, the ticks that the columns have in seconds."""
         self.picks: dict[int, tuple[int, int]] = {}
@@ -111,13 +117,21 @@ class Delays:
             ItemPicked: self._picked,
             VisitEnded: self._begin_way,
             OrderCompleted: self._completed,
+            OrderCancelled: self._cancelled,
         }
 
     def _arrived(self, event: OrderArrived) -> None:
         self.arrival[event.order] = event.tick
+        if self._waits and self._view.order(event.order).waits_for_stock:
+            self.out_of_stock.add(event.order)
 
     def _joined_late(self, event: OrderInStock) -> None:
         self.in_stock[event.order] = event.tick
+        self.out_of_stock.discard(event.order)
+
+    def _cancelled(self, event: OrderCancelled) -> None:
+        self.cancelled[event.order] = event.tick
+        self._note_done(event.tick)
 
     def _assigned(self, event: OrderAssigned) -> None:
         self._first.setdefault(event.order, event.tick)
@@ -161,9 +175,12 @@ class Delays:
         if self._waits and arrival >= self._begin:
             self._waited.append(joins - arrival)
         self.times[order] = array("q", times)
-        if self._known and len(self.times) == len(self._orders):
-            self.all_done = event.tick
-            self._robots.picked(event.tick)
+        self._note_done(event.tick)
+
+    def _note_done(self, tick: int) -> None:
+        if self._known and len(self.times) + len(self.cancelled) == len(self._orders):
+            self.all_done = tick
+            self._robots.picked(tick)
 
     def values(self) -> dict[str, Number]:
         """Return the mean time for which completed orders waited for stock; nothing where none can."""

@@ -11,6 +11,7 @@ from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
     OrderAssigned,
+    OrderCancelled,
     OrderCompleted,
     RobotMoved,
     RobotsOnDuty,
@@ -21,6 +22,8 @@ from rmfs_core.events import (
 from rmfs_core.info import RunInfo
 
 COUNTED = ("orders_in", "orders_out", "picks", "visits", "distance_m")
+CANCELLED = "orders_cancelled"
+"""Besides these where any order may be cancelled."""
 _HOUR = 3600 * TICKS_PER_S
 
 
@@ -37,6 +40,8 @@ class Hours:
         self._rows: list[dict[str, Any]] = []
         self._over = 0  # when the last of them is
         self._backlog = 0
+        cancelled = any(order.cancelled_tick is not None for order in run.instance.orders)
+        self._counted = (*COUNTED, CANCELLED) if cancelled else COUNTED
         scenario, self._open, self._on_duty = run.scenario, Count(), Count()
         self._open.add(0, len(run.warehouse.stations))
         self._on_duty.add(0, len(run.warehouse.robots))
@@ -48,6 +53,7 @@ class Hours:
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
             OrderAssigned: self._assigned,
+            OrderCancelled: self._cancelled,
             OrderCompleted: lambda event: self._count(event, "orders_out"),
             ItemPicked: lambda event: self._count(event, "picks"),
             VisitStarted: lambda event: self._count(event, "visits"),
@@ -65,6 +71,10 @@ class Hours:
         self._until(event.tick // _HOUR)
         self._backlog -= event.complete
 
+    def _cancelled(self, event: OrderCancelled) -> None:
+        self._count(event, CANCELLED)
+        self._backlog -= 1
+
     def _moved(self, event: RobotMoved) -> None:
         if event.tick >= self._over:
             self._until(event.tick // _HOUR)
@@ -81,7 +91,7 @@ class Hours:
             if self._rows:
                 self._rows[-1]["backlog"] = self._backlog
             begin = {"hour": len(self._rows), "start_s": len(self._rows) * 3600}
-            self._row: dict[str, Any] = {**begin, **dict.fromkeys(COUNTED, 0), "backlog": 0}
+            self._row: dict[str, Any] = {**begin, **dict.fromkeys(self._counted, 0), "backlog": 0}
             self._rows.append(self._row)
             self._over = len(self._rows) * _HOUR
 

@@ -7,7 +7,7 @@ from collections import Counter
 from rmfs_commands.details.catalogue import on_time
 from rmfs_commands.details.spans import Handlers, Number, percentile, ratio
 from rmfs_core.clock import TICKS_PER_S, to_seconds
-from rmfs_core.events import OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
+from rmfs_core.events import OrderArrived, OrderAssigned, OrderCancelled, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
 
 
@@ -29,6 +29,7 @@ class Measures:
         self._arrived = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
         self._assigned: dict[int, int] = {}
         self._completed: dict[int, int] = {}
+        self._cancelled: dict[int, int] = {}
         self._open: dict[int, int] = {}  # when those arrived that are not complete
         self._backlog = 0
         self.visits = 0
@@ -36,6 +37,7 @@ class Measures:
             OrderArrived: self._note_arrived,
             OrderAssigned: self._note_assigned,
             OrderCompleted: self._note_completed,
+            OrderCancelled: self._note_cancelled,
             VisitStarted: self._note_visit,
         }
 
@@ -50,6 +52,11 @@ class Measures:
     def _note_completed(self, event: OrderCompleted) -> None:
         self._completed[event.order] = event.tick
         self._open.pop(event.order, None)
+
+    def _note_cancelled(self, event: OrderCancelled) -> None:
+        self._cancelled[event.order] = event.tick
+        self._open.pop(event.order, None)
+        self._backlog -= 1
 
     def _note_visit(self, event: VisitStarted) -> None:
         self.visits += event.tick >= self._begin
@@ -76,6 +83,8 @@ class Measures:
             found[f"{name}_median_s"], found[f"{name}_p95_s"] = percentile(values, 0.5), percentile(values, 0.95)
         found["items_per_line"] = ratio(items, lines)
         found["orders_per_visit"] = ratio(len(counted), self.visits)
+        if any(order.cancelled_tick is not None for order in self._orders):
+            found["orders_cancelled"] = sum(tick >= self._begin for tick in self._cancelled.values())
         return found | self._lateness(end)
 
     def left(self, tick: int) -> dict[str, Number]:
@@ -97,7 +106,7 @@ class Measures:
         late: Counter[int] = Counter()
         tardiness = []
         for i, order in enumerate(self._orders):
-            if order.due_tick is None or self._arrived.get(i, -1) < self._begin:
+            if order.due_tick is None or i in self._cancelled or self._arrived.get(i, -1) < self._begin:
                 continue
             done = self._completed.get(i)
             if done is not None:

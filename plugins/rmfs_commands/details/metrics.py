@@ -18,6 +18,7 @@ from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
     OrderAssigned,
+    OrderCancelled,
     OrderCompleted,
     RobotMoved,
     VisitStarted,
@@ -44,6 +45,7 @@ class Metrics:
             OrderArrived: (self._arrived,),
             OrderAssigned: (self._assigned,),
             OrderCompleted: (self._completed,),
+            OrderCancelled: (self._cancelled,),
             DecisionMade: (self._decided,),
         }
         self.begin(Instance((), (), ()), 0)
@@ -127,6 +129,9 @@ class Metrics:
                 self.backlog_ticks += assigned - arrived
                 self.station_ticks += event.tick - assigned
         self.split_open.discard(event.order)
+
+    def _cancelled(self, event: OrderCancelled) -> None:  # noqa: ARG002
+        self.left -= 1
 
     def _decided(self, event: DecisionMade) -> None:
         if event.tick >= self.warmup:

@@ -24,6 +24,7 @@ from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import (
     DecisionMade,
     OrderArrived,
+    OrderCancelled,
     OrderCompleted,
     OrderPacked,
     PackingAssigned,
@@ -72,6 +73,7 @@ class Packing:
         self._boxes, self._unpacked, self.refused, self._totes = Count(), Count(), 0, 0
         self._busy: dict[int, list[Span]] = defaultdict(list)  # of packers, by packing station
         self._hourly: Counter[int] = Counter()
+        self._cancelled: set[int] = set()
         self.handlers: Handlers = {}
         if section is not None:
             self._stations = run.warehouse.packing_stations
@@ -80,6 +82,7 @@ class Packing:
                 DecisionMade: self._decided,
                 OrderArrived: self._comes,
                 OrderCompleted: self._picked,
+                OrderCancelled: self._leaves,
                 PackingAssigned: self._bound,
                 PartSent: self._sent,
                 PartArrived: self._part,
@@ -91,6 +94,10 @@ class Packing:
     def _comes(self, event: OrderArrived) -> None:
         self._arrived[event.order] = event.tick
         self._unpacked.add(event.tick, 1)
+
+    def _leaves(self, event: OrderCancelled) -> None:
+        self._cancelled.add(event.order)
+        self._unpacked.add(event.tick, -1)
 
     def _decided(self, event: DecisionMade) -> None:
         self.refused += event.decides.assigns and event.tick >= self._begin and self._boxes.number >= self._all
@@ -163,7 +170,7 @@ class Packing:
         together = [order.parts[-1] - order.parts[0] for order in counted.values() if order.box is not None]
         waits = [order.begun - order.ready for order in counted.values()]
         last = max([order.packed for order in packed.values()], default=0)
-        every = len(packed) == len(self._data)
+        every = len(packed) + len(self._cancelled) == len(self._data)
         return {
             "orders_packed": len(counted),
             "packed_s": ratio(sum(timed), len(timed) * TICKS_PER_S),
@@ -206,7 +213,7 @@ class Packing:
         if not due:
             return {}
         done = {i: order.packed for i, order in self._orders.items() if order.packed >= 0}
-        over = [tick < done.get(i, end) for i, tick in due.items() if self._in_time(i)]
+        over = [tick < done.get(i, end) for i, tick in due.items() if self._in_time(i) and i not in self._cancelled]
         return {"late_packed": sum(over)}
 
     def _in_time(self, order: int) -> bool:

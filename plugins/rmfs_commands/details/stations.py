@@ -11,6 +11,7 @@ from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
     OrderAssigned,
+    OrderCancelled,
     OrderInStock,
     QueueJoined,
     StationClosed,
@@ -45,13 +46,15 @@ class Stations:
         self._names = [station.name for station in run.warehouse.stations]
         self.followed = [Followed() for _ in self._names]
         self._backlog, self._view = Count(), run.warehouse
+        self._waiting: set[int] = set()  # orders that wait for stock
         self._has_hours = run.scenario.stations.open is not None or run.scenario.rules.activate is not None
         for station, known in zip(run.warehouse.stations, self.followed, strict=True):
             known.queue.add(0, len(station.line))
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
-            OrderInStock: lambda event: self._backlog.add(event.tick, 1),
+            OrderInStock: self._in_stock,
             OrderAssigned: self._assigned,
+            OrderCancelled: self._cancelled,
             QueueJoined: lambda event: self.followed[event.station].queue.add(event.tick, 1),
             VisitStarted: self._started,
             ItemPicked: self._picked,
@@ -60,8 +63,18 @@ class Stations:
         }
 
     def _arrived(self, event: OrderArrived) -> None:
-        if not self._view.order(event.order).waits_for_stock:
+        if self._view.order(event.order).waits_for_stock:
+            self._waiting.add(event.order)
+        else:
             self._backlog.add(event.tick, 1)
+
+    def _in_stock(self, event: OrderInStock) -> None:
+        self._waiting.discard(event.order)
+        self._backlog.add(event.tick, 1)
+
+    def _cancelled(self, event: OrderCancelled) -> None:
+        if event.order not in self._waiting:
+            self._backlog.add(event.tick, -1)
 
     def _assigned(self, event: OrderAssigned) -> None:
         self.followed[event.station].requests.add(event.tick, event.items)

@@ -167,7 +167,8 @@ def run_experiment(
         add_bounds(all_jobs, rows, runs.folder, watcher)
     versions = {name: version for job in all_jobs for name, version in job.versions.items()}
     measures = {name: metric for job in all_jobs for name, metric in job.measures.items()}
-    fixed = frozenset(job.instance for job in all_jobs if job.scenario.instance.orders_file is not None)
+    files = [(job.instance, job.scenario.instance) for job in all_jobs]
+    fixed = frozenset(name for name, given in files if given.orders_file is not None and given.scale is None)
     return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo), measures, fixed)
 
 

@@ -12,14 +12,14 @@ from rmfs_commands.gym.choices import Choice
 from rmfs_commands.gym.policy import PolicyRule
 from rmfs_commands.gym.rewards import Step
 from rmfs_core import InputError, Result, Scenario, hookimpl
-from rmfs_core.events import Event, OrderArrived, OrderCompleted
+from rmfs_core.events import Event, OrderArrived, OrderCancelled, OrderCompleted
 from rmfs_core.results.recorders import make_observers
 from rmfs_core.results.running import prepare
 from rmfs_core.roles import Role
 from rmfs_core.rules import with_objects
 from rmfs_core.warehouse import WarehouseView
 
-_OPENS = {OrderArrived: 1, OrderCompleted: -1}
+_OPENS = {OrderArrived: 1, OrderCompleted: -1, OrderCancelled: -1}
 """What an event changes in the number of open orders."""
 
 

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from attrs import frozen
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.events import Event, OrderArrived, OrderCompleted, RobotMoved, VisitStarted
+from rmfs_core.events import Event, OrderArrived, OrderCancelled, OrderCompleted, RobotMoved, VisitStarted
 from rmfs_core.warehouse import WarehouseView
 
 
@@ -46,7 +46,7 @@ def turnover(step: Step) -> float:
     """Minus the hours that orders were open, added up over the orders: those of a whole run are its turn-over times."""
     ticks = step.orders_open * (step.warehouse.now_tick - step.since_tick)
     for event in step.events:
-        if isinstance(event, OrderCompleted):
+        if isinstance(event, OrderCompleted | OrderCancelled):
             ticks += event.tick - step.since_tick
         elif isinstance(event, OrderArrived):
             ticks -= event.tick - step.since_tick

@@ -13,10 +13,11 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 from attrs import evolve
 
+from rmfs_commands.instances.days import drawn  # noqa: F401 (the kernel looks for it here)
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import Replenishment, Scenario
@@ -31,7 +32,8 @@ PLACE_COLUMNS = ("row", "column")  # which pods may have besides
 BUNDLE_COLUMNS = ("bundle", "arrival_s", "sku", "items")
 SKU_COLUMNS = ("size", "reorder_point", "order_up_to")  # which a file of SKUs may have besides
 DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
-_DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of others, with ISO 8601 for seconds
+CANCELLED_COLUMNS = ("cancelled_s",)  # and these
+_DATES = {"arrival_s": "arrival", "due_s": "due", "cancelled_s": "cancelled"}  # ISO 8601 in place of seconds
 _NAMES = ("bundle", "order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED, _MOST_OF_A_LINE = set[str](), 1_000_000  # signs: a device may have no line's end
@@ -52,10 +54,11 @@ def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, 
     Parameters
     ----------
     orders_file
-        CSV with the columns ``order,arrival_s,sku,quantity``, one line of an order a row, and perhaps ``due_s`` and
-        ``priority`` (higher first), empty where an order has none. ``arrival`` and ``due`` in place of ``arrival_s``
-        and ``due_s`` are times as ISO 8601. Other columns are ignored, and named on standard error, as is the first
-        order whose rows are not adjacent; a SKU that comes twice in an order is one line of both quantities.
+        CSV with the columns ``order,arrival_s,sku,quantity``, one line of an order a row, and perhaps ``due_s``,
+        ``priority`` (higher first) and ``cancelled_s``, empty where an order has none. ``arrival``, ``due`` and
+        ``cancelled`` in place of the columns with ``_s`` are times as ISO 8601. Other columns are ignored, and named on
+        standard error, as is the first order whose rows are not adjacent; a SKU that comes twice in an order is one
+        line of both quantities.
     pods_file
         CSV with the columns ``pod,sku,quantity``, and perhaps ``row`` and ``column`` of the storage location in which
         the pod stands at time 0. An empty quantity is an unlimited number of items.
@@ -64,7 +67,7 @@ def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, 
     wrong
         Called with each mistake: an `InputError` with file, line and column. It raises the first unless told otherwise.
     """
-    orders, pods = _read_orders(orders_file, start, wrong), _read_pods(pods_file, wrong)
+    orders, pods = read_orders(orders_file, Calendar(start), wrong), _read_pods(pods_file, wrong)
     names = {sku for _, lines in orders for sku in lines} | {sku for _, pod in pods.values() for sku in pod}
     skus = tuple(sorted(names, key=_natural))
     id_of = {sku: i for i, sku in enumerate(skus)}
@@ -198,11 +201,10 @@ def read_skus(file: Path, wrong: Wrong = refuse) -> dict[str, dict[str, float]]:
     return skus
 
 
-def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[OrderData, dict[str, int]]]:
+def read_orders(file: Path, calendar: Calendar, wrong: Wrong = refuse) -> list[tuple[OrderData, dict[str, int]]]:
     """Return each order, still without lines, and its quantities by SKU; by arrival, then by first appearance."""
-    calendar = Calendar(start)
     dates = {date: partial(calendar.tick, column=date) for date in _DATES.values()}
-    read: dict[str, Callable[[str, str], int]] = {"arrival_s": _tick, "due_s": _tick, "priority": _priority, **dates}
+    read: dict[str, Callable[[str, str], int]] = {**dict.fromkeys(_DATES, _tick), "priority": _priority, **dates}
     orders: dict[str, tuple[int, dict[str, str], dict[str, int | None], dict[str, int]]] = {}
 
     def add(line: int, row: dict[str, str]) -> None:
@@ -222,24 +224,27 @@ def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[Orde
                 raise InputError(f"{file}, line {line}, {column}", f"{expected}, found {row[column] or 'nothing'}")
         lines[row["sku"]] = lines.get(row["sku"], 0) + items
 
-    _each_row(_returning(_rows(file, ORDER_COLUMNS, DUE_COLUMNS, wrong), file, "order"), add, wrong)
+    _each_row(
+        _returning(_rows(file, ORDER_COLUMNS, (*DUE_COLUMNS, *CANCELLED_COLUMNS), wrong), file, "order"), add, wrong
+    )
     zero = calendar.zero(_DATES.values())
     found = []
     for name, (line, row, told, lines) in orders.items():
-        arrival, due = (
+        arrival, due, cancelled = (
             told.get(column) if (tick := told.get(date)) is None else tick - zero for column, date in _DATES.items()
         )
         if arrival is None or not 0 <= arrival <= TEN_YEARS:
             column = "arrival" if "arrival" in row else "arrival_s"
             problem = f"found {row[column]}; expected a time within ten years from time 0 (`instance.start`) on"
             wrong(InputError(f"{file}, line {line}, {column}", problem))
+        elif cancelled is not None and cancelled < arrival:
+            column = "cancelled" if "cancelled" in row else "cancelled_s"
+            problem = f"found {row[column]}; expected no time before the order arrives, or nothing"
+            wrong(InputError(f"{file}, line {line}, {column}", problem))
         else:
-            found.append(
-                (
-                    OrderData(name, arrival_tick=arrival, lines=(), due_tick=due, priority=told.get("priority") or 0),
-                    lines,
-                )
-            )
+            later: dict[str, Any] = {"due_tick": due, "cancelled_tick": cancelled}
+            priority = told.get("priority") or 0
+            found.append((OrderData(name, arrival_tick=arrival, lines=(), priority=priority, **later), lines))
     return sorted(found, key=lambda order: order[0].arrival_tick)
 
 
@@ -318,6 +323,8 @@ def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = (), wron
             records = csv_records(stream, file)
             try:
                 line, names = next(records, (1, []))
+                while names and names[0].startswith("# "):  # a comment, which says where the file comes from
+                    line, names = next(records, (line + 1, []))
                 header = [name.strip() for name in names]
                 places = {name: header.index(name) for name in _chosen(file, line, header, columns, optional)}
                 yield from _fields(file, records, places, len(header), wrong)

@@ -18,6 +18,7 @@ from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
     OrderAssigned,
+    OrderCancelled,
     OrderCompleted,
     VisitEnded,
     VisitStarted,
@@ -48,6 +49,9 @@ first, separated by blanks; ``assigned_s``: when the last line was assigned. Emp
 
 DUE_COLUMNS: dict[str, type] = {"due_s": float, "priority": int, "lateness_s": float}
 """Further columns of orders.csv where any order has a due time or a priority. Negative lateness is time to spare."""
+
+CANCELLED_COLUMNS: dict[str, type] = {"cancelled_s": float}
+"""The last column of orders.csv where any order may be cancelled: when it left; empty for one that was picked."""
 
 VISIT_COLUMNS: dict[str, type] = {
     "visit": int,
@@ -113,6 +117,7 @@ class Tables:
             OrderArrived: (self._order_arrived,),
             OrderAssigned: (self._order_assigned,),
             OrderCompleted: (self._order_completed,),
+            OrderCancelled: (self._order_cancelled,),
             VisitStarted: (self._visit_started,),
             VisitEnded: (self._visit_ended,),
         }
@@ -126,6 +131,7 @@ class Tables:
         self._parts: dict[int, dict[tuple[int, int], None]] = {}
         self._assigned: dict[int, int] = {}
         self._completed: dict[int, int] = {}
+        self._cancelled: dict[int, int] = {}
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
@@ -151,6 +157,9 @@ class Tables:
 
     def _order_completed(self, event: OrderCompleted) -> None:
         self._completed[event.order] = event.tick
+
+    def _order_cancelled(self, event: OrderCancelled) -> None:
+        self._cancelled[event.order] = event.tick
 
     def _visit_started(self, event: VisitStarted) -> None:
         pod = self.instance.pods[event.pod].name
@@ -189,9 +198,10 @@ class Tables:
     def orders(self) -> list[Row]:
         """Rows of orders.csv, one for every order of the instance."""
         dated = self.instance.dated
-        return [self._order(i, dated) for i in range(len(self.instance.orders))]
+        cancelled = any(order.cancelled_tick is not None for order in self.instance.orders)
+        return [self._order(i, dated, cancelled) for i in range(len(self.instance.orders))]
 
-    def _order(self, i: int, dated: bool) -> Row:
+    def _order(self, i: int, dated: bool, cancelled: bool) -> Row:
         order = self.instance.orders[i]
         parts = self._parts.get(i, {})
         arrived, assigned, completed = self._arrived.get(i), self._assigned.get(i), self._completed.get(i)
@@ -210,6 +220,7 @@ class Tables:
             "turnover_backlog_s": _seconds(assigned, arrived),
             "turnover_station_s": _seconds(completed, assigned),
             **(due if dated else {}),
+            **({"cancelled_s": _seconds(self._cancelled.get(i))} if cancelled else {}),
         }
 
 

@@ -66,6 +66,7 @@ class WarehouseAt:
             "pod_stored": self._stored,
             "item_picked": self._picked,
             "order_completed": self._completed,
+            "order_cancelled": self._cancelled,
             "bundle_assigned": lambda e, i: self.bundles[e["station"][i]].update({e["bundle"][i]: False}),
             "bundle_bound": self._bound,
             "bundle_stored": self._bundle_stored,
@@ -118,6 +119,10 @@ class WarehouseAt:
     def _assigned(self, event: Mapping[str, Any], i: int) -> None:
         self.open[event["station"][i]][event["order"][i]] += event["items"][i]
         self.backlog -= event["complete"][i]
+
+    def _cancelled(self, event: Mapping[str, Any], i: int) -> None:
+        self._demand.subtract(dict(self._replay.start.instance.orders[event["order"][i]].lines))
+        self.backlog -= 1
 
     def _lifted(self, event: Mapping[str, Any], i: int) -> None:
         self.pod_cell.pop(event["pod"][i], None)

@@ -50,8 +50,8 @@ class Worlds:
 
     @cached_property
     def instances(self) -> list[Instance]:
-        """Orders and pods of each seed; from files they are the same."""
-        if self.scenario.instance.orders_file is not None:
+        """Orders and pods of each seed; from files they are the same, unless days are drawn from them."""
+        if self.scenario.instance.orders_file is not None and self.scenario.instance.scale is None:
             return [make_instance(self.scenario)] * len(self._seeds)
         return [make_instance(self.scenario.with_seed(seed)) for seed in self._seeds]
 

@@ -102,7 +102,11 @@ def _orders(state: State, names: Names) -> tuple[OrderMemento, ...]:
             station = names.station(part.station, *path, "station")
             parts.append(PartMemento(station, tuple(names.sku(sku, *path, "skus") for sku in part.skus), part.period))
         waits = _waits(state, names, name, begun=bool(parts))
-        orders.append(OrderMemento(order, tuple(parts), waits, _packing_of(state, names, name)))
+        packing, cancelled = _packing_of(state, names, name), state.orders[name].cancelled
+        if cancelled and (parts or waits or name in (state.backlog or ())):
+            why = "lines of it are assigned" if parts else "it waits for stock" if waits else "`backlog` names it"
+            names.wrong(("orders", name, "cancelled"), f"found true for an order that has not left: {why}")
+        orders.append(OrderMemento(order, tuple(parts), waits, packing, cancelled))
     return tuple(orders)
 
 

@@ -105,6 +105,7 @@ class OrderMemento:
     parts: tuple[PartMemento, ...]
     waits: bool | None = field(default=None, eq=bool)
     packing: OrderPacking | None = None
+    cancelled: bool = False
 
     @classmethod
     def of(cls, order: Order) -> OrderMemento:
@@ -122,6 +123,7 @@ class OrderMemento:
             parts,
             order.waits_for_stock,
             order.packing,
+            order.cancelled,
         )
 
 

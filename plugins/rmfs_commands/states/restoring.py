@@ -63,7 +63,11 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
     warehouse.advance(memento.now)
     for order, given in zip(warehouse.orders, memento.orders, strict=True):
         warehouse.order_arrives(order)
+        begun = bool(given.parts and given.cancelled)
+        _check(not begun, "found it for an order that is begun", "orders", order.id, "cancelled")
         _assign(warehouse, order, given, memento.skus)
+        if given.cancelled:
+            warehouse.cancel(order)
     for station, told in zip(warehouse.stations, memento.stations, strict=True):
         _keep_requests(warehouse, station, told, memento)
         warehouse.occupy_picker(station, told.picker_free or 0)

@@ -26,6 +26,7 @@ from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
     OrderAssigned,
+    OrderCancelled,
     OrderInStock,
     OrderPacked,
     PackingAssigned,
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
 
 
 OF_ORDERS = (
-    *(OrderArrived, OrderInStock, OrderAssigned),
+    *(OrderArrived, OrderInStock, OrderAssigned, OrderCancelled),
     *(PackingAssigned, PartSent, PartArrived, PartPut, PackingStarted, OrderPacked),
 )
 """What tells of a change of an order."""
@@ -117,7 +118,7 @@ class Snapshots:
         """
         view = self._view
         orders = [OrderMemento.of(view.order(order)) for order in self._told_of_orders]
-        self._dated |= any(order.data.due_tick is not None or order.data.priority for order in orders)
+        self._dated |= any(one.data.due_tick is not None or one.data.priority or one.cancelled for one in orders)
         stations = self._look_at_stations()
         robots = {robot.name: self._robot(RobotMemento.of(robot)) for robot in view.robots}
         later = self._dated or bool(view.replenishment_stations or view.packing_stations)
@@ -159,6 +160,8 @@ class Snapshots:
         state: dict[str, Any] = {"lines": lines, "arrival_s": to_seconds(order.data.arrival_tick)}
         if order.data.due_tick is not None:
             state["due_s"] = to_seconds(order.data.due_tick)
+        if order.cancelled:
+            state["cancelled"] = True
         if self._view.replenishment_stations:
             state["waits_for_stock"] = bool(order.waits)
         packing = order.packing

@@ -262,6 +262,7 @@ class OrderState:
         "Every other line is open: in the backlog",
         None,
     )
+    cancelled: bool = key("Whether it has left before anything of it was assigned: none of its lines is open", False)
     packing: OrderPackingState | None = key(
         "Where it is packed; left out: no part of it is assigned, or there are no packing stations", None
     )
@@ -402,6 +403,8 @@ class State:
             )
         if self.version == VERSIONS[0] and any(o.waits_for_stock is not None for o in self.orders.values()):
             raise ValueError("found `waits_for_stock` in a state of version 1; expected version 2 with it")
+        if self.version == VERSIONS[0] and any(o.cancelled for o in self.orders.values()):
+            raise ValueError("found `cancelled` in a state of version 1; expected version 2 with it")
         stores = any(s.bundle_capacity for s in self.stations.values())
         if self.version == VERSIONS[0] and (stores or self.bundles is not None):
             raise ValueError(

@@ -85,6 +85,11 @@ def order_story(decisions: Iterable[Recorded], order: str) -> Iterator[Episode]:
             without_stock.reason = f"{since} to {decision.time_s:,.0f} s"
             yield without_stock.episode()
             without_stock = None
+        if given.get("cancelled"):
+            if waiting is not None:
+                yield waiting.episode()
+            yield _episode(decision, f"cancelled before {decision.time_s:,.0f} s, with nothing of it assigned")
+            return
         here = [_episode(decision, what) for what in _done_for(decision, order)]
         reason = None
         if decision.decides.assigns:

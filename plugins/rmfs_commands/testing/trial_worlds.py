@@ -152,6 +152,7 @@ def trial_worlds() -> tuple[TrialWorld, ...]:
             | {"3": (("00:04", "24:00"),)},
         ),
         _world("long lines", "lines of 10 to 40 items that one pod serves", _without_end(_many_items()), (45, 60)),
+        _world("cancellations", "orders that leave the backlog, some as soon as they are there", _cancelled(), (5, 5)),
         _world("a horizon", "the run ends with orders open, after a warm-up", _later(), (5, 5), until_s=125),
     )
     return (*worlds, *(world.running_out() for world in worlds if world.instance.unlimited_stock), *more)
@@ -184,6 +185,14 @@ def _dated() -> Instance:
         evolve(order, due_tick=tick, priority=number % 3)
         for number, (order, tick) in enumerate(zip(given.orders, due, strict=True))
     )
+    return evolve(given, orders=tuple(orders))
+
+
+def _cancelled() -> Instance:
+    """Half of the orders are cancelled: when they arrive, soon after that, or when they are picked."""
+    given = _later()
+    ticks = (60_000, None, 75_501, 90_000, None, None, 112_000, 3_600_000, None, 3_000_000)
+    orders = (evolve(order, cancelled_tick=tick) for order, tick in zip(given.orders, ticks, strict=True))
     return evolve(given, orders=tuple(orders))
 
 

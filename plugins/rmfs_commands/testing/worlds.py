@@ -21,6 +21,7 @@ def small_instance(
     *,
     arrivals_s: Mapping[str, float] | None = None,
     due_s: Mapping[str, float] | None = None,
+    cancelled_s: Mapping[str, float] | None = None,
 ) -> Instance:
     """Write down an instance.
 
@@ -34,10 +35,15 @@ def small_instance(
         Order name to its arrival in seconds; 0 where left out.
     due_s
         Order name to its due time in seconds; none where left out.
+    cancelled_s
+        Order name to when it is cancelled, in seconds; never where left out.
     """
     names = dict.fromkeys(sku for contents in (*pods.values(), *orders.values()) for sku in contents)
     ids = {name: i for i, name in enumerate(names)}
-    arrivals, due = arrivals_s or {}, {name: round(seconds * 1000) for name, seconds in (due_s or {}).items()}
+    due, cancelled = (
+        {name: round(seconds * 1000) for name, seconds in (given or {}).items()} for given in (due_s, cancelled_s)
+    )
+    arrivals = arrivals_s or {}
     return Instance(
         skus=tuple(names),
         orders=tuple(
@@ -46,6 +52,7 @@ def small_instance(
                 arrival_tick=round(arrivals.get(name, 0.0) * 1000),
                 lines=tuple((ids[s], n) for s, n in _numbers(wanted, 1)),
                 due_tick=due.get(name),
+                cancelled_tick=cancelled.get(name),
             )
             for name, wanted in orders.items()
         ),

@@ -332,6 +332,7 @@ def _instance(first: Mapping[str, Any]) -> Instance:
             lines=tuple((sku, quantity) for sku, quantity in order["lines"]),
             due_tick=order.get("due"),
             priority=order.get("priority", 0),
+            cancelled_tick=order.get("cancelled"),
         )
         for order in first["orders"]
     )

@@ -179,6 +179,8 @@ def _order(order: OrderData) -> dict[str, Any]:
     told: dict[str, Any] = {"name": order.name, "arrival": order.arrival_tick, "lines": order.lines}
     if order.due_tick is not None:
         told["due"] = order.due_tick
+    if order.cancelled_tick is not None:
+        told["cancelled"] = order.cancelled_tick
     return told | ({"priority": order.priority} if order.priority else {})
 
 

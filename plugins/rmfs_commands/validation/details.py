@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import Counter, defaultdict
-from collections.abc import Container
 
 import numpy as np
 
@@ -16,7 +15,9 @@ from rmfs_commands.validation.tables import (
     STATES,
     Row,
     arrivals_of,
+    cancelled_in,
     has_hours,
+    may_cancel,
     measured_from,
     none_free,
     stations_of,
@@ -80,24 +81,31 @@ def recompute_details(trace: Trace) -> dict[str, float | None]:
     return (
         found
         | _left(trace, done)
+        | _cancelled(trace, begin)
         | _opening(trace)
         | _lateness(trace, begin, done)
         | recompute_robots(trace, begin, len(after))
     )
 
 
-def _left(trace: Trace, done: Container[int]) -> dict[str, float | None]:
+def _left(trace: Trace, done: dict[int, int]) -> dict[str, float | None]:
     """Return what is open at the end."""
     arrived = {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)}
     whole = {event.order for event in trace.events if isinstance(event, OrderAssigned) and event.complete}
-    ages = [(trace.tick - tick) / TICKS_PER_S for order, tick in arrived.items() if order not in done]
+    gone = done | cancelled_in(trace)
+    ages = [(trace.tick - tick) / TICKS_PER_S for order, tick in arrived.items() if order not in gone]
     return {
         "open_orders_end": len(ages),
-        "backlog_end": len(arrived.keys() - whole),
+        "backlog_end": len(arrived.keys() - whole - cancelled_in(trace).keys()),
         "open_age_sum_h": sum(ages) / 3600,
         "open_age_s": float(np.mean(ages)) if ages else None,
         "open_age_max_s": max(ages, default=None),
     }
+
+
+def _cancelled(trace: Trace, begin: int) -> dict[str, float | None]:
+    number = sum(tick >= begin for tick in cancelled_in(trace).values())
+    return {"orders_cancelled": number} if may_cancel(trace) else {}
 
 
 def _opening(trace: Trace) -> dict[str, float | None]:
@@ -112,8 +120,8 @@ def _lateness(trace: Trace, begin: int, done: dict[int, int]) -> dict[str, float
     due = {i: order.due_tick for i, order in enumerate(trace.instance.orders) if order.due_tick is not None}
     if not due:
         return {}
-    arrivals = arrivals_of(trace)
-    counted = {i: tick for i, tick in due.items() if arrivals.get(i, -1) >= begin}
+    arrivals, cancelled = arrivals_of(trace), cancelled_in(trace)
+    counted = {i: tick for i, tick in due.items() if arrivals.get(i, -1) >= begin and i not in cancelled}
     known = [i for i, tick in counted.items() if i in done or tick < max(trace.tick, begin)]
     late = {i for i in known if i not in done or done[i] > due[i]}
     tardiness = [max(0, done[i] - due[i]) for i in known if i in done]

@@ -112,6 +112,7 @@ KINDS: dict[str, str] = {
     "assigned-before-arrival": "an order is assigned before it arrived",
     "assigned-without-stock": "an order is assigned while the pods hold too little for it",
     "in-stock": "an order that waited for stock joins the backlog at another time than it should",
+    "cancelled": "an order is cancelled when it should not be, or is not when it should be, or is assigned afterwards",
     "line-assigned": "a line is assigned that the order does not have or that was assigned before",
     "items": "a part has another number of items than its lines",
     "complete-flag": "an order is said to be fully assigned and is not, or the other way round",

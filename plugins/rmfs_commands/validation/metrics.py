@@ -12,7 +12,7 @@ from rmfs_commands.validation.case import Case
 from rmfs_commands.validation.details import recompute_details
 from rmfs_commands.validation.packed import recompute_packing
 from rmfs_commands.validation.restocking import recompute_replenishment
-from rmfs_commands.validation.tables import arrivals_of, measured_from
+from rmfs_commands.validation.tables import arrivals_of, cancelled_in, measured_from
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderAssigned, OrderCompleted, RobotMoved, VisitStarted
 
@@ -58,7 +58,8 @@ def recompute(trace: Trace) -> dict[str, Value]:
     decisions = [event for event in counted if isinstance(event, DecisionMade)]
     done = {event.order: event.tick for event in trace.events if isinstance(event, OrderCompleted)}
     orders, arrivals = trace.instance.orders, arrivals_of(trace)
-    end = trace.tick if len(done) < len(orders) else max(done.values(), default=0)
+    all_done = len(done) + len(cancelled_in(trace)) == len(orders)
+    end = max(done.values(), default=0) if all_done else trace.tick
     busy = sum(max(0, min(pick.picker_free_tick, end) - max(pick.start_tick, begin)) for pick in picks)
     after = {order: tick for order, tick in done.items() if tick >= begin}
     measured = max(end - begin, 0)
@@ -72,7 +73,7 @@ def recompute(trace: Trace) -> dict[str, Value]:
         "pod_station_visits": visits,
         "psv_per_order": _over(visits, len(after)),
         "pile_on": _over(picked, visits),
-        "makespan_s": end / TICKS_PER_S if len(done) == len(orders) else None,
+        "makespan_s": end / TICKS_PER_S if all_done else None,
         "simulated_s": end / TICKS_PER_S,
         "orders_per_hour": _over(len(after), hours),
         "picks_per_hour": _over(picked, hours),

@@ -16,6 +16,7 @@ from rmfs_core.events import (
     DecisionMade,
     OrderArrived,
     OrderAssigned,
+    OrderCancelled,
     OrderCompleted,
     OrderInStock,
     TripDecided,
@@ -51,6 +52,7 @@ class OrderCheck:
             OrderAssigned: self.assigned,
             DecisionMade: self.decided,
             OrderCompleted: self.completed,
+            OrderCancelled: self.cancelled,
         }
 
     def arrived(self, event: OrderArrived) -> None:
@@ -66,6 +68,21 @@ class OrderCheck:
                 f"{self.case.order(event.order)} arrives{again}; expected once, at {seconds(due)}",
             )
         order.arrived = True
+
+    def cancelled(self, event: OrderCancelled) -> None:
+        """Check that an order leaves when it should, with nothing of it assigned."""
+        order, due = self.state.orders[event.order], self._cancelled_tick(event.order)
+        why = f"expected that at {seconds(due)}" if due is not None else "expected that never"
+        if order.cancelled:
+            why = "and was before"
+        elif order.begun_tick is not None or not order.arrived:
+            why = "but is begun" if order.arrived else "but has not arrived"
+        if order.cancelled or order.begun_tick is not None or not order.arrived or event.tick != due:
+            self.case.add("cancelled", event.tick, f"{self.case.order(event.order)} is cancelled, {why}")
+        order.cancelled = True
+
+    def _cancelled_tick(self, order: int) -> int | None:
+        return None if self.refilled is not None else self.case.trace.instance.orders[order].cancelled_tick
 
     def _refill(self, event: OrderArrived) -> None:
         """Check that an order is the next one, and that there is room for it in a backlog that is kept filled."""
@@ -91,6 +108,11 @@ class OrderCheck:
         assigns = f"{case.order(event.order)} is assigned to {case.station(event.station)}"
         if not order.arrived:
             case.add("assigned-before-arrival", event.tick, f"{assigns}, but has not arrived")
+        if order.cancelled:
+            case.add("cancelled", event.tick, f"{assigns}, but was cancelled")
+            order.cancelled = False
+        elif order.begun_tick is None:
+            order.begun_tick = event.tick
         for sku in event.skus:
             if sku not in order.unassigned:
                 why = "has been assigned before" if sku in order.unpicked else "is no line of it"
@@ -159,14 +181,17 @@ class OrderCheck:
         """Check that a complete run left nothing, and that what was picked was told to be complete."""
         tick, status = self.case.trace.tick, self.case.trace.status
         for i, order in enumerate(self.state.orders):
-            left = sum(order.unpicked.values()) + order.in_hand
-            if not order.completed and (status == "complete" or (status in LEFT and not left)):
+            left, due = sum(order.unpicked.values()) + order.in_hand, self._cancelled_tick(i)
+            stays = not order.cancelled and (order.begun_tick is None or order.begun_tick > (due or 0))
+            if due is not None and due < tick and stays:
+                self.case.add("cancelled", due, f"{self.case.order(i)} is not cancelled, with nothing of it assigned")
+            if not (order.completed or order.cancelled) and (status == "complete" or (status in LEFT and not left)):
                 self.case.add(
                     "order-left",
                     tick,
                     f"{self.case.order(i)} is not complete at the end ({left} of its items are not {self.done})",
                 )
-        over = all(order.completed for order in self.state.orders) and self.packing.all_packed
+        over = all(order.completed or order.cancelled for order in self.state.orders) and self.packing.all_packed
         if status in LEFT and self.state.orders and over:
             self.case.add("status", tick, f"every order is complete, but the status of the run is {status}")
 
@@ -190,6 +215,7 @@ class DecisionCheck:
             OrderArrived: self.arrived,
             OrderInStock: self.in_stock,
             OrderAssigned: self.assigned,
+            OrderCancelled: self.cancelled,
             TripDecided: self.trip,
             BundleArrived: self.bundle_arrived,
             BundleAssigned: self.bundle_assigned,
@@ -212,6 +238,10 @@ class DecisionCheck:
     def arrived(self, event: OrderArrived) -> None:
         """Count, but for an order that waits for stock."""
         self.backlog += not self.state.orders[event.order].waits
+
+    def cancelled(self, event: OrderCancelled) -> None:
+        """Count, but for an order that waits for stock."""
+        self.backlog -= not self.state.orders[event.order].waits
 
     def in_stock(self, event: OrderInStock) -> None:  # noqa: ARG002
         """Count."""

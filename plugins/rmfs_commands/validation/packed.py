@@ -10,11 +10,20 @@ import numpy as np
 from attrs import Factory, define
 
 from rmfs_commands.trace.reader import Trace, packing_stations
-from rmfs_commands.validation.tables import Row, arrivals_of, boxes_of, changes_of, measured_from, packing_hours
+from rmfs_commands.validation.tables import (
+    Row,
+    arrivals_of,
+    boxes_of,
+    cancelled_in,
+    changes_of,
+    measured_from,
+    packing_hours,
+)
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import (
     DecisionMade,
     OrderArrived,
+    OrderCancelled,
     OrderCompleted,
     OrderPacked,
     PackingAssigned,
@@ -73,6 +82,7 @@ def packing_of(trace: Trace) -> Iterator[Row]:
 def recompute_packing(trace: Trace) -> dict[str, float | None]:
     """Every metric of packing by name."""
     begin, section, times = measured_from(trace), trace.scenario["packing"], _times(trace)
+    cancelled = cancelled_in(trace)
     end, arrivals, orders = max(trace.tick, begin), arrivals_of(trace), trace.instance.orders
     done = {i: one.packed for i, one in times.items() if one.packed is not None}
     after = [i for i, tick in done.items() if tick >= begin]
@@ -84,17 +94,19 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
     spans = [(a, b, n) for a, b, n in spans if a < b]
     totes = sum(isinstance(event, PartSent) and event.tick >= begin for event in trace.events)
     due = {i: order.due_tick for i, order in enumerate(orders) if order.due_tick is not None}
-    late = [done.get(i, end) > tick for i, tick in due.items() if arrivals.get(i, -1) >= begin]
+    late = [done.get(i, end) > tick for i, tick in due.items() if arrivals.get(i, -1) >= begin and i not in cancelled]
     return {
         "orders_packed": len(after),
         "packed_s": _mean(timed),
         "packed_median_s": _percentile(timed, 50),
         "packed_p95_s": _percentile(timed, 95),
-        "packed_makespan_s": max(done.values(), default=0) / TICKS_PER_S if len(done) == len(orders) else None,
+        "packed_makespan_s": max(done.values(), default=0) / TICKS_PER_S
+        if len(done) + len(cancelled) == len(orders)
+        else None,
         "consolidation_s": _mean(together),
         "consolidation_p95_s": _percentile(together, 95),
         "packing_wait_s": _mean(waits),
-        "unpacked_end": sum(isinstance(event, OrderArrived) for event in trace.events) - len(done),
+        "unpacked_end": sum(isinstance(event, OrderArrived) for event in trace.events) - len(done) - len(cancelled),
         "boxes_max": max((n for _, _, n in spans), default=0),
         "boxes_mean": sum((b - a) * n for a, b, n in spans) / max(end - begin, 1),
         **_packers(trace, begin, end),
@@ -113,6 +125,8 @@ def _packers(trace: Trace, begin: int, end: int) -> dict[str, float | None]:
         match event:
             case OrderArrived():
                 orders[event.tick] += 1
+            case OrderCancelled():
+                orders[event.tick] -= 1
             case PackingStarted():
                 work[event.packing][event.tick] += 1
             case OrderPacked():

@@ -13,6 +13,7 @@ from rmfs_core.clock import to_ticks
 from rmfs_core.events import (
     ItemPicked,
     OrderAssigned,
+    OrderCancelled,
     OrderCompleted,
     OrderConsolidated,
     OrderPacked,
@@ -65,6 +66,7 @@ class PackingCheck:
         self.in_visit: dict[int, int] = {}  # when the last item of a visit was handled
         self.boxes: dict[tuple[int, int], int] = {}
         self.counted: set[int] = set()
+        self.cancelled: set[int] = set()
         self.totes: dict[int, PartSent] = {}
         self.come: dict[int, tuple[int, bool]] = {}  # when a tote came, and whether it was put
         self.work: dict[tuple[int, str], list[tuple[int, int]]] = defaultdict(list)
@@ -77,6 +79,7 @@ class PackingCheck:
                 OrderAssigned: self.assigned,
                 ItemPicked: self.picked,
                 OrderCompleted: self.completed,
+                OrderCancelled: lambda event: self.cancelled.add(event.order),
                 PackingAssigned: self.bound,
                 PartSent: self.sent,
                 PartArrived: self.arrived,
@@ -262,7 +265,7 @@ class PackingCheck:
             self.case.add("not-packed", self.case.trace.tick, f"{self.case.order(left[0])} is not packed at the end")
 
     def _is_packed(self, order: int) -> bool:
-        return order in self.orders and self.orders[order].packed
+        return order in self.cancelled or (order in self.orders and self.orders[order].packed)
 
     @property
     def all_packed(self) -> bool:

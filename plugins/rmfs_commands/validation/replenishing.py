@@ -17,6 +17,7 @@ from rmfs_core.events import (
     BundleStored,
     ItemPicked,
     OrderArrived,
+    OrderCancelled,
     OrderInStock,
     TripDecided,
     VisitEnded,
@@ -69,7 +70,8 @@ class BundleCheck:
             BundleStored: self.stored,
             ItemPicked: self.picked,
             OrderArrived: self.order_arrived,
-            OrderInStock: self.order_in_stock,
+            OrderInStock: self.waits_no_more,
+            OrderCancelled: self.waits_no_more,
             VisitEnded: self.left,
         }
 
@@ -213,8 +215,8 @@ class BundleCheck:
                 self.position[sku] -= items
                 self._order(sku, event.tick)
 
-    def order_in_stock(self, event: OrderInStock) -> None:
-        """Note that an order waits no more."""
+    def waits_no_more(self, event: OrderInStock | OrderCancelled) -> None:
+        """Note that an order waits for stock no more."""
         if event.order in self.wanting:
             self.wanting.remove(event.order)
             for sku, items in self.case.trace.instance.orders[event.order].lines:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rmfs_commands.trace.reader import Trace
-from rmfs_commands.validation.tables import Row, arrivals_of
+from rmfs_commands.validation.tables import Row, arrivals_of, cancelled_in, may_cancel
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import DecisionMade, ItemPicked, OrderAssigned, OrderCompleted, VisitEnded, VisitStarted
 
@@ -19,7 +19,7 @@ def orders_of(trace: Trace) -> list[Row]:
                 assigned[event.order] = event.tick
     done = {event.order: event.tick for event in trace.events if isinstance(event, OrderCompleted)}
     dated = any(order.due_tick is not None or order.priority for order in trace.instance.orders)
-    arrivals = arrivals_of(trace)
+    arrivals, cancelled = arrivals_of(trace), cancelled_in(trace)
     rows: list[Row] = []
     for i, order in enumerate(trace.instance.orders):
         arrival = arrivals.get(i)
@@ -45,6 +45,8 @@ def orders_of(trace: Trace) -> list[Row]:
                 "priority": order.priority,
                 "lateness_s": _between(order.due_tick, done.get(i)),
             }
+        if may_cancel(trace):
+            rows[-1]["cancelled_s"] = _between(0, cancelled.get(i))
     return rows
 
 

@@ -80,7 +80,7 @@ class OrderState:
 
     A part is what one period assigns to a station: (station, period), with the items left to pick (or to handle) and
     its size. ``waits`` says that it waits for stock. ``in_hand`` are its items that are picked and still to be handled;
-    ``last_tick`` is when the last one was picked (or handled).
+    ``last_tick`` is when the last one was picked (or handled), ``begun_tick`` when its first lines were assigned.
     """
 
     unassigned: dict[int, int]
@@ -93,6 +93,8 @@ class OrderState:
     in_hand: int = 0
     last_tick: int = 0
     completed: bool = False
+    cancelled: bool = False
+    begun_tick: int | None = None
 
 
 class State:

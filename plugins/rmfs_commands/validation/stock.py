@@ -9,7 +9,7 @@ from rmfs_commands.trace.reader import Trace
 from rmfs_commands.trace.writer import EVENTS
 from rmfs_commands.validation.case import Case, Handlers
 from rmfs_commands.validation.state import State
-from rmfs_core.events import BundleStored, Event, OrderArrived, OrderAssigned, OrderInStock
+from rmfs_core.events import BundleStored, Event, OrderArrived, OrderAssigned, OrderCancelled, OrderInStock
 
 
 def lets_wait(trace: Trace) -> bool:
@@ -56,13 +56,25 @@ class Claims:
             for sku, quantity in self._orders[order].lines:
                 self._wanting[sku][quantity].remove(order)
 
-    def stored(self, sku: int, items: int) -> list[int]:
-        """Take in a bundle; return the orders that wait no more."""
-        self.left[sku] += items
-        served = []
-        enough = [orders for quantity, orders in self._wanting[sku].items() if quantity <= self.left[sku]]
-        for order in sorted((order for orders in enough for order in orders), key=self.waiting.__getitem__):
-            if self.left[sku] <= 0:
+    def cancelled(self, order: int) -> list[int]:
+        """Let an order leave; return those that wait no more."""
+        lines = self._orders[order].lines
+        if self.waiting.pop(order, None) is None:
+            return self.stored(*lines)
+        for sku, quantity in lines:
+            self._wanting[sku][quantity].remove(order)
+        return []
+
+    def stored(self, *lines: tuple[int, int]) -> list[int]:
+        """Take in items of SKUs; return the orders that wait no more."""
+        for sku, items in lines:
+            self.left[sku] += items
+        served, wanting = [], ((sku, self._wanting[sku]) for sku, _ in lines)
+        enough = {
+            order for sku, those in wanting for n, orders in those.items() if n <= self.left[sku] for order in orders
+        }
+        for order in sorted(enough, key=self.waiting.__getitem__):
+            if all(self.left[sku] <= 0 for sku, _ in lines):
                 break
             if self._served(order):
                 self.claim(order)
@@ -84,7 +96,9 @@ def joined_at(trace: Trace) -> dict[int, int]:
             if claims is None or event.order not in claims.waiting:
                 found.setdefault(event.order, event.tick)
         elif isinstance(event, BundleStored) and claims is not None:
-            found |= dict.fromkeys(claims.stored(event.sku, event.items), event.tick)
+            found |= dict.fromkeys(claims.stored((event.sku, event.items)), event.tick)
+        elif isinstance(event, OrderCancelled) and claims is not None:
+            found |= dict.fromkeys(claims.cancelled(event.order), event.tick)
     return found
 
 
@@ -104,6 +118,7 @@ class StockCheck:
             self.handlers = dict.fromkeys(EVENTS.values(), self.other) | {
                 OrderArrived: self.arrived,
                 OrderAssigned: self.assigned,
+                OrderCancelled: self.cancelled,
                 BundleStored: self.stored,
                 OrderInStock: self.in_stock,
             }
@@ -136,10 +151,17 @@ class StockCheck:
             self.claims.claim(event.order)
             order.waits = False
 
+    def cancelled(self, event: OrderCancelled) -> None:
+        """Expect to be told of the orders that what it leaves is enough for."""
+        self._serve(event, self.claims.cancelled(event.order))
+
     def stored(self, event: BundleStored) -> None:
         """Expect to be told of the orders that a bundle is enough for."""
+        self._serve(event, self.claims.stored((event.sku, event.items)))
+
+    def _serve(self, event: Event, served: list[int]) -> None:
         self.other(event)
-        self.served, self.tick = self.claims.stored(event.sku, event.items), event.tick
+        self.served, self.tick = served, event.tick
         for order in self.served:
             self.state.orders[order].waits = False
 
@@ -149,7 +171,7 @@ class StockCheck:
             del self.served[0]
             return
         told = f"{self.case.order(event.order)} is said to be in stock"
-        why = "a bundle that was stored then is enough for others first, or for none"
+        why = "what was stored, or left by a cancelled order, then is enough for others first, or for none"
         self.case.add("in-stock", event.tick, f"{told}, but {why}")
         if event.order in self.served:
             self.served.remove(event.order)

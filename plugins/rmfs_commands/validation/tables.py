@@ -19,6 +19,7 @@ from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
     OrderAssigned,
+    OrderCancelled,
     OrderCompleted,
     OrderPacked,
     PackingAssigned,
@@ -63,6 +64,16 @@ def arrivals_of(trace: Trace) -> dict[int, int]:
     return {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)}
 
 
+def cancelled_in(trace: Trace) -> dict[int, int]:
+    """Return when orders were cancelled."""
+    return {event.order: event.tick for event in trace.events if isinstance(event, OrderCancelled)}
+
+
+def may_cancel(trace: Trace) -> bool:
+    """Whether any order of a trace may be cancelled."""
+    return any(order.cancelled_tick is not None for order in trace.instance.orders)
+
+
 def has_hours(trace: Trace) -> bool:
     """Whether stations open and close in a run."""
     scenario = trace.scenario
@@ -82,6 +93,8 @@ def hours_of(trace: Trace) -> Iterator[Row]:
                 what, number = "left", int(event.complete)
             case OrderCompleted():
                 what = "orders_out"
+            case OrderCancelled():
+                what = "orders_cancelled"
             case ItemPicked():
                 what = "picks"
             case VisitStarted():
@@ -98,8 +111,9 @@ def hours_of(trace: Trace) -> Iterator[Row]:
         last = max(last, hour)
     backlog, there = 0, _there(trace)
     for hour in range(last + 1):
-        backlog += counted[hour, "orders_in"] - counted[hour, "left"]
+        backlog += counted[hour, "orders_in"] - counted[hour, "left"] - counted[hour, "orders_cancelled"]
         counts = ["orders_in", "orders_out", "picks", "visits", "distance_m"]
+        counts += ["orders_cancelled"] * may_cancel(trace)
         counts += ["orders_packed"] * bool(trace.scenario.get("packing"))
         numbers = {what: counted[hour, what] for what in counts}
         begin, end = hour * HOUR, max(min((hour + 1) * HOUR, trace.tick), hour * HOUR)
@@ -175,7 +189,9 @@ def stations_of(trace: Trace) -> list[Row]:
     end = max(trace.tick, begin)
     steps: dict[int, dict[str, list[tuple[int, int]]]] = defaultdict(lambda: defaultdict(list))
     totals: Counter[tuple[int, str]] = Counter()
-    backlog = [(tick, 1) for tick in joined_at(trace).values()]
+    joined = joined_at(trace)
+    backlog = [(tick, 1) for tick in joined.values()]
+    backlog += [(tick, -1) for order, tick in cancelled_in(trace).items() if order in joined]
     for pod in trace.pods:
         if pod["robot"] is not None:
             steps[pod["bound_for"][0]]["queue"].append((0, 1))

@@ -249,3 +249,33 @@ def a_decision_before_what_it_decides(raw: Raw) -> None:
 
 for _event, _name in ((MOVED, "robot"), (LIFTED, "pod"), (TRIP, "station"), (ASSIGNED, "order"), (PICKED, "sku")):
     changed(f"a {_name} that does not exist, in {_event}", _event, lambda _, name=_name: {name: 10_000})
+
+
+# Cancellations
+
+CANCELLED = "order_cancelled"
+dropped("a cancellation dropped", CANCELLED)
+doubled("a cancellation twice", CANCELLED)
+changed("a cancellation of another order", CANCELLED, lambda line: {"order": line["order"] ^ 1})
+changed("a cancellation a tick late", CANCELLED, lambda line: {"tick": line["tick"] + 1})
+
+
+@kind
+def a_cancellation_of_an_order_that_is_begun(raw: Raw) -> None:
+    line = raw.one(CANCELLED)
+    tick = raw.header["orders"][line["order"]]["cancelled"]
+    raw.header["orders"][line["order"]]["cancelled"] = tick + 1
+    line["order"] = raw.one(ASSIGNED, lambda other: other["tick"] < tick)["order"]
+    raw.header["orders"][line["order"]]["cancelled"] = tick
+
+
+@kind
+def a_cancellation_that_nobody_asked_for(raw: Raw) -> None:
+    del raw.header["orders"][raw.one(CANCELLED)["order"]]["cancelled"]
+
+
+@kind
+def an_assignment_after_the_cancellation(raw: Raw) -> None:
+    i = raw.place(CANCELLED)
+    later = raw.following(i, ASSIGNED)
+    raw.events[later]["order"] = raw.events[i]["order"]

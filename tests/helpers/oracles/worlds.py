@@ -216,6 +216,7 @@ class Run:
             assign,
             bind,
             bind,
+            cancel,
             come,
             come,
             pick,
@@ -277,6 +278,13 @@ def assign(world: Warehouse, lots: random.Random, period: int) -> None:
             size = sum(line.quantity for line in lines)
         if size <= station.free_capacity:
             world.assign(order, station, [line.sku for line in lines], period)
+
+
+def cancel(world: Warehouse, lots: random.Random, _: int) -> None:
+    """Let an order leave of which nothing is assigned, from the backlog or from those that wait for stock."""
+    for order in one_of(lots, [one for one in world.arrived.values() if one.open_lines and not one.parts]):
+        if lots.random() < 0.4:
+            world.cancel(order)
 
 
 def bind(world: Warehouse, lots: random.Random, _: int) -> None:

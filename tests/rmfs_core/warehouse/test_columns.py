@@ -1,6 +1,7 @@
 """Columns against the objects that they follow, whatever happens to a warehouse."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -120,6 +121,26 @@ class Run(RuleBasedStateMachine):
     def assign_all(self, number: int) -> None:
         for order in self.world.backlog.orders[:number]:
             self.world.assign(order, self.world.stations[0], [line.sku for line in order.open_lines])
+
+    @rule(which=st.integers(0, 99))
+    def cancel(self, which: int) -> None:
+        able = [order for order in self.world.arrived.values() if order.open_lines and not order.parts]
+        if able:
+            order = able[which % len(able)]
+            freed = [] if order.waits_for_stock else order.open_lines
+            waiting, claims = WarehouseView(self.world).orders_waiting_for_stock, self.world.claims
+            before, wanted = Counter(claims.unclaimed if claims else ()), self.world.open_demand.copy()
+            served = self.world.cancel(order)
+            assert [one for one in waiting if one in served] == [*served]
+            assert order not in self.world.backlog
+            wanted[[sku for sku, _ in order.lines]] -= [items for _, items in order.lines]
+            assert self.world.open_demand.tolist() == wanted.tolist()
+            if claims is not None:
+                before.update(dict(freed))
+                for one in served:
+                    before.subtract(dict(one.lines))
+                assert Counter(claims.unclaimed) == before
+                assert all(claims.lacking(one) is not None for one in claims.waiting.values())
 
     @rule(which=st.integers(0, 9), at=st.integers(0, 1))
     def bind(self, which: int, at: int) -> None:

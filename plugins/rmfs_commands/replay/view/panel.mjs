@@ -100,7 +100,7 @@ export class Panel {
     const where = (told, name, value) => (told ? [[name, value]] : []);
     return [
       ["Rules", make("span", { class: "links" }, ...rules)],
-      ["Complete", `${world.done} of ${run.orders.name.length} orders`],
+      ["Complete", `${world.done} of ${run.orders.name.length} orders${world.cancelled ? `, ${world.cancelled} cancelled` : ""}`],
       ["Backlog", String(world.backlog)],
       ["Picks", String(world.picks)],
       ["Visits", String(world.visits)],

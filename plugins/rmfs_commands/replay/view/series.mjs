@@ -31,6 +31,7 @@ export function seriesOf(run, end = run.tick) {
   for (const tick of run.events.order_arrived.tick) change[Math.min(Math.floor(tick / width), n - 1)]++;
   const { tick: assigned, complete } = run.events.order_assigned;
   assigned.forEach((tick, i) => complete[i] && change[Math.min(Math.floor(tick / width), n - 1)]--);
+  for (const tick of run.events.order_cancelled.tick) change[Math.min(Math.floor(tick / width), n - 1)]--;
   let sum = 0;
   const backlog = change.map((number) => (sum += number));
   const first = run.events.order_arrived.tick[0] ?? 0;

@@ -19,8 +19,8 @@ const OF = {
   ],
   station: ["station_opened", "station_closed", "order_assigned", "bundle_assigned", "visit_started", "bundle_stored", "visit_ended"],
   order: [
-    "order_arrived", "order_assigned", "packing_assigned", "item_picked", "order_completed", "part_sent", "part_arrived",
-    "part_put", "order_consolidated", "packing_started", "order_packed",
+    "order_arrived", "order_assigned", "packing_assigned", "item_picked", "order_completed", "order_cancelled", "part_sent",
+    "part_arrived", "part_put", "order_consolidated", "packing_started", "order_packed",
   ],
   bundle: ["bundle_arrived", "bundle_assigned", "bundle_bound", "bundle_stored"],
 };
@@ -136,6 +136,8 @@ export function tell(run, names, at, kind) {
     }
     case "order_completed":
       return "complete";
+    case "order_cancelled":
+      return "cancelled";
     case "packing_assigned": {
       const e = events.packing_assigned;
       return `bound for packing station ${e.packing[i] + 1}${e.box[i] < 0 ? "" : `, box ${e.box[i] + 1}`}`;
@@ -366,6 +368,8 @@ export function orderStatus(names, world, order) {
       return `partly assigned: ${world.unassigned[order]} of ${open} left to assign${at.length ? `, at ${at.join(", ")}` : ""}`;
     case ORDER.ASSIGNED:
       return `at ${at.join(", ")}: ${open} to pick`;
+    case ORDER.CANCELLED:
+      return "cancelled";
     default:
       return world.run.packing ? packedStatus(names, world, order) : "complete";
   }

@@ -31,6 +31,7 @@ export type ToldEvents = {
   visit_started: Told<"visit" | "robot" | "pod" | "station">;
   item_picked: Told<"start_tick" | "picker_free_tick" | "visit" | "station" | "pod" | "order" | "sku">;
   visit_ended: Told<"visit" | "pod" | "station" | "picks" | "next_station">;
+  order_cancelled: Told<"order">;
   order_completed: Told<"order">;
   packing_assigned: Told<"order" | "packing" | "box">;
   part_sent: Told<"order" | "packing" | "station" | "tote" | "items">;

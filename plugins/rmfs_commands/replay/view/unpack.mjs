@@ -100,6 +100,7 @@ function unpackEvents({ events: told, texts }) {
     visit_started: timed(told.visit_started),
     item_picked: { ...picked, picker_free_tick: picked.tick.map((tick, i) => tick + told.item_picked.picker_free_tick[i]) },
     visit_ended: { ...timed(ended), robot: ended.visit.map((visit) => robots.get(visit) ?? -1) },
+    order_cancelled: timed(told.order_cancelled),
     order_completed: timed(told.order_completed),
     packing_assigned: timed(told.packing_assigned),
     part_sent: timed(told.part_sent),

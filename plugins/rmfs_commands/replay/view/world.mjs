@@ -5,7 +5,7 @@ import { between, lastUpTo } from "./motion.mjs";
 /** @import { EventName, Packed, PackingNow, Run } from "./types.d.ts" */
 
 /** State of an order. */
-export const ORDER = { ABSENT: 0, WAITING: 1, PARTLY: 2, ASSIGNED: 3, DONE: 4 };
+export const ORDER = { ABSENT: 0, WAITING: 1, PARTLY: 2, ASSIGNED: 3, DONE: 4, CANCELLED: 5 };
 
 /**
  * A station: pods in its line, the visit that goes on, items to pick of each open order and of all, bundles to store.
@@ -29,6 +29,7 @@ export class World {
   unassigned = new Int32Array(); // and to assign
   backlog = 0;
   done = 0;
+  cancelled = 0;
   picks = 0;
   visits = 0;
   moves = 0;
@@ -71,7 +72,7 @@ export class World {
     this.orders = new Uint8Array(run.orders.name.length);
     this.left = Int32Array.from(run.lines, (lines) => lines.reduce((sum, [, quantity]) => sum + quantity, 0));
     this.unassigned = Int32Array.from(this.left);
-    this.backlog = this.done = this.picks = this.visits = this.moves = 0;
+    this.backlog = this.done = this.cancelled = this.picks = this.visits = this.moves = 0;
     this.bundles = [];
     this.waitingBundles = new Set();
     this.stored = 0;
@@ -167,6 +168,15 @@ export class World {
     this.unassigned[order[i]] -= items[i];
     this.orders[order[i]] = complete[i] ? ORDER.ASSIGNED : ORDER.PARTLY;
     if (complete[i]) this.backlog--;
+  }
+
+  /** @param {number} i */
+  order_cancelled(i) {
+    const order = this.run.events.order_cancelled.order[i];
+    this.orders[order] = ORDER.CANCELLED;
+    this.backlog--;
+    this.cancelled++;
+    for (const [sku, quantity] of this.run.lines[order]) this.demand[sku] -= quantity;
   }
 
   /** @param {number} i */

@@ -70,6 +70,15 @@ def test_orders_and_their_times(read: Read) -> None:
     assert written(lines) == ["A,0,tea,2"]
 
 
+def test_an_order_is_cancelled_with_the_last_of_its_lines(read: Read) -> None:
+    """One of which a line is not stays, and none leaves before it came."""
+    columns = Columns("order", "sku", "time", "qty", cancelled="due")
+    rows = ("A,tea,10,2,12,", "A,jam,10,2,15.5,", "B,tea,11,1,12,", "B,jam,11,1,,", "C,tea,20,1,19,")
+    lines = read(*rows, columns=columns)
+    lines.gather()
+    assert written(lines) == ["A,10,tea,2,15.5", "A,10,jam,2,15.5", "B,11,tea,1,", "B,11,jam,1,", "C,20,tea,1,20"]
+
+
 @pytest.mark.parametrize("rows", [(1, 0), (0, 1)])
 def test_time_zero_is_midnight_by_the_clock_of_the_first_order(read: Read, rows: tuple[int, int]) -> None:
     both = ("A,tea,2024-07-01T06:00+02:00,1,,", "B,tea,2024-07-01T05:00Z,1,,")
@@ -165,13 +174,13 @@ def cleaned(
 ) -> tuple[Cleaner, list[tuple[object, ...]]]:
     """Return a cleaner and what it makes of rows: order, sku, time, quantity, due time, priority."""
     cleaner = Cleaner(columns, reader or Reader(), choice or Choice())
-    filled = [(*row, *[""] * (7 - len(row))) for row in rows]
+    filled = [(*row, *[""] * (8 - len(row))) for row in rows]
     return cleaner, list(cleaner.lines("lines.csv", enumerate(filled, 1)))
 
 
 def test_a_row_is_an_order_line() -> None:
     _, lines = cleaned((" A ", "tea", "5", "2.0", "60", "3"), ("B", "cafe\u0301", "6", "1"))
-    assert lines == [("A", "tea", 5000, 0, 2, 60_000, 3, 1), ("B", "caf\u00e9", 6000, 0, 1, None, None, 2)]
+    assert lines == [("A", "tea", 5000, 0, 2, 60_000, 3, None, 1), ("B", "caf\u00e9", 6000, 0, 1, None, None, None, 2)]
 
 
 def test_each_row_left_out_has_its_reason() -> None:
@@ -214,7 +223,7 @@ def test_skus_to_leave_out_and_signs_are_looked_at() -> None:
     part = "1 row with a quantity that is no whole number from 1 on (returns, weights)"
     for given, text, end in ((".", "1,00", "; perhaps --decimal ,"), (".", "1,50", ""), (",", "x", "")):
         cleaner = Cleaner(Columns("o", "s", quantity="q"), Reader(quantities=Quantities(given)), Choice())
-        list(cleaner.lines("t.csv", [(1, ("A", "tea", "", text, "", "", ""))]))
+        list(cleaner.lines("t.csv", [(1, ("A", "tea", "", text, "", "", "", ""))]))
         assert cleaner.left_out() == [f'{part}: row 1 "{text}"{end}']
 
 

@@ -348,7 +348,7 @@ class Watches:
 def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
     report = check_rule(rule)
     assert report.findings == ()
-    assert len(report.worlds) == 36
+    assert len(report.worlds) == 37
     assert all(
         times.calls >= len(report.worlds) and 0 < times.total_s / times.calls <= times.longest_s
         for times in report.times.values()
@@ -368,7 +368,7 @@ def test_where_rules_are_tried() -> None:
     lacking = {"order capacity", "replenishment at picking stations", "replenishment stations"}
     assert {name for name in report.left_out if "finite stock" not in name} == lacking
     assert len(report.left_out) == 19
-    assert len(report.worlds) == 17
+    assert len(report.worlds) == 18
     assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
     report = conformance_report(Both())
     assert report.decides == ("POA", "POA+PPS")

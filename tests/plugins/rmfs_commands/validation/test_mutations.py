@@ -4,12 +4,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from attrs import frozen
+from attrs import evolve, frozen
 
 import rmfs_core
 from corruptions import KINDS, NotThereError, Raw
+from rmfs_commands.cli.csv_writing import orders_csv, pods_csv
 from rmfs_commands.validation import check_trace
 from rmfs_core.errors import InputError
+from rmfs_core.world import make_instance
 
 HALL = ("instance.orders=14", "instance.skus=12", "instance.pods=12")
 SMALL = (*HALL, "layout.block_columns=2")
@@ -69,7 +71,10 @@ BASES: dict[str, tuple[str, tuple[str, ...]]] = {
             "rules.rps=emptiest-pod",
         ),
     ),
-    "orders from files, robots that ignore each other": ("examples/from-csv", ("rules.pp=free-flow",)),
+    "orders from files, some cancelled, robots that ignore each other": (
+        "examples/from-csv",
+        ("rules.pp=free-flow", "stations.item_capacity=3"),
+    ),
     "stations that open and close, robots that come and go": (
         "examples/small",
         (
@@ -129,11 +134,25 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
         if name not in made:
             scenario, overrides = BASES[name]
             out = made[name] = tmp_path_factory.mktemp("base")
+            if name == FILES:
+                overrides = (*overrides, *cancelled(tmp_path_factory.mktemp("files")))
             result = rmfs_core.run(scenario, overrides=overrides, out=out, record=["trace"])
             assert result.status == ("horizon" if name == PARTIAL else "complete")
         return made[name]
 
     return folder
+
+
+def cancelled(folder: Path) -> list[str]:
+    """Write the orders and pods of a scenario, every other order cancelled a second after it came; name the files."""
+    instance = make_instance(rmfs_core.load_scenario("examples/from-csv"))
+    orders = tuple(
+        evolve(order, cancelled_tick=order.arrival_tick + 1000 if number % 2 else None)
+        for number, order in enumerate(instance.orders)
+    )
+    (folder / "orders.csv").write_text(orders_csv(evolve(instance, orders=orders)))
+    (folder / "pods.csv").write_text(pods_csv(instance))
+    return [f"instance.{what}_file={folder / what}.csv" for what in ("orders", "pods")]
 
 
 def missed(folder: Path, kinds: list[str], tmp_path: Path) -> tuple[set[str], int]:

@@ -17,6 +17,7 @@ const KINDS = {
   visit_started: ["visit", "robot", "pod", "station"],
   item_picked: ["start_tick", "picker_free_tick", "visit", "station", "pod", "order", "sku"],
   visit_ended: ["visit", "pod", "station", "picks", "next_station"],
+  order_cancelled: ["order"],
   order_completed: ["order"],
   packing_assigned: ["order", "packing", "box"],
   part_sent: ["order", "packing", "station", "tote", "items"],
@@ -125,6 +126,10 @@ export function packed() {
 }
 
 export const sample = () => unpack(packed());
+
+const CANCELLED = [...EVENTS, [28000, "order_cancelled", 1]];
+/** The same with the second order cancelled at the end. */
+export const cancelled = () => unpack({ ...packed(), events: packedEvents(CANCELLED), order: order(CANCELLED) });
 
 // The same place with a charger (5) and a station that stores bundles, without orders: the robot moves pod p, rests at the
 // charger, and brings pod q, on which a bundle of SKU a is stored.

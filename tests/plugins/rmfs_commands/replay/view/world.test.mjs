@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { ORDER, World } from "../../../../../plugins/rmfs_commands/replay/view/world.mjs";
-import { packs, replenished, sample } from "./sample.mjs";
+import { cancelled, packs, replenished, sample } from "./sample.mjs";
 
 const plain = (world) => ({
   pods: [...world.podCell], carried: [...world.robotPod], orders: [...world.orders], open: [...world.openItems()],
@@ -20,6 +20,14 @@ test("orders arrive, are assigned, and are picked", () => {
   assert.deepEqual([...world.go(20042).stations[0].open], [[0, 2]]);
   assert.deepEqual([...world.openItems()], [2, 1]);
   assert.deepEqual([world.picks, world.visits, world.done], [1, 1, 0]);
+});
+
+test("a cancelled order waits no more, and nothing is wanted for it", () => {
+  const world = new World(cancelled());
+  assert.deepEqual([world.go(27999).backlog, world.demand[0], world.cancelled], [1, 1, 0]);
+  assert.deepEqual([world.go(28000).backlog, world.demand[0], world.cancelled], [0, 0, 1]);
+  assert.equal(world.orders[1], ORDER.CANCELLED);
+  assert.deepEqual([world.go(27999).backlog, world.cancelled], [1, 0]);
 });
 
 test("a pod is in storage, carried, in line, at the station", () => {
