@@ -20,9 +20,15 @@ _GROUPS: dict[str, tuple[Metric, ...]] = {
         Metric("orders_total", "Orders in all", "", 0, "Orders of the instance."),
         Metric("turnover_s", "Turn-over time", "s", 1, "Arrival to completion, mean over completed orders."),
         Metric(
-            "turnover_backlog_s", "  in the backlog", "s", 1, "Arrival until all parts are assigned, mean of those."
+            "turnover_backlog_s", "  in the backlog", "s", 1, "Mean time from arrival until all parts are assigned."
         ),
-        Metric("turnover_station_s", "  at stations", "s", 1, "The rest of the turn-over time, mean of those."),
+        Metric(
+            "turnover_station_s",
+            "  at stations",
+            "s",
+            1,
+            "Mean rest of the turn-over time.",
+        ),
         Metric("split_orders_open_max", "Most split orders open", "", 0, "Most split orders open at the same time."),
     ),
     "Pods": (
@@ -91,16 +97,20 @@ DETAILS: tuple[Metric, ...] = (
         0,
         "Orders that have arrived and are neither complete nor cancelled.",
     ),
-    Metric("backlog_end", "Backlog at the end", "", 0, "The part of these of which not all is assigned."),
+    Metric("backlog_end", "Backlog at the end", "", 0, "Orders open at the end of which not all is assigned."),
     Metric(
         "open_age_sum_h",
         "Total age of open orders",
         "h",
         2,
-        "Time since their arrival at the end of the run, sum of these; 0 when no order is open.",
+        "Time since arrival of the orders open at the end, summed; 0 when none is open.",
     ),
     Metric(
-        "open_age_s", "Age of open orders", "s", 1, "Time since their arrival at the end of the run, mean of these."
+        "open_age_s",
+        "Age of open orders",
+        "s",
+        1,
+        "Mean time since arrival of the orders open at the end.",
     ),
     Metric("open_age_max_s", "  of the oldest", "s", 1, "Time since arrival of the oldest open order, at the end."),
     Metric("items_per_line", "Items per order line", "", 2, "Items over order lines of the completed orders."),
@@ -181,7 +191,7 @@ LATENESS: tuple[Metric, ...] = (
 
 REPLENISHMENT: tuple[Metric, ...] = (
     Metric("bundles_stored", "Bundles stored", "", 0, "Bundles whose items were put on a pod."),
-    Metric("items_stored", "Items stored", "", 0, "Items of these."),
+    Metric("items_stored", "Items stored", "", 0, "Items of the bundles stored."),
     Metric("bundle_turnover_s", "Turn-over time of bundles", "s", 1, "Arrival until it is stored, mean over bundles."),
     Metric("replenishment_visits", "Replenishment visits", "", 0, "Visits of pods in which a bundle was stored."),
     Metric("items_per_replenishment_visit", "  items per visit", "", 2, "Items stored per such visit."),
@@ -237,7 +247,7 @@ PACKING: tuple[Metric, ...] = (
         1,
         "From the first to the last part of a split order at its packing station, mean over packed ones.",
     ),
-    Metric("consolidation_p95_s", "  95 %", "s", 1, "95th percentile of the same."),
+    Metric("consolidation_p95_s", "  95 %", "s", 1, "95th percentile of the times until orders are consolidated."),
     Metric(
         "packing_wait_s",
         "Waiting for a packer",

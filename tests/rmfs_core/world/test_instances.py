@@ -242,10 +242,9 @@ same_name = _made((OrderData("1", arrival_tick=0, lines=((0, 1),)),) * 2)
 no_name = _made((OrderData(1, arrival_tick=0, lines=((0, 1),)),))
 bad_pod = _made(pods=(PodData("p", ((0, 1.5),)),))
 """
-NAMES = "singles paced at_times copied fails fails_deep nothing ends no_tuple early half unsorted no_sku no_items"
-GENERATORS = {
-    name: f"acme_days:{name}" for name in (*NAMES.split(), "no_lines", "same_sku", "same_name", "no_name", "bad_pod")
-}
+NAMES = "singles paced at_times copied fails fails_deep nothing ends no_tuple early half"
+NAMES += " unsorted no_sku no_items no_lines same_sku same_name no_name bad_pod"
+GENERATORS = {name: f"acme_days:{name}" for name in NAMES.split()}
 WITH = "returned a wrong Instance:"
 LINES = "expected (SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
 TAKES = "besides section and seed it takes `pace_s` and `lines`"

@@ -31,9 +31,12 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         console.print()
     for metric in comparison.metrics:
         print_named(console, _metric(comparison, metric, shown))
-        for one in (one for name in shown for one in comparison.of(name, metric)):
-            if sentence := numbers.other_sign(comparison.described(metric), one):
-                console.print(sentence, style="yellow", highlight=False, markup=False)
+        pairs = (one for name in shown for one in comparison.of(name, metric))
+        told = [sentence for one in pairs if (sentence := numbers.other_sign(comparison.described(metric), one))]
+        for sentence in told:
+            console.print(sentence, style="yellow", highlight=False, markup=False)
+        if told:
+            console.print()
     for first, second in comparison.fronts:
         print_named(console, _front(comparison, first, second, shown))
     for sentence in numbers.left_out(comparison, shown):
