@@ -13,7 +13,7 @@ from rmfs_rules.mip.printed.solver import Limits
 from rmfs_rules.mip.proof.steps import proof_of
 
 SPLIT = (Model.SPLIT_AMONG_STATIONS, Model.SPLIT_OVER_TIME)
-MANY = pytest.param(range(60, 380), marks=pytest.mark.slow, id="many")
+MANY = pytest.param(range(60, 160), marks=pytest.mark.slow, id="many")
 
 
 def ended(period, model, steps, brute_force=None, splits=None, weight=2):
