@@ -152,7 +152,9 @@ def test_keys(browser: Chromium, written: dict[str, Path], replay: Replay) -> No
     assert browser.evaluate(f"replay.views[0].run.events.decision_made.tick.includes({tick})")
     before = browser.evaluate(tick)
     browser.press("n")
-    assert browser.evaluate(tick) == browser.evaluate(f"replay.views[0].run.sequence.tick.find((one) => one > {before})")
+    assert browser.evaluate(tick) == browser.evaluate(
+        f"replay.views[0].run.sequence.tick.find((one) => one > {before})"
+    )
     assert "What limits it" in browser.evaluate("document.getElementById('panel').textContent")
     browser.press("ArrowUp")
     assert browser.evaluate("replay.clock.speed") == 20
