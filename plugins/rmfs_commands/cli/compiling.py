@@ -54,7 +54,7 @@ class _Shown:
         if not self._said and not self.notes.is_terminal:
             self.notes.print("Compiling searches (once a rule; up to a minute) ...", highlight=False, soft_wrap=True)
         self._said = True
-        if self.notes.is_terminal and not self.notes.quiet and not self.notes._live_stack:
+        if self.notes.is_terminal and not self.notes.quiet:
             self._open()
 
     def end(self) -> None:
@@ -66,6 +66,7 @@ class _Shown:
 
     def _open(self) -> None:
         """Show a bar for what was compiled, and one that moves for what is compiled now."""
+        from rich.errors import LiveError
         from rich.progress import BarColumn, Progress, TextColumn
 
         self._bars = Progress(
@@ -79,7 +80,10 @@ class _Shown:
             if name != self._now:
                 self._bars.add_task(name, total=1, completed=1, spent=f"{spent:.0f} s")
         self._bars.add_task(self._now, total=None, spent="")
-        self._bars.start()
+        try:
+            self._bars.start()
+        except LiveError:  # the display of the run has the terminal
+            self._bars = None
 
     def close(self) -> None:
         """Give the terminal back."""
@@ -204,12 +208,12 @@ def _few_roads() -> Any:
     """Return roads that are quick to make; of any, the same functions are compiled."""
     from rmfs_core.scenario import load_scenario
     from rmfs_core.simulation.setup import motion_of
-    from rmfs_core.traffic.roads import roads_on
+    from rmfs_core.traffic import Roads
     from rmfs_core.world import make_layout
     from rmfs_core.world.travel import travel_on
 
     scenario = load_scenario("examples/small")
-    return roads_on(travel_on(make_layout(scenario), motion_of(scenario.robots)))
+    return Roads(travel_on(make_layout(scenario), motion_of(scenario.robots)))
 
 
 def compile_searches(notes: Console, scenario: Scenario) -> None:

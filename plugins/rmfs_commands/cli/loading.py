@@ -38,7 +38,7 @@ def loading_alone(missed: Callable[[str], bool] | None = None) -> Iterator[None]
         target.refresh = partial(rtsys.initialize, target)
         try:
             found = load(cached, signature, target)
-            if found is None and missed is not None and missed(cached._py_func.__module__):
+            if found is None and missed is not None and missed(vars(cached)["_py_func"].__module__):
                 found = load(cached, signature, target)
             return found
         finally:
