@@ -11,7 +11,7 @@ import pytest
 
 import rmfs_commands.replay
 import rmfs_core
-from rmfs_core.world import Layout
+from rmfs_commands.cli.hall import Hall
 
 FILE = Path(__file__).resolve().parents[2] / "docs" / "tutorial" / "notebook.ipynb"
 CELLS: list[dict[str, Any]] = json.loads(FILE.read_text(encoding="utf-8"))["cells"]
@@ -43,7 +43,7 @@ def test_it_runs_and_shows_what_it_says(
     names: dict[str, Any] = {"__name__": "__main__"}
     shown = [done("".join(cell["source"]), names) for cell in CELLS if cell["cell_type"] == "code"]
     kinds = [type(one) for one in shown if hasattr(one, "_repr_html_")]
-    assert kinds == [Layout, rmfs_core.Result, rmfs_commands.replay.Page]
+    assert kinds == [Hall, rmfs_core.Result, rmfs_commands.replay.Page]
     (axes,) = plt.gcf().axes
     assert len(axes.lines) == len(names["SEEDS"])
     better = zip(*reversed(names["visits"].values()), strict=True)

@@ -63,14 +63,19 @@ class Hall:
     @property
     def html(self) -> str:
         """A page with everything in it, which needs no network."""
-        said = "".join(f"<p>{escape(sentence)}</p>" for sentence in self.loads)
-        return _PAGE.substitute(
-            title=escape(f"{self.name}: the hall before a run"),
-            style=HALL_STYLE,
-            told=f'<p class="soft">{escape(self.sizes)}</p>',
-            figure=self.figure,
-            said=f'{said}<p class="soft">{escape(NOT_SIMULATED)}</p>',
-        )
+        return hall_page(f"{self.name}: the hall before a run", [self.sizes], self.figure, self.loads)
+
+
+def hall_page(title: str, told: Sequence[str], figure: str, said: Sequence[str]) -> str:
+    """Return a page with a picture that `rmfs_commands.layouts.hall` draws; sentences are above and below it."""
+    below = "".join(f"<p>{escape(sentence)}</p>" for sentence in said)
+    return _PAGE.substitute(
+        title=escape(title),
+        style=HALL_STYLE,
+        told="".join(f'<p class="soft">{escape(sentence)}</p>' for sentence in told),
+        figure=figure,
+        said=f'{below}<p class="soft">{escape(NOT_SIMULATED)}</p>',
+    )
 
 
 def hall(scenario: Scenario | str, name: str | None = None) -> Hall:
@@ -104,7 +109,7 @@ def hall(scenario: Scenario | str, name: str | None = None) -> Hall:
     pods = [
         HallPod(at, int(levels[pod.id]), f"pod {pod.name}: {wanted[pod.id]:.1f} items wanted")
         for pod in warehouse.pods
-        if (at := pod._location) is not None
+        if (at := pod.location) is not None
     ]
     taken = {*warehouse.free_locations, *(pod.cell for pod in pods)}
     empty = [HallPod(cell, None, "empty pod") for cell in layout.storage_locations if cell not in taken]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
@@ -18,8 +18,14 @@ NAMED_ALONE = (
 
 
 @contextmanager
-def loading_alone() -> Iterator[None]:
-    """Let what is cached load alone, meanwhile; who compiles all the same, then or later, imports what that takes."""
+def loading_alone(missed: Callable[[str], bool] | None = None) -> Iterator[None]:
+    """Let what is cached load alone, meanwhile; who compiles all the same, then or later, imports what that takes.
+
+    Parameters
+    ----------
+    missed
+        Told the module of each function that is not in the cache; returns whether to look again.
+    """
     from numba.core.registry import cpu_target
     from numba.core.runtime.nrt import rtsys
 
@@ -31,7 +37,10 @@ def loading_alone() -> Iterator[None]:
         """Load without a refresh, but for the counting of who refers to arrays."""
         target.refresh = partial(rtsys.initialize, target)
         try:
-            return load(cached, signature, target)
+            found = load(cached, signature, target)
+            if found is None and missed is not None and missed(vars(cached)["_py_func"].__module__):
+                found = load(cached, signature, target)
+            return found
         finally:
             vars(target).pop("refresh", None)
 

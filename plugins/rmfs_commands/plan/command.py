@@ -49,6 +49,9 @@ PLAN_FILE, PATHS_FILE = "plan.json", "paths.csv"
     help="Queries for each robot, on average, to shorten paths of groups when all have one; 0: one order of robots.",
 )
 @click.option("--out", type=OutPath(), metavar="DIR", help=f"Folder to write {PLAN_FILE} and {PATHS_FILE} to.")
+@click.option(
+    "--html", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE", help="Write a page that shows the plan."
+)
 @no_inline_option
 @json_option
 def plan(
@@ -60,6 +63,7 @@ def plan(
     scen: str | None,
     effort: int,
     out: Path | None,
+    html: Path | None,
     no_inline_rules: bool,
     as_json: bool,
 ) -> None:
@@ -108,6 +112,13 @@ def plan(
         _print(output_console(), title, roads, plans, hits, wall_s)
     if folder is not None:
         _write(folder, roads, plans, hits, about)
+    if html is not None:
+        from rmfs_commands.plan.page import plan_page
+        from rmfs_core.results.files import write_text
+
+        rows = [row for robot, one in enumerate(plans, 1) for row in _legs(roads, robot, one)]
+        ends = [(one.trip.start, one.trip.goal) for one in plans]
+        write_text(html, plan_page(title, _said(plans, hits), roads.layout, ends, rows))
     stuck = [str(number) for number, one in enumerate(plans, 1) if not one.arrived]
     if stuck:
         more = f" and {len(stuck) - SHOWN} more" if len(stuck) > SHOWN else ""
@@ -144,6 +155,11 @@ def _check_reach(roads: Roads, trips: Sequence[Any], place: str) -> None:
             if (end, cell) in seen:
                 raise InputError(place, f"robots {seen[end, cell]} and {number} have the same {end}, {where}")
             seen[end, cell] = number
+
+
+def _said(plans: Sequence[Plan], hits: Sequence[Collision]) -> str:
+    costs = _costs(plans, hits)
+    return f"{costs['arrived']} of {costs['robots']} robots arrive; collisions: {len(hits)}."
 
 
 def _describe(roads: Roads, hit: Collision) -> str:

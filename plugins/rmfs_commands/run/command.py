@@ -113,7 +113,7 @@ def run(
     viewer = _viewer(name) if watch else None
     waits, told = StockWaits(), ToldLoads(notes)
     try:
-        with nullcontext() if progress is None else closing(progress), compiling_announced(notes):
+        with nullcontext() if progress is None else closing(progress), compiling_announced(notes, resolved):
             result = simulate(
                 resolved,
                 out=folder,

@@ -22,7 +22,7 @@ from rich.console import Console
 
 from calling import exit_code
 from cases import cases
-from rmfs_commands.cli.compiling import compiling_announced
+from rmfs_commands.cli.compiling import compile_told, compiling_announced
 from rmfs_commands.cli.loading import loading_alone
 from rmfs_commands.cli.main import main, rmfs
 from rmfs_commands.cli.streams import answer, kept_output, no_input, own_input
@@ -624,6 +624,44 @@ def test_nothing_stays_changed() -> None:
     assert (caching.Cache.load_overload, environment.importlib) == before
 
 
+def test_what_another_process_compiles_is_looked_for_again(tmp_path: Path) -> None:
+    """It is started by a miss of something else, waited for at a miss of its own, and then what it left is loaded."""
+    module = """
+        from rmfs_core.jit import njit
+        def search(number): return 3 * number
+        def compiled(): return njit(cache=True)(search)
+    """
+    program = """
+        import sys
+        from rmfs_commands.cli.loading import loading_alone
+        import searching
+        asked = []
+        def missed(module):
+            if not asked:
+                asked.append(module)
+                print(module)
+                searching.compiled()(2)  # in place of the other process
+            return len(asked) == 1
+        found = searching.compiled()
+        with loading_alone(missed):
+            print(found(2), *found.stats.cache_hits.values())
+    """
+    (tmp_path / "searching.py").write_text(dedent(module), encoding="utf-8")
+    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, "-c", dedent(program)]
+    for printed in ("searching\n6 1\n", "6 1\n"):
+        assert subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout == printed
+
+
+def test_what_a_process_for_compiling_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It prepares the rule, and only rules that ship with rmfs go to it."""
+    asked = []
+    monkeypatch.setattr("rmfs_rules.whca.rule.WhcaN.prepare", lambda _rule, roads: asked.append(roads))
+    monkeypatch.setattr(sys, "argv", ["-c", json.dumps(["pp", "whca-n", {}])])
+    compile_told()
+    assert len(asked) == 1
+
+
 def test_what_is_compiled_is_said_once() -> None:
     increased, doubled = njit(lambda number: number + 1), njit(lambda number: 2 * number)
     said = []
@@ -633,6 +671,11 @@ def test_what_is_compiled_is_said_once() -> None:
             assert doubled(increased(1)) == 4
         said.append(notes.file.getvalue())
     assert said == ["Compiling searches (once a rule; up to a minute) ...\n", ""]
+    terminal = Console(file=io.StringIO(), force_terminal=True, width=90)
+    with compiling_announced(terminal):
+        assert njit(lambda number: number - 3)(1) == -2
+    assert "Compiling, once on this machine: " in terminal.file.getvalue()
+    assert terminal.file.getvalue().endswith("\x1b[2K")  # the bar is gone again
     notes = Console(file=io.StringIO())
     with compiling_announced(notes):
         pass

@@ -11,6 +11,7 @@ import pytest
 import rmfs
 from calling import exit_code
 from rmfs_commands.cli.hall import wanted_of_pods
+from rmfs_commands.cli.not_simulated import NOT_SIMULATED_PAGE
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.layouts.hall import HallPod, hall_legend, hall_svg
 from rmfs_core.world import Instance, OrderData, PodData
@@ -71,7 +72,8 @@ def test_a_page_needs_nothing_else(
     assert picture.figure in picture._repr_html_()
     loaded = rmfs.load_scenario(name)
     assert picture.figure.count('class="robot" cx') == loaded.robots.count + 1  # and one in the legend
-    assert "what-is-not-simulated" in page
+    assert NOT_SIMULATED_PAGE in page
+    assert (Path(__file__).parents[4] / NOT_SIMULATED_PAGE).exists()
 
 
 def test_a_picture_as_text_has_no_file(capsys: pytest.CaptureFixture[str]) -> None:

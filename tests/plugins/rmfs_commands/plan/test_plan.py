@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -678,3 +679,19 @@ def test_turns_and_crowds() -> None:
     after = even(3, Leg(2, 2000), heading=WEST)
     assert [hit.cell for hit in collisions(LONG_EVEN, [south, after])] == [2]
     assert south.end_heading == SOUTH
+
+
+def test_a_page_shows_the_plan(tmp_path: Path) -> None:
+    """Each robot has a path, a goal, and moves from its start to there."""
+    (tmp_path / "hall.map").write_text("......\n......\n", encoding="utf-8")
+    trips = "version 1\n0\thall.map\t6\t2\t0\t0\t5\t1\t6\n0\thall.map\t6\t2\t5\t0\t0\t1\t6\n"
+    (tmp_path / "two.scen").write_text(trips, encoding="utf-8")
+    file = tmp_path / "plan.html"
+    arguments = ("--agents", "2", "--scen", str(tmp_path / "two.scen"), "--html", str(file))
+    assert exit_code("plan", str(tmp_path / "hall.map"), *arguments) == 0
+    page = file.read_text(encoding="utf-8")
+    assert "2 of 2 robots arrive; collisions: 0." in page
+    assert page.count("<polyline") == page.count("<title>robot ") == 2
+    (across, down, *_) = re.findall(r'<animate attributeName="c[xy]"[^>]* values="([^"]*)"', page)
+    assert [text.split(";")[0] for text in (across, down)] == ["0.5", "0.5"]
+    assert [text.split(";")[-1] for text in (across, down)] == ["5.5", "1.5"]
