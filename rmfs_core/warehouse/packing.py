@@ -62,9 +62,10 @@ class PackingStation:
     def next_tasks(self) -> tuple[PackingTask, ...]:
         """What a packer, or a sorter, who is free could begin now; none where nobody is."""
         packers, sorters = self.section.packers, self.section.sorters
-        crews = [(sorters, ("put",)), (packers, ("pack",))] if sorters else [(packers, ("put", "pack"))]
-        for number, kinds in crews:
-            tasks = tuple(task for task in self.tasks if task.kind in kinds)
-            if tasks and sum(task.kind in kinds for task, _ in self.working) < number:
+        if not sorters:
+            return self.tasks if len(self.working) < packers else ()
+        for number, kind in ((sorters, "put"), (packers, "pack")):
+            tasks = tuple(task for task in self.tasks if task.kind == kind)
+            if tasks and sum(task.kind == kind for task, _ in self.working) < number:
                 return tasks
         return ()
