@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, PackingStation, WarehouseView
 
+MOST_WORK = "Seconds of work for each packer, with all orders bound for packing stations, above which no order is split"
+"""What the parameter ``packing_work_s`` of rules means."""
 
-def room_to_split(warehouse: WarehouseView, capacity: int | None) -> int | None:
+
+def room_to_split(warehouse: WarehouseView, capacity: int | None, most_work_s: float = 0.0) -> int | None:
     """Return how many more orders may be split now; None for any number.
 
     Parameters
@@ -18,13 +21,33 @@ def room_to_split(warehouse: WarehouseView, capacity: int | None) -> int | None:
         The warehouse: each split order takes a free box, where there are packing stations.
     capacity
         A rule's own limit of split orders that are open, those already open included; None: it has none.
+    most_work_s
+        How much work packers may have for an order to be split, as `packing_work_s` counts it; 0: any.
     """
     rooms = [] if capacity is None else [max(capacity - warehouse.split_orders_open, 0)]
+    if most_work_s and packing_work_s(warehouse) > most_work_s:
+        rooms.append(0)
     free = warehouse.free_boxes
     # Each order takes a place of a station: where there are no more of these than boxes, boxes limit nothing
     if free is not None and free < sum(station.free_capacity for station in warehouse.stations):
         rooms.append(free)
     return min(rooms, default=None)
+
+
+def packing_work_s(warehouse: WarehouseView) -> float:
+    """Return the seconds of work for each packer and sorter with the orders that are bound for packing stations.
+
+    An order that is not packed counts as a whole: its items are packed and, if it is split, put into a box from one
+    tote. Parts of it that are on their way or not even assigned count too, so that the figure rises with the decision.
+    """
+    work_s, crew = 0.0, 0
+    for station in warehouse.packing_stations:
+        one = station.section
+        crew += one.packers + one.sorters
+        for order in station.orders:
+            work_s += one.pack_s + one.pack_item_s * order.items
+            work_s += one.tote_s + one.put_s * order.items if order.split else 0.0
+    return work_s / crew if crew else 0.0
 
 
 def bound_for(

@@ -10,7 +10,8 @@ from attrs import define, evolve, field, validators
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
-from rmfs_rules.helpers.packing import room_to_split
+from rmfs_rules.helpers.packing import MOST_WORK, room_to_split
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 from rmfs_rules.mip.period.effort import Effort
 from rmfs_rules.mip.period.period import Period, Preference, Stock
 from rmfs_rules.mip.period.solution import Model, Solution
@@ -225,9 +226,10 @@ class _Split(_Joint):
         validator=validators.optional(validators.ge(0)),
         metadata={"doc": "C: split orders that may be open at once (18); by default as many as there are boxes for"},
     )
+    packing_work_s: float = parameter(0.0, NOT_NEGATIVE, f"{MOST_WORK}, as if C were reached; 0: no such limit", "s")
 
     def _room(self, warehouse: WarehouseView) -> tuple[bool, int | None]:
-        return self.packing_capacity != 0, room_to_split(warehouse, self.packing_capacity)
+        return self.packing_capacity != 0, room_to_split(warehouse, self.packing_capacity, self.packing_work_s)
 
 
 def _decision(period: Period, solution: Solution) -> JointDecision:

@@ -10,7 +10,6 @@ import numpy as np
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.warehouse import columns_of, stock_of
-from rmfs_rules.helpers.packing import room_to_split
 from rmfs_rules.pod_index.period import MOST_STEPS, NEVER, Ints, Stations, Weights, next_urgent
 from rmfs_rules.pod_index.turns import decide
 
@@ -29,7 +28,7 @@ def weights_of(rule: Any) -> Weights:
         most_pods=rule.most_pods,
         urge_ticks=to_ticks(rule.urge_s),
         base_ticks=to_ticks(rule.base_s),
-        packing=rule.packing_capacity is not None,
+        packing=False,
         priority=np.array([float(rule.priority_factor) ** steps for steps in range(-MOST_STEPS, MOST_STEPS + 1)]),
         least=np.power(np.arange(MOST_SECONDS, dtype=np.float64), rule.finish),
     )
@@ -50,9 +49,9 @@ def told(warehouse: WarehouseView, without: Station | None = None) -> Stations:
 
 
 def decision(
-    warehouse: WarehouseView, weights: Weights, ticks: Ints, packing_capacity: int | None, without: Station | None
+    warehouse: WarehouseView, weights: Weights, ticks: Ints, room: int | None, without: Station | None
 ) -> tuple[JointDecision, int]:
-    """Let stations take lines and send pods; ``without`` takes nothing now.
+    """Let stations take lines and send pods; ``room`` more orders may be split, ``without`` takes nothing now.
 
     Returns
     -------
@@ -72,9 +71,7 @@ def decision(
     if places:
         at, orders = np.array(places).T
         placed[at, lines.row[orders]] = True
-    room = room_to_split(warehouse, packing_capacity)
-    if room is not None:
-        weights = weights._replace(packing=True)
+    weights = weights._replace(packing=room is not None)
     columns = tuple(lines), tuple(warehouse.stock), tuple(waiting(warehouse, weights)), tuple(stations)
     takes, sends, until = decide(*columns, placed, ticks, warehouse.now_tick, room or 0)
     parts: dict[tuple[int, int], list[int]] = {}

@@ -51,7 +51,7 @@ class Weights(NamedTuple):
     most_pods: int
     urge_ticks: int
     base_ticks: int
-    packing: bool  # whether there is a packing_capacity
+    packing: bool  # whether there is a limit of split orders
     priority: Floats  # priority_factor to the power of -20 to 20
     least: Floats  # 0, 1, 2 ... seconds to the power of ``finish``
 

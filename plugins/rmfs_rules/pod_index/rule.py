@@ -10,6 +10,7 @@ from rmfs_core import JointDecision, hookimpl
 from rmfs_core.clock import to_seconds
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
+from rmfs_rules.helpers.packing import MOST_WORK, room_to_split
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
 from rmfs_rules.pod_index.alone import assign_alone, assign_whole
 from rmfs_rules.pod_index.deciding import decision, prepare, ticks_to, wake_s, weights_of
@@ -56,8 +57,10 @@ class PodIndex:
     A line that no single pod can serve is brought by several, when there is nothing else to send.
 
     Where an order can only be split while a box is free at the packing stations (or ``packing_capacity`` has room), it
-    is begun only then. When no box is free and nothing else can be taken, an order is taken whole: the one of which the
-    fewest lines lack a pod at or bound for a station with room for it.
+    is begun only then. Nor is an order split while the orders that are bound for the packing stations are more than
+    ``packing_work_s`` seconds of work for each packer: where packers are what orders wait for, putting only keeps them
+    from packing. When no order can be split and nothing else can be taken, an order is taken whole: the one of which
+    the fewest lines lack a pod at or bound for a station with room for it.
 
     Lines of more items than any station takes are left for last. What is left of such an order goes to an empty
     station, which takes nothing else, when nothing else can be assigned or the order has waited for max_wait_s.
@@ -117,6 +120,7 @@ class PodIndex:
         validators.optional(AT_LEAST_1),
         "Split orders that may be open at once; by default as many as packing stations have boxes for",
     )
+    packing_work_s: float = parameter(400.0, NOT_NEGATIVE, f"{MOST_WORK}; 0: no such limit", "s")
 
     priority_factor: float = parameter(
         2.0, POSITIVE, "How many times more a line is worth with each step of its order's priority"
@@ -183,10 +187,11 @@ class PodIndex:
         """Decide about all orders that need no station of their own, as `decision` does."""
         if self._stations is not warehouse.stations:
             self._stations, self._ticks = warehouse.stations, ticks_to(warehouse.stations, warehouse)
-        decided, until = decision(warehouse, self._weights, self._ticks, self.packing_capacity, without)
-        if (boxes := warehouse.free_boxes) is None:
+        room = room_to_split(warehouse, self.packing_capacity, self.packing_work_s)
+        decided, until = decision(warehouse, self._weights, self._ticks, room, without)
+        if warehouse.free_boxes is None:
             return decided, until
-        if boxes or decided.assignments or decided.trips:
+        if room != 0 or decided.assignments or decided.trips:
             return decided, warehouse.now_tick
         return assign_whole(warehouse, self.most_pods, without), warehouse.now_tick
 

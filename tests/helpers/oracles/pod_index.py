@@ -1,6 +1,7 @@
 """A literal version of pod-index, after the formulas of its docstring, one line and one pod after another."""
 
 import math
+from collections import Counter
 from math import exp
 from typing import Any
 
@@ -34,8 +35,21 @@ class Literal:
         arrivals = [order.arrival_s for order in warehouse.orders]
         self.waits = rule.urge_s > 0 and arrivals[-1] > arrivals[0]
         self.split_before = {order for order in warehouse.backlog if order.parts}
-        self.split_open = warehouse.split_orders_open
+        self.room_to_split = self.room_at_first()
         self.share = {sku: self.share_of(sku) for _, sku, _ in self.lines}
+
+    def room_at_first(self) -> float:
+        """How many more orders may be split: by the rule's own limit, the boxes, and the packers' work."""
+        room, boxes, work_s, crew = math.inf, 0, 0.0, 0
+        if self.rule.packing_capacity is not None:
+            room = max(self.rule.packing_capacity - self.warehouse.split_orders_open, 0)
+        for station in self.warehouse.packing_stations:
+            times = station.section
+            boxes, crew = boxes + station.free_boxes, crew + times.packers + times.sorters
+            work_s += sum(times.pack_s + times.pack_item_s * order.items for order in station.orders)
+            work_s += sum(times.tote_s + times.put_s * order.items for order in station.orders if order.split)
+        busy = crew > 0 and 0 < self.rule.packing_work_s < work_s / crew
+        return 0 if busy else min(room, boxes) if crew else room
 
     def free(self, pod: Pod, sku: int) -> int:
         """Free items of a SKU on a pod."""
@@ -78,10 +92,9 @@ class Literal:
     def fits(self, line: Line, station: int) -> bool:
         """Whether a station can take a line."""
         order, _, items = line
-        if self.rule.packing_capacity is not None:
+        if self.room_to_split < math.inf:
             new = sum(self.split(other) for other in self.order_lines if other not in self.split_before)
-            full = self.split_open + new >= self.rule.packing_capacity
-            if full and not self.split(order) and len(self.order_lines[order]) > 1:
+            if new >= self.room_to_split and not self.split(order) and len(self.order_lines[order]) > 1:
                 return False
         if self.stations[station].counts_orders:
             return self.room[station] > 0 or order in self.placed[station]
@@ -197,23 +210,56 @@ class Literal:
         return taken, [(pod.id, at) for pod, at in self.trips]
 
 
-def decided(rule: PodIndex, warehouse: WarehouseView, without: Station | None = None) -> JointDecision:
-    """Decide about all lines that fit a station beside others."""
-    taken, trips = Literal(rule, warehouse, without).decide()
+def decided(now: Moment, rule: PodIndex, without: Station | None = None) -> JointDecision:
+    """Decide about all lines that fit a station beside others; where no order may be split, about a whole one."""
+    period = Literal(rule, now.warehouse, without)
+    room = period.room_to_split
+    taken, trips = period.decide()
     parts: dict[tuple[int, int], list[int]] = {}
     for order, at, sku in taken:
         parts.setdefault((order, at), []).append(sku)
+    if not taken and not trips and room == 0 and now.warehouse.packing_stations:
+        return whole(now, rule, without)
     return JointDecision(
         [OrderAssignment(order, at, tuple(skus)) for (order, at), skus in parts.items()],
         [PodTrip(*trip) for trip in trips],
     )
 
 
+def whole(now: Moment, rule: PodIndex, without: Station | None) -> JointDecision:
+    """The order of which fewest lines lack a pod at a station; the oldest, then where the fewest pods are."""
+    able = []
+    for at, order in enumerate(now.backlog):
+        for station in now.stations:
+            there = free_there(now, station)
+            lacking = sum(there[sku] < items for sku, items in wants(order).items())
+            pods = len(station.inbound_pods)
+            places = 1 if station.counts_orders else order.open_items
+            if (
+                station is not without
+                and 0 < station.free_capacity >= places
+                and (not lacking or pods < rule.most_pods)
+            ):
+                able.append((lacking, at, pods, station.id, order))
+    for *_, station_id, order in sorted(able, key=lambda one: one[:4]):
+        if (decision := alone(now, order, now.stations[station_id])).assignments:
+            return decision
+    return JointDecision()
+
+
+def free_there(now: Moment, station: Station) -> Counter[int]:
+    """Free items of the pods that go to a station last."""
+    there = Counter[int]()
+    for pod in now.world.pods:
+        picking = [at for at in pod.bound_for if at < len(now.stations)]
+        if picking and picking[-1] == station.id:
+            there += free_on(pod)
+    return there
+
+
 def alone(now: Moment, order: Order, station: Station) -> JointDecision:
-    """All that is left of an order to an empty station, and the pods with most of what is missing there."""
-    missing, trips = wants(order), []
-    for pod in station.inbound_pods:
-        missing -= free_on(pod)
+    """All that is left of an order to a station, and the pods with most of what is missing there."""
+    missing, trips = wants(order) - free_there(now, station), []
     able = [pod for pod in now.world.pods if pod.location is not None and not pod.bound_for]
     able += [pod for pod in now.world.leaving_pods() if station.id not in pod.bound_for]
     while missing:
@@ -235,13 +281,13 @@ def pod_index(now: Moment, told: Any, **parameters: Any) -> JointDecision:
     if not now.backlog:
         return JointDecision()
     if not large or not stations:
-        return decided(rule, now.warehouse)
+        return decided(now, rule)
     order, station = large[0], min(stations, key=lambda station: (station.load, station.id))
     waited = now.now_s - order.arrival_s >= rule.max_wait_s
     if waited and not station.load and (decision := alone(now, order, station)).assignments:
         return decision
     kept = waited and station.load > 0
-    decision = decided(rule, now.warehouse, station if kept else None)
+    decision = decided(now, rule, station if kept else None)
     if decision.assignments or station.load:
         return decision
     if waited:  # it cannot be served; another one that is too large for any station may
