@@ -120,6 +120,17 @@ def test_the_answer_is_what_no_other_is_shown_to_beat(
     assert answer(result_of(small, figures=figures))[0].startswith(begins)
 
 
+def test_of_those_that_are_not_told_apart_the_own_one_is_kept(small: Scenario) -> None:
+    result = result_of(
+        small, figures={"now": (3.0, 100.2), "near_best_pod": (2.9, 100.0), "common_lines": (1.0, 200.0)}
+    )
+    assert best_of(result, 1).least == "near-best-pod + completes"
+    assert answer(result)[0].startswith(
+        "Take pod-match + demand (as now) where orders have to leave soon, common-lines"
+    )
+    assert "+100 %" in answer(result)[0]
+
+
 def test_rule_sets_that_are_not_told_apart_win_nothing(small: Scenario) -> None:
     result = result_of(small, figures={"near_best_pod": (1.0, 100.0), "common_lines": (1.001, 150.0)})
     assert answer(result)[0].startswith("Take near-best-pod + completes")
