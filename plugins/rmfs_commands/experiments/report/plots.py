@@ -314,7 +314,7 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
             if not values:
                 continue
             offsets = [(0.5 - (i + 0.5) / len(values)) * width * 0.7 for i in range(len(values))]
-            dots = {"color": colour, "markersize": 3, "alpha": 0.5, "rasterized": many}
+            dots: dict[str, Any] = {"color": colour, "markersize": 3, "alpha": 0.5, "rasterized": many}
             panel.plot([x + offset for offset in offsets], values, "o", **dots)
             lowest = min(lowest, *values)
             one = found[rule_set, name]
