@@ -3,8 +3,9 @@
 Usage: python tools/pictures.py
 
 Writes docs/_static/run.svg (`rmfs run paper-250`: its live display on the way, and its summary),
-docs/_static/comparison.png (the differences that `rmfs compare small-rules` plots) and docs/_static/replay.png (what
-Chromium shows of the page that `rmfs replay` writes of paper-250). Takes half a minute.
+docs/_static/comparison.png (the differences that `rmfs compare small-rules` plots), docs/_static/replay.png and
+docs/_static/report.png (what Chromium shows of the pages that `rmfs replay` and `rmfs report` write of paper-250).
+Takes half a minute.
 """
 
 from __future__ import annotations
@@ -65,11 +66,12 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (PICTURES / "run.svg").write_text(picture_of_run(folder), encoding="utf-8")
-        call(["compare", "small-rules", "--quiet"], folder)
+        call(["compare", "small-rules", "--quiet", "--width", "27"], folder)
         plot = folder / "rmfs-runs" / "small-rules" / "plots" / "differences.png"
         shutil.copyfile(plot, PICTURES / "comparison.png")
         call(["run", "paper-250", "--trace", "--record-decisions", "--quiet", "--out", "paper-250"], folder)
-        call(["replay", "paper-250"], folder)
+        call(["report", "paper-250"], folder)  # writes replay.html, too
+        picture_of_page(folder / "paper-250" / "report.html", "", (1280, 900), PICTURES / "report.png")
         asked = "#t=1200&show=robot 2&theme=light"
         picture_of_page(folder / "paper-250" / "replay.html", asked, (1280, 720), PICTURES / "replay.png")
     return 0

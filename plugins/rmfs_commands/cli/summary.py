@@ -107,7 +107,7 @@ def print_bottleneck(console: Console, result: Result) -> None:
     lines = Table.grid(padding=(0, 1, 0, 0))
     lines.add_column(style="bold cyan", no_wrap=True)
     lines.add_column()
-    for label, text in _told(found):
+    for label, text in bottleneck_lines(found):
         # Rich breaks lines at no-break spaces too, textwrap does not
         wrapped = wrap(text.replace(" %", "\N{NO-BREAK SPACE}%"), max(console.width - 8, 20), break_long_words=False)
         lines.add_row(label, Text("\n".join(wrapped).replace("\N{NO-BREAK SPACE}", " ")))
@@ -115,7 +115,7 @@ def print_bottleneck(console: Console, result: Result) -> None:
         console.print(lines)
 
 
-def _told(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def bottleneck_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield what pickers and robots did, and what limits the run, each with its label."""
     ends = [found[name] for name in ("busiest_station", "idlest_station") if found.get(name)]
     named = ", ".join(f"station {one['station']} {one['handling_percent']:.0f} %" for one in ends)

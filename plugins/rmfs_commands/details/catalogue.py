@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 from attrs import evolve
 
-from rmfs_core.results.catalogue import Metric
+from rmfs_core.results.catalogue import TIMING, Metric
 from rmfs_core.roles import Role
 
 _GROUPS: dict[str, tuple[Metric, ...]] = {
@@ -347,3 +347,15 @@ MORE_IS_BETTER = frozenset(
 
 FROM_ORDERS = frozenset({"orders_total", "picks", "items_per_line"})
 """Metrics that depend on the orders alone, not on robots, stations or rules."""
+
+_NO_AIM = FROM_ORDERS | {"periods", "simulated_s", "pods_moved", "charges", "totes", "station_open_h"}
+_DESCRIBED = {
+    metric.name for metric in (*MEASURES, *TIMING, *HOOK_TIMES, *(one for of in METRICS.values() for one in of))
+}
+
+
+def better(name: str) -> str | None:
+    """Return which way a metric is better: ``"more"`` or ``"less"``; None where that is not known, or neither is."""
+    if name in MORE_IS_BETTER or name.startswith("on_time_percent_") or name == "simulated_s_per_wall_s":
+        return "more"
+    return "less" if name in _DESCRIBED - _NO_AIM else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from attrs import frozen
 
@@ -14,6 +14,7 @@ from rmfs_commands.trace import Trace, TraceStream, fitting, trace_file
 from rmfs_commands.validation.checking import read_result
 from rmfs_commands.validation.header import check_readable
 from rmfs_core.errors import InputError
+from rmfs_core.events import Event
 from rmfs_core.results import RESULT_FILE
 from rmfs_core.wording import shown_short
 
@@ -50,13 +51,25 @@ class Replay:
     decisions: Mapping[str, Any] | None
 
 
-def read_replay(path: str | Path) -> Replay:
+class Follower(Protocol):
+    """Who follows a trace while it is read."""
+
+    def start(self, trace: Trace) -> None:
+        """Begin with what the run started from."""
+
+    def follow(self, event: Event) -> None:
+        """Take an event, one after another."""
+
+
+def read_replay(path: str | Path, follower: Follower | None = None) -> Replay:
     """Read what a run has recorded.
 
     Parameters
     ----------
     path
         The folder of a run with ``trace.jsonl.gz``, or a trace file.
+    follower
+        Is told of the events, too.
 
     Raises
     ------
@@ -69,8 +82,12 @@ def read_replay(path: str | Path) -> Replay:
     with fitting(file, "shown"):
         check_readable(stream.start)
         builder = ColumnsBuilder(stream.start)
+        if follower is not None:
+            follower.start(stream.start)
         for event in stream:
             builder.add(event)
+            if follower is not None:
+                follower.follow(event)
     columns = builder.columns()
     decisions = recorded_decisions(file.parent, stream.start, columns.bundles())
     name = file.resolve().parent.name

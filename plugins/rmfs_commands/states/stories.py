@@ -67,43 +67,68 @@ class _Waiting:
         )
 
 
-def order_story(decisions: Iterable[Recorded], order: str) -> Iterator[Episode]:
-    """Tell why an order waited, where its lines were assigned, and which pods were sent for them."""
+@define
+class _Story:
+    """What was decided for an order, told decision by decision."""
+
+    order: str
     waiting: _Waiting | None = None
     without_stock: _Waiting | None = None
-    for decision in decisions:
-        if order not in decision.content["orders"]:
-            continue
-        given = decision.content["orders"][order]
+
+    def tell(self, decision: Recorded) -> Iterator[Episode]:
+        """Yield what a decision ends or is for the order."""
+        if self.order not in decision.content["orders"]:
+            return
+        given = decision.content["orders"][self.order]
         if given.get("waits_for_stock"):
-            without_stock = without_stock or _Waiting(decision, decision, "")
-            without_stock.last = decision
-            without_stock.reason = f"waits for stock since {given['arrival_s']:,.0f} s"
-            continue
-        if without_stock is not None:
+            self.without_stock = self.without_stock or _Waiting(decision, decision, "")
+            self.without_stock.last = decision
+            self.without_stock.reason = f"waits for stock since {given['arrival_s']:,.0f} s"
+            return
+        if self.without_stock is not None:
             since = f"waited for stock from {given['arrival_s']:,.0f} s"
-            without_stock.reason = f"{since} to {decision.time_s:,.0f} s"
-            yield without_stock.episode()
-            without_stock = None
+            self.without_stock.reason = f"{since} to {decision.time_s:,.0f} s"
+            yield self.without_stock.episode()
+            self.without_stock = None
         if given.get("cancelled"):
-            if waiting is not None:
-                yield waiting.episode()
+            yield from self.end()
+            self.waiting = None
             yield _episode(decision, f"cancelled before {decision.time_s:,.0f} s, with nothing of it assigned")
             return
-        here = [_episode(decision, what) for what in _done_for(decision, order)]
+        here = [_episode(decision, what) for what in _done_for(decision, self.order)]
         reason = None
         if decision.decides.assigns:
-            reason = _why_waiting(decision, order)
-            if waiting is not None and (reason != waiting.reason or here):
-                yield waiting.episode()
-                waiting = None
+            reason = _why_waiting(decision, self.order)
+            if self.waiting is not None and (reason != self.waiting.reason or here):
+                yield self.waiting.episode()
+                self.waiting = None
         yield from here
         if reason is not None:
-            waiting = waiting or _Waiting(decision, decision, reason)
-            waiting.last = decision
-    for left in (without_stock, waiting):
-        if left is not None:
-            yield left.episode()
+            self.waiting = self.waiting or _Waiting(decision, decision, reason)
+            self.waiting.last = decision
+
+    def end(self) -> Iterator[Episode]:
+        """Yield what goes on when there is no more decision."""
+        for left in (self.without_stock, self.waiting):
+            if left is not None:
+                yield left.episode()
+
+
+def order_stories(decisions: Iterable[Recorded], orders: Iterable[str]) -> dict[str, list[Episode]]:
+    """Tell of each order why it waited, where its lines were assigned, and which pods were sent for them."""
+    stories = [_Story(order) for order in orders]
+    told: dict[str, list[Episode]] = {story.order: [] for story in stories}
+    for decision in decisions:
+        for story in stories:
+            told[story.order] += story.tell(decision)
+    for story in stories:
+        told[story.order] += story.end()
+    return told
+
+
+def order_story(decisions: Iterable[Recorded], order: str) -> list[Episode]:
+    """Tell this of one order."""
+    return order_stories(decisions, [order])[order]
 
 
 def pod_story(decisions: Iterable[Recorded], pod: str) -> Iterator[Episode]:

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from rmfs_commands.cli.not_simulated import NOT_SIMULATED
+from rmfs_commands.cli.pages import render
 from rmfs_commands.experiments.compare import Comparison
 from rmfs_commands.experiments.report import numbers
 from rmfs_commands.experiments.report.plots import Plot, front_name, plot_name
 from rmfs_commands.experiments.running import ExperimentResult
 
-TEMPLATE = "report.html.j2"
+TEMPLATE = Path(__file__).parent / "report.html.j2"
 MOST_OF_A_VERSION = 19  # of a digest: "sha256:" and twelve digits
+MOST_ROWS = 2_000
+"""Of all tables together; beyond that they have the overall figures alone, and summary.csv has the others."""
+MOST_ERRORS = 200
 
 
 def report_html(result: ExperimentResult, comparison: Comparison, plots: Sequence[Plot]) -> str:
@@ -29,30 +30,26 @@ def report_html(result: ExperimentResult, comparison: Comparison, plots: Sequenc
     plots
         Plots to embed; those named like a metric go beside its table.
     """
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(TEMPLATE).render(
+    sets = comparison.instance_sets
+    if len(sets) * len(comparison.rule_sets) * (1 + len(comparison.metrics)) > MOST_ROWS:
+        sets = sets[-1:]
+    return render(
+        TEMPLATE,
         experiment=result.experiment,
         facts=_facts(result),
         comparison=comparison,
+        answers=list(filter(None, (numbers.answer(comparison, metric) for metric in comparison.metrics))),
+        sets=sets,
+        runs=len(result.rows),
         failed=result.failed,
+        most_errors=MOST_ERRORS,
         numbers=numbers,
-        plots={plot.name: _embedded(plot) for plot in plots},
+        plots={plot.name: plot.svg for plot in plots},
         plot_name=plot_name,
         front_name=front_name,
         not_simulated=NOT_SIMULATED,
         has_bounds=any(map(comparison.bounded, comparison.metrics)),
     )
-
-
-def _embedded(plot: Plot) -> str:
-    """Return a plot as an address that holds it; an image of its own, so that ids of several SVGs do not clash."""
-    return f"data:image/svg+xml;base64,{base64.b64encode(plot.svg).decode('ascii')}"
 
 
 def _facts(result: ExperimentResult) -> list[tuple[str, str]]:

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 
 from attrs import evolve
 
-from rmfs_commands.experiments.compare import FEWEST_SEEDS, Comparison, Interval, Paired
+from rmfs_commands.details.catalogue import better
+from rmfs_commands.experiments.compare import CONFIDENCE, FEWEST_SEEDS, Comparison, Interval, Paired
 from rmfs_core.results.catalogue import Metric, show
 from rmfs_core.wording import counted, first_few, listed
 
@@ -71,9 +72,48 @@ def title(metric: Metric) -> str:
     return f"{label} ({metric.unit})" if metric.unit else label
 
 
+def answer(comparison: Comparison, metric: str) -> str | None:
+    """Return a sentence on which rule set is best in a metric over all instances; None where neither way is better.
+
+    Rule sets with pairs left out are not held against the others: their means are over other runs.
+    """
+    way, shown_as = better(metric), comparison.described(metric)
+    found = comparison.of(comparison.instance_sets[-1], metric)
+    means = {one.rule_set: one.mean for one in found if one.mean is not None and not one.left_out}
+    if way is None or len(means) < 2 or comparison.baseline not in means:
+        return None
+    ranked = sorted(means, key=lambda name: (means[name] * (-1 if way == "more" else 1), name != comparison.baseline))
+    best, base, one_of = ranked[0], comparison.baseline, {one.rule_set: one for one in found}
+    label = title(shown_as).partition(" (")[0]
+    label = label if label[:2].isupper() else f"{label[:1].lower()}{label[1:]}"
+    unit = f" {shown_as.unit}" if shown_as.unit else ""
+    has = f"has the {'highest' if way == 'more' else 'lowest'} {label}"
+    mean = f"{value(shown_as, means[best])}{unit}"
+    other = one_of[ranked[1] if best == base else best]
+    share = other.relative.mean is not None and shown_as.unit != "%"
+    points = " points" if shown_as.unit == "%" else unit
+    by = relative(other, bounds=False) if share else f"{difference(shown_as, other.difference, bounds=False)}{points}"
+    p = other.difference.p_holm
+    told = "" if p is None else f" (p {'' if p < 0.001 else '= '}{probability(p)})"
+    if means[ranked[0]] == means[ranked[1]] and best == base:
+        return f"No rule set is better than {base}, the baseline, in {label}: {mean}."
+    if best == base:
+        return f"{base}, the baseline, {has}: {mean}; next is {other.rule_set} with {by}{told}."
+    if p is None or p > 1 - CONFIDENCE:
+        doubt = "no test tells whether that is chance" if p is None else "that may be chance"
+        return f"{best} {has}: {mean}, {by} against {base}{told}; {doubt}."
+    return f"{best} {has}: {mean}, {by} against {base}{told}."
+
+
 def counted_runs(comparison: Comparison) -> str:
     """Return a sentence on which runs count."""
     return _HORIZON if comparison.horizon else _COMPLETE
+
+
+def aim(metric: str) -> str:
+    """Return what an axis says of a metric: ``less is better``; nothing where neither way is."""
+    way = better(metric)
+    return f"{way} is better" if way else ""
 
 
 def heading(comparison: Comparison, metric: str) -> str:

@@ -6,14 +6,14 @@ import io
 import sys
 import textwrap
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from attrs import frozen
 
 from rmfs_commands.experiments.compare import COUNTED, Comparison, Interval
-from rmfs_commands.experiments.report.numbers import MARK, heading
+from rmfs_commands.experiments.report.numbers import MARK, aim, heading
 from rmfs_core.wording import one_line, sentence
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ MOST_SETS = 8
 """With more instance sets than these a plot has the overall figures alone."""
 MOST_RULE_SETS = 20
 """With more of them there are no plots of single runs: nobody could tell them apart."""
+MOST_DOTS = 1_000
+"""With more runs than these their dots are one bitmap in SVG and PDF, where each alone would take 50 bytes or more."""
 LONGEST = 60
 """Signs of a name that there is room for."""
 PAGE, PANEL = 7.1, 0.9
@@ -67,7 +69,7 @@ class Plot:
     title
         What it shows.
     svg, png, pdf
-        The picture.
+        The picture; the last two are empty where it is for a page alone.
     """
 
     name: str
@@ -92,49 +94,56 @@ def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison, width:
     rows, comparison
         What to draw.
     width
-        Of each picture in inches, with letters of 8 pt, for a paper that shows it at its size; left out, each is as
-        wide as it needs to be on a screen.
+        Of each picture in inches, with letters of 8 pt, for a paper that shows it at its size; left out, each is an
+        SVG as wide as it needs to be on a screen.
     """
     import matplotlib as mpl
 
+    of = partial(plot_of, page=width is None)
     with mpl.rc_context(STYLE if width is None else STYLE | PAPER):
         plots = [
-            plot_of(plot_name(metric), _title(comparison, metric), partial(_runs, rows, comparison, metric, width))
+            of(plot_name(metric), _title(comparison, metric), partial(_runs, rows, comparison, metric, width))
             for metric in comparison.metrics
             if len(comparison.rule_sets) <= MOST_RULE_SETS
         ]
         heading = f"Differences from {comparison.baseline}"
         draws: list[Callable[[], Figure]]
         draws = [partial(_differences, comparison, width, *part) for part in _parts_of_differences(comparison, width)]
-        plots[:0] = _numbered(DIFFERENCES, heading, draws)
+        plots[:0] = _numbered(of, DIFFERENCES, heading, draws if len(comparison.rule_sets) > 1 else ())
         for first, second in comparison.fronts:
             heading = f"{_title(comparison, second)} against {_title(comparison, first)}"
             sets = shown_sets(comparison)
             fit = len(sets) if width is None else 2 * max(1, int(width / 3))  # two lines of panels
             draws = [partial(_fronts, comparison, first, second, width, part) for part in _parts(sets, fit)]
-            plots += _numbered(front_name(first, second), heading, draws)
+            plots += _numbered(of, front_name(first, second), heading, draws)
     return [plot for plot in plots if plot is not None]
 
 
-def plot_of(name: str, heading: str, draw: Callable[[], Figure], dpi: int = DPI) -> Plot | None:
-    """Return a plot; None, with a sentence on standard error, where it cannot be drawn: it costs no other."""
+def plot_of(name: str, heading: str, draw: Callable[[], Figure], dpi: int = DPI, *, page: bool = False) -> Plot | None:
+    """Return a plot; None, with a sentence on standard error, where it cannot be drawn: it costs no other.
+
+    ``page``: it is for a page alone, as SVG on whatever the page's background is.
+    """
     svg, png, pdf = io.BytesIO(), io.BytesIO(), io.BytesIO()
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Glyph .* missing from font")  # a box stands for the sign
             figure = draw()
-            figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
-            figure.savefig(png, format="png", dpi=dpi, metadata={"Software": None})
-            figure.savefig(pdf, format="pdf", metadata={"CreationDate": None, "Creator": None, "Producer": None})
+            figure.savefig(svg, format="svg", dpi=dpi, metadata={"Date": None, "Creator": None}, transparent=page)
+            if not page:
+                figure.savefig(png, format="png", dpi=dpi, metadata={"Software": None})
+                figure.savefig(pdf, format="pdf", metadata={"CreationDate": None, "Creator": None, "Producer": None})
     except Exception as error:  # whatever a library makes of names and figures
         print(sentence(f"Left out: the plot {name} cannot be drawn: {one_line(error)}"), file=sys.stderr)
         return None
     return Plot(name, heading, svg.getvalue(), png.getvalue(), pdf.getvalue())
 
 
-def _numbered(name: str, heading: str, draws: Sequence[Callable[[], Figure]]) -> list[Plot | None]:
+def _numbered(
+    of: Callable[..., Plot | None], name: str, heading: str, draws: Sequence[Callable[[], Figure]]
+) -> list[Plot | None]:
     """Return the plots of something that may take several: the second is called ``NAME-2``."""
-    return [plot_of(name if i == 1 else f"{name}-{i}", heading, draw) for i, draw in enumerate(draws, 1)]
+    return [of(name if i == 1 else f"{name}-{i}", heading, draw) for i, draw in enumerate(draws, 1)]
 
 
 def _parts(things: Sequence[str], number: int) -> list[Sequence[str]]:
@@ -250,7 +259,13 @@ def _forest(
     mark = MARK if comparison.censored(metric) else ""
     panel.set_title(_wrapped(f"{_title(comparison, metric).partition(' (')[0].rstrip(MARK)}{mark}", width))
     absolute = f"difference ({'percentage points' if unit == '%' else unit})" if unit else "difference"
-    panel.set_xlabel(_wrapped(f"difference, % of {comparison.baseline}" if in_percent else absolute, width))
+    shown = f"difference, % of {comparison.baseline}" if in_percent else absolute
+    panel.set_xlabel("\n".join([_wrapped(shown, width), *_aim(metric)]))
+
+
+def _aim(metric: str) -> list[str]:
+    """Return the line of an axis that says which way is better; none where neither is."""
+    return [aim(metric)] if aim(metric) else []
 
 
 def _whisker(panel: Axes, interval: Interval, y: float, colour: str, scale: float) -> None:
@@ -302,8 +317,8 @@ def _front(panel: Axes, comparison: Comparison, instances: str, first: str, seco
                 line(scale * bound, linestyle="--", color="black", linewidth=1)
     if len(shown_sets(comparison)) > 1:
         panel.set_title(_wrapped(instances, width - 0.6))
-    panel.set_xlabel(_wrapped(_title(comparison, first), width - 0.6))
-    panel.set_ylabel(_wrapped(_title(comparison, second), 2.0))
+    panel.set_xlabel("\n".join([_wrapped(_title(comparison, first), width - 0.6), *_aim(first)]))
+    panel.set_ylabel("\n".join([_wrapped(_title(comparison, second), 2.0), *_aim(second)]))
     panel.set_xlim(left=0)
     panel.set_ylim(bottom=0)
 
@@ -324,15 +339,18 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
     panel = figure.subplots()
     width = 0.8 / len(comparison.rule_sets)
     lowest = 0.0
+    by_set = _values(rows, comparison, metric, sets)
+    many = sum(map(len, by_set.values())) > MOST_DOTS
     for place, rule_set in enumerate(comparison.rule_sets):
         colour = COLOURS[place % len(COLOURS)]
         for column, name in enumerate(sets):
             x = column + (place - (len(comparison.rule_sets) - 1) / 2) * width
-            values = list(_values(rows, comparison, name, rule_set, metric))
+            values = by_set.get((rule_set, name), [])
             if not values:
                 continue
             offsets = [(0.5 - (i + 0.5) / len(values)) * width * 0.7 for i in range(len(values))]
-            panel.plot([x + offset for offset in offsets], values, "o", color=colour, markersize=3, alpha=0.5)
+            dots: dict[str, Any] = {"color": colour, "markersize": 3, "alpha": 0.5, "rasterized": many}
+            panel.plot([x + offset for offset in offsets], values, "o", **dots)
             lowest = min(lowest, *values)
             one = found[rule_set, name]
             if one.mean is not None:
@@ -348,16 +366,18 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
     panel.set_xlim(-0.5, len(sets) - 0.5)
     if lowest == 0:
         panel.set_ylim(bottom=0)
-    panel.set_ylabel(_wrapped(_title(comparison, metric), 2.0))
+    panel.set_ylabel("\n".join([_wrapped(_title(comparison, metric), 2.0), *_aim(metric)]))
     figure.legend(loc="outside upper left", ncols=columns)
     return figure
 
 
 def _values(
-    rows: Sequence[Mapping[str, Any]], comparison: Comparison, instances: str, rule_set: str, metric: str
-) -> Iterator[float]:
+    rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str, sets: Sequence[str]
+) -> dict[tuple[str, str], list[float]]:
+    """Return the figures of the runs that count by rule set and instance set."""
+    found: dict[tuple[str, str], list[float]] = {}
     for row in rows:
-        if row["rule_set"] != rule_set or row["status"] not in COUNTED or row.get(metric) is None:
-            continue
-        if comparison.holds(instances, row):
-            yield _scale(metric) * row[metric]
+        if row["status"] in COUNTED and row.get(metric) is not None:
+            for name in (one for one in sets if comparison.holds(one, row)):
+                found.setdefault((row["rule_set"], name), []).append(_scale(metric) * row[metric])
+    return found

@@ -160,7 +160,7 @@ def completed(*words: str) -> list[str]:
 
 
 def test_words_are_completed() -> None:
-    assert completed("r") == ["replay", "reproduce", "rules", "run"]
+    assert completed("r") == ["replay", "report", "reproduce", "rules", "run"]
     assert completed("scenario", "") == ["check", "list", "map", "schema", "show"]
     assert completed("run", "x", "--set", "rules.poa", "=", "pod-m") == ["pod-match"]
     assert completed("run", "--set", "rules.poa", "=") == RULES

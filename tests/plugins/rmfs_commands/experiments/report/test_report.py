@@ -7,6 +7,7 @@ import io
 import re
 import shutil
 import subprocess
+from html import unescape
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -202,9 +203,12 @@ def plots_of(result: ExperimentResult, **changes: Any) -> list[Any]:
 
 
 def test_a_plot_of_differences_and_one_for_each_metric(result: ExperimentResult) -> None:
+    """A page needs SVG alone; pictures for papers have all endings."""
     plots = plots_of(result)
     assert [plot.name for plot in plots] == ["differences", *result.experiment.metrics]
     assert [plot.title for plot in plots][:2] == ["Differences from base", "Pile-on"]
+    assert all((plot.png, plot.pdf) == (b"", b"") and b"<svg" in plot.svg for plot in plots)
+    plots = make_plots(result.rows, result.comparison(), 3.3)
     assert all(plot.png.startswith(b"\x89PNG") and b"<svg" in plot.svg for plot in plots)
     assert all(plot.pdf.startswith(b"%PDF") for plot in plots)
 
@@ -415,10 +419,85 @@ def test_the_report_needs_nothing_else(result: ExperimentResult) -> None:
     page = page_of(result)
     assert page.count('src="data:image/svg+xml;base64,') == 1 + 3
     assert not re.search(r'(src|href)="(?!data:|#)', page)
-    assert "http" not in re.sub(r"base64,[A-Za-z0-9+/=]+", "", page)
+    assert not re.search(r"https?:", re.sub(r"base64,[A-Za-z0-9+/=]+", "", page))
     assert "Is &lt;more&gt; better?" in page
     assert "rule &lt;b&gt;bad&lt;/b&gt; &amp; worse: no idea" in page
     assert "2 (2 left out)" in page
+
+
+def with_figures(result: ExperimentResult, **figures: list[float]) -> ExperimentResult:
+    """Return complete runs of three rule sets whose means are these; seeds differ by 0.1 but in the baseline."""
+    rows = []
+    for place, row in enumerate(result.rows):
+        rule_set, apart = place // 3 % 3, (row["seed"] - 2) / 10
+        shown = {name: of[rule_set] + (apart if rule_set else 0) for name, of in figures.items()}
+        rows.append(row | {"status": "complete", "error": None} | shown)
+    return evolve(result, rows=rows, experiment=evolve(result.experiment, metrics=tuple(figures)))
+
+
+@pytest.mark.parametrize(
+    ("metric", "means", "way", "sentence"),
+    [
+        (
+            "turnover_s",
+            [20.0, 10.0, 30.0],
+            "less",
+            "good has the lowest turn-over time: 10.00 s, -50.0 % against base (p",
+        ),
+        ("pile_on", [2.0, 1.0, 4.0], "more", "bad has the highest pile-on: 4.000, +100.0 % against base (p "),
+        (
+            "picker_utilisation",
+            [2.0, 1.0, 4.0],
+            "more",
+            "bad has the highest picker utilisation: 400.00 %, +200.00 points ",
+        ),
+        (
+            "makespan_s",
+            [1.0, 2.0, 4.0],
+            "less",
+            "base, the baseline, has the lowest makespan: 1.00 s; next is good with",
+        ),
+        (
+            "makespan_s",
+            [9.0, 9.0, 8.99],
+            "less",
+            "bad has the lowest makespan: 8.99 s, -0.1 % against base (p = 1.000); that",
+        ),
+        ("picks", [2.0, 1.0, 4.0], None, None),  # the same whatever the rules
+        ("balance", [2.0, 1.0, 4.0], None, None),  # nobody knows which way is better
+    ],
+)
+def test_the_page_begins_with_the_answer(
+    result: ExperimentResult, metric: str, means: list[float], way: str | None, sentence: str | None
+) -> None:
+    one = with_figures(result, **{metric: means})
+    found = re.search(r'<p class="answer">(.*?)</p>', page_of(one))
+    answer = unescape(found[1]).replace(MINUS, "-") if found else ""
+    assert answer.startswith(sentence or "") and bool(answer) == bool(sentence), answer
+    for plot in plots_of(one, metrics=(metric,)):  # an axis says the same
+        assert {says for says in ("less", "more") if f"{says} is better" in plot.svg.decode()} == {way} - {None}
+
+
+def test_the_table_of_ends_is_last_unless_runs_failed(result: ExperimentResult) -> None:
+    ends = "<h2>How the runs ended</h2>"
+    failed, complete = page_of(result), page_of(with_figures(result, pile_on=[1.0, 2.0, 3.0]))
+    assert failed.index("1 of 18 runs failed.") < failed.index(ends) < failed.index('<h2 id="pile_on">')
+    assert complete.index("<h2>How to read this</h2>") < complete.index(ends)
+    assert "<h2" not in complete.partition(ends)[2]
+
+
+def test_many_runs_make_a_small_page(result: ExperimentResult) -> None:
+    """Dots of many runs are one bitmap, and tables of many instance sets have all of them together."""
+    rows = [row | {"seed": row["seed"] + 3 * i} for i in range(200) for row in result.rows[:9]]
+    few, many = ({plot.name: plot.svg for plot in plots_of(evolve(result, rows=of))} for of in (rows[:90], rows))
+    assert b"<image" not in few["pile_on"]
+    assert b"<image" in many["pile_on"]
+    assert len(many["pile_on"]) < 100_000
+    sets = [row | {"instance": f"{row['instance']}-{i}"} for i in range(100) for row in result.rows]
+    page = page_of(evolve(result, rows=sets))
+    assert "Tables are of all 200 instance sets together; summary.csv has each of them." in page
+    assert page.count("<tr>") == 4 * (1 + 3)
+    assert page.count('<span class="bad">') == 100
 
 
 def test_what_tells_nothing_is_the_same_as_on_the_terminal(result: ExperimentResult) -> None:

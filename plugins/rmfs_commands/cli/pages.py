@@ -1,0 +1,34 @@
+"""Reports as one HTML file each: no network, no other files, one look. Their templates extend ``page.html.j2``."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+
+def render(template: Path, **values: Any) -> str:
+    """Return the page that a template makes of some values, which are escaped.
+
+    Parameters
+    ----------
+    template
+        Its file. It may extend ``page.html.j2``, which has the styles.
+    values
+        What it shows, by name.
+    """
+    environment = Environment(
+        loader=FileSystemLoader([template.parent, Path(__file__).parent]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(template.name).render(embedded=embedded, **values)
+
+
+def embedded(svg: bytes) -> str:
+    """Return a picture as an address that holds it; an image of its own, so that ids of several SVGs do not clash."""
+    return f"data:image/svg+xml;base64,{base64.b64encode(svg).decode('ascii')}"

@@ -1,0 +1,1 @@
+"""`rmfs report`: one page on a run."""

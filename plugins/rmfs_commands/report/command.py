@@ -1,0 +1,49 @@
+"""``rmfs report``: one page on a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rmfs_commands.cli.options import WholeNumberRange, quiet_option
+from rmfs_commands.cli.screen import tell
+
+PAGE, REPLAY = "report.html", "replay.html"
+
+
+@click.command(short_help="Write a page on a run: what limits it, and why.")
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option(
+    "--out", type=click.Path(path_type=Path), metavar="FILE", help=f"Where the page shall be. [default: DIR/{PAGE}]"
+)
+@click.option(
+    "--limit", type=WholeNumberRange(min=1), default=10, show_default=True, help="Orders of each kind to list at most."
+)
+@quiet_option
+def report(folder: Path, out: Path | None, limit: int, quiet: bool) -> None:
+    """Write a page on the run in DIR: what limits it, its hours, stations, robots, and its slowest orders with causes.
+
+    DIR is what `rmfs run --out DIR` wrote. The page is one HTML file that needs no network. With the trace of
+    `rmfs run --trace` it has heat maps of the hall, and links to the page of `rmfs replay`, which is written beside it;
+    with `--record-decisions` it says of each order in it what `rmfs explain --order` says.
+    """
+    from rmfs_commands.report.page import run_page
+    from rmfs_commands.report.reading import read_run
+    from rmfs_commands.trace import fitting
+    from rmfs_core.results.files import write_text
+
+    target = out or folder / PAGE
+    run = read_run(folder)
+    with fitting(folder, "reported"):
+        text = run_page(run, limit, replay=REPLAY if run.replay else None)
+        played = None
+        if run.replay is not None:
+            from rmfs_commands.replay.page import page
+
+            played = page([run.replay])
+    if played is not None:
+        write_text(target.parent / REPLAY, played)
+    write_text(target, text)
+    if not quiet:
+        tell(f"Open {target} in a browser.")

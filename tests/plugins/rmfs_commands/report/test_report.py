@@ -1,0 +1,217 @@
+"""`rmfs report`: one page on a run."""
+
+from __future__ import annotations
+
+import csv
+import re
+import shutil
+from collections.abc import Callable
+from html import unescape
+from pathlib import Path
+from statistics import fmean
+
+import pytest
+
+import rmfs_core
+from calling import exit_code
+from cases import cases
+from rmfs_commands.report.drawing import Series, chart, nice, stacked
+from rmfs_commands.report.hall import heat_maps
+from rmfs_commands.report.page import run_page
+from rmfs_commands.report.reading import read_run
+from rmfs_commands.states.recorded import read_recording
+from rmfs_commands.states.stories import order_story
+from rmfs_core.scenario import load_scenario
+from rmfs_core.wording import counted
+
+LATE = ("instance.orders=25", "instance.due.allowance_s=150", "run.until_s=450", "robots.count=8")
+RESTING = (
+    "instance.orders=15",
+    "robots.count=8",
+    "layout.chargers=1",
+    "robots.battery={capacity_wh=70, idle_w=200, charging_w=8000}",
+    "rules.idle=charge-when-low",
+    "run.warmup_s=60",
+)
+PACKING = ("instance.orders=20", "rules.pp=free-flow")
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Return the folders of runs: each is made once."""
+    whole = tmp_path_factory.mktemp("runs")
+
+    def folder(scenario: str, overrides: tuple[str, ...], *record: str) -> Path:
+        out = whole / f"{scenario.rpartition('/')[2]}-{len(overrides)}"
+        if not out.exists():
+            rmfs_core.run(load_scenario(scenario, overrides), out=out, record=record)
+        return out
+
+    return folder
+
+
+@pytest.fixture(scope="module")
+def late(runs: Callable[..., Path]) -> Path:
+    return runs("examples/small", LATE, "trace", "decisions")
+
+
+@pytest.fixture(scope="module")
+def page(late: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    tmp_path = tmp_path_factory.mktemp("pages")
+    assert exit_code("report", str(late), "--quiet", "--out", str(tmp_path / "page.html")) == 0
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["page.html", "replay.html"]
+    return (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def rows(file: Path) -> list[dict[str, str]]:
+    with file.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def table(page: str, heading: str) -> list[list[str]]:
+    """Return the cells of the body of the table below a heading, as texts."""
+    body = page.partition(f"<h2>{heading}</h2>")[2].partition("</table>")[0]
+    found = re.findall(r"<tr>(.*?)</tr>", body.partition("<tbody>")[2], re.DOTALL)
+    return [
+        [unescape(re.sub(r"<[^>]*>", "", cell)).strip() for cell in re.findall(r"<td.*?>(.*?)</td>", row, re.DOTALL)]
+        for row in found
+    ]
+
+
+def test_the_page_begins_with_the_limit_and_needs_nothing_else(page: str, late: Path) -> None:
+    """No script, and no address but places in the replay beside it."""
+    links = re.findall(r'(?:src|href|url)[=(]"?([^")]*)', page)
+    assert links
+    assert all(re.fullmatch(r"replay\.html#[^/]+", link) for link in links)
+    assert "<script" not in page
+    assert not re.search(r"https?:", page)
+    assert all('role="img"' in svg and "aria-label=" in svg for svg in re.findall(r"<svg[^>]*>", page))
+    limit = read_run(late).result.summary["bottleneck"]["says"][0]
+    assert f'<p class="answer">Limit: {limit}</p>' in unescape(page.partition("<h2>")[0])
+    assert "The run ended at its horizon at 0:07:30" in page
+
+
+def test_late_orders_come_first_and_have_their_causes(page: str, late: Path) -> None:
+    """Late are those completed after their due time, and those due and left; causes are columns of delays.csv."""
+    orders = rows(late / "orders.csv")
+    over = {row["order"]: float(row["completed_s"] or 450) - float(row["due_s"]) for row in orders}
+    latest = sorted((name for name in over if over[name] > 0), key=lambda name: -over[name])
+    assert latest
+    shown = table(page, f"{len(latest)} late orders")
+    assert [row[0] for row in shown] == latest[:10]
+    delays = {row["order"]: row for row in rows(late / "delays.csv")}
+    slowest = table(page, "Slowest orders")
+    assert float(delays[slowest[0][0]]["turnover_s"]) == max(float(row["turnover_s"] or 0) for row in delays.values())
+    seconds = float(delays[slowest[0][0]]["backlog_s"]) + float(delays[slowest[0][0]]["other_parts_s"])
+    assert f"waiting for room at a station {seconds:,.0f} s" in slowest[0][1]
+    left = sum(row["completed_s"] == "" for row in orders)
+    assert len(table(page, f"{counted(left, 'open order')} at the end")) == left > 0
+    assert len(table(run_page(read_run(late), 2, None), "Slowest orders")) == 2
+
+
+def test_parts_of_the_turnover_time_are_means_over_their_orders(page: str, late: Path) -> None:
+    done = [row for row in rows(late / "delays.csv") if row["turnover_s"]]
+    (robot,) = [row for row in table(page, "Where the turn-over time went") if row[0] == "waiting for a robot"]
+    assert robot[1] == f"{fmean(float(row['robot_s']) for row in done):,.1f} s"
+    slowest = max(done, key=lambda row: float(row["turnover_s"]))
+    assert robot[3] == f"{float(slowest['robot_s']):,.1f} s"  # 5 % of 22 orders are one
+
+
+def test_a_listed_order_has_what_explain_says_of_it(page: str, late: Path) -> None:
+    name = table(page, "Slowest orders")[0][0]
+    told = order_story(read_recording(late), name)
+    assert told
+    text = unescape(page.partition("<h2>Slowest orders</h2>")[2].partition("</tr>\n<tr>")[0])
+    for episode in told:
+        assert f"{episode.rule}: {episode.what}" in text
+        assert f"replay.html#t={episode.times_s[0]}&show=order%20{name}" in text
+
+
+@pytest.mark.parametrize("overrides", [LATE, RESTING])  # who drives to a charger or rests waits for nobody
+def test_heat_maps_add_up_to_the_table_of_robots(runs: Callable[..., Path], overrides: tuple[str, ...]) -> None:
+    run = read_run(runs("examples/small", overrides, "trace"))
+    assert run.floor is not None
+    assert run.replay is not None
+    assert sum(run.floor.waiting) == round(1000 * sum(row["waiting_s"] for row in run.robots)) > 0
+    assert sum(run.floor.traffic) == sum(row["distance_m"] for row in run.robots) > 0
+    traffic, waiting = heat_maps(run.replay.start, run.floor)
+    assert traffic.classes[-1] == (6, f"{-(-max(run.floor.traffic) // 2) + 1:,} to {max(run.floor.traffic):,}")
+    assert waiting.svg is not None
+    assert waiting.svg.count("<text") == len(run.stations)
+
+
+def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]) -> None:
+    folder = runs("examples/packing", PACKING)
+    assert exit_code("report", str(folder), "--quiet") == 0
+    assert not (folder / "replay.html").exists()
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "because the run has no trace: <code>rmfs run --trace</code> records one." in page
+    assert "<code>rmfs run --record-decisions</code> records it." in page
+    assert "href" not in page
+    packed = rows(folder / "packing.csv")
+    shown = table(page, "Packing")
+    assert sum(int(row[1]) for row in shown) == len(packed) == 20
+    first = [row for row in packed if row["packing_station"] == "1"]
+    took = fmean(float(row["packed_s"]) - float(row["packing_s"]) for row in first)
+    assert shown[0][0] == "1"
+    assert shown[0][-1] == f"{took:,.1f} s"
+    before = (folder / "report.html").read_bytes()
+    assert exit_code("report", str(folder), "--quiet") == 0
+    assert (folder / "report.html").read_bytes() == before
+
+
+def _cut(file: Path) -> None:
+    file.write_bytes(file.read_bytes()[:-40])
+
+
+def _edit(old: str, new: str) -> Callable[[Path], None]:
+    return lambda file: file.write_text(file.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
+
+
+@cases(
+    "name, damage, told",
+    ("result.json", Path.unlink, "has no result.json; expected the folder of a run"),
+    ("result.json", _cut, "this is no valid JSON"),
+    ("result.json", _edit('"says": [', '"says": 3, "said": ['), "does not fit together, so that it cannot be reported"),
+    ("delays.csv", Path.unlink, "delays.csv: cannot be read: No such file or directory"),
+    ("delays.csv", _edit("\n1,", "\nsomebody's,"), "has other orders than orders.csv"),
+    ("hours.csv", _edit("backlog", "logback"), "hours.csv, line 1: has no column backlog"),
+    ("hours.csv", _edit("\n0,", "\nnone,"), "hours.csv, line 2: the row is not as expected"),
+    ("robots.csv", _edit("\n1,", "\n1,2,3,4,5,6,7,8,9,10,"), "robots.csv, line 2"),
+    ("trace.jsonl.gz", _cut, "trace.jsonl.gz"),
+    ("decisions.jsonl.gz", _cut, "decisions.jsonl.gz"),
+)
+def test_what_is_missing_or_damaged_is_refused(
+    late: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    name: str,
+    damage: Callable[[Path], object],
+    told: str,
+) -> None:
+    """In one sentence, and nothing is written."""
+    folder = tmp_path / "run"
+    shutil.copytree(late, folder)
+    damage(folder / name)
+    files = sorted(folder.iterdir())
+    assert exit_code("report", str(folder)) == 2
+    error = capsys.readouterr().err
+    assert re.fullmatch(r"Error: [^\n]+\n", error), error
+    assert told in error
+    assert sorted(folder.iterdir()) == files
+
+
+def test_bars_have_their_figures() -> None:
+    text = chart("Picks <1>", [Series("picks", [0, 3, 8])], 60, "s", marks={"mean": 90})
+    assert text.count("<rect") == 2  # none for nothing
+    assert "<title>60 to 120: 3 picks</title>" in text
+    heights = [float(height) for height in re.findall(r'<rect[^>]* height="([\d.]+)"', text)]
+    assert heights[1] / heights[0] == pytest.approx(8 / 3, rel=0.01)
+    assert "Picks &lt;1&gt;" in text
+    assert ">mean</text>" in text
+    shares = stacked(
+        "Robots", ["a", "b"], [Series("idle", [1, 0]), Series("busy", [3, 0]), Series("off", [0, 0])], "robot"
+    )
+    assert "<title>robot a: busy 75.0 %</title>" in shares
+    assert "off" not in shares
+    assert [nice(least) for least in (0, 0.3, 1, 1.1, 20, 51, 4900)] == [1, 0.5, 1, 2, 20, 100, 5000]
