@@ -13,6 +13,7 @@ from rmfs_commands.experiments import Comparison, ExperimentResult, Paired
 from rmfs_commands.experiments.compare import FEWEST_SEEDS, Interval
 from rmfs_commands.experiments.report.numbers import MINUS, NONE, value
 from rmfs_core.results.catalogue import Metric
+from rmfs_core.wording import counted
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -188,7 +189,8 @@ def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
         yield "No rule set completes all of its runs, so there is nothing to advise."
         return
     if seeds < FEWEST_SEEDS:
-        yield f"{seeds} seeds tell no rule set from another: take {FEWEST_SEEDS} or more with --seeds."
+        number = counted(seeds, "seed")
+        yield f"{number} cannot tell one rule set from another: take {FEWEST_SEEDS} or more with --seeds."
         return
     fewest, soonest = found
     alike = [name for name in soonest.names if name in fewest.names]

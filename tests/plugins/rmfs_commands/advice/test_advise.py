@@ -137,7 +137,9 @@ def test_rule_sets_that_are_not_told_apart_win_nothing(small: Scenario) -> None:
     alike = set(best_of(result, 0).names)
     assert alike == {"near-best-pod + completes", "common-lines + completes"}
     assert answer(result_of(small))[0].startswith("Keep your rules: 4 seeds tell no rule set from another; more")
-    assert answer(result_of(small, 2), 2) == ["2 seeds tell no rule set from another: take 3 or more with --seeds."]
+    assert answer(result_of(small, 2), 2) == [
+        "2 seeds cannot tell one rule set from another: take 3 or more with --seeds."
+    ]
     failed = [row | {"status": "failed", "error": "no"} for row in result.rows]
     assert answer(evolve(result, rows=failed))[0].startswith("No rule set completes all of its runs")
 
