@@ -60,7 +60,8 @@ class PodIndex:
     is begun only then. Nor is an order split while the orders that are bound for the packing stations are more than
     ``packing_work_s`` seconds of work for each packer: where packers are what orders wait for, putting only keeps them
     from packing. When no order can be split and nothing else can be taken, an order is taken whole: the one of which
-    the fewest lines lack a pod at or bound for a station with room for it.
+    the fewest lines lack a pod at or bound for a station with room for it. One of more items than any station takes
+    goes to an empty station alone when all stations are empty.
 
     Lines of more items than any station takes are left for last. What is left of such an order goes to an empty
     station, which takes nothing else, when nothing else can be assigned or the order has waited for max_wait_s.
@@ -193,7 +194,10 @@ class PodIndex:
             return decided, until
         if room != 0 or decided.assignments or decided.trips:
             return decided, warehouse.now_tick
-        return assign_whole(warehouse, self.most_pods, without), warehouse.now_tick
+        decided = assign_whole(warehouse, self.most_pods, without)
+        if not decided.assignments and (large := Oversize.left(warehouse)) is not None:
+            decided = assign_alone(warehouse, large.order, large.station)
+        return decided, warehouse.now_tick
 
 
 def _seen(warehouse: WarehouseView) -> object:

@@ -244,6 +244,11 @@ def whole(now: Moment, rule: PodIndex, without: Station | None) -> JointDecision
     for *_, station_id, order in sorted(able, key=lambda one: one[:4]):
         if (decision := alone(now, order, now.stations[station_id])).assignments:
             return decision
+    stations = [station for station in now.stations if station.open]
+    largest = math.inf if now.stations[0].counts_orders else max(station.capacity for station in now.stations)
+    large = [order for order in now.backlog if order.open_items > largest]
+    if large and stations and not any(station.load for station in now.stations):
+        return alone(now, large[0], stations[0])
     return JointDecision()
 
 

@@ -73,6 +73,15 @@ def test_no_order_is_split_while_packers_have_enough_to_do(
     assert {given.order for given in decision.assignments} == taken
 
 
+@pytest.mark.parametrize("rule", ["pod-index", "split-among-stations", "split-over-time"])
+def test_busy_packers_keep_no_order_from_being_assigned(rule: str) -> None:
+    """Orders of more items than any station takes go alone when packers have too much to do for any split."""
+    rules = f'rules.poa_pps={{rule = "{rule}", packing_work_s = 1.0}}'
+    small = ["instance.orders=30", "rules.pp=free-flow", "stations.item_capacity=4", "packing.boxes=2"]
+    result = run("examples/packing", overrides=[rules, *small])
+    assert (result.status, result.metrics["orders_packed"]) == ("complete", 30)
+
+
 def test_pod_index_takes_whole_orders_when_no_box_is_free() -> None:
     """The only box is taken by an order of which no line fits: another goes whole, with the pods that it needs."""
     world = small_world(ORDERS, PODS, capacities=(4,), boxes=(1,))
