@@ -50,7 +50,7 @@ class RangeType(click.ParamType):  # type: ignore[type-arg]  # which only the ne
         return least, most
 
 
-@click.command(cls=SetCommand, short_help="Find the fewest robots and stations, or packers and boxes, for a time.")
+@click.command(cls=SetCommand, short_help="Find the fewest robots and stations, or packers and boxes.")
 @scenario_argument
 @click.option("--p95", type=ABOVE_0, metavar="S", help="Most seconds of turn-over, 95th percentile.")
 @click.option("--mean", type=ABOVE_0, metavar="S", help="Most seconds of turn-over, mean.")
