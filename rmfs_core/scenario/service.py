@@ -7,13 +7,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import log, sqrt
 from pathlib import Path
-from typing import Any
+from statistics import fmean
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from attrs import frozen
 
 from rmfs_core.entrypoints import format_module
 from rmfs_core.scenario.checks import Check, OneOf, key, within
+
+if TYPE_CHECKING:
+    import numpy as np
 
 TIMES = Check("times from 0 to 3600, at least one", lambda value: bool(value) and 0 <= min(value) <= max(value) <= 3600)
 
@@ -61,7 +64,7 @@ class ServiceTime(float):
 
     def __new__(cls, spread: Spread) -> ServiceTime:
         """Return the mean of a distribution."""
-        new = super().__new__(cls, float(np.mean(spread.times or (0.0,))) if spread.mean is None else spread.mean)
+        new = super().__new__(cls, fmean(spread.times or (0.0,)) if spread.mean is None else spread.mean)
         new.spread = spread
         return new
 

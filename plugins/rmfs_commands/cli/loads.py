@@ -197,10 +197,17 @@ class _Reckoning:
         store_s = stations.store_s or 10.0
         own = self._layout.replenishing
         items, lines = demand.items.total(), demand.lines.total()
-        storing_s = 0.0 if own else self._bundles * store_s
+        begun = ((demand.lines, "line", stations.line_s or 0.0), (demand.orders, "order", stations.order_s or 0.0))
+        speed = 1.0 + sum(one - 1 for one in (stations.speed or {}).values()) / max(self._picking, 1)  # a mean
+        storing_s = 0.0 if own else self._bundles * store_s / speed
         work = f"{counted(items, 'item')} of {stations.handle_s:g} s"
+        work += "".join(f", {counted(which.total(), what)} of {each:.3g} s" for which, what, each in begun if each)
         work += f", {counted(self._bundles, 'bundle')} of {store_s:g} s" if storing_s else ""
-        arriving = {minute: n * stations.handle_s / 3600 for minute, n in demand.items.items()}
+        work += f", at a mean speed of {speed:.3g}" if speed != 1 else ""
+        arriving = {
+            minute: (n * stations.handle_s + sum(which[minute] * each for which, _, each in begun)) / 3600 / speed
+            for minute, n in demand.items.items()
+        }
         found = [self._load("pickers", self._picking, work, arriving, self._stations, besides_h=storing_s / 3600)]
         found[0] = evolve(found[0], done_h=self._done(arriving, storing_s / 3600), ends_h=self._ends_h)
         of_robots = {

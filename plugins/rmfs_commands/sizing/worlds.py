@@ -130,7 +130,8 @@ class Worlds:
 
         That can be said of arrivals at one rate for ever, which is what `poisson` without a profile is.
         """
-        handle_s, items_per_hour = self.scenario.stations.handle_s, self.orders_per_hour * self.items_per_order
+        section, items_per_hour = self.scenario.stations, self.orders_per_hour * self.items_per_order
+        handle_s = section.handle_s / max(1.0, *(section.speed or {"": 1.0}).values())
         if (busy := items_per_hour * handle_s / (3600 * stations)) < 1:
             return None
         percent = f"{100 * busy:.0f} %"

@@ -246,8 +246,8 @@ def rows(folder: Path, name: str) -> list[dict[str, str]]:
 def test_files_metrics_and_their_validation(tmp_path: Path) -> None:
     result = rmfs_core.run("examples/small", overrides=[*SETTINGS, *DUE], out=tmp_path, record=["trace"])
     metrics = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["metrics"]
-    assert {metric.name for metric in (*DETAILS, *LATENESS)} <= metrics.keys()
-    assert {metric.name for metric in (*DETAILS, *LATENESS)} <= result.described.keys()
+    names = {metric.name for metric in (*DETAILS, *LATENESS)} - {"orders_cancelled"}  # where any may be
+    assert names <= metrics.keys() & result.described.keys()
     assert sum(int(row["orders_in"]) for row in rows(tmp_path, "hours.csv")) == 12
     measured_s = result.metrics["simulated_s"] - 100
     for name, parts in (("stations.csv", ("busy_s", "waiting_s", "idle_s")), ("robots.csv", ())):

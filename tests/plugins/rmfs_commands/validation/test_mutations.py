@@ -191,6 +191,14 @@ def test_some_corruptions_show(base: str, recorded: Recorded, tmp_path: Path) ->
     assert made >= 9
 
 
+@pytest.mark.parametrize("name", [name for name in KINDS if "cancellation" in name])
+def test_wrong_cancellations_are_named(name: str, recorded: Recorded, tmp_path: Path) -> None:
+    corrupted = Raw.read(recorded(FILES) / "trace.jsonl.gz")
+    KINDS[name](corrupted)
+    corrupted.write(tmp_path / "trace.jsonl.gz")
+    assert "cancelled" in {fault.kind for fault in check_trace(tmp_path).faults}
+
+
 def test_the_run_that_ends_early_has_a_leg_under_way(recorded: Recorded) -> None:
     """So that kinds of corruption of such legs have a place."""
     raw = Raw.read(recorded(PARTIAL) / "trace.jsonl.gz")
