@@ -105,7 +105,8 @@ def _result(file: Path, start: Trace) -> tuple[Mapping[str, Any], Sequence[str]]
     said: Any = content
     for key in ("summary", "bottleneck", "says"):
         said = said.get(key) if isinstance(said, Mapping) else None
-    return content["metrics"], [str(sentence) for sentence in said or ()]
+    with fitting(result, "shown"):
+        return content["metrics"], [str(sentence) for sentence in said or ()]
 
 
 def _difference(found: object, told: object, key: str) -> str | None:

@@ -172,7 +172,7 @@ def _edit(old: str, new: str) -> Callable[[Path], None]:
     "name, damage, told",
     ("result.json", Path.unlink, "has no result.json; expected the folder of a run"),
     ("result.json", _cut, "this is no valid JSON"),
-    ("result.json", _edit('"says": [', '"says": 3, "said": ['), "does not fit together, so that it cannot be reported"),
+    ("result.json", _edit('"says": [', '"says": 3, "said": ['), "does not fit together, so that it cannot be "),
     ("delays.csv", Path.unlink, "delays.csv: cannot be read: No such file or directory"),
     ("delays.csv", _edit("\n1,", "\nsomebody's,"), "has other orders than orders.csv"),
     ("hours.csv", _edit("backlog", "logback"), "hours.csv, line 1: has no column backlog"),

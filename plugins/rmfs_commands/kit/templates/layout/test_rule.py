@@ -1,7 +1,6 @@
 """What the layout holds to."""
 
 import pytest
-
 import rmfs
 from rmfs.world import make_layout
 
