@@ -253,11 +253,10 @@ def whole(now: Moment, rule: PodIndex, without: Station | None) -> JointDecision
 
 
 def free_there(now: Moment, station: Station) -> Counter[int]:
-    """Free items of the pods that go to a station last."""
+    """Free items of the pods that are at or bound for a station."""
     there = Counter[int]()
     for pod in now.world.pods:
-        picking = [at for at in pod.bound_for if at < len(now.stations)]
-        if picking and picking[-1] == station.id:
+        if station.id in pod.bound_for:
             there += free_on(pod)
     return there
 

@@ -349,17 +349,11 @@ def test_a_rule_that_waits_for_ever_is_told_of(tiny_run: Prepare) -> None:
 
 @pytest.mark.parametrize("rule", ["pod-match", *SPLITTING])
 def test_orders_larger_than_any_station_are_packed_with_one_box(tiny_run: Prepare, rule: str) -> None:
-    """Many small lines, more than any station takes: it goes to an empty station alone, or waits for a box."""
+    """Many small lines, more than any station takes: it goes to an empty station alone."""
     large = {str(i): dict.fromkeys("abcdef", 2) for i in range(2)}
     orders = small_instance(large | {"2": {"a": 1, "c": 1}}, {name: [*skus] for name, skus in PODS.items()})
     rules = {"poa": rule} if rule == "pod-match" else {"poa_pps": rule}
     run = tiny_run(orders, capacity=(5, 5), robots=3, change=packing(boxes=1, packers=1), **rules).done()
     assert run.simulation.status == "complete"
-    packed = {event.order: event.tick for event in run.of(OrderPacked)}
-    bound = {event.order: event for event in run.of(PackingAssigned)}
-    first, second = sorted((bound[order] for order in range(2)), key=lambda event: event.tick)
-    if rule == "pod-index":
-        assert (first.box, second.box) == (0, 0)
-        assert second.tick >= packed[first.order]
-    else:
-        assert second.box is None
+    assert len(run.of(OrderPacked)) == 3
+    assert None in [event.box for event in run.of(PackingAssigned) if event.order < 2]
