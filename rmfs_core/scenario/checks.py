@@ -58,7 +58,9 @@ def within(least: float, most: float) -> Check:
 
 def by_name(check: Check) -> Check:
     """Return the check for a table whose values are right."""
-    return Check(f"a table of names, each with {check.expected}", lambda value: all(map(check.holds, value.values())))
+    expected = f"a table of names, each with {check.expected}"
+    schema = {"additionalProperties": {"type": "number", **check.schema}}
+    return Check(expected, lambda value: all(map(check.holds, value.values())), schema)
 
 
 class OneOf:

@@ -320,9 +320,9 @@ class StationsSection:
         unit="s",
         check=MAYBE_NO_TIME,
     )
-    speed: Mapping[str, float] | None = key(
+    speed: Mapping[str, float] = key(
         "How fast a station's picker is, by station name: all times there are divided by it; left out: 1",
-        None,
+        factory=dict,
         check=by_name(within(0.01, 100)),
     )
     release: str = key(

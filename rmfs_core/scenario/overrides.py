@@ -15,6 +15,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import DRAWN, GENERATED, RuleChoice, Scenario
 from rmfs_core.scenario.rulenames import file_name_from, given_in, rule_name_from
+from rmfs_core.scenario.service import MAY_SPREAD
 from rmfs_core.scenario.structuring import fields_of, section_class
 from rmfs_core.scenario.tomltext import read_toml, shown
 from rmfs_core.wording import nearest
@@ -27,7 +28,7 @@ DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("instance", "replenishment", "file"): frozenset(),
     ("layout", "map_file"): DRAWN,
     ("robots", "file"): frozenset(),
-    **{("stations", key, "file"): frozenset() for key in ("pick_s", "handle_s", "store_s", "line_s", "order_s")},
+    **{("stations", key, "file"): frozenset((key,)) for key in MAY_SPREAD},
 }
 """Path of the key of every file with data that a scenario may name, and the keys that it takes the place of."""
 

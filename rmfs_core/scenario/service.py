@@ -13,11 +13,16 @@ from typing import TYPE_CHECKING, Any
 from attrs import frozen
 
 from rmfs_core.entrypoints import format_module
+from rmfs_core.errors import InputError
 from rmfs_core.scenario.checks import Check, OneOf, key, within
 
 if TYPE_CHECKING:
     import numpy as np
 
+NO_SPREAD = 1e-6
+"""A coefficient of variation below this is none."""
+MAY_SPREAD = ("pick_s", "handle_s", "store_s", "line_s", "order_s")
+"""Keys of the section of stations whose times may vary."""
 TIMES = Check("times from 0 to 3600, at least one", lambda value: bool(value) and 0 <= min(value) <= max(value) <= 3600)
 
 
@@ -76,17 +81,26 @@ class ServiceTime(float):
         """Whether the other spreads in the same way."""
         return isinstance(other, ServiceTime) and self.spread == other.spread
 
+    def __ne__(self, other: object) -> bool:
+        """Whether it does not."""
+        return not self == other
+
     __hash__ = float.__hash__
+
+    def __repr__(self) -> str:
+        return f"ServiceTime({self.spread!r})"
+
+    __str__ = float.__repr__
 
 
 def drawn(seconds: float | None, rng: np.random.Generator) -> float:
     """Return the time of one service in seconds."""
     spread = getattr(seconds, "spread", None)
-    if spread is None or spread.cv == 0:
+    if spread is None or (spread.cv is not None and spread.cv < NO_SPREAD):
         return float(seconds or 0)
     mean, cv = float(seconds or 0), spread.cv
     if spread.times is not None:
-        return float(rng.choice(spread.times))
+        return float(spread.times[int(rng.integers(len(spread.times)))])
     if cv is None:
         return float(rng.exponential(mean))
     if spread.distribution == "gamma":
@@ -103,16 +117,17 @@ def with_times(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
     InputError
         When a file is wrong.
     """
-    found = dict(data)
-    for section in ("stations", "robots", "packing"):
-        if isinstance(table := data.get(section), Mapping):
-            found[section] = {key: _read(value, folder) for key, value in table.items()}
-    return found
+    if not isinstance(table := data.get("stations"), Mapping):
+        return data
+    times = {key: _read(table[key], folder, f"stations.{key}.file") for key in MAY_SPREAD if key in table}
+    return {**data, "stations": {**table, **times}}
 
 
-def _read(value: Any, folder: Path) -> Any:
+def _read(value: Any, folder: Path, key: str) -> Any:
     """Read measured times where a value names their file and nothing that they contradict."""
     if not isinstance(value, Mapping) or not isinstance(file := value.get("file"), str) or "times" in value:
         return value
+    if not (folder / file).is_file():
+        raise InputError(key, f"there is no file {file}")
     times = format_module("csv").read_times(folder / file)
     return {key: entry for key, entry in value.items() if key != "file"} | {"times": [*times]}

@@ -40,7 +40,7 @@ class Services:
         spread = any(hasattr(seconds, "spread") for seconds in (section.pick_s, section.handle_s))
         self.vary = bool(spread or section.line_s or section.order_s or section.speed)
         self.speeds = [1.0] * stations
-        for name, speed in (section.speed or {}).items():
+        for name, speed in section.speed.items():
             if name not in map(str, range(1, stations + 1)):
                 raise InputError(f"stations.speed.{name}", f"no station {name}; expected 1 to {stations}")
             self.speeds[int(name) - 1] = speed

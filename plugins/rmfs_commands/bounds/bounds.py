@@ -77,7 +77,8 @@ def find_bounds(
     InputError
         When there are more pods or robots than places for them.
     """
-    if any(order.cancelled_tick is not None for order in instance.orders):
+    refilled = scenario.instance.arrivals.backlog is not None  # then none is cancelled
+    if not refilled and any(order.cancelled_tick is not None for order in instance.orders):
         return ()
     start = _Start(open_warehouse(scenario, instance, layout), instance, moved=scenario.rules.move is not None)
     found: list[Bound] = []

@@ -198,7 +198,7 @@ class _Reckoning:
         own = self._layout.replenishing
         items, lines = demand.items.total(), demand.lines.total()
         begun = ((demand.lines, "line", stations.line_s or 0.0), (demand.orders, "order", stations.order_s or 0.0))
-        speed = 1.0 + sum(one - 1 for one in (stations.speed or {}).values()) / max(self._picking, 1)  # a mean
+        speed = 1.0 + sum(one - 1 for one in stations.speed.values()) / max(self._picking, 1)  # a mean
         storing_s = 0.0 if own else self._bundles * store_s / speed
         work = f"{counted(items, 'item')} of {stations.handle_s:g} s"
         work += "".join(f", {counted(which.total(), what)} of {each:.3g} s" for which, what, each in begun if each)

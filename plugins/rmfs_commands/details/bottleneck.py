@@ -212,7 +212,7 @@ class Bottleneck:
     def _picking(self, station: int, items: int) -> int:
         """Return the ticks of picking items of an order one after the other, by mean times."""
         section = self._run.scenario.stations
-        speed = (section.speed or {}).get(str(station + 1), 1)
+        speed = section.speed.get(str(station + 1), 1)
         begun_s = (section.order_s or 0) + (section.line_s or 0) + section.pick_s
         return to_ticks((begun_s + (items - 1) * section.handle_s) / speed)
 

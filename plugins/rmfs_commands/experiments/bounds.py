@@ -23,7 +23,7 @@ from rmfs_core.results.files import output_folder, to_json, write_text
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 
 BOUNDS_FOLDER = "bounds"
-PACKAGES, LIBRARIES = ("rmfs_commands.bounds", "rmfs_core"), ("highspy", "numpy")
+PACKAGES, LIBRARIES = ("rmfs_commands.bounds", "rmfs_commands.instances", "rmfs_core"), ("highspy", "numpy")
 """What bounds are computed by; other versions make other bounds."""
 
 _ANY = RuleChoice("any")

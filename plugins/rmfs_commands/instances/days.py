@@ -123,12 +123,15 @@ def _moments(arrival: Ints, peaks: Sequence[Peak], zero: int) -> tuple[Ints, Int
         return arrival, arrival
     middle = (arrival[:-1] + arrival[1:]) // 2
     first, last = np.append(arrival[:1], middle), np.append(middle, arrival[-1:])
+    tied = np.diff(arrival) == 0
+    together = np.append(tied, False) | np.append(False, tied)
     edges = {edge % DAY for peak in peaks for edge in (peak.begin, peak.end)} | {hour * HOUR for hour in range(24)}
     of_day = np.array([*sorted(edges), DAY], dtype=np.int64)
     now = (arrival + zero) % DAY
     at = np.searchsorted(of_day, now, side="right")
     first = np.maximum(first, arrival - (now - of_day[at - 1]))
-    return np.maximum(first, 0), np.minimum(last, arrival + (of_day[at] - 1 - now))
+    last = np.minimum(last, arrival + (of_day[at] - 1 - now))
+    return np.where(together, arrival, np.maximum(first, 0)), np.where(together, arrival, last)
 
 
 def _moved(order: OrderData, tick: int, name: str) -> OrderData:

@@ -131,7 +131,7 @@ class Worlds:
         That can be said of arrivals at one rate for ever, which is what `poisson` without a profile is.
         """
         section, items_per_hour = self.scenario.stations, self.orders_per_hour * self.items_per_order
-        handle_s = section.handle_s / max(1.0, *(section.speed or {"": 1.0}).values())
+        handle_s = section.handle_s / max([1.0, *section.speed.values()])
         if (busy := items_per_hour * handle_s / (3600 * stations)) < 1:
             return None
         percent = f"{100 * busy:.0f} %"

@@ -183,7 +183,7 @@ class OrderCheck:
         for i, order in enumerate(self.state.orders):
             left, due = sum(order.unpicked.values()) + order.in_hand, self._cancelled_tick(i)
             stays = not order.cancelled and (order.begun_tick is None or order.begun_tick > (due or 0))
-            if due is not None and due < tick and stays:
+            if due is not None and due < tick + (status == "horizon") and stays:
                 self.case.add("cancelled", due, f"{self.case.order(i)} is not cancelled, with nothing of it assigned")
             if not (order.completed or order.cancelled) and (status == "complete" or (status in LEFT and not left)):
                 self.case.add(

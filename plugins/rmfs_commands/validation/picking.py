@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from rmfs_commands.validation.case import Case, Handlers, seconds
 from rmfs_commands.validation.state import State
+from rmfs_core.clock import to_ticks
 from rmfs_core.events import ItemPicked
 
 
@@ -15,6 +18,9 @@ class PickCheck:
         self.state = state
         self.handlers: Handlers = {ItemPicked: self.picked}
         self._handled_tick = 0  # of the item that is being checked
+        self._items, self._visits = Counter[tuple[int, int]](), Counter[tuple[int, int]]()  # of each line, so far
+        self._begun: set[tuple[int, int]] = set()  # orders at stations
+        self._last: dict[int, tuple[int, int, int]] = {}  # visit and line of the last pick at each station
 
     def picked(self, event: ItemPicked) -> None:
         """Check a pick."""
@@ -44,7 +50,7 @@ class PickCheck:
 
     def _times(self, event: ItemPicked, item: str) -> None:
         case, station = self.case, self.state.stations[event.station]
-        pick_ticks, handle_ticks, _ = case.services.pick(event.station, event.visit, event.order, event.sku)
+        pick_ticks, handle_ticks = self._expected(event)
         if event.tick - event.start_tick != pick_ticks:
             taken = seconds(event.tick - event.start_tick)
             case.add("pick-time", event.tick, f"{item} in {taken}; that takes {seconds(pick_ticks)}")
@@ -60,6 +66,21 @@ class PickCheck:
             )
         self._handled_tick = event.start_tick + handle_ticks
         station.picker_free_tick = max(station.picker_free_tick, self._handled_tick)
+
+    def _expected(self, event: ItemPicked) -> list[int]:
+        """Return the ticks of picking and of handling an item, as the seed draws them."""
+        services, line, before_s = self.case.services, (event.order, event.sku), 0.0
+        seconds = services.item_s(*line, self._items[line])
+        self._items[line] += 1
+        if self._last.get(event.station) != (event.visit, *line):
+            before_s += services.begin_line_s(*line, self._visits[line])
+            self._visits[line] += 1
+        self._last[event.station] = (event.visit, *line)
+        if (event.order, event.station) not in self._begun:
+            before_s += services.begin_order_s(event.order, event.station)
+        self._begun.add((event.order, event.station))
+        speed = services.speeds[event.station] if event.station < len(services.speeds) else 1.0
+        return [max(to_ticks((before_s + one_s) / speed), 1) for one_s in seconds]
 
     def _stock(self, event: ItemPicked, item: str) -> None:
         stock = self.state.pods[event.pod].stock

@@ -50,7 +50,7 @@ class PodMatch(PairOptions):
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
         taken = Counter[tuple[int, int]]()  # items by pod and SKU that go to orders of this decision
-        extra = np.array([-self.spread * station.open_items for station in warehouse.stations])
+        extra = np.array([-self.spread * station.open_items for station in warehouse.stations], np.float64)
 
         def take(pairs: Pairs, station: Station, row: int) -> None:
             extra[station.id] -= self.spread * pairs.lines.items[row]

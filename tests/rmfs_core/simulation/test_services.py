@@ -45,6 +45,7 @@ def lasts(events: list[ItemPicked]) -> list[tuple[float, float]]:
     (Spread(mean=8.0, distribution="exponential"), 1.0),
     (Spread(times=(4.0, 12.0, 8.0)), 0.408),
     (Spread(mean=8.0, cv=0.0), 0.0),
+    (Spread(mean=8.0, cv=1e-200, distribution="gamma"), 0.0),
 )
 def test_draws_have_the_mean_and_the_spread_that_was_asked_for(spread: Spread, cv: float) -> None:
     times = np.array([drawn(ServiceTime(spread), keyed_stream(5, "trial", number)) for number in range(20_000)])
@@ -137,6 +138,13 @@ def test_measured_times_of_a_file_become_part_of_the_scenario(tmp_path: Path) ->
     written = scenario_to_dict(scenario)
     assert written["stations"]["pick_s"] == {"distribution": "empirical", "times": [4.5, 9.0, 7.5]}
     assert scenario_from_dict(written) == evolve(scenario, folder=".")
+    for given in ("6", "{mean=6, cv=1}"):
+        rules = '[rules]\npoa = "pod-match"\npps = "demand"\n'
+        (tmp_path / "own.toml").write_text(f"{rules}[stations]\npick_s = {given}\n")
+        override = [f"stations.pick_s.file={tmp_path / 'picks.csv'}"]
+        assert load_scenario(tmp_path / "own.toml", override).stations.pick_s == scenario.stations.pick_s
+    missing = table | {"stations": {"pick_s": {"file": "none.csv"}}}
+    assert said(InputError, scenario_from_dict, missing) == "stations.pick_s.file: there is no file none.csv"
     (tmp_path / "picks.csv").write_text("seconds\n4.5\nlong\n")
     with pytest.raises(InputError, match=r"picks.csv, line 3: expected a number of seconds from 0 to 3600, found long"):
         scenario_from_dict(table, str(tmp_path))

@@ -91,8 +91,11 @@ def test_a_peak_begins_and_ends_at_its_times_and_orders_at_one_moment_stay_toget
     orders = tuple(OrderData(str(i), arrival_tick=hour + i * HOUR // 2, lines=((0, 1),)) for i in range(3))
     found = day(orders, 200, "17:15-17:45=5")
     assert {one.arrival_tick // (HOUR // 4) for one in found if one.name[0] == "1"} == {69, 70}  # 17:15 to 17:45
-    together = tuple(evolve(order, arrival_tick=0) for order in orders)
-    assert {one.arrival_tick for one in day(together, 5)} == {0}
+    ticks = (hour - 9000, hour + 5000, hour + 5000, hour + 5000, hour + 90_000)
+    together = tuple(evolve(orders[0], name=str(i), arrival_tick=tick) for i, tick in enumerate(ticks))
+    found = day(together, 50)
+    assert {one.arrival_tick for one in found if one.name[0] in "123"} == {hour + 5000}
+    assert len({one.arrival_tick for one in found if one.name[0] in "04"}) > 20
     assert not day((), 2)
 
 
