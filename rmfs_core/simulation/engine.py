@@ -152,7 +152,8 @@ class Simulation:
         for tick, now in groupby(steps, key=itemgetter(0)):
             if tick > self.now:
                 yield self._until(tick)
-            if sum(step(order) for _, step, order in now):
+            changed = [step(order) for _, step, order in now]
+            if any(changed):
                 self.decisions.round()
 
     def _bundles(self, supply: Supply) -> Process:

@@ -303,11 +303,11 @@ class Warehouse:
         if order._packing.packed:
             self.free_box(order, "packed")
 
-    def free_box(self, order: Order, now: str) -> None:
-        """Free the box of an order, if it has one, where that is done when orders are ``"picked"`` or ``"packed"``."""
+    def free_box(self, order: Order, done: str) -> None:
+        """Free the box of an order that is ``done``, ``"picked"`` or ``"packed"``, if boxes are free from then on."""
         if (at := order._packing) is not None and at.box is not None:
             station = self.packing[at.station]
-            free = station.free_boxes + (station.section.packing_from == now)
+            free = station.free_boxes + (station.section.packing_from == done)
             self.packing[at.station] = evolve(station, free_boxes=free)
 
     def bundle_arrives(

@@ -43,7 +43,8 @@ def visits(step: Step) -> float:
 
 
 def turnover(step: Step) -> float:
-    """Minus the hours that orders were open, added up over the orders: those of a whole run are its turn-over times."""
+    """Minus the hours that orders were open, added up over the orders: those of a whole run are its turn-over times and
+    what orders waited that were cancelled."""
     ticks = step.orders_open * (step.warehouse.now_tick - step.since_tick)
     for event in step.events:
         if isinstance(event, OrderCompleted | OrderCancelled):
