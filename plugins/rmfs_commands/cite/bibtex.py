@@ -32,7 +32,7 @@ class Reference:
     Parameters
     ----------
     kind
-        Of the entry: ``article``, ``inproceedings``, ``misc`` or ``software``.
+        Of the entry: ``article``, ``inproceedings`` or ``misc``.
     key
         What a text cites it by.
     fields

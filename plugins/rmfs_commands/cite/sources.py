@@ -200,8 +200,9 @@ def _rules_inside(parameters: Any) -> Iterator[str]:
 
 def _software() -> Reference:
     title = "rmfs: interchangeable decision rules for robotic mobile fulfillment systems"
-    told = {"author": CORPORATE, "title": title, "version": version(RMFS)}
-    return Reference("software", RMFS, {**told, "year": _year(told["version"]), "url": _address()})
+    now = version(RMFS)  # in a note, for classic styles of BibTeX know neither its field nor @software
+    told = {"author": CORPORATE, "title": title, "note": f"Version {now}", "year": _year(now), "url": _address()}
+    return Reference("misc", RMFS, told)
 
 
 def _year(of: str) -> str:

@@ -26,7 +26,7 @@ from rmfs_rules.switch import Case, Switch
 def test_bibtex_json_and_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     main(["cite", "pod-index"])
     printed = capsys.readouterr().out
-    assert printed.startswith("% rmfs\n@software{rmfs,\n  author = {{The rmfs authors}},\n")
+    assert printed.startswith("% rmfs\n@misc{rmfs,\n  author = {{The rmfs authors}},\n")
     assert "% pod-index: how the largest ratio is found\n@article{dinkelbach1967nonlinear,\n" in printed
     main(["cite", "pod-index", "--json"])
     found = {one["key"]: one for one in json.loads(capsys.readouterr().out)}
@@ -62,7 +62,7 @@ def test_a_release_has_its_year_and_the_project_its_address(monkeypatch: pytest.
     assert cited([])[0].reference.fields["year"] == "2026"
     monkeypatch.setattr(sources, "version", lambda _: "0.1.1.dev0")
     entry = cited([])[0].reference
-    assert (entry.fields["version"], entry.fields["year"], entry.fields["url"]) == ("0.1.1.dev0", "", "")
+    assert (entry.fields["note"], entry.fields["year"], entry.fields["url"]) == ("Version 0.1.1.dev0", "", "")
     assert "year" not in entry.bibtex()
     found = Message()
     found["Project-URL"] = "Repository, https://example.org/rmfs"
