@@ -33,6 +33,29 @@ RESTING = (
     "rules.idle=charge-when-low",
     "run.warmup_s=60",
 )
+DAY = """order,arrival_s,sku,quantity,due_s,cancelled_s
+A,0,tea,1,5,
+B,0,tea,1,5,3
+C,20,ale,1,25,
+D,40,ale,1,999,
+E,60,ale,1,70,
+F,300,tea,1,310,
+"""
+HALL = """[instance]
+orders_file = "orders.csv"
+pods_file = "pods.csv"
+[layout]
+block_rows = 3
+block_columns = 1
+stations_east = 1
+[robots]
+count = 1
+[stations]
+item_capacity = 1
+[rules]
+poa = "first-come"
+pps = "demand"
+"""
 PACKING = ("instance.orders=20", "rules.pp=free-flow")
 
 
@@ -158,6 +181,31 @@ def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]
     before = (folder / "report.html").read_bytes()
     assert exit_code("report", str(folder), "--quiet") == 0
     assert (folder / "report.html").read_bytes() == before
+
+
+@cases(
+    "changes begin late left lead",
+    ((), 0, 4, 0, "6 orders, 1 cancelled, all others complete at "),
+    (("run.warmup_s=30",), 30, 2, 0, "6 orders, 1 cancelled, all others complete at "),
+    (("run.until_s=90",), 0, 3, 3, "The run ended at its horizon at 0:01:30: 1 of 6 orders complete, 1 cancelled. "),
+    (("run.until_s=90", "run.warmup_s=30"), 30, 1, 3, "The run ended at its horizon at 0:01:30: "),
+    (("run.until_s=90", "run.warmup_s=100"), 100, 0, 3, "The run ended at its horizon at 0:01:30: "),
+)
+def test_headings_are_the_metrics(
+    tmp_path: Path, changes: tuple[str, ...], begin: float, late: int, left: int, lead: str
+) -> None:
+    """Orders that were cancelled, that arrive when the run is over, or in its warm-up, are not among them."""
+    (tmp_path / "orders.csv").write_text(DAY, encoding="utf-8")
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\nP,tea,\nQ,ale,\n", encoding="utf-8")
+    (tmp_path / "day.toml").write_text(HALL, encoding="utf-8")
+    result = rmfs_core.run(load_scenario(str(tmp_path / "day.toml"), changes), out=tmp_path / "run")
+    assert (result.metrics["late_orders"], result.metrics["open_orders_end"]) == (late, left)
+    page = run_page(read_run(tmp_path / "run"), 10, None)
+    assert f'<p class="lead">{lead}' in page
+    headings = {kind: int(number) for number, kind in re.findall(r"<h2>(\d+) (late|open) order", page)}
+    assert (headings.get("late", 0), headings.get("open", 0)) == (late, left)
+    done = {row["order"] for row in result.orders if row["turnover_s"] and row["arrival_s"] >= begin}
+    assert {row[0] for row in table(page, "Slowest orders")} == done
 
 
 def _cut(file: Path) -> None:
