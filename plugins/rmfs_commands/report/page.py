@@ -11,6 +11,7 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from rmfs_commands.cli.display import duration
+from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.cli.pages import render
 from rmfs_commands.cli.summary import PARTS, bottleneck_lines
 from rmfs_commands.details.bottleneck import PARTS as COLUMNS
@@ -61,6 +62,7 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
     listed = _listed(run, limit)
     names = dict.fromkeys(row["order"] for _, rows in listed for row in rows)
     told = {} if run.recording is None else order_stories(run.recording, names)
+    delays = {row["order"]: row for row in run.delays}
     return render(
         TEMPLATE,
         run=run,
@@ -69,11 +71,11 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
         limits=dict(bottleneck_lines(run.result.summary.get("bottleneck", {}))),
         went=_went(run),
         figures=_hours(run),
-        peak=max(run.hours, key=lambda row: row["backlog"], default=None),
+        peak=_peak(run),
         stations=[_station(row) for row in run.stations],
         work=_work(run),
         turnover=_turnover(run),
-        listed=[(title, [_order(run, row, told) for row in rows]) for title, rows in listed],
+        listed=[(title, [_order(row, delays[row["order"]], told) for row in rows]) for title, rows in listed],
         packing=list(_packing(run)),
         heats=[] if run.replay is None or run.floor is None else heat_maps(run.replay.start, run.floor),
         metrics=_metrics(run),
@@ -82,6 +84,7 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
         ),
         link=lambda **asked: _link(replay, **asked),
         duration=duration,
+        not_simulated=NOT_SIMULATED,
     )
 
 
@@ -166,6 +169,15 @@ def _hours(run: Run) -> list[Markup]:
     return [chart(title, series, 1, "hour") for title, series in charts.items() if any(any(s.values) for s in series)]
 
 
+def _peak(run: Run) -> tuple[str, float] | None:
+    """Return the largest backlog at the end of an hour, and when that was: the last hour ends with the run."""
+    peak = max(run.hours, key=lambda row: row["backlog"], default=None)
+    if peak is None or not peak["backlog"]:
+        return None
+    end = run.result.metrics.get("simulated_s") or 0
+    return counted(int(peak["backlog"]), "order"), min(3600 * (peak["hour"] + 1), end)
+
+
 def _late(run: Run) -> list[Mapping[str, Any]]:
     """Return the orders that were completed late, or were due and not complete at the end, the latest first."""
     end = run.result.metrics.get("simulated_s") or 0
@@ -228,9 +240,8 @@ def _listed(run: Run, limit: int) -> list[tuple[str, Sequence[Mapping[str, Any]]
     return [(title, rows[:limit]) for title, rows in kinds if rows]
 
 
-def _order(run: Run, row: Mapping[str, Any], told: Mapping[str, Sequence[Episode]]) -> dict[str, Any]:
+def _order(row: Mapping[str, Any], delay: Row, told: Mapping[str, Sequence[Episode]]) -> dict[str, Any]:
     """Return an order as the table shows it: when, how long, why, and what was decided for it."""
-    (delay,) = [one for one in run.delays if one["order"] == row["order"]]
     times, whole = _part_times(delay), row["turnover_s"] or 1.0
     ranked = sorted(times, key=lambda part: -times[part])[:MOST_CAUSES]
     causes = [

@@ -11,10 +11,12 @@ from pathlib import Path
 from statistics import fmean
 
 import pytest
+from attrs import evolve
 
 import rmfs_core
 from calling import exit_code
 from cases import cases
+from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.report.drawing import Series, chart, nice, stacked
 from rmfs_commands.report.hall import heat_maps
 from rmfs_commands.report.page import run_page
@@ -82,7 +84,7 @@ def late(runs: Callable[..., Path]) -> Path:
 def page(late: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
     tmp_path = tmp_path_factory.mktemp("pages")
     assert exit_code("report", str(late), "--quiet", "--out", str(tmp_path / "page.html")) == 0
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["page.html", "replay.html"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["page-replay.html", "page.html"]
     return (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
@@ -105,13 +107,17 @@ def test_the_page_begins_with_the_limit_and_needs_nothing_else(page: str, late: 
     """No script, and no address but places in the replay beside it."""
     links = re.findall(r'(?:src|href|url)[=(]"?([^")]*)', page)
     assert links
-    assert all(re.fullmatch(r"replay\.html#[^/]+", link) for link in links)
+    assert all(re.fullmatch(r"page-replay\.html#[^/]+", link) for link in links)
     assert "<script" not in page
     assert not re.search(r"https?:", page)
     assert all('role="img"' in svg and "aria-label=" in svg for svg in re.findall(r"<svg[^>]*>", page))
-    limit = read_run(late).result.summary["bottleneck"]["says"][0]
+    run = read_run(late)
+    limit = run.result.summary["bottleneck"]["says"][0]
     assert f'<p class="answer">Limit: {limit}</p>' in unescape(page.partition("<h2>")[0])
     assert "The run ended at its horizon at 0:07:30" in page
+    assert NOT_SIMULATED in unescape(page)
+    several = evolve(run.result, summary={"bottleneck": {"says": ["No single limit: many."]}})
+    assert '<p class="answer">No single limit: many.</p>' in run_page(evolve(run, result=several), 1, None)
 
 
 def test_late_orders_come_first_and_have_their_causes(page: str, late: Path) -> None:
@@ -147,7 +153,7 @@ def test_a_listed_order_has_what_explain_says_of_it(page: str, late: Path) -> No
     text = unescape(page.partition("<h2>Slowest orders</h2>")[2].partition("</tr>\n<tr>")[0])
     for episode in told:
         assert f"{episode.rule}: {episode.what}" in text
-        assert f"replay.html#t={episode.times_s[0]}&show=order%20{name}" in text
+        assert f"page-replay.html#t={episode.times_s[0]}&show=order%20{name}" in text
 
 
 @pytest.mark.parametrize("overrides", [LATE, RESTING])  # who drives to a charger or rests waits for nobody
@@ -200,10 +206,12 @@ def test_headings_are_the_metrics(
     (tmp_path / "day.toml").write_text(HALL, encoding="utf-8")
     result = rmfs_core.run(load_scenario(str(tmp_path / "day.toml"), changes), out=tmp_path / "run")
     assert (result.metrics["late_orders"], result.metrics["open_orders_end"]) == (late, left)
-    page = run_page(read_run(tmp_path / "run"), 10, None)
+    page = run_page(read_run(tmp_path / "run"), 10, "there.html")
     assert f'<p class="lead">{lead}' in page
     headings = {kind: int(number) for number, kind in re.findall(r"<h2>(\d+) (late|open) order", page)}
     assert (headings.get("late", 0), headings.get("open", 0)) == (late, left)
+    peak = 'Largest backlog at the end of an hour: 2 orders, at <a href="there.html#t=90.0">0:01:30</a>.'
+    assert (peak in page) is (left > 0)
     done = {row["order"] for row in result.orders if row["turnover_s"] and row["arrival_s"] >= begin}
     assert {row[0] for row in table(page, "Slowest orders")} == done
 
@@ -247,6 +255,13 @@ def test_what_is_missing_or_damaged_is_refused(
     assert re.fullmatch(r"Error: [^\n]+\n", error), error
     assert told in error
     assert sorted(folder.iterdir()) == files
+
+
+@cases("taken", "page.html", "page-replay.html")
+def test_page_and_replay_are_written_both_or_neither(late: Path, tmp_path: Path, taken: str) -> None:
+    (tmp_path / taken).mkdir()
+    assert exit_code("report", str(late), "--quiet", "--out", str(tmp_path / "page.html")) == 2
+    assert [file.name for file in tmp_path.iterdir()] == [taken]
 
 
 def test_bars_have_their_figures() -> None:
