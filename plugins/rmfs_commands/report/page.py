@@ -15,6 +15,7 @@ from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.cli.pages import render
 from rmfs_commands.cli.summary import PARTS, bottleneck_lines
 from rmfs_commands.details.bottleneck import PARTS as COLUMNS
+from rmfs_commands.layouts.hall import HALL_STYLE, hall_legend
 from rmfs_commands.report.drawing import Series, chart, nice, stacked
 from rmfs_commands.report.hall import heat_maps
 from rmfs_commands.report.reading import Row, Run
@@ -78,6 +79,8 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
         listed=[(title, [_order(row, delays[row["order"]], told) for row in rows]) for title, rows in listed],
         packing=list(_packing(run)),
         heats=[] if run.replay is None or run.floor is None else heat_maps(run.replay.start, run.floor),
+        legend="" if run.replay is None else Markup(hall_legend(run.replay.start.layout)),
+        hall_style=Markup(HALL_STYLE),
         metrics=_metrics(run),
         rules=", ".join(
             f"{'.'.join(map(str, key))} {choice.rule}" for key, choice in rule_choices(run.result.scenario.rules)

@@ -110,7 +110,8 @@ def test_the_page_begins_with_the_limit_and_needs_nothing_else(page: str, late: 
     assert all(re.fullmatch(r"page-replay\.html#[^/]+", link) for link in links)
     assert "<script" not in page
     assert not re.search(r"https?:", page)
-    assert all('role="img"' in svg and "aria-label=" in svg for svg in re.findall(r"<svg[^>]*>", page))
+    pictures = [svg for svg in re.findall(r"<svg[^>]*>", page) if 'aria-hidden="true"' not in svg]  # beside a word
+    assert all('role="img"' in svg and "aria-label=" in svg for svg in pictures)
     run = read_run(late)
     limit = run.result.summary["bottleneck"]["says"][0]
     assert f'<p class="answer">Limit: {limit}</p>' in unescape(page.partition("<h2>")[0])
@@ -167,6 +168,7 @@ def test_heat_maps_add_up_to_the_table_of_robots(runs: Callable[..., Path], over
     assert traffic.classes[-1] == (6, f"{-(-max(run.floor.traffic) // 2) + 1:,} to {max(run.floor.traffic):,}")
     assert waiting.svg is not None
     assert waiting.svg.count("<text") == len(run.stations)
+    assert "storage locations; robots may rest there" in run_page(run, 1, None)
 
 
 def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]) -> None:
