@@ -136,7 +136,8 @@ def hall_legend(
         ("empty pods", empty, pod.format("empty")),
         (f"{counted(robots, 'robot')} at the start", robots, '<circle class="robot" cx=".5" cy=".5" r=".42"/>'),
     ]
-    items = (f'<li><svg viewBox="0 0 1 1">{sign}</svg>{escape(text)}</li>' for text, there, sign in rows if there)
+    sign_of = '<svg viewBox="0 0 1 1" aria-hidden="true">{}</svg>'
+    items = (f"<li>{sign_of.format(sign)}{escape(text)}</li>" for text, there, sign in rows if there)
     return f"<ul>{''.join(items)}</ul>"
 
 

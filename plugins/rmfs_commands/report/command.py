@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from urllib.parse import quote
 
 import click
 
@@ -25,25 +26,28 @@ def report(folder: Path, out: Path | None, limit: int, quiet: bool) -> None:
     """Write a page on the run in DIR: what limits it, its hours, stations, robots, and its slowest orders with causes.
 
     DIR is what `rmfs run --out DIR` wrote. The page is one HTML file that needs no network. With the trace of
-    `rmfs run --trace` it has heat maps of the hall, and links to the page of `rmfs replay`, which is written beside it;
-    with `--record-decisions` it says of each order in it what `rmfs explain --order` says.
+    `rmfs run --trace` it has heat maps of the hall, and links to the page of `rmfs replay`, which is written beside it:
+    replay.html, or with `--out page.html` page-replay.html. With `--record-decisions` it says of each order in it what
+    `rmfs explain --order` says.
     """
     from rmfs_commands.report.page import run_page
     from rmfs_commands.report.reading import read_run
     from rmfs_commands.trace import fitting
-    from rmfs_core.results.files import write_text
+    from rmfs_core.results.files import AtomicFile, write_text
 
     target = out or folder / PAGE
+    beside = target.with_name(f"{target.stem}-{REPLAY}" if out else REPLAY)
     run = read_run(folder)
     with fitting(folder, "reported"):
-        text = run_page(run, limit, replay=REPLAY if run.replay else None)
+        text = run_page(run, limit, replay=quote(beside.name) if run.replay else None)
         played = None
         if run.replay is not None:
             from rmfs_commands.replay.page import page
 
             played = page([run.replay])
-    if played is not None:
-        write_text(target.parent / REPLAY, played)
-    write_text(target, text)
+    with AtomicFile(target) as stream:  # both or none
+        stream.write(text.encode("utf-8", "backslashreplace"))
+        if played is not None:
+            write_text(beside, played)
     if not quiet:
         tell(f"Open {target} in a browser.")

@@ -10,6 +10,7 @@ from typing import Any
 from attrs import frozen
 from markupsafe import Markup
 
+from rmfs_commands.layouts.hall import hall_svg
 from rmfs_commands.trace import Trace
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
@@ -25,18 +26,11 @@ from rmfs_core.events import (
     VisitEnded,
     VisitStarted,
 )
-from rmfs_core.world import CellKind, Layout
+from rmfs_core.world import Layout
 from rmfs_core.world.grid import MOST_DRAWN, STEPS
 
 SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1)
 """Upper ends of the classes of a heat map: what most cells have is far below the most. As in the replay."""
-COLOURS = {
-    CellKind.FLOOR: "--floor",
-    CellKind.STORAGE: "--place",
-    CellKind.CHARGER: "--place",
-    CellKind.QUEUE: "--lane",
-    CellKind.STATION: "--lane",
-}
 
 
 class Floor:
@@ -137,20 +131,23 @@ class Heat:
 
 def heat_maps(trace: Trace, floor: Floor) -> list[Heat]:
     """Return the heat maps of a run: where robots drove, and where they waited."""
-    stations = [station["name"] for station in trace.stations]
     waiting = [to_seconds(ticks) for ticks in floor.waiting]
     return [
-        _heat("traffic", "Times that a robot drove into a cell", "", trace.layout, floor.traffic, stations),
-        _heat("waiting", "Seconds that robots on a way waited in a cell", "s", trace.layout, waiting, stations),
+        _heat("traffic", "Times that a robot drove into a cell", "", trace, floor.traffic),
+        _heat("waiting", "Seconds that robots on a way waited in a cell", "s", trace, waiting),
     ]
 
 
-def _heat(name: str, title: str, unit: str, layout: Layout, values: Sequence[float], stations: Sequence[str]) -> Heat:
+def _heat(name: str, title: str, unit: str, trace: Trace, values: Sequence[float]) -> Heat:
     ends = sorted({math.ceil(share * max(values)) for share in SHARES} - {0})
     begins = [1, *(end + 1 for end in ends)]
     ranges = (f"{begin:,} to {end:,}" if begin < end else f"{end:,}" for begin, end in zip(begins, ends, strict=False))
     classes = list(enumerate(ranges, len(SHARES) + 1 - len(ends)))
-    svg = _hall(layout, [_class(ends, value) for value in values], title, stations)
+    layout, svg = trace.layout, None
+    if len(values) <= MOST_DRAWN:
+        names = {own.station: told["name"] for own, told in zip(layout.stations, trace.stations, strict=True)}
+        over = _over(layout, [_class(ends, value) for value in values])
+        svg = Markup(hall_svg(layout, names=names, over=over))
     return Heat(name, title, unit, svg, classes)
 
 
@@ -161,27 +158,16 @@ def _class(ends: Sequence[int], value: float) -> int:
     return next(i for i, end in enumerate(ends) if value <= end) + len(SHARES) + 1 - len(ends)
 
 
-def _hall(layout: Layout, classes: Sequence[int], title: str, stations: Sequence[str]) -> Markup | None:
-    """Draw a layout: runs of cells of a colour in a row are one piece of that colour's path."""
-    if len(classes) > MOST_DRAWN:
-        return None
-    kinds = layout.kind.tolist()
-    shown = [f"--h{heat}" if heat else COLOURS.get(kind, "") for kind, heat in zip(kinds, classes, strict=True)]
-    paths: dict[str, list[str]] = {}
+def _over(layout: Layout, classes: Sequence[int]) -> str:
+    """Draw cells by class, runs of a class in a row as one piece of its path, and chargers so that they show."""
+    width, paths = layout.width, dict.fromkeys(range(1, len(SHARES) + 1), "")
     for row in range(layout.height):
         column = 0
-        for colour, run in groupby(shown[row * layout.width : (row + 1) * layout.width]):
+        for heat, run in groupby(classes[row * width : (row + 1) * width]):
             length = len(list(run))
-            paths.setdefault(colour, []).append(f"M{column} {row}h{length}v1h-{length}z")
+            if heat:
+                paths[heat] += f"M{column} {row}h{length}v1h-{length}z"
             column += length
-    paths.pop("", None)
-    parts = [
-        Markup('<path style="fill:var({})" d="{}"/>').format(colour, "".join(runs))
-        for colour, runs in sorted(paths.items())
-    ]
-    for name, cells in zip(stations, layout.stations, strict=True):
-        row, column = divmod(cells.station, layout.width)
-        at = Markup('<text x="{}" y="{}">{}</text>').format(column + 0.5, row + 0.9, name)
-        parts.append(at)
-    text = Markup('<svg class="hall" viewBox="-1 -1 {} {}" role="img" aria-label="{}"><title>{}</title>{}</svg>')
-    return text.format(layout.width + 2, layout.height + 2, title, title, Markup("").join(parts))
+    heats = "".join(f'<path style="fill:var(--h{heat})" d="{path}"/>' for heat, path in paths.items() if path)
+    chargers = "".join(f"M{cell % width}.25 {cell // width}.25h.5v.5h-.5z" for cell in layout.chargers)
+    return f'{heats}<path class="charge" d="{chargers}"/>' if chargers else heats

@@ -11,9 +11,11 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from rmfs_commands.cli.display import duration
+from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.cli.pages import render
 from rmfs_commands.cli.summary import PARTS, bottleneck_lines
 from rmfs_commands.details.bottleneck import PARTS as COLUMNS
+from rmfs_commands.layouts.hall import HALL_STYLE, hall_legend
 from rmfs_commands.report.drawing import Series, chart, nice, stacked
 from rmfs_commands.report.hall import heat_maps
 from rmfs_commands.report.reading import Row, Run
@@ -61,6 +63,7 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
     listed = _listed(run, limit)
     names = dict.fromkeys(row["order"] for _, rows in listed for row in rows)
     told = {} if run.recording is None else order_stories(run.recording, names)
+    delays = {row["order"]: row for row in run.delays}
     return render(
         TEMPLATE,
         run=run,
@@ -69,19 +72,22 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
         limits=dict(bottleneck_lines(run.result.summary.get("bottleneck", {}))),
         went=_went(run),
         figures=_hours(run),
-        peak=max(run.hours, key=lambda row: row["backlog"], default=None),
+        peak=_peak(run),
         stations=[_station(row) for row in run.stations],
         work=_work(run),
         turnover=_turnover(run),
-        listed=[(title, [_order(run, row, told) for row in rows]) for title, rows in listed],
+        listed=[(title, [_order(row, delays[row["order"]], told) for row in rows]) for title, rows in listed],
         packing=list(_packing(run)),
         heats=[] if run.replay is None or run.floor is None else heat_maps(run.replay.start, run.floor),
+        legend="" if run.replay is None else Markup(hall_legend(run.replay.start.layout)),
+        hall_style=Markup(HALL_STYLE),
         metrics=_metrics(run),
         rules=", ".join(
             f"{'.'.join(map(str, key))} {choice.rule}" for key, choice in rule_choices(run.result.scenario.rules)
         ),
         link=lambda **asked: _link(replay, **asked),
         duration=duration,
+        not_simulated=NOT_SIMULATED,
     )
 
 
@@ -93,12 +99,15 @@ def _link(replay: str | None, **asked: object) -> str | None:
 def _lead(run: Run) -> str:
     result = run.result
     done = sum(row["completed_s"] is not None for row in result.orders)
+    left = sum(row.get("cancelled_s") is not None for row in result.orders)
+    gone = f", {left:,} cancelled" if left else ""
     size = f"{counted(len(run.stations), 'station')}, {counted(len(run.robots), 'robot')}, seed {result.seed}"
     end = duration(result.metrics.get("simulated_s") or 0)
     if result.status == "complete":
-        return f"{counted(done, 'order')}, all complete at {end}. {size}."
+        others = "all others" if left else "all"
+        return f"{counted(len(result.orders), 'order')}{gone}, {others} complete at {end}. {size}."
     how = {"horizon": "ended at its horizon", "partial": "was interrupted"}.get(result.status, "failed")
-    return f"The run {how} at {end}: {done:,} of {counted(len(result.orders), 'order')} complete. {size}."
+    return f"The run {how} at {end}: {done:,} of {counted(len(result.orders), 'order')} complete{gone}. {size}."
 
 
 def _part_times(row: Row) -> dict[str, float]:
@@ -108,13 +117,24 @@ def _part_times(row: Row) -> dict[str, float]:
     return {part: sum(row.get(column) or 0.0 for column in columns) for part, columns in COLUMNS.items()}
 
 
+def _timed(run: Run) -> list[Mapping[str, Any]]:
+    """Return the orders whose times count, as in the metrics: those that arrived in the run, after its warm-up."""
+    begin = run.result.scenario.run.warmup_s or 0
+    return [row for row in _arrived(run) if row["arrival_s"] >= begin and row.get("cancelled_s") is None]
+
+
+def _arrived(run: Run) -> list[Mapping[str, Any]]:
+    """Return the orders that arrived before the run ended; of some runs orders.csv has later ones, too."""
+    end = run.result.metrics.get("simulated_s") or 0
+    return [row for row in run.result.orders if row["arrival_s"] is not None and row["arrival_s"] <= end]
+
+
 def _went(run: Run) -> tuple[list[str], list[tuple[str, list[tuple[str, str]]]]]:
     """Return whose time is told, and for each part its seconds and its share, means over all, the slowest and late."""
-    begin = run.result.scenario.run.warmup_s or 0
-    counts = {row["order"] for row in run.result.orders if row["arrival_s"] is not None and row["arrival_s"] >= begin}
+    counts = {row["order"] for row in _timed(run)}
     done = [row for row in run.delays if row["turnover_s"] is not None and row["order"] in counts]
     done.sort(key=lambda row: -row["turnover_s"])
-    late = {row["order"] for row in run.result.orders if (row.get("lateness_s") or 0) > 0}
+    late = {row["order"] for row in _late(run)}
     groups = {
         f"All {len(done):,} completed": done,
         f"Slowest {SLOWEST_PERCENT} %": done[: max(len(done) * SLOWEST_PERCENT // 100, 1)],
@@ -152,13 +172,22 @@ def _hours(run: Run) -> list[Markup]:
     return [chart(title, series, 1, "hour") for title, series in charts.items() if any(any(s.values) for s in series)]
 
 
+def _peak(run: Run) -> tuple[str, float] | None:
+    """Return the largest backlog at the end of an hour, and when that was: the last hour ends with the run."""
+    peak = max(run.hours, key=lambda row: row["backlog"], default=None)
+    if peak is None or not peak["backlog"]:
+        return None
+    end = run.result.metrics.get("simulated_s") or 0
+    return counted(int(peak["backlog"]), "order"), min(3600 * (peak["hour"] + 1), end)
+
+
 def _late(run: Run) -> list[Mapping[str, Any]]:
     """Return the orders that were completed late, or were due and not complete at the end, the latest first."""
     end = run.result.metrics.get("simulated_s") or 0
     late = [
         {**row, "late_s": row["lateness_s"] if row["completed_s"] is not None else end - row["due_s"]}
-        for row in run.result.orders
-        if row.get("due_s") is not None and row["arrival_s"] is not None
+        for row in _timed(run)
+        if row.get("due_s") is not None
     ]
     return sorted((row for row in late if (row["late_s"] or 0) > 0), key=lambda row: -row["late_s"])
 
@@ -184,8 +213,8 @@ def _work(run: Run) -> list[Markup]:
 
 
 def _turnover(run: Run) -> Markup | None:
-    begin, metrics = run.result.scenario.run.warmup_s or 0, run.result.metrics
-    times = [r["turnover_s"] for r in run.result.orders if r["turnover_s"] is not None and r["arrival_s"] >= begin]
+    metrics = run.result.metrics
+    times = [row["turnover_s"] for row in _timed(run) if row["turnover_s"] is not None]
     if not times:
         return None
     unit, name = (3600, "hours") if max(times) > 4 * 3600 else (60, "minutes")
@@ -202,9 +231,9 @@ def _turnover(run: Run) -> Markup | None:
 
 def _listed(run: Run, limit: int) -> list[tuple[str, Sequence[Mapping[str, Any]]]]:
     """Return the orders that are listed: the latest, the slowest, and the oldest that are not complete."""
-    orders, late = run.result.orders, _late(run)
-    slowest = sorted((row for row in orders if row["turnover_s"] is not None), key=lambda row: -row["turnover_s"])
-    left = [row for row in orders if row["completed_s"] is None and row["arrival_s"] is not None]
+    late = _late(run)
+    slowest = sorted((row for row in _timed(run) if row["turnover_s"] is not None), key=lambda row: -row["turnover_s"])
+    left = [row for row in _arrived(run) if row["completed_s"] is None and row.get("cancelled_s") is None]
     left.sort(key=lambda row: row["arrival_s"])
     kinds: list[tuple[str, Sequence[Mapping[str, Any]]]] = [
         (counted(len(late), "late order"), late),
@@ -214,9 +243,8 @@ def _listed(run: Run, limit: int) -> list[tuple[str, Sequence[Mapping[str, Any]]
     return [(title, rows[:limit]) for title, rows in kinds if rows]
 
 
-def _order(run: Run, row: Mapping[str, Any], told: Mapping[str, Sequence[Episode]]) -> dict[str, Any]:
+def _order(row: Mapping[str, Any], delay: Row, told: Mapping[str, Sequence[Episode]]) -> dict[str, Any]:
     """Return an order as the table shows it: when, how long, why, and what was decided for it."""
-    (delay,) = [one for one in run.delays if one["order"] == row["order"]]
     times, whole = _part_times(delay), row["turnover_s"] or 1.0
     ranked = sorted(times, key=lambda part: -times[part])[:MOST_CAUSES]
     causes = [

@@ -12,7 +12,7 @@ from rmfs_commands.states.recorded import Recorded
 from rmfs_commands.states.state import FORMAT, VERSIONS
 from rmfs_commands.states.state_json import state_from_dict
 from rmfs_core.roles import Role
-from rmfs_core.warehouse import WarehouseView
+from rmfs_core.warehouse import Order, WarehouseView
 from rmfs_core.world.grid import where
 
 Content = Mapping[str, Any]
@@ -74,10 +74,11 @@ class _Story:
     order: str
     waiting: _Waiting | None = None
     without_stock: _Waiting | None = None
+    gone: bool = False
 
     def tell(self, decision: Recorded) -> Iterator[Episode]:
         """Yield what a decision ends or is for the order."""
-        if self.order not in decision.content["orders"]:
+        if self.gone or self.order not in decision.content["orders"]:
             return
         given = decision.content["orders"][self.order]
         if given.get("waits_for_stock"):
@@ -92,7 +93,7 @@ class _Story:
             self.without_stock = None
         if given.get("cancelled"):
             yield from self.end()
-            self.waiting = None
+            self.waiting, self.gone = None, True
             yield _episode(decision, f"cancelled before {decision.time_s:,.0f} s, with nothing of it assigned")
             return
         here = [_episode(decision, what) for what in _done_for(decision, self.order)]
@@ -156,8 +157,8 @@ def where_in(content: Content, cell: int) -> str:
     return where(cell, max(map(len, content["layout"]["map"])))
 
 
-def reduced(content: Content, order: str) -> OpenState:
-    """Return the warehouse of a recorded state with what an order's assignment depends on alone.
+def reduced(content: Content, order: str) -> tuple[OpenState, Order]:
+    """Return the warehouse of a recorded state with what an order's assignment depends on alone, and the order in it.
 
     That is the order, and the picking stations with their requests. Robots, what pods hold and other orders of the
     backlog make no difference, but would take most of the time.
@@ -174,7 +175,8 @@ def reduced(content: Content, order: str) -> OpenState:
     orders = {name: {key: one[key] for key in one if key != "packing"} for name, one in told_of.items()}
     held = dict.fromkeys(sku for given in orders.values() for sku in given["lines"])
     told = {"format": FORMAT, "version": VERSIONS[-1], "stations": stations, "orders": orders}
-    return open_state(state_from_dict(told | {"pods": {"any": {"contents": held}}}))
+    state = open_state(state_from_dict(told | {"pods": {"any": {"contents": held}}}))
+    return state, state.view.order(state.names.orders[order])
 
 
 def _episode(decision: Recorded, what: str) -> Episode:
@@ -187,7 +189,7 @@ def _done_for(decision: Recorded, order: str) -> Iterator[str]:
     decided, content = decision.decision or {}, decision.content
     wanted: dict[str, set[str]] = {}
     assigned = [given for given in decided.get("assignments", ()) if given["order"] == order]
-    left = len(reduced(content, order).view.orders[0].open_lines) if assigned else 0
+    left = len(reduced(content, order)[1].open_lines) if assigned else 0
     left -= sum(len(given["skus"]) for given in assigned)
     for given in assigned:
         wanted.setdefault(given["station"], set()).update(given["skus"])
@@ -216,14 +218,14 @@ def _why_waiting(decision: Recorded, order: str) -> str | None:
     given = (decided or {}).get("assignments", ())
     if any(assignment["order"] == order for assignment in given):
         return None
-    warehouse = reduced(content, order).view
-    if not warehouse.orders[0].open_lines:
+    state, asked = reduced(content, order)
+    if not asked.open_lines:
         return None
     if decided is None:
         return "the rule decided nothing valid, which ended the run"
     if order not in content.get("backlog", (order,)):
         return "the prefilters left it out"
-    why = _why_not_chosen(warehouse, "preferred others" if given else "assigned nothing")
+    why = _why_not_chosen(state.view, asked, "preferred others" if given else "assigned nothing")
     begun = bool(content["orders"][order]["parts"])
     return why if begun or free_boxes(content) != 0 else f"{why}, and no box was free to split it"
 
@@ -257,9 +259,9 @@ def in_words(task: Mapping[str, Any]) -> str:
     return f"{task['kind']} {what} {task['order']}"
 
 
-def _why_not_chosen(warehouse: WarehouseView, did: str) -> str:
-    """Say why the first order was assigned nowhere, although it was shown to the rule."""
-    order, stations = warehouse.orders[0], [station for station in warehouse.stations if station.open]
+def _why_not_chosen(warehouse: WarehouseView, order: Order, did: str) -> str:
+    """Say why an order was assigned nowhere, although it was shown to the rule."""
+    stations = [station for station in warehouse.stations if station.open]
     if any(warehouse.size_at(order, station) <= station.free_capacity for station in stations):
         return f"it fitted a station, but the rule {did}"
     if not stations:

@@ -11,10 +11,12 @@ from pathlib import Path
 from statistics import fmean
 
 import pytest
+from attrs import evolve
 
 import rmfs_core
 from calling import exit_code
 from cases import cases
+from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.report.drawing import Series, chart, nice, stacked
 from rmfs_commands.report.hall import heat_maps
 from rmfs_commands.report.page import run_page
@@ -33,6 +35,29 @@ RESTING = (
     "rules.idle=charge-when-low",
     "run.warmup_s=60",
 )
+DAY = """order,arrival_s,sku,quantity,due_s,cancelled_s
+A,0,tea,1,5,
+B,0,tea,1,5,3
+C,20,ale,1,25,
+D,40,ale,1,999,
+E,60,ale,1,70,
+F,300,tea,1,310,
+"""
+HALL = """[instance]
+orders_file = "orders.csv"
+pods_file = "pods.csv"
+[layout]
+block_rows = 3
+block_columns = 1
+stations_east = 1
+[robots]
+count = 1
+[stations]
+item_capacity = 1
+[rules]
+poa = "first-come"
+pps = "demand"
+"""
 PACKING = ("instance.orders=20", "rules.pp=free-flow")
 
 
@@ -59,7 +84,7 @@ def late(runs: Callable[..., Path]) -> Path:
 def page(late: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
     tmp_path = tmp_path_factory.mktemp("pages")
     assert exit_code("report", str(late), "--quiet", "--out", str(tmp_path / "page.html")) == 0
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["page.html", "replay.html"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["page-replay.html", "page.html"]
     return (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
@@ -82,13 +107,18 @@ def test_the_page_begins_with_the_limit_and_needs_nothing_else(page: str, late: 
     """No script, and no address but places in the replay beside it."""
     links = re.findall(r'(?:src|href|url)[=(]"?([^")]*)', page)
     assert links
-    assert all(re.fullmatch(r"replay\.html#[^/]+", link) for link in links)
+    assert all(re.fullmatch(r"page-replay\.html#[^/]+", link) for link in links)
     assert "<script" not in page
     assert not re.search(r"https?:", page)
-    assert all('role="img"' in svg and "aria-label=" in svg for svg in re.findall(r"<svg[^>]*>", page))
-    limit = read_run(late).result.summary["bottleneck"]["says"][0]
+    pictures = [svg for svg in re.findall(r"<svg[^>]*>", page) if 'aria-hidden="true"' not in svg]  # beside a word
+    assert all('role="img"' in svg and "aria-label=" in svg for svg in pictures)
+    run = read_run(late)
+    limit = run.result.summary["bottleneck"]["says"][0]
     assert f'<p class="answer">Limit: {limit}</p>' in unescape(page.partition("<h2>")[0])
     assert "The run ended at its horizon at 0:07:30" in page
+    assert NOT_SIMULATED in unescape(page)
+    several = evolve(run.result, summary={"bottleneck": {"says": ["No single limit: many."]}})
+    assert '<p class="answer">No single limit: many.</p>' in run_page(evolve(run, result=several), 1, None)
 
 
 def test_late_orders_come_first_and_have_their_causes(page: str, late: Path) -> None:
@@ -124,7 +154,7 @@ def test_a_listed_order_has_what_explain_says_of_it(page: str, late: Path) -> No
     text = unescape(page.partition("<h2>Slowest orders</h2>")[2].partition("</tr>\n<tr>")[0])
     for episode in told:
         assert f"{episode.rule}: {episode.what}" in text
-        assert f"replay.html#t={episode.times_s[0]}&show=order%20{name}" in text
+        assert f"page-replay.html#t={episode.times_s[0]}&show=order%20{name}" in text
 
 
 @pytest.mark.parametrize("overrides", [LATE, RESTING])  # who drives to a charger or rests waits for nobody
@@ -138,6 +168,7 @@ def test_heat_maps_add_up_to_the_table_of_robots(runs: Callable[..., Path], over
     assert traffic.classes[-1] == (6, f"{-(-max(run.floor.traffic) // 2) + 1:,} to {max(run.floor.traffic):,}")
     assert waiting.svg is not None
     assert waiting.svg.count("<text") == len(run.stations)
+    assert "storage locations; robots may rest there" in run_page(run, 1, None)
 
 
 def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]) -> None:
@@ -158,6 +189,33 @@ def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]
     before = (folder / "report.html").read_bytes()
     assert exit_code("report", str(folder), "--quiet") == 0
     assert (folder / "report.html").read_bytes() == before
+
+
+@cases(
+    "changes begin late left lead",
+    ((), 0, 4, 0, "6 orders, 1 cancelled, all others complete at "),
+    (("run.warmup_s=30",), 30, 2, 0, "6 orders, 1 cancelled, all others complete at "),
+    (("run.until_s=90",), 0, 3, 3, "The run ended at its horizon at 0:01:30: 1 of 6 orders complete, 1 cancelled. "),
+    (("run.until_s=90", "run.warmup_s=30"), 30, 1, 3, "The run ended at its horizon at 0:01:30: "),
+    (("run.until_s=90", "run.warmup_s=100"), 100, 0, 3, "The run ended at its horizon at 0:01:30: "),
+)
+def test_headings_are_the_metrics(
+    tmp_path: Path, changes: tuple[str, ...], begin: float, late: int, left: int, lead: str
+) -> None:
+    """Orders that were cancelled, that arrive when the run is over, or in its warm-up, are not among them."""
+    (tmp_path / "orders.csv").write_text(DAY, encoding="utf-8")
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\nP,tea,\nQ,ale,\n", encoding="utf-8")
+    (tmp_path / "day.toml").write_text(HALL, encoding="utf-8")
+    result = rmfs_core.run(load_scenario(str(tmp_path / "day.toml"), changes), out=tmp_path / "run")
+    assert (result.metrics["late_orders"], result.metrics["open_orders_end"]) == (late, left)
+    page = run_page(read_run(tmp_path / "run"), 10, "there.html")
+    assert f'<p class="lead">{lead}' in page
+    headings = {kind: int(number) for number, kind in re.findall(r"<h2>(\d+) (late|open) order", page)}
+    assert (headings.get("late", 0), headings.get("open", 0)) == (late, left)
+    peak = 'Largest backlog at the end of an hour: 2 orders, at <a href="there.html#t=90.0">0:01:30</a>.'
+    assert (peak in page) is (left > 0)
+    done = {row["order"] for row in result.orders if row["turnover_s"] and row["arrival_s"] >= begin}
+    assert {row[0] for row in table(page, "Slowest orders")} == done
 
 
 def _cut(file: Path) -> None:
@@ -199,6 +257,13 @@ def test_what_is_missing_or_damaged_is_refused(
     assert re.fullmatch(r"Error: [^\n]+\n", error), error
     assert told in error
     assert sorted(folder.iterdir()) == files
+
+
+@cases("taken", "page.html", "page-replay.html")
+def test_page_and_replay_are_written_both_or_neither(late: Path, tmp_path: Path, taken: str) -> None:
+    (tmp_path / taken).mkdir()
+    assert exit_code("report", str(late), "--quiet", "--out", str(tmp_path / "page.html")) == 2
+    assert [file.name for file in tmp_path.iterdir()] == [taken]
 
 
 def test_bars_have_their_figures() -> None:

@@ -242,8 +242,12 @@ def made(number: int, decides: str, content: Content, decided: Any, **ask: Any) 
 
 
 def content(room: int, **changes: Any) -> Content:
-    """Return a state with a station for four items, of which so many fit now, and two orders of two items each."""
-    orders: dict[str, Any] = {name: {"lines": {"milk": 1, "tea": 1}, "parts": []} for name in "AB"}
+    """Return a state with a station for four items, of which so many fit now, and two orders of two items each.
+
+    They arrived after the order at the station.
+    """
+    lines = {"milk": 1, "tea": 1}
+    orders: dict[str, Any] = {name: {"arrival_s": 0.5, "lines": lines.copy(), "parts": []} for name in "AB"}
     pods = {"P": {"contents": {"milk": None, "tea": None}}}
     state = {"orders": orders, "pods": pods, "stations": {"s": full_station(orders, room)}}
     return state | {"layout": {"map": ["....", "...."]}} | changes
@@ -314,6 +318,16 @@ def test_a_wait_for_stock() -> None:
     assert still.what == "waits for stock since 0 s"
 
 
+def test_an_order_that_left_is_told_of_once() -> None:
+    left = content(0)
+    left["orders"]["A"]["cancelled"] = True
+    decisions = [made(n, "POA", content(0) if n == 1 else left, {"assignments": []}) for n in (1, 2, 3)]
+    assert [episode.what for episode in order_story(decisions, "A")] == [
+        "no station had room for its 2 open items",
+        "cancelled before 2 s, with nothing of it assigned",
+    ]
+
+
 def test_an_order_split_among_stations() -> None:
     state = content(4)
     state["orders"]["A"]["lines"]["jam"] = 2
@@ -363,12 +377,13 @@ def test_where_a_pod_went() -> None:
 def test_a_reduced_warehouse_has_the_room_of_the_whole_one(record: Any) -> None:
     joint = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
     by_orders, small = ("stations.order_capacity=2",), ("stations.item_capacity=3",)
-    for settings in ((), by_orders, small, joint, (*joint, *by_orders)):
+    poisson = ("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=300")
+    for settings in ((), by_orders, small, poisson, joint, (*joint, *by_orders)):
         for recorded in record(*settings):
             whole = open_state(recorded.state())
             for order in whole.view.orders[-3:]:
-                part = reduced(recorded.content, order.name)
-                alone = part.view.orders[0]
+                part, alone = reduced(recorded.content, order.name)
+                assert alone.name == order.name
                 lines = [(part.instance.skus[line.sku], line.quantity) for line in alone.open_lines]
                 assert lines == [(whole.instance.skus[line.sku], line.quantity) for line in order.open_lines]
                 for station, there in zip(part.view.stations, whole.view.stations, strict=True):
