@@ -6,7 +6,7 @@ import base64
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from rmfs_core.errors import InputError
 
 
 def render(template: Path, **values: Any) -> str:
@@ -19,6 +19,8 @@ def render(template: Path, **values: Any) -> str:
     values
         What it shows, by name.
     """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
     environment = Environment(
         loader=FileSystemLoader([template.parent, Path(__file__).parent]),
         autoescape=True,
@@ -27,6 +29,15 @@ def render(template: Path, **values: Any) -> str:
         lstrip_blocks=True,
     )
     return environment.get_template(template.name).render(embedded=embedded, **values)
+
+
+def check_target(file: Path | None) -> None:
+    """Raise `InputError` where a page would replace a file that is none: orders, or the result of a run."""
+    if file is None or not file.is_file():
+        return
+    with file.open("rb") as stream:
+        if not stream.read(15).lower().startswith(b"<!doctype html"):
+            raise InputError(str(file), "is there, and is no page; expected a new name, or that of a page to replace")
 
 
 def embedded(svg: bytes) -> str:

@@ -112,9 +112,11 @@ def _write_page(name: str, loaded: Scenario, out: Path | None) -> None:
     from rmfs_commands.cli.compiling import compiling_announced
     from rmfs_commands.cli.hall import hall
     from rmfs_commands.cli.notes import notes_console
+    from rmfs_commands.cli.pages import check_target
     from rmfs_core.results.files import write_text
 
     file = out or Path(f"{name}-map.html")
+    check_target(file)
     with compiling_announced(notes_console()):
         page = hall(loaded, name).html
     write_text(file, page)

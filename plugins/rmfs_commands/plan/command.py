@@ -79,6 +79,7 @@ def plan(
     from rmfs_commands.cli.choices import option_named, with_parameters
     from rmfs_commands.cli.compiling import compiling_announced
     from rmfs_commands.cli.file_writing import writable_folder
+    from rmfs_commands.cli.pages import check_target
     from rmfs_commands.plan import collisions, find_planner, random_trips, read_map, read_trips, roads_of_map
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import rule_stream, stream
@@ -87,6 +88,7 @@ def plan(
     from rmfs_core.scenario import RuleChoice
     from rmfs_core.scenario.rulenames import rule_name_from
 
+    check_target(html)
     roads = roads_of_map(read_map(map_file))
     with option_named("--pp", f"--pp {pp}", values):
         choice = with_parameters(RuleChoice(rule_name_from(pp, ".", ".")), values)

@@ -56,6 +56,7 @@ def replay(
     side on one clock. The page is one HTML file that needs no network. What was recorded with `--record-decisions` says
     in it why something was done. With `--frames` or `--video` pictures of the run are written, for slides.
     """
+    from rmfs_commands.cli.pages import check_target
     from rmfs_commands.replay.page import page
     from rmfs_commands.replay.reading import read_replay
     from rmfs_commands.trace import fitting
@@ -87,6 +88,7 @@ def replay(
             said = f"A video in {video}."
         else:
             target = out or beside / PAGE
+            check_target(target)
             write_text(target, page(replays))
             said = f"Open {target} in a browser."
     if not quiet:

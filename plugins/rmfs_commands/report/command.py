@@ -30,6 +30,7 @@ def report(folder: Path, out: Path | None, limit: int, quiet: bool) -> None:
     replay.html, or with `--out page.html` page-replay.html. With `--record-decisions` it says of each order in it what
     `rmfs explain --order` says.
     """
+    from rmfs_commands.cli.pages import check_target
     from rmfs_commands.report.page import run_page
     from rmfs_commands.report.reading import read_run
     from rmfs_commands.trace import fitting
@@ -37,6 +38,8 @@ def report(folder: Path, out: Path | None, limit: int, quiet: bool) -> None:
 
     target = out or folder / PAGE
     beside = target.with_name(f"{target.stem}-{REPLAY}" if out else REPLAY)
+    for file in (target, beside):
+        check_target(file)
     run = read_run(folder)
     with fitting(folder, "reported"):
         text = run_page(run, limit, replay=quote(beside.name) if run.replay else None)

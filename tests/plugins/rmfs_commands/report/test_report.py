@@ -280,3 +280,17 @@ def test_bars_have_their_figures() -> None:
     assert "<title>robot a: busy 75.0 %</title>" in shares
     assert "off" not in shares
     assert [nice(least) for least in (0, 0.3, 1, 1.1, 20, 51, 4900)] == [1, 0.5, 1, 2, 20, 100, 5000]
+
+
+def test_a_page_replaces_no_other_file(late: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "orders.csv"
+    file.write_text("order", encoding="utf-8")
+    (tmp_path / "hall.map").write_text("......\n......\n", encoding="utf-8")
+    for command in (
+        ("report", str(late), "--out", str(file)),
+        ("scenario", "map", "examples/small", "--html", "--out", str(file)),
+        ("plan", str(tmp_path / "hall.map"), "--agents", "2", "--html", str(file)),
+    ):
+        assert exit_code(*command) == 2
+        assert "is there, and is no page; expected a new name" in capsys.readouterr().err
+    assert file.read_text(encoding="utf-8") == "order"
