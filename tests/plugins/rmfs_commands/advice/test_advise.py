@@ -21,6 +21,8 @@ from rmfs_core.rules import RuleSet
 
 DAY = ["instance.arrivals.process=day", f"instance.arrivals.profile={[0, 0, 2, 2, 0, 6] + 18 * [0]}"]
 
+PART = ("--set", DAY[0], "--set", f"instance.arrivals.profile={[1, 1, 1, 0, 0, 6] + 18 * [0]}")
+
 
 @cases(
     "overrides hours until_s told",
@@ -28,7 +30,7 @@ DAY = ["instance.arrivals.process=day", f"instance.arrivals.profile={[0, 0, 2, 2
     (["instance.orders=40"], 0.5, 1800, "Simulated: 0.5 hours, in which 40 of 40 orders arrive."),  # all at the start
     (["instance.orders=500"], None, None, "Simulated: all 500 orders."),
     (["instance.orders=50", *DAY], 99, None, "Simulated: all 50 orders."),
-    (["instance.orders=50", "run.until_s=8000", *DAY], 99, 8000, "Simulated: 8000 s, as in the scenario."),
+    (["instance.orders=50", "run.until_s=8000", *DAY], 99, 8000, "Simulated: 8,000 s, as in the scenario."),
     (["instance.orders=900", *DAY], None, 14_400, "Simulated: 2 hours, in which 343 of 900 orders arrive."),
     (["instance.orders=50", "run.warmup_s=10800", *DAY], 1, 14_400, "Simulated: 1 hour, in which"),
 )
@@ -37,13 +39,14 @@ def test_a_part_of_the_time_is_simulated(
 ) -> None:
     found = cut(load_scenario("examples/small", overrides), hours)
     assert found.told[0].startswith(told)
+    assert ("Hours and numbers of orders are those of the first seed." in found.told) is ("343" in told)
     assert found.scenario.run.until_s == (until_s if until_s is None else pytest.approx(until_s, abs=1800))
 
 
 def test_a_cut_without_the_busiest_hour_says_so() -> None:
     scenario = load_scenario("examples/small", ["instance.orders=200", *DAY])
-    assert "--hours 4 includes it" in cut(scenario, 2).told[1]
-    assert len(cut(scenario, 3).told) == 2
+    assert "--hours 4 includes it" in cut(scenario, 2).told[-1]
+    assert len(cut(scenario, 3).told) == 3
     assert len(cut(scenario, 4.5).told) == 1
 
 
@@ -191,6 +194,12 @@ def test_the_command_answers_and_goes_on_where_it_stopped(
     (("--hours", "0"), "expected a number > 0, found 0"),
     (("--seeds", "0"), "expected a whole number from 1 to 1,000, found 0"),
     (("--set", "rules.poa=nobody"), "rules.poa"),
+    (("--set", "instance.orders=0"), "instance.orders=0: found no orders; expected some"),
+    (
+        ("--hours", "1", "--set", "run.warmup_s=100"),
+        "run.warmup_s=100: no order arrives between the warm-up and the end",
+    ),
+    (("--hours", "1", "--set", "run.warmup_s=10800", *PART), "--hours: no order arrives between the warm-up"),
     (("--set", "instance.pods=1000"), "1000 pods, but the layout has"),
 )
 def test_what_is_wrong_is_one_sentence(
