@@ -139,9 +139,9 @@ def size(
     from rmfs_commands.sizing.searching import BOXES, ROBOTS
     from rmfs_commands.sizing.sizing import size as search
     from rmfs_core.errors import RunError
-    from rmfs_core.wording import counted
     from rmfs_core.rules import RuleSet
     from rmfs_core.scenario import located
+    from rmfs_core.wording import counted
 
     if (robot_cost is None) != (station_cost is None):
         raise click.UsageError("expected --robot-cost and --station-cost together, or neither")
