@@ -11,9 +11,9 @@ from rmfs_commands.advice.candidates import OWN
 from rmfs_commands.cli.screen import new_table
 from rmfs_commands.experiments import Comparison, ExperimentResult, Paired
 from rmfs_commands.experiments.compare import FEWEST_SEEDS, Interval
-from rmfs_commands.experiments.report.numbers import MINUS, NONE, value
+from rmfs_commands.experiments.report.numbers import MARK, MINUS, NONE, value
 from rmfs_core.results.catalogue import Metric
-from rmfs_core.wording import counted
+from rmfs_core.wording import counted, listed
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -30,12 +30,8 @@ SURE = 0.05
 HEADINGS = ("Visits", "Time", "95th")
 """Of the metrics in the table: a line of it has 80 columns."""
 AS_GOOD = "*"
-"""Before the figures of the best rule set, and of those that the runs do not tell from it."""
-CAPTION = (
-    "Visits: pod-station visits per order. Time, 95th: mean and 95th percentile of {} in s. Front: no other rule set "
-    f"has lower means in both. {AS_GOOD} The best, or not told from it by these seeds. Intervals: 95 % for all rule "
-    "sets at once."
-)
+"""Before the figures of the best rule set, and of those that the runs show no difference from."""
+TURNOVER, PACKED = "turn-over time (order lead time)", "the time from arrival to packed"
 
 
 @frozen
@@ -49,7 +45,7 @@ class Best:
     least
         The rule set with the lowest mean.
     others
-        Rule sets that the runs do not tell from it.
+        Rule sets that the runs show no difference from.
     take
         The one of these to take: the scenario's own if it is among them.
     against
@@ -81,6 +77,37 @@ def with_open_orders(result: ExperimentResult) -> ExperimentResult:
     fronts = tuple((first, metrics[1]) for first, _ in experiment.fronts)
     measures = {**result.measures, SO_FAR.name: SO_FAR}
     return evolve(result, experiment=evolve(experiment, metrics=metrics, fronts=fronts), rows=rows, measures=measures)
+
+
+def against_whole(result: ExperimentResult) -> ExperimentResult:
+    """Return a result whose baseline completes all of its runs, where any rule set does.
+
+    Rule sets are compared by pairs with the baseline: with failed ones there would be no figures of the others.
+    """
+    names = [one.name for one in result.experiment.rule_sets]
+    failed = _failed(result.comparison())
+    whole = [name for name in names if name not in failed]
+    if not whole or result.experiment.baseline in whole:
+        return result
+    return evolve(result, experiment=evolve(result.experiment, baseline=whole[0]))
+
+
+def timed(result: ExperimentResult) -> bool:
+    """Whether means of time say which rule set is best.
+
+    They do not where a horizon left orders that are not packed: runs do not tell for how long those waited, and a mean
+    over packed orders alone would praise rules that leave the slow ones.
+    """
+    return not (
+        "packed_s" in result.experiment.metrics
+        and any(row["status"] == "horizon" and row.get("unpacked_end") for row in result.rows)
+    )
+
+
+def best_of_each(result: ExperimentResult) -> list[Best]:
+    """Return the rule sets with least visits, and with least time where that can be said."""
+    metrics = result.experiment.metrics[: 2 if timed(result) else 1]
+    return [one for metric in metrics if (one := best(result, metric)) is not None]
 
 
 def _so_far(row: dict[str, Any]) -> dict[str, float]:
@@ -116,8 +143,13 @@ def _against(result: ExperimentResult, baseline: str, metric: str) -> dict[str, 
 def _whole(comparison: Comparison, metric: str) -> dict[str, Paired]:
     """Return the rule sets of which all runs count."""
     every = comparison.of(comparison.instance_sets[-1], metric)
-    failed = {one.rule_set for one in comparison.counted if one.failed or one.partial}
+    failed = _failed(comparison)
     return {one.rule_set: one for one in every if one.mean is not None and one.rule_set not in failed}
+
+
+def _failed(comparison: Comparison) -> set[str]:
+    """Return the rule sets of which a run does not count."""
+    return {one.rule_set for one in comparison.counted if one.failed or one.partial}
 
 
 def _told_apart(one: Paired, family: int) -> bool:
@@ -132,12 +164,12 @@ def table_of(result: ExperimentResult, found: Sequence[Best]) -> Table:
     comparison = result.comparison()
     table = new_table(result.experiment.description)
     table.add_column("Rule set")
-    for number, heading in enumerate(HEADINGS):
+    for number, heading in enumerate(_headings(comparison)):
         table.add_column(heading, justify="right")
         if number < len(found):
             table.add_column("vs now", justify="right")
     table.add_column("Front")
-    front = _front(comparison)
+    front, now = _front(result), comparison.baseline.endswith(OWN)
     for name in comparison.rule_sets:
         cells = []
         for number, metric in enumerate(comparison.metrics[: len(HEADINGS)]):
@@ -145,19 +177,47 @@ def table_of(result: ExperimentResult, found: Sequence[Best]) -> Table:
             mark = AS_GOOD if number < len(found) and name in found[number].names else ""
             cells.append(NONE if one is None else f"{mark}{value(comparison.described(metric), one.mean)}")
             if number < len(found):
-                cells.append("" if one is None or name == comparison.baseline else share(one.relative))
+                if one is None or name.endswith(OWN):
+                    cells.append("")
+                else:
+                    cells.append(share(one.relative) if now else NONE)
         table.add_row(Text(name), *cells, "front" if name in front else "")
     return table
 
 
+def _headings(comparison: Comparison) -> list[str]:
+    """Return what the columns of metrics are called, marked where orders left at a horizon are missing."""
+    both = zip(HEADINGS, comparison.metrics[: len(HEADINGS)], strict=True)
+    return [
+        f"{name}{MARK if metric != 'psv_per_order' and comparison.censored(metric) else ''}" for name, metric in both
+    ]
+
+
 def caption(result: ExperimentResult) -> str:
     """Return what the columns of the table are."""
-    packed = "packed_s" in result.experiment.metrics
-    return CAPTION.format("the time from arrival to packed" if packed else "turn-over time (order lead time)")
+    metrics, marked = result.experiment.metrics, [one for one in _headings(result.comparison()) if one.endswith(MARK)]
+    packed = "packed_s" in metrics
+    what = f"Time, 95th: mean and 95th percentile of {PACKED if packed else TURNOVER} in s."
+    if SO_FAR.name in metrics:
+        what = (
+            "Time: mean turn-over time so far in s: to completion, or to the end of the run for orders that are open "
+            f"then. 95th: 95th percentile of {TURNOVER} in s."
+        )
+    sentences = [
+        f"Visits: pod-station visits per order. {what}",
+        *([f"{listed(marked)}: of {'packed' if packed else 'completed'} orders only."] if marked else []),
+        *(["Front: no other rule set has lower means in both."] if timed(result) else []),
+        f"A figure with {AS_GOOD}: the best, or these seeds show no difference from it.",
+        "Intervals: 95 % for all rule sets at once.",
+    ]
+    return " ".join(sentences)
 
 
-def _front(comparison: Comparison) -> set[str]:
-    """Return the rule sets that none beats in both visits and time."""
+def _front(result: ExperimentResult) -> set[str]:
+    """Return the rule sets that none beats in both visits and time; none where times say nothing."""
+    comparison = result.comparison()
+    if not timed(result):
+        return set()
     return {one.rule_set for one, _ in comparison.front(comparison.instance_sets[-1], *comparison.fronts[0])}
 
 
@@ -175,7 +235,20 @@ def _signed(part: float) -> str:
     return f"{100 * part:+.0f}".replace("-", MINUS) if round(100 * part) else "0"
 
 
-def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
+def more(found: Interval, less: str, what: str) -> str:
+    """Return a relative difference in words: `59 % [37, 81] more time`; a negative one is ``less``."""
+    sign = -1 if (found.mean or 0) < 0 else 1
+    ends = (found.low_holm, found.high_holm)[::sign]
+    mean, *interval = (None if end is None else f"{100 * sign * end:.0f}" for end in (found.mean, *ends))
+    shown = f"{mean} %" if None in interval else f"{mean} % [{', '.join(map(_minus, interval))}]"
+    return f"{shown} {'more' if sign > 0 else less} {what}"
+
+
+def _minus(number: str | None) -> str:
+    return "0" if number in ("-0", None) else number.replace("-", MINUS)
+
+
+def sentences_of(found: Sequence[Best], seeds: int, *, times: bool = True) -> Iterator[str]:
     """Yield which rule set to take, in a sentence, and what the runs leave open.
 
     Parameters
@@ -184,28 +257,41 @@ def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
         The best in visits, and in time.
     seeds
         How many runs there are of each rule set.
+    times
+        Whether times say which is best, see `timed`.
     """
-    if len(found) < 2:
+    if len(found) < (2 if times else 1):
         yield "No rule set completes all of its runs, so there is nothing to advise."
         return
     if seeds < FEWEST_SEEDS:
         number = counted(seeds, "seed")
-        yield f"{number} cannot tell one rule set from another: take {FEWEST_SEEDS} or more with --seeds."
+        yield f"{number} cannot show a difference between rule sets: take {FEWEST_SEEDS} or more with --seeds."
         return
-    fewest, soonest = found
+    fewest, soonest = found[0], found[-1]
     alike = [name for name in soonest.names if name in fewest.names]
     both = [name for name in alike if name.endswith(OWN) or name in (fewest.least, soonest.least)]
     quick, few = soonest.take, fewest.take
-    if len(alike) == len(soonest.against):
-        yield f"Keep your rules: {seeds} seeds tell no rule set from another; more --seeds may."
+    own = any(name.endswith(OWN) for name in soonest.against)
+    shown = f"{seeds} seeds show no difference between the rule sets{'' if times else ' in visits'}"
+    if len(soonest.against) == 1:
+        yield f"Only {_plain(quick)} completes all of its runs, so there is nothing to compare it with."
+    elif len(alike) == len(soonest.against):
+        yield f"Keep your rules: {shown}; more --seeds may." if own else f"{shown} that complete all of their runs."
     elif both:
         take = next((f"Keep {_plain(name)}" for name in both if name.endswith(OWN)), f"Take {both[0]}")
-        yield f"{take}: no other rule set is shown to make fewer visits or to take less time."
+        yield f"{take}: no other rule set is shown to make fewer visits{' or to take less time' if times else ''}."
     else:
         yield (
             f"Take {_named(quick)} where orders have to leave soon, {_named(few)} where each pod visit costs: "
-            f"the second takes {share(soonest.against[few].relative)} time, "
-            f"the first makes {share(fewest.against[quick].relative)} visits."
+            f"the second takes {more(soonest.against[few].relative, 'less', 'time')}, "
+            f"the first makes {more(fewest.against[quick].relative, 'fewer', 'visits')}."
+        )
+    if not own:
+        yield "Your own rules do not complete all of their runs."
+    if not times:
+        yield (
+            "No rule set is named best in the time to packed: the runs end before all orders are packed, and how long "
+            "those wait is not known."
         )
 
 
@@ -220,7 +306,7 @@ def _plain(name: str) -> str:
 def content_of(result: ExperimentResult, found: Sequence[Best], notes: Sequence[str]) -> dict[str, Any]:
     """Return the answer as plain values."""
     comparison = result.comparison()
-    front = _front(comparison)
+    front, now = _front(result), comparison.baseline.endswith(OWN)
     rows: list[dict[str, Any]] = []
     for name in comparison.rule_sets:
         changes = next(one.changes for one in result.experiment.rule_sets if one.name == name)
@@ -229,7 +315,7 @@ def content_of(result: ExperimentResult, found: Sequence[Best], notes: Sequence[
             one = _whole(comparison, metric).get(name)
             row[metric] = one and one.mean
             row[f"{metric}_relative"] = one and [
-                getattr(one.relative, end) for end in ("mean", "low_holm", "high_holm")
+                getattr(one.relative, end) if now else None for end in ("mean", "low_holm", "high_holm")
             ]
         rows.append(row)
     return {

@@ -78,7 +78,16 @@ def advise(
     interrupted command goes on where it stopped. The answer is printed and written to DIR/advice.json. Exit code 1 when
     a run failed.
     """
-    from rmfs_commands.advice.answer import best, caption, content_of, sentences_of, table_of, with_open_orders
+    from rmfs_commands.advice.answer import (
+        against_whole,
+        best_of_each,
+        caption,
+        content_of,
+        sentences_of,
+        table_of,
+        timed,
+        with_open_orders,
+    )
     from rmfs_commands.advice.candidates import advice_experiment, lets_split
     from rmfs_commands.advice.cutting import cut
     from rmfs_commands.cli.checking import load_checked
@@ -117,13 +126,12 @@ def advise(
         raise
     if not result.computed:
         say(notes, f"{experiment.name}: all {len(result.rows):,} runs are stored already")
-    result = with_open_orders(result)
-    comparison = result.comparison()
-    found = [one for metric in comparison.metrics[:2] if (one := best(result, metric)) is not None]
-    told = [*sentences_of(found, seeds), *part.told]
+    result = against_whole(with_open_orders(result))
+    found = best_of_each(result)
+    told = [*sentences_of(found, seeds, times=timed(result)), *part.told]
     if not split:
         told.append("Left out: rule sets that split orders. They need packing stations (a section [packing]).")
-    told += filter(None, [fixed(comparison)])
+    told += filter(None, [fixed(result.comparison())])
     content = {"scenario": name, **content_of(result, found, told)}
     write_text(output_folder(folder) / ADVICE_FILE, to_json(json_ready(content), indent=2) + "\n")
     if as_json:

@@ -63,18 +63,19 @@ class Hall:
     @property
     def html(self) -> str:
         """A page with everything in it, which needs no network."""
-        return hall_page(f"{self.name}: the hall before a run", [self.sizes], self.figure, self.loads)
+        return hall_page(f"{self.name}: the hall before a run", [self.sizes], self.figure, [*self.loads, NOT_SIMULATED])
 
 
 def hall_page(title: str, told: Sequence[str], figure: str, said: Sequence[str]) -> str:
     """Return a page with a picture that `rmfs_commands.layouts.hall` draws; sentences are above and below it."""
-    below = "".join(f"<p>{escape(sentence)}</p>" for sentence in said)
+    soft = ' class="soft"'
+    below = "".join(f"<p{soft if one is NOT_SIMULATED else ''}>{escape(one)}</p>" for one in said)
     return _PAGE.substitute(
         title=escape(title),
         style=HALL_STYLE,
         told="".join(f'<p class="soft">{escape(sentence)}</p>' for sentence in told),
         figure=figure,
-        said=f'{below}<p class="soft">{escape(NOT_SIMULATED)}</p>',
+        said=below,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import click
@@ -55,6 +56,8 @@ def scale(
         zero = calendar.time_of_day()
     except InputError as error:
         raise InputError("--start", error.problem) from None
+    if not str(orders).isprintable():
+        raise InputError("ORDERS", f"expected a name that can be printed in a line, found {str(orders)!r}")
     if not orders.is_file():
         raise InputError("ORDERS", f"there is no file {orders}")
     ids: dict[str, int] = {}
@@ -65,7 +68,7 @@ def scale(
     found = draw_day(given, by, spans, stream(seed, "drawn day"), zero, "--by")
     options = ["--by", f"{by:g}", *(text for peak in peaks for text in ("--peak", peak))]
     options += ["--start", start] if start is not None else []
-    command = " ".join(["rmfs scale", orders.name, *options, "--seed", str(seed)])
+    command = shlex.join(["rmfs", "scale", orders.name, *options, "--seed", str(seed)])
     totals = f"{counted(len(found), 'order')} of {len(given):,}"
     comment = f"# {totals} drawn by `{command}`; times count from {start or 'midnight'}.\n"
     content = comment + orders_csv(Instance(tuple(ids), found, ()))

@@ -141,6 +141,7 @@ def size(
     from rmfs_core.errors import RunError
     from rmfs_core.rules import RuleSet
     from rmfs_core.scenario import located
+    from rmfs_core.wording import counted
 
     if (robot_cost is None) != (station_cost is None):
         raise click.UsageError("expected --robot-cost and --station-cost together, or neither")
@@ -190,7 +191,7 @@ def size(
             console.print(sentence, markup=False)
         say(console, f"\nIn {folder}: {report.ANSWER_FILE}, {report.CANDIDATES_FILE}, {RUNS_FOLDER}/")
     if answer.failed:
-        raise RunError(f"{answer.failed} runs failed; {folder / report.CANDIDATES_FILE} says why.")
+        raise RunError(f"{counted(answer.failed, 'run')} failed; {folder / report.ANSWER_FILE} says why.")
 
 
 def _target(

@@ -70,8 +70,9 @@ class Answer:
 
     @property
     def failed(self) -> int:
-        """Runs that an error ended."""
-        return sum(one.failed for one in self.candidates)
+        """Runs that an error ended, also those with other rules."""
+        others = 0 if self.other_rules is None else self.other_rules.judged.failed
+        return others + sum(one.failed for one in self.candidates)
 
     @property
     def undecided(self) -> tuple[Candidate, ...]:

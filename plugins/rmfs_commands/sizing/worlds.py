@@ -17,6 +17,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario
 from rmfs_core.scenario.model import PackingSection
 from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.wording import listed
 from rmfs_core.world import Instance, make_instance, make_layout
 
 Changes = dict[str, int]
@@ -130,12 +131,19 @@ class Worlds:
 
         That can be said of arrivals at one rate for ever, which is what `poisson` without a profile is.
         """
-        section, items_per_hour = self.scenario.stations, self.orders_per_hour * self.items_per_order
-        handle_s = section.handle_s / max([1.0, *section.speed.values()])
-        if (busy := items_per_hour * handle_s / (3600 * stations)) < 1:
+        section, orders = self.scenario.stations, self.orders_per_hour
+        fastest = max([1.0, *section.speed.values()])
+        work = (
+            (orders * self.items_per_order, "items", section.handle_s),
+            (orders * self.lines_per_order, "lines", section.line_s or 0.0),  # more where a line takes several visits
+            (orders, "orders", section.order_s or 0.0),  # more where an order is split
+        )
+        if (busy := sum(number * each_s for number, _, each_s in work) / fastest / (3600 * stations)) < 1:
             return None
-        percent = f"{100 * busy:.0f} %"
-        return f"{items_per_hour:.0f} items an hour of {handle_s:g} s keep each picker busy for {percent} of the time"
+        shown = [
+            f"{number:,.0f} {what} per hour at {each_s / fastest:.3g} s each" for number, what, each_s in work if each_s
+        ]
+        return f"{listed(shown)} keep each picker busy for {100 * busy:,.0f} % of the time"
 
     @property
     def orders_per_hour(self) -> float:
@@ -149,6 +157,11 @@ class Worlds:
     def items_per_order(self) -> float:
         """Items of an order, a mean; 0 without orders."""
         return fmean([order.items for instance in self.instances for order in instance.orders] or [0])
+
+    @property
+    def lines_per_order(self) -> float:
+        """Lines of an order, a mean; 0 without orders."""
+        return fmean([len(order.lines) for instance in self.instances for order in instance.orders] or [0])
 
     def obstacle(self, stations: int, robots: int, target: Target) -> str | None:
         """Say why a size needs no run: it is refused, or no rules can keep the target with any of the seeds."""
@@ -219,8 +232,8 @@ class PackingWorlds(Worlds):
         each_s = self.section.pack_s + self.section.pack_item_s * self.items_per_order
         if (busy := self.orders_per_hour * each_s / (3600 * number * packers)) < 1:
             return None
-        each = f"{self.orders_per_hour:g} orders an hour of {each_s:.0f} s"
-        return f"{each} keep each packer busy for {100 * busy:.0f} % of the time"
+        each = f"{self.orders_per_hour:,.10g} orders per hour at {each_s:.0f} s each"
+        return f"{each} keep each packer busy for {100 * busy:,.0f} % of the time"
 
 
 def _numbers(option: str, least: int, most: int) -> range:

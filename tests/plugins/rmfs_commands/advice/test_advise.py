@@ -1,7 +1,7 @@
 """`rmfs advise`: the part of the day that is simulated, the candidates, the answer, the command."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,16 +10,30 @@ from attrs import evolve
 
 from calling import exit_code
 from cases import cases
-from rmfs_commands.advice.answer import Best, best, sentences_of, share, with_open_orders
+from rmfs_commands.advice.answer import (
+    Best,
+    against_whole,
+    best,
+    best_of_each,
+    caption,
+    more,
+    sentences_of,
+    share,
+    timed,
+    with_open_orders,
+)
 from rmfs_commands.advice.candidates import advice_experiment, lets_split
 from rmfs_commands.advice.cutting import cut
 from rmfs_commands.cli.serving import SERVING, serving_lines
 from rmfs_commands.experiments import ExperimentResult
 from rmfs_commands.experiments.compare import Interval
 from rmfs_core import Scenario, load_scenario
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.rules import RuleSet
 
 DAY = ["instance.arrivals.process=day", f"instance.arrivals.profile={[0, 0, 2, 2, 0, 6] + 18 * [0]}"]
+
+PART = ("--set", DAY[0], "--set", f"instance.arrivals.profile={[1, 1, 1, 0, 0, 6] + 18 * [0]}")
 
 
 @cases(
@@ -28,7 +42,7 @@ DAY = ["instance.arrivals.process=day", f"instance.arrivals.profile={[0, 0, 2, 2
     (["instance.orders=40"], 0.5, 1800, "Simulated: 0.5 hours, in which 40 of 40 orders arrive."),  # all at the start
     (["instance.orders=500"], None, None, "Simulated: all 500 orders."),
     (["instance.orders=50", *DAY], 99, None, "Simulated: all 50 orders."),
-    (["instance.orders=50", "run.until_s=8000", *DAY], 99, 8000, "Simulated: 8000 s, as in the scenario."),
+    (["instance.orders=50", "run.until_s=8000", *DAY], 99, 8000, "Simulated: 8,000 s, as in the scenario."),
     (["instance.orders=900", *DAY], None, 14_400, "Simulated: 2 hours, in which 343 of 900 orders arrive."),
     (["instance.orders=50", "run.warmup_s=10800", *DAY], 1, 14_400, "Simulated: 1 hour, in which"),
 )
@@ -37,13 +51,14 @@ def test_a_part_of_the_time_is_simulated(
 ) -> None:
     found = cut(load_scenario("examples/small", overrides), hours)
     assert found.told[0].startswith(told)
+    assert ("Hours and numbers of orders are those of the first seed." in found.told) is ("343" in told)
     assert found.scenario.run.until_s == (until_s if until_s is None else pytest.approx(until_s, abs=1800))
 
 
 def test_a_cut_without_the_busiest_hour_says_so() -> None:
     scenario = load_scenario("examples/small", ["instance.orders=200", *DAY])
-    assert "--hours 4 includes it" in cut(scenario, 2).told[1]
-    assert len(cut(scenario, 3).told) == 2
+    assert "--hours 4 includes it" in cut(scenario, 2).told[-1]
+    assert len(cut(scenario, 3).told) == 3
     assert len(cut(scenario, 4.5).told) == 1
 
 
@@ -68,6 +83,7 @@ def test_the_candidates_are_those_that_the_scenario_lets_be(
     assert len(experiment.jobs()) == 2 * (others + 1)
 
 
+MEASURED = {name: Metric(name, of_completed=True) for name in ("turnover_p95_s", "packed_s", "packed_p95_s")}
 NONE_BEST: dict[str, tuple[float, float]] = {}
 
 
@@ -100,8 +116,8 @@ def best_of(result: ExperimentResult, number: int) -> Best:
 
 
 def answer(result: ExperimentResult, seeds: int = 4) -> list[str]:
-    metrics = result.experiment.metrics[:2]
-    return [*sentences_of([one for name in metrics if (one := best(result, name))], seeds)]
+    result = against_whole(result)
+    return [*sentences_of(best_of_each(result), seeds, times=timed(result))]
 
 
 @cases(
@@ -111,7 +127,7 @@ def answer(result: ExperimentResult, seeds: int = 4) -> list[str]:
     (
         {"workload": (2.0, 100.0), "common_lines": (1.0, 150.0)},
         "Take workload + lexicographic where orders have to leave soon, common-lines + completes where each pod "
-        "visit costs: the second takes +",
+        "visit costs: the second takes 50 % more time, the first makes 100 % more visits.",
     ),
 )
 def test_the_answer_is_what_no_other_is_shown_to_beat(
@@ -128,7 +144,7 @@ def test_of_those_that_are_not_told_apart_the_own_one_is_kept(small: Scenario) -
     assert answer(result)[0].startswith(
         "Take pod-match + demand (as now) where orders have to leave soon, common-lines"
     )
-    assert "+100 %" in answer(result)[0]
+    assert "takes 100 % " in answer(result)[0]
 
 
 def test_rule_sets_that_are_not_told_apart_win_nothing(small: Scenario) -> None:
@@ -136,9 +152,11 @@ def test_rule_sets_that_are_not_told_apart_win_nothing(small: Scenario) -> None:
     assert answer(result)[0].startswith("Take near-best-pod + completes")
     alike = set(best_of(result, 0).names)
     assert alike == {"near-best-pod + completes", "common-lines + completes"}
-    assert answer(result_of(small))[0].startswith("Keep your rules: 4 seeds tell no rule set from another; more")
+    assert answer(result_of(small))[0].startswith(
+        "Keep your rules: 4 seeds show no difference between the rule sets; more"
+    )
     assert answer(result_of(small, 2), 2) == [
-        "2 seeds cannot tell one rule set from another: take 3 or more with --seeds."
+        "2 seeds cannot show a difference between rule sets: take 3 or more with --seeds."
     ]
     failed = [row | {"status": "failed", "error": "no"} for row in result.rows]
     assert answer(evolve(result, rows=failed))[0].startswith("No rule set completes all of its runs")
@@ -149,9 +167,53 @@ def test_orders_that_a_horizon_leaves_open_count(small: Scenario) -> None:
     assert with_open_orders(result) is result
     open_ones = {"status": "horizon", "orders_completed": 10, "open_orders_end": 30, "open_age_sum_h": 10.0}
     rows = [row | open_ones | {"turnover_s": 100.0} for row in result.rows]
-    counted = with_open_orders(evolve(result, rows=rows))
+    counted = with_open_orders(evolve(result, rows=rows, measures=MEASURED))
     assert counted.experiment.metrics[1] == "turnover_so_far_s"
     assert {row["turnover_so_far_s"] for row in counted.rows} == {(10 * 100 + 36_000) / 40}
+    assert "Time: mean turn-over time so far in s" in caption(counted)
+    assert "95th*: of completed orders only." in caption(counted)
+    assert "*: of" not in caption(result)
+
+
+def test_orders_that_are_not_packed_leave_the_time_open() -> None:
+    experiment = advice_experiment(load_scenario("examples/packing"), "hall", (0, 1, 2), split=False)
+    figures = {"psv_per_order": 2.0, "packed_s": 90.0, "packed_p95_s": 99.0, "status": "horizon", "unpacked_end": 57}
+    rows = [
+        {"instance": "hall", "rule_set": one.name, "seed": seed, "error_kind": None, **figures}
+        for one in experiment.rule_sets
+        for seed in (0, 1, 2)
+    ]
+    result = ExperimentResult(experiment, rows, measures=MEASURED)
+    assert [one.metric for one in best_of_each(result)] == ["psv_per_order"]
+    first, last = answer(result, 3)
+    assert first == "Keep your rules: 3 seeds show no difference between the rule sets in visits; more --seeds may."
+    assert last.startswith("No rule set is named best in the time to packed")
+    assert "Time* and 95th*: of packed orders only." in caption(result)
+    packed = evolve(result, rows=[row | {"unpacked_end": 0} for row in rows])
+    assert len(best_of_each(packed)) == 2
+
+
+@cases(
+    "whole told",
+    (lambda name: not name.endswith("(now)"), ["4 seeds show no difference between the rule sets that complete"]),
+    (lambda name: name.startswith("workload"), ["Only workload + lexicographic completes all of its runs"]),
+)
+def test_rules_that_fail_are_not_kept(small: Scenario, whole: Callable[[str], bool], told: list[str]) -> None:
+    result = result_of(small)
+    rows = [row if whole(row["rule_set"]) else row | {"status": "failed", "error": "no"} for row in result.rows]
+    first, second = answer(evolve(result, rows=rows))
+    assert first.startswith(told[0])
+    assert second == "Your own rules do not complete all of their runs."
+
+
+@cases(
+    "found shown",
+    (Interval(0.591, -1, 1, 1, 0.369, 0.811, 1), "59 % [37, 81] more time"),
+    (Interval(-0.08, -1, 1, 1, -0.12, 0.021, 1), "8 % [\N{MINUS SIGN}2, 12] less time"),
+    (Interval(0.08), "8 % more time"),
+)
+def test_a_difference_in_words(found: Interval, shown: str) -> None:
+    assert more(found, "less", "time") == shown
 
 
 @cases(
@@ -191,6 +253,12 @@ def test_the_command_answers_and_goes_on_where_it_stopped(
     (("--hours", "0"), "expected a number > 0, found 0"),
     (("--seeds", "0"), "expected a whole number from 1 to 1,000, found 0"),
     (("--set", "rules.poa=nobody"), "rules.poa"),
+    (("--set", "instance.orders=0"), "instance.orders=0: found no orders; expected some"),
+    (
+        ("--hours", "1", "--set", "run.warmup_s=100"),
+        "run.warmup_s=100: no order arrives between the warm-up and the end",
+    ),
+    (("--hours", "1", "--set", "run.warmup_s=10800", *PART), "--hours: no order arrives between the warm-up"),
     (("--set", "instance.pods=1000"), "1000 pods, but the layout has"),
 )
 def test_what_is_wrong_is_one_sentence(

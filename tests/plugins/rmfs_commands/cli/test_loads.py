@@ -22,18 +22,20 @@ from rmfs_core.world import make_instance, make_layout
 H = 3_600_000
 RULES = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
 
+BEGUN = {"line_s": 45.0, "order_s": 900.0, "speed": {"1": 2.0}}
+
 
 def demand(items: Mapping[int, int]) -> Demand:
-    """Return a demand of so many one-item lines in the middle of some hours."""
+    """Return a demand of so many one-item lines, an order of them in the middle of some hours."""
     found = Demand()
     for hour, number in items.items():
-        found.add(hour * H + H // 2, number, number)
+        found.add(hour * H + H // 2, number, number, 1)
     return found
 
 
 def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[Load, Load]:
     """Return the loads of pickers who handle 60 items an hour each, and of a robot each."""
-    section = StationsSection(pick_s=60, handle_s=60, open=keys.get("open"))
+    section = StationsSection(pick_s=60, handle_s=60, open=keys.get("open"), **keys.get("begun", {}))
     robots = RobotsSection(count=stations, available=keys.get("available"))
     scenario = Scenario(rules=RULES, stations=section, robots=robots, run=RunSection(until_s=keys.get("until_s")))
     pickers, of_robots = loads_of(scenario, small_layout(stations), demand(items))
@@ -56,6 +58,8 @@ def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[
         # The run ends at ten: two hours and a half of it are there
         ({7: 60, 9: 60}, 1, {"until_s": 36_000}, 2, 2, "07:00", 100, 10),
         ({7: 60, 11: 60}, 1, {"until_s": 36_000}, 2, 2.5, "07:00", 100, 12),
+        # An hour's 60 items take 60 min, its 60 lines 45 and its order 15, all at twice the speed
+        ({7: 60, 9: 60}, 1, {"until_s": 36_000, "begun": BEGUN}, 2, 2, "07:00", 100, 10),
         # All at once: there is no time in which it has to be done
         ({0: 900}, 3, {}, 15, None, None, None, 5.5),
     ],

@@ -109,6 +109,13 @@ def test_a_file_is_made_that_says_how(folder: Path, capsys: pytest.CaptureFixtur
     assert comment.endswith(f"drawn by `{command}`; times count from midnight.")
     assert header == "order,arrival_s,sku,quantity,due_s,priority"  # whoever may be cancelled comes in the peak
     assert {row[0] for row in rows} == {"A", "D"}
+    quoted = (folder / "more.csv").rename(folder / "my more.csv")
+    assert exit_code("scale", quoted.name, "--start", "2026-01-01 08:00", "--out", "next.csv") == 0
+    comment = (folder / "next.csv").read_text().partition("\n")[0]
+    assert "`rmfs scale 'my more.csv' --by 1 --start '2026-01-01 08:00' --seed 1`" in comment
+    assert exit_code("scale", "a\nb.csv", "--out", "next.csv") == 2
+    assert "expected a name that can be printed in a line, found 'a\\nb.csv'" in capsys.readouterr().err
+    quoted.rename(folder / "more.csv")
     assert exit_code("scale", "more.csv", "--out", "again.csv") == 0  # a file with a comment, and names of copies
     changed = ["instance.orders_file=more.csv", "instance.scale="]
     names = [order.name for order in make_instance(rmfs_core.load_scenario("day.toml", changed)).orders]

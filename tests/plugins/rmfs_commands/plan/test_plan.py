@@ -691,6 +691,7 @@ def test_a_page_shows_the_plan(tmp_path: Path) -> None:
     assert exit_code("plan", str(tmp_path / "hall.map"), *arguments) == 0
     page = file.read_text(encoding="utf-8")
     assert "2 of 2 robots arrive; collisions: 0." in page
+    assert "Not simulated" not in page
     assert page.count("<polyline") == page.count("<title>robot ") == 2
     (across, down, *_) = re.findall(r'<animate attributeName="c[xy]"[^>]* values="([^"]*)"', page)
     assert [text.split(";")[0] for text in (across, down)] == ["0.5", "0.5"]

@@ -78,7 +78,7 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
     assert size("hall.toml", "--mean", "5000", *failing, *QUICK) == 1
     printed = capsys.readouterr()
     assert "Loading code from failing.py." in printed.err
-    assert "2 runs failed; out/candidates.csv says why." in printed.err
+    assert "2 runs failed; out/answer.json says why." in printed.err
     assert "out of ideas" in (folder / "out" / "candidates.csv").read_text("utf-8")
     assert size("hall.toml", "--mean", "5000", "--no-inline-rules", *failing, *QUICK) == 2
 

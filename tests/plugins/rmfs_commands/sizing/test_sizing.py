@@ -92,6 +92,8 @@ def test_where_rules_fail_those_that_serve_best_are_tried(
     assert answer.other_rules is not None
     judged = answer.other_rules.judged
     assert (judged.first, judged.second, judged.verdict) == (2, 3, verdict)
+    broken = evolve(answer.other_rules, judged=evolve(judged, failed=2))
+    assert (answer.failed, evolve(answer, other_rules=broken).failed) == (0, 2)
     sentences = list(sentences_of(answer, None))
     assert sentences[1].startswith(
         "The scenario's rules fail with 2 stations with 3 robots; with --set 'rules.poa={ rule"
@@ -378,16 +380,28 @@ def test_what_no_rules_can_keep_needs_no_run(poisson: Scenario) -> None:
     assert easiest < run(worlds.of_size(2, 2)).metrics["turnover_p95_s"]
 
 
-def test_pickers_that_cannot_keep_up(poisson: Scenario) -> None:
-    """Items an hour times 13 s is more than an hour has, for so many pickers."""
+@cases(
+    "begun items_s lines_s orders_s told",
+    ({}, 13.0, 0.0, 0.0, "{:.0f} items per hour at 13 s each"),
+    (
+        {"line_s": 2.0, "order_s": 4.0, "speed": {"1": 0.5, "2": 2.0}},
+        *(6.5, 1.0, 2.0),
+        "{:.0f} items per hour at 6.5 s each, {:.0f} lines per hour at 1 s each and 250 orders per hour at 2 s each",
+    ),
+)
+def test_pickers_that_cannot_keep_up(
+    poisson: Scenario, begun: dict[str, Any], items_s: float, lines_s: float, orders_s: float, told: str
+) -> None:
+    """Items an hour times 13 s is more than an hour has, for so many pickers, and what is begun comes on top."""
     arrivals = Arrivals(process="poisson", orders_per_hour=250)
-    worlds = Worlds(evolve(poisson, instance=evolve(poisson.instance, arrivals=arrivals)), [1, 2])
+    stations = evolve(poisson.stations, **begun)
+    worlds = Worlds(evolve(poisson, instance=evolve(poisson.instance, arrivals=arrivals), stations=stations), [1, 2])
     orders = [order for instance in worlds.instances for order in instance.orders]
-    items_per_hour = 250 * sum(order.items for order in orders) / len(orders)
-    percent = items_per_hour * 13 / 36
+    items = 250 * sum(order.items for order in orders) / len(orders)
+    lines = 250 * sum(len(order.lines) for order in orders) / len(orders)
+    percent = (items * items_s + lines * lines_s + 250 * orders_s) / 36
     assert 100 < percent < 200
-    expected = f"{items_per_hour:.0f} items an hour of 13 s keep each picker busy for {percent:.0f} % of the time"
-    assert worlds.overload(1) == expected
+    assert worlds.overload(1) == f"{told.format(items, lines)} keep each picker busy for {percent:.0f} % of the time"
     assert worlds.overload(2) is None
 
 
