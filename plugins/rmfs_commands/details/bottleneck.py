@@ -504,9 +504,11 @@ def _says(
     told = f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}"
     yield _with_others(told, limit, percent)
     more = {"pickers": "picks", "robots": "trips"}.get(limit)
-    faster = "" if more is None else f"up to {gain['throughput_percent']:.3g} % more {more}, "
-    less = f"about {_seconds(gain['time_s'] or 0.0)} ({gain['time_percent']:.0f} %) less time"
-    yield f"{LIMITS[limit][1].capitalize()}: {faster}{less}."
+    if more is not None:
+        brings = f"at most {gain['throughput_percent']:.3g} % more {more}"
+    else:
+        brings = f"about {_seconds(gain['time_s'] or 0.0)} ({gain['time_percent']:.0f} %) less time"
+    yield f"{LIMITS[limit][1].capitalize()}: {brings}."
 
 
 def _with_others(told: str, limit: str | None, percent: Mapping[str, float | None]) -> str:
