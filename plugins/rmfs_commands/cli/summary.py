@@ -12,7 +12,6 @@ from rich.table import Table
 from rich.text import Text
 
 from rmfs_commands.cli.screen import new_table
-from rmfs_commands.details.bottleneck import LINE
 from rmfs_core.decisions import gap_of
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import TIMING, Metric, by_heading, show
@@ -82,7 +81,8 @@ PARTS = {
 
 def print_bottleneck(console: Console, result: Result) -> None:
     """Print where the turn-over time went, what pickers and robots did, and what limits the run, as far as known."""
-    found = result.summary.get("bottleneck", {})
+    if (found := result.summary.get("bottleneck")) is None:
+        return
     parts = found.get("turnover_parts_s", {})
     console.print()
     if whole := sum(seconds or 0.0 for seconds in parts.values()):
@@ -117,6 +117,8 @@ def print_bottleneck(console: Console, result: Result) -> None:
 
 def bottleneck_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield what pickers and robots did, and what limits the run, each with its label."""
+    from rmfs_commands.details.bottleneck import LINE  # which there need not be where nothing was found
+
     ends = [found[name] for name in ("busiest_station", "idlest_station") if found.get(name)]
     named = ", ".join(f"station {one['station']} {one['handling_percent']:.0f} %" for one in ends)
     for label, does in (("Pickers", PICKERS), ("Robots", ROBOTS)):
