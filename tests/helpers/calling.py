@@ -19,7 +19,7 @@ def exit_code(*arguments: str) -> int:
 
 
 def refused(capsys: pytest.CaptureFixture[str], call: Callable[..., object], *arguments: Any, **named: Any) -> str:
-    """Return what is said on standard error, and nowhere else, of a call that ends the program with exit code 2."""
+    """Return the standard error of a call that ends with exit code 2 and prints nothing else."""
     capsys.readouterr()
     with pytest.raises(SystemExit) as stop:
         call(*arguments, **named)

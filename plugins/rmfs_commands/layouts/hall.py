@@ -55,7 +55,7 @@ class HallPod:
     level
         Its shade, from 0 up to, not including, `LEVELS`; None: an empty pod.
     title
-        What is said of it where the pointer is.
+        Text shown while the pointer is over it.
     """
 
     cell: int

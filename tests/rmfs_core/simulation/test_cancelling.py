@@ -57,7 +57,7 @@ def test_the_last_order_may_leave(tiny_run: Prepare, cancelled_s: float, expecte
 
 
 def test_what_an_order_leaves_is_there_for_those_that_wait_for_stock(tiny_run: Prepare) -> None:
-    """Two items for three orders of two, two and one; the oldest has them, whoever else leaves."""
+    """Two items for orders of two, two and one item: the oldest order keeps them when another is cancelled."""
 
     def closed(scenario: Scenario) -> Scenario:
         return evolve(scenario, stations=evolve(scenario.stations, open=(("00:10", "24:00"),)))

@@ -26,7 +26,7 @@ BEGUN = {"line_s": 45.0, "order_s": 900.0, "speed": {"1": 2.0}}
 
 
 def demand(items: Mapping[int, int]) -> Demand:
-    """Return a demand of so many one-item lines, an order of them in the middle of some hours."""
+    """Return a demand of one-item lines: an order in the middle of each given hour."""
     found = Demand()
     for hour, number in items.items():
         found.add(hour * H + H // 2, number, number, 1)
