@@ -107,7 +107,7 @@ def test_a_file_is_made_that_says_how(folder: Path, capsys: pytest.CaptureFixtur
     comment, header, *rows = (folder / "more.csv").read_text().splitlines()
     command = "rmfs scale orders.csv --by 3 --peak 01:00-02:00=0 --seed 4"
     assert comment.endswith(f"drawn by `{command}`; times count from midnight.")
-    assert header == "order,arrival_s,sku,quantity,due_s,priority"  # the orders with a cancellation time arrive in the peak
+    assert header == "order,arrival_s,sku,quantity,due_s,priority"  # cancelled ones come in the peak
     assert {row[0] for row in rows} == {"A", "D"}
     quoted = (folder / "more.csv").rename(folder / "my more.csv")
     assert exit_code("scale", quoted.name, "--start", "2026-01-01 08:00", "--out", "next.csv") == 0
