@@ -33,11 +33,17 @@ def render(template: Path, **values: Any) -> str:
 
 def check_target(file: Path | None) -> None:
     """Raise `InputError` where a page would replace a file that is none: orders, or the result of a run."""
-    if file is None or not file.is_file():
+    if file is None:
         return
-    with file.open("rb") as stream:
-        if not stream.read(15).lower().startswith(b"<!doctype html"):
-            raise InputError(str(file), "is there, and is no page; expected a new name, or that of a page to replace")
+    try:
+        with file.open("rb") as stream:
+            page = stream.read(15).lower().startswith(b"<!doctype html")
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except OSError as error:
+        raise InputError(str(file), f"cannot be written: {error.strerror}; expected the name of a new file") from None
+    if not page:
+        raise InputError(str(file), "is there, and is no page; expected a new name, or that of a page to replace")
 
 
 def embedded(svg: bytes) -> str:

@@ -44,6 +44,8 @@ FEWEST_SEEDS = 3
 """With fewer seeds there are neither intervals nor p-values."""
 AWAY_FROM_ZERO = 0.1
 """A baseline's figures are well away from 0 where each is at least this share of their mean on the same instance."""
+FEW_PERCENT = 0.02
+"""A mean of ratios and the ratio of the means that differ by at most this tell the same."""
 _ROUNDING = 1e-9
 """Values that differ by less than this share of the largest are the same but for errors of rounding."""
 
@@ -103,8 +105,9 @@ class Paired:
         Rule set minus baseline.
     relative
         The same as a share of the baseline's figure, mean over the pairs of a seed. Where some of the baseline's
-        figures are close to 0 (see `AWAY_FROM_ZERO`), the difference as a share of their mean, if that is well away
-        from 0; else not defined.
+        figures on an instance are close to 0 (see `AWAY_FROM_ZERO`), or so much smaller than others that the mean of
+        the ratios is far from the ratio of the means (`_tells_of_ratios`), the difference as a share of their mean, if
+        that is well away from 0; else not defined.
     of_mean
         Whether ``relative`` is a share of the mean.
     bound
@@ -406,7 +409,7 @@ def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseli
         one = Paired(name, metric, rule_set, len(seeds), number, why.total(), own, other, why=why)
         found.append(_with_bound(one, seeds))
         compared = seeds if rule_set != baseline else []
-        defined = all(_away_from_zero([pair.base for pair in pairs]) for pairs in zip(*seeds, strict=True))
+        defined = all(_tells_of_ratios(pairs) for pairs in zip(*seeds, strict=True))
         bases.append(interval([fmean(pair.base for pair in pairs) for pairs in compared]))
         differences.append([fmean(figure - base for figure, base, _ in pairs) for pairs in compared])
         relative.append([fmean(figure / base - 1 for figure, base, _ in pairs) for pairs in compared if defined])
@@ -421,11 +424,19 @@ def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseli
     return compared_all
 
 
-def _away_from_zero(figures: Sequence[float]) -> bool:
-    """Whether each figure is well away from 0, and on the same side as the others."""
-    amounts = [abs(figure) for figure in figures]
-    least = AWAY_FROM_ZERO * (_mean(amounts) or 0.0)
-    return abs(sum(figures)) == sum(amounts) > 0 and min(amounts) >= least
+def _tells_of_ratios(pairs: Sequence[_Pair]) -> bool:
+    """Whether the baseline's figures on an instance are well away from 0, so that ratios to them have a mean.
+
+    All of them lie on the same side of 0, none is close to it, and the mean of the ratios differs from the ratio of the
+    means by at most half of the larger, or by `FEW_PERCENT`.
+    """
+    bases = [pair.base for pair in pairs]
+    amounts = [abs(base) for base in bases]
+    if not abs(sum(bases)) == sum(amounts) > 0 or min(amounts) < AWAY_FROM_ZERO * fmean(amounts):
+        return False
+    of_ratios = fmean((pair.own - pair.base) / abs(pair.base) for pair in pairs)
+    of_means = fmean(pair.own - pair.base for pair in pairs) / fmean(amounts)
+    return abs(of_ratios - of_means) <= max(max(abs(of_ratios), abs(of_means)) / 2, FEW_PERCENT)
 
 
 def _scaled(found: Interval, base: float) -> Interval:

@@ -32,9 +32,7 @@ MARK = "*"
 """At the title of a metric in which orders left at a horizon are missing."""
 OF_MEAN = "\N{DAGGER}"
 """Behind a relative difference that is one of means."""
-OF_MEAN_NOTE = (
-    f"{OF_MEAN} Difference as a share of the baseline's mean, with the same p: some of its figures are close to 0."
-)
+OF_MEAN_NOTE = f"{OF_MEAN} Difference as a share of the baseline's mean, with its p: some figures are close to 0."
 CENSORED = (
     f"{MARK} Of completed or packed orders only: what the orders left at the horizon would change is not known. They "
     "are often those that wait long, or are large; their number and age are compared, too."

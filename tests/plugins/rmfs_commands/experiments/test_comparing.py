@@ -290,6 +290,7 @@ def test_relative_differences_have_a_p_of_their_own() -> None:
         ([0.0, 4.0, 4.0], None, False),
         ([0.0, 4.0, 5.0, 4.0, 5.0, 4.0], 12 / 22, True),
         ([0.01, 1.0, 0.0], None, False),
+        ([0.04, 0.04, 0.5, 0.5, 0.5, 0.5], 12 / 2.08, True),
         ([-2.0, 4.0, 5.0], None, False),
         ([0.0, 0.0, 0.0], None, False),
     ],

@@ -294,3 +294,5 @@ def test_a_page_replaces_no_other_file(late: Path, tmp_path: Path, capsys: pytes
         assert exit_code(*command) == 2
         assert "is there, and is no page; expected a new name" in capsys.readouterr().err
     assert file.read_text(encoding="utf-8") == "order"
+    assert exit_code("scenario", "map", "examples/small", "--html", "--out", "x" * 300) == 2
+    assert "cannot be written: File name too long; expected the name of a new file" in capsys.readouterr().err
