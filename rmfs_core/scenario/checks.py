@@ -101,6 +101,7 @@ POSITIVE = Check("a number > 0 up to 1e10", lambda value: 0 < value <= 1e10, {"e
 DURATION = within(0.001, 3600)
 MAYBE_NO_TIME = within(0, 3600)
 ALLOWANCE = within(0, 1e7)
+COST = within(0, 1e9)
 MOVING = within(0.001, 1000)
 POWER = within(0.001, 1e6)
 SHARE = Check("a number in (0, 1]", lambda value: 0 < value <= 1, {"exclusiveMinimum": 0, "maximum": 1})

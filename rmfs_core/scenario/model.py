@@ -17,6 +17,7 @@ from attrs import Factory, evolve, field, frozen
 from rmfs_core.scenario.checks import (
     ALLOWANCE,
     CAPACITY,
+    COST,
     DURATION,
     MAYBE_NO_TIME,
     MOVING,
@@ -71,13 +72,20 @@ class Due:
     """When generated orders are due, counted from their arrival."""
 
     allowance_s: float = key("Time that an order has", unit="s", check=ALLOWANCE)
-    spread_s: float = key(
-        "How much that time is shorter or longer at most: it is uniform", 0.0, unit="s", check=ALLOWANCE
-    )
+    spread_s: float = key("How much that time is shorter or longer at most: uniform", 0.0, unit="s", check=ALLOWANCE)
     priority_share: float = key("Share of orders with priority 1; the others have 0", 0.0, check=within(0, 1))
-    priority_allowance_s: float | None = key(
-        "Time that those have; left out: as the others", None, unit="s", check=ALLOWANCE
+    priority_allowance_s: float | None = key("Time of those; left out: as the others", None, unit="s", check=ALLOWANCE)
+
+
+@frozen
+class Departures:
+    """When trucks leave: an order is due when the first one leaves that it can still go with."""
+
+    times: tuple[str | float, ...] | Mapping[str, tuple[str | float, ...]] = key(
+        'Times of every day, `["14:00", "18:30"]`, or seconds from time 0; or a table of routes, `{ N = ["14:00"] }`'
     )
+    column: str | None = key("Column of the orders' file with each order's route; nothing in it: never due", None)
+    cutoff_s: float = key("How long before a truck leaves its last orders arrive", 0.0, unit="s", check=ALLOWANCE)
 
 
 @frozen
@@ -107,9 +115,7 @@ class Replenishment:
     lead_s: float = key("Time from order to arrival", 0.0, unit="s", check=ALLOWANCE)
     file: str | None = key("CSV with columns bundle,arrival_s,sku,items", None)
     bundles_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=within(0.001, 1e6))
-    bundle_items: int | None = key(
-        "Items of the largest bundle; of `poisson`, of each", None, check=at_least(1, MOST_ITEMS)
-    )
+    bundle_items: int | None = key("Items of the largest bundle; `poisson`: each", None, check=at_least(1, MOST_ITEMS))
 
     def __attrs_post_init__(self) -> None:
         poisson = self.process == "poisson"
@@ -137,9 +143,7 @@ class Scale:
 class InstanceSection:
     """Orders, SKUs and pods: a generator, by default the paper's (Section 4.1.1), or CSV files."""
 
-    generator: str | None = key(
-        "Who makes what follows: an entry point of the group `rmfs.instances`; left out: `paper`", None
-    )
+    generator: str | None = key("Who makes what follows: an entry point of `rmfs.instances`; left out: `paper`", None)
     parameters: Mapping[str, Any] = key("What `generator` is handed by name, besides this section", factory=dict)
     orders: int = key("Number of orders |O| to generate", 250, check=at_least(0, MOST_ORDERS))
     skus: int = key("Number of SKUs |I|", 100, check=at_least(1, MOST_ORDERS))
@@ -153,13 +157,12 @@ class InstanceSection:
     lines: tuple[float, ...] | None = key("Weights of orders of 1, 2, ... lines, in place of the geometric ones", None)
     demand: SkuDemand | None = key("Demand of SKUs, in place of the geometric one", None)
     due: Due | None = key("When generated orders are due; left out: whenever", None)
+    departures: Departures | None = key("When trucks leave, which is when orders are due; left out: no truck", None)
     start: str | None = key("Time 0 in ISO 8601; left out: midnight, before the first date of the orders' file", None)
     items_per_sku: int | None = key(
         "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=at_least(1, MOST_ITEMS)
     )
-    orders_file: str | None = key(
-        "CSV with columns order,arrival_s,sku,quantity[,due_s,priority,cancelled_s] for orders", None
-    )
+    orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity[,due_s,priority,cancelled_s]", None)
     scale: Scale | None = key("Draw a day from the orders of the file; left out: the orders are as they stand", None)
     pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited)[,row,column] for pods", None)
     arrivals: Arrivals = key("When generated orders arrive", factory=Arrivals)
@@ -393,6 +396,21 @@ class PackingSection:
 
 
 @frozen
+class Costs:
+    """What things cost, in any currency. People are paid while their stations are open, or finish what they have."""
+
+    picker_per_h: float = key("A picker, one at each picking station", 0.0, unit="1/h", check=COST)
+    packer_per_h: float = key("A packer or sorter", 0.0, unit="1/h", check=COST)
+    replenisher_per_h: float = key("A worker, one at each replenishment station", 0.0, unit="1/h", check=COST)
+    robot_per_h: float = key("A robot, whether or not it is on duty", 0.0, unit="1/h", check=COST)
+    robot_per_year: float = key("A robot, besides or instead, by the year", 0.0, unit="1/year", check=COST)
+    hours_per_year: float = key("Hours that share what a year costs", 8760.0, unit="h", check=within(1, 8784))
+    kwh: float = key("Electricity", 0.0, unit="1/kWh", check=COST)
+    late_order: float = key("An order that is late", 0.0, check=COST)
+    late_h: float = key("An hour by which an order is late", 0.0, unit="1/h", check=COST)
+
+
+@frozen
 class RuleChoice:
     """A rule by its entry-point name, or ``./file.py:Class`` in the scenario's folder, and its parameters."""
 
@@ -419,9 +437,7 @@ class RulesSection:
     packing: RuleChoice | None = key(
         'Which packing station an order is bound for; left out, with packing stations: "least-reserved"', None
     )
-    packing_task: RuleChoice | None = key(
-        'What a packer does next; left out, with packing stations: "first-come"', None
-    )
+    packing_task: RuleChoice | None = key('What a packer does next; left out, with packing: "first-come"', None)
     wait_for_stock: bool | None = key(
         "Whether an order that the pods hold too little for stays out of the backlog until bundles are stored; left "
         "out: yes",
@@ -447,9 +463,7 @@ class RulesSection:
 class RunSection:
     """When to stop, and limits."""
 
-    until_s: float | None = key(
-        "Simulated time at which the run ends even if orders are left", None, unit="s", check=POSITIVE
-    )
+    until_s: float | None = key("Time at which the run ends even if orders are left", None, unit="s", check=POSITIVE)
     warmup_s: float | None = key("Simulated time from which on metrics count", None, unit="s", check=POSITIVE)
     standstill_s: float = key(
         "Simulated time in which a robot on its way may come no nearer to its goal; after that the run ends with an "
@@ -468,20 +482,8 @@ class RunSection:
 
 
 GENERATED = frozenset(
-    (
-        "generator",
-        "parameters",
-        "orders",
-        "skus",
-        "pods",
-        "skus_per_pod",
-        "max_lines",
-        "items_per_sku",
-        "arrivals",
-        "lines",
-        "demand",
-    )
-) | {"due"}
+    ("generator", "parameters", "orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals")
+) | {"lines", "demand", "due"}
 DRAWN = frozenset(
     ("block_rows", "block_columns", "block_length", "hall_width", "stations_east", "stations_west", "queue")
 ) | {"replenishment_east", "replenishment_west", "chargers"}
@@ -514,6 +516,7 @@ class Scenario:
     robots: RobotsSection = key("Robots", factory=RobotsSection)
     stations: StationsSection = key("Picking stations", factory=StationsSection)
     packing: PackingSection | None = key("Packing stations; left out: there are none", None)
+    costs: Costs | None = key("What things cost; left out: nothing is said of it", None)
     run: RunSection = key("Stopping and limits", factory=RunSection)
     folder: str = field(default=".", eq=False, metadata={"internal": True})
     source: Source | None = field(default=None, eq=False, repr=False, metadata={"internal": True})

@@ -30,9 +30,7 @@ TIMES = Check("times from 0 to 3600, at least one", lambda value: bool(value) an
 class Spread:
     """A distribution of times."""
 
-    mean: float | None = key(
-        "Mean; left out where `times` or `file` gives it", None, unit="s", check=within(0.001, 3600)
-    )
+    mean: float | None = key("Mean; left out with `times` or `file`", None, unit="s", check=within(0.001, 3600))
     cv: float | None = key(
         "Coefficient of variation, standard deviation per mean, of `lognormal` and `gamma`", None, check=within(0, 10)
     )

@@ -23,6 +23,8 @@ class OrderData:
         How urgent it is, higher first.
     cancelled_tick
         When it leaves if nothing of it is assigned then, not before it arrives; None: never.
+    route
+        Name of the trucks that it goes with; None: it goes with any, or with none.
     """
 
     name: str
@@ -31,6 +33,7 @@ class OrderData:
     due_tick: int | None = field(default=None, kw_only=True)
     priority: int = field(default=0, kw_only=True)
     cancelled_tick: int | None = field(default=None, kw_only=True)
+    route: str | None = field(default=None, kw_only=True)
 
     @property
     def items(self) -> int:

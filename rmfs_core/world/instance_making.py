@@ -33,9 +33,9 @@ def refuse(error: InputError) -> None:
 def reader() -> Any:
     """Return the module that reads the files which scenarios name, the entry point ``csv`` of ``rmfs.formats``.
 
-    It has ``read_instance(orders_file, pods_file, start, wrong)``, ``drawn(instance, scenario)`` (`Scale`),
-    ``restocked(instance, scenario, wrong)``, ``read_profile(file)``, ``read_times(file)``, ``read_robots(file)`` and
-    ``line_of(orders_file, order, sku)``.
+    It has ``read_instance(orders_file, pods_file, start, wrong, departures)``, ``line_of(orders_file, order, sku)``,
+    ``drawn(instance, scenario)`` (`Scale`), ``departing(instance, scenario)``, ``read_robots(file)``,
+    ``restocked(instance, scenario, wrong)``, ``read_profile(file)`` and ``read_times(file)``.
     """
     return entrypoints.format_module("csv")
 
@@ -64,22 +64,21 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     section, folder = scenario.instance, Path(scenario.folder)
     Calendar(section.start).zero()  # whether or not it is used, what is wrong with it is said
     if section.orders_file is None or section.pods_file is None:
-        if isinstance(profile := section.arrivals.profile, str):
-            section = evolve(
-                section, arrivals=evolve(section.arrivals, profile=reader().read_profile(folder / profile))
-            )
+        if isinstance(hours := section.arrivals.profile, str):
+            section = evolve(section, arrivals=evolve(section.arrivals, profile=reader().read_profile(folder / hours)))
         return _restocked(_generated(section, scenario.seed), scenario, wrong)
     orders, pods = folder / section.orders_file, folder / section.pods_file
     for key, file in (("orders_file", orders), ("pods_file", pods)):
         if not os.path.exists(file):  # noqa: PTH110 (False for a name that is too long, too)
             raise InputError(f"instance.{key}", f"there is no file {file}")
-    instance = reader().read_instance(orders, pods, section.start, wrong)
+    instance = reader().read_instance(orders, pods, section.start, wrong, section.departures)
     return _restocked(instance if section.scale is None else reader().drawn(instance, scenario), scenario, wrong)
 
 
 def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance:
     given = scenario.instance.replenishment
     plain = scenario.instance.skus_file is None and (given is None or given.process == "none")
+    instance = instance if scenario.instance.departures is None else reader().departing(instance, scenario)
     return instance if plain else reader().restocked(instance, scenario, wrong)
 
 

@@ -18,9 +18,10 @@ from typing import Any, TextIO
 from attrs import evolve
 
 from rmfs_commands.instances.days import drawn  # noqa: F401 (the kernel looks for it here)
+from rmfs_commands.instances.departures import TIMES, departing  # noqa: F401 (likewise)
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.model import Replenishment, Scenario
+from rmfs_core.scenario.model import Departures, Replenishment, Scenario
 from rmfs_core.timetable import DAY, Calendar
 from rmfs_core.wording import counted, did_you_mean, listed, sentence
 from rmfs_core.world import BundleData, Instance, OrderData, PodData
@@ -45,7 +46,13 @@ _WHOLE = re.compile(r"[0-9]{1,10}")  # sums of them over a file fit into 64 bits
 _NUMBER = re.compile(r"[0-9]{1,12}(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+")
 
 
-def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, wrong: Wrong = refuse) -> Instance:
+def read_instance(
+    orders_file: Path,
+    pods_file: Path,
+    start: str | None = None,
+    wrong: Wrong = refuse,
+    departures: Departures | None = None,
+) -> Instance:
     """Read orders and pods.
 
     Orders get their ids in the order of arrival, then of first appearance in the file; pods in the order of first
@@ -66,8 +73,10 @@ def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, 
         Time 0 as ISO 8601; None: midnight before the earliest of the times that are dates, by the clock of its offset.
     wrong
         Called with each mistake: an `InputError` with file, line and column. It raises the first unless told otherwise.
+    departures
+        Whose column of the orders' file has the route of each order; None: orders have none.
     """
-    orders, pods = read_orders(orders_file, Calendar(start), wrong), _read_pods(pods_file, wrong)
+    orders, pods = read_orders(orders_file, Calendar(start), wrong, departures), _read_pods(pods_file, wrong)
     names = {sku for _, lines in orders for sku in lines} | {sku for _, pod in pods.values() for sku in pod}
     skus = tuple(sorted(names, key=_natural))
     id_of = {sku: i for i, sku in enumerate(skus)}
@@ -201,15 +210,25 @@ def read_skus(file: Path, wrong: Wrong = refuse) -> dict[str, dict[str, float]]:
     return skus
 
 
-def read_orders(file: Path, calendar: Calendar, wrong: Wrong = refuse) -> list[tuple[OrderData, dict[str, int]]]:
+def read_orders(
+    file: Path, calendar: Calendar, wrong: Wrong = refuse, departures: Departures | None = None
+) -> list[tuple[OrderData, dict[str, int]]]:
     """Return each order, still without lines, and its quantities by SKU; by arrival, then by first appearance."""
     dates = {date: partial(calendar.tick, column=date) for date in _DATES.values()}
-    read: dict[str, Callable[[str, str], int]] = {**dict.fromkeys(_DATES, _tick), "priority": _priority, **dates}
-    orders: dict[str, tuple[int, dict[str, str], dict[str, int | None], dict[str, int]]] = {}
+    read: dict[str, Callable[[str, str], Any]] = {**dict.fromkeys(_DATES, _tick), "priority": _priority, **dates}
+    orders: dict[str, tuple[int, dict[str, str], dict[str, Any], dict[str, int]]] = {}
+    column_of_routes = None if departures is None else departures.column
+    if departures is not None and column_of_routes is not None:
+        if column_of_routes in (*ORDER_COLUMNS, *read):
+            problem = f"found `{column_of_routes}`, which says something else; expected a column of routes"
+            raise InputError("instance.departures.column", problem)
+        read[column_of_routes] = partial(_route, departures)
 
     def add(line: int, row: dict[str, str]) -> None:
         told = {
-            column: read[column](text, f"{file}, line {line}, {column}") if text or "arrival" in column else None
+            column: read[column](text, f"{file}, line {line}, {column}")
+            if text or column in ("arrival", "arrival_s")
+            else None
             for column, text in row.items()
             if column in read
         }
@@ -224,9 +243,8 @@ def read_orders(file: Path, calendar: Calendar, wrong: Wrong = refuse) -> list[t
                 raise InputError(f"{file}, line {line}, {column}", f"{expected}, found {row[column] or 'nothing'}")
         lines[row["sku"]] = lines.get(row["sku"], 0) + items
 
-    _each_row(
-        _returning(_rows(file, ORDER_COLUMNS, (*DUE_COLUMNS, *CANCELLED_COLUMNS), wrong), file, "order"), add, wrong
-    )
+    needed = ORDER_COLUMNS if column_of_routes is None else (*ORDER_COLUMNS, column_of_routes)
+    _each_row(_returning(_rows(file, needed, (*DUE_COLUMNS, *CANCELLED_COLUMNS), wrong), file, "order"), add, wrong)
     zero = calendar.zero(_DATES.values())
     found = []
     for name, (line, row, told, lines) in orders.items():
@@ -243,6 +261,7 @@ def read_orders(file: Path, calendar: Calendar, wrong: Wrong = refuse) -> list[t
             wrong(InputError(f"{file}, line {line}, {column}", problem))
         else:
             later: dict[str, Any] = {"due_tick": due, "cancelled_tick": cancelled}
+            later["route"] = told.get(column_of_routes or "")
             priority = told.get("priority") or 0
             found.append((OrderData(name, arrival_tick=arrival, lines=(), priority=priority, **later), lines))
     return sorted(found, key=lambda order: order[0].arrival_tick)
@@ -405,6 +424,12 @@ def _priority(text: str, place: str) -> int:
     if _WHOLE.fullmatch(text):
         return int(text)
     raise InputError(place, f'expected a whole number of at most ten digits, or nothing for 0, found "{text}"')
+
+
+def _route(departures: Departures, text: str, place: str) -> str:
+    if isinstance(departures.times, Mapping) and text not in departures.times:
+        raise InputError(place, f"found {text}, which `{TIMES}` has not{did_you_mean(text, departures.times)}")
+    return text
 
 
 def _quantity(text: str, file: Path, line: int, expected: str, least: int = 1, column: str = "quantity") -> int:

@@ -140,4 +140,4 @@ def _moved(order: OrderData, tick: int, name: str) -> OrderData:
     for key in ("due_tick", "cancelled_tick"):
         if (given := getattr(order, key)) is not None:
             more[key] = max(given + later, min(given, 0))  # no time is before 0 that was not
-    return OrderData(name, arrival_tick=tick, lines=order.lines, priority=order.priority, **more)
+    return evolve(order, name=name, arrival_tick=tick, **more)

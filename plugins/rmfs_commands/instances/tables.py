@@ -50,6 +50,9 @@ first, separated by blanks; ``assigned_s``: when the last line was assigned. Emp
 DUE_COLUMNS: dict[str, type] = {"due_s": float, "priority": int, "lateness_s": float}
 """Further columns of orders.csv where any order has a due time or a priority. Negative lateness is time to spare."""
 
+ROUTE_COLUMNS: dict[str, type] = {"route": str}
+"""A further column of orders.csv where any order goes with the trucks of a route."""
+
 CANCELLED_COLUMNS: dict[str, type] = {"cancelled_s": float}
 """The last column of orders.csv where any order may be cancelled: when it left; empty for one that was picked."""
 
@@ -199,9 +202,10 @@ class Tables:
         """Rows of orders.csv, one for every order of the instance."""
         dated = self.instance.dated
         cancelled = any(order.cancelled_tick is not None for order in self.instance.orders)
-        return [self._order(i, dated, cancelled) for i in range(len(self.instance.orders))]
+        routed = any(order.route is not None for order in self.instance.orders)
+        return [self._order(i, dated, routed, cancelled) for i in range(len(self.instance.orders))]
 
-    def _order(self, i: int, dated: bool, cancelled: bool) -> Row:
+    def _order(self, i: int, dated: bool, routed: bool, cancelled: bool) -> Row:
         order = self.instance.orders[i]
         parts = self._parts.get(i, {})
         arrived, assigned, completed = self._arrived.get(i), self._assigned.get(i), self._completed.get(i)
@@ -220,6 +224,7 @@ class Tables:
             "turnover_backlog_s": _seconds(assigned, arrived),
             "turnover_station_s": _seconds(completed, assigned),
             **(due if dated else {}),
+            **({"route": order.route or ""} if routed else {}),
             **({"cancelled_s": _seconds(self._cancelled.get(i))} if cancelled else {}),
         }
 

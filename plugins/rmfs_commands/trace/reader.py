@@ -333,6 +333,7 @@ def _instance(first: Mapping[str, Any]) -> Instance:
             due_tick=order.get("due"),
             priority=order.get("priority", 0),
             cancelled_tick=order.get("cancelled"),
+            route=order.get("route"),
         )
         for order in first["orders"]
     )

@@ -26,7 +26,8 @@ First line, the header::
     bundles           of a file: [name, arrival (tick), SKU, items] each; left out: there is none
     restocked         true where bundles may arrive
     levels            [reorder point, order-up-to level] of each SKU, in items; left out: nothing is reordered
-    orders            name, arrival (tick), lines: [SKU, quantity] each; due (tick) and priority where it has one
+    orders            name, arrival (tick), lines: [SKU, quantity] each; due, cancelled (ticks), priority and route
+                      of trucks where it has one
     pods              name, contents: [SKU, items or null for unlimited] each, cell, robot that carries it or null,
                       bound_for: stations it is at or bound for from the start; place: [row, column], from 1, of the
                       storage location in which it stands at first, where the file of pods says so
@@ -181,6 +182,8 @@ def _order(order: OrderData) -> dict[str, Any]:
         told["due"] = order.due_tick
     if order.cancelled_tick is not None:
         told["cancelled"] = order.cancelled_tick
+    if order.route is not None:
+        told["route"] = order.route
     return told | ({"priority": order.priority} if order.priority else {})
 
 
