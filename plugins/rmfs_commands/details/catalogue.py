@@ -288,6 +288,43 @@ PACKING: tuple[Metric, ...] = (
 """Metrics of runs with packing stations; the last where an order has a due time."""
 
 
+DEPARTURES: tuple[Metric, ...] = (
+    Metric(
+        "departed_share",
+        "Orders departed",
+        "%",
+        1,
+        "Share of orders that were done when their truck left: packed, where packing is simulated, else picked. It is "
+        "that of orders which are done, or whose truck has left, at the end of the run.",
+        scale=100,
+    ),
+    Metric("missed_percent", "  missed their truck", "%", 1, "100 less these, in percent."),
+)
+"""Metrics of runs in which trucks leave."""
+
+COSTS: tuple[Metric, ...] = (
+    Metric("cost_total", "Cost", "", 2, "What the run costs by the section `costs`, in its currency."),
+    Metric(
+        "cost_per_order", "Cost per order", "", 4, "Cost per packed order, where packing is simulated, else picked."
+    ),
+    Metric("cost_pickers_per_order", "  pickers", "", 4, "The part of it for pickers."),
+    Metric(
+        "cost_packers_per_order", "  packers", "", 4, "The part of it for packers and sorters; with packing stations."
+    ),
+    Metric(
+        "cost_replenishers_per_order",
+        "  replenishers",
+        "",
+        4,
+        "The part of it for replenishers; with replenishment stations.",
+    ),
+    Metric("cost_robots_per_order", "  robots", "", 4, "The part of it for robots."),
+    Metric("cost_energy_per_order", "  energy", "", 4, "The part of it for electricity."),
+    Metric("cost_lateness_per_order", "  lateness", "", 4, "The part of it for late orders; with due times."),
+)
+"""Metrics of runs of scenarios with a section `costs`."""
+
+
 def on_time(priority: int | str) -> Metric:
     """Return the metric of the orders of a priority."""
     meaning = "The same among orders of this priority; there is one for each priority that an order due has."
@@ -301,6 +338,8 @@ MEASURES = (
     *_grouped(UNBUSY, "Robots without a task"),
     *_grouped(PACKING, "Packing"),
     *_grouped((*LATENESS, *map(on_time, range(10))), "Due times"),
+    *_grouped(DEPARTURES, "Departures"),
+    *_grouped(COSTS, "Costs"),
 )
 """All of them, with the first ten priorities; the summary of a run shows those of all groups but the first."""
 
@@ -312,6 +351,8 @@ CATALOGUE: dict[str, tuple[Metric, ...]] = {
     "Replenishment": REPLENISHMENT,
     "Robots without a task": UNBUSY,
     "Packing": PACKING,
+    "Departures": DEPARTURES,
+    "Costs": COSTS,
 }
 """All of them by heading, for people."""
 
@@ -332,6 +373,7 @@ MORE_IS_BETTER = frozenset(
         "orders_per_visit",
         "open_utilisation_percent",
         "on_time_percent",
+        "departed_share",
         *(on_time(priority).name for priority in range(10)),
         "bundles_stored",
         "items_stored",

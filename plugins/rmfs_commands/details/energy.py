@@ -27,11 +27,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable
 
 from rmfs_commands.details.spans import Handlers, Number, ratio
-from rmfs_core.clock import to_seconds
+from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import PodLifted, RobotMoved
 from rmfs_core.info import RunInfo
+from rmfs_core.scenario.model import BatterySection
 
 ROBOT_KG, POD_KG = 150.0, 450.0
 ROLLING, EFFICIENCY = 0.015, 0.8
@@ -91,6 +93,25 @@ class Energy:
             **{f"energy_{part}_wh": amount for part, amount in hours.items()},
             "energy_per_order_wh": ratio(total, completed),
         }
+
+    def drawn_wh(self, battery: BatterySection, standing_ticks: Callable[[int], int]) -> float:
+        """Return what batteries gave since the time from which on is counted: work and standing, by their draws.
+
+        Parameters
+        ----------
+        battery
+            The draws.
+        standing_ticks
+            Returns how long robots stood, not at chargers, given for how long they drove, turned and lifted.
+        """
+        watts = (battery.empty_w, battery.loaded_w)
+        moving = [0, 0]
+        for (metres, ticks, loaded), number in self._legs.items():
+            moving[loaded] += number * (ticks + self._motion.run_ticks(metres))
+        lifting = 2 * self._lifts * self._motion.lift_ticks  # what is lifted is set down
+        drawn = sum(power * ticks for power, ticks in zip(watts, moving, strict=True)) + battery.lifting_w * lifting
+        drawn += battery.idle_w * standing_ticks(sum(moving) + lifting)
+        return drawn / (TICKS_PER_S * J_PER_WH)
 
 
 def run_j(metres: int, loaded: bool, acceleration: float, top_speed: float) -> tuple[float, float]:

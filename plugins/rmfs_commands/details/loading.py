@@ -8,7 +8,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rmfs_commands.instances.tables import CANCELLED_COLUMNS, DUE_COLUMNS, ORDER_COLUMNS, TABLE_FILES, Row
+from rmfs_commands.instances.tables import (
+    CANCELLED_COLUMNS,
+    DUE_COLUMNS,
+    ORDER_COLUMNS,
+    ROUTE_COLUMNS,
+    TABLE_FILES,
+    Row,
+)
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE, Result
 from rmfs_core.results.catalogue import described_by
@@ -65,6 +72,8 @@ def _read_table(file: Path, columns: Mapping[str, type]) -> list[Row]:
     reader = csv.DictReader(_read(file).splitlines(keepends=True), strict=True)
     if reader.fieldnames is not None and columns is ORDER_COLUMNS and "due_s" in reader.fieldnames:
         columns = {**columns, **DUE_COLUMNS}
+    if reader.fieldnames is not None and "route" in reader.fieldnames:
+        columns = {**columns, **ROUTE_COLUMNS}
     if reader.fieldnames is not None and "cancelled_s" in reader.fieldnames:
         columns = {**columns, **CANCELLED_COLUMNS}
     if reader.fieldnames is None or list(reader.fieldnames) != list(columns):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator, Mapping
 
 from rmfs_commands.details.catalogue import on_time
 from rmfs_commands.details.spans import Handlers, Number, percentile, ratio
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import OrderArrived, OrderAssigned, OrderCancelled, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
+from rmfs_core.world import OrderData
 
 
 class Measures:
@@ -98,6 +100,17 @@ class Measures:
             "open_age_max_s": to_seconds(max(ages)) if ages else None,
         }
 
+    def due(self, done: Mapping[int, int]) -> Iterator[tuple[OrderData, int, int | None]]:
+        """Yield each order with a due time that counts, that time, and when it was done; ``done``: ticks by order."""
+        for i, order in enumerate(self._orders):
+            if order.due_tick is not None and i not in self._cancelled and self._arrived.get(i, -1) >= self._begin:
+                yield order, order.due_tick, done.get(i)
+
+    @property
+    def completed_ticks(self) -> Mapping[int, int]:
+        """When orders were completed."""
+        return self._completed
+
     def _lateness(self, end: int) -> dict[str, Number]:
         """Return the metrics of orders with a due time; none where no order has one."""
         if all(order.due_tick is None for order in self._orders):
@@ -105,15 +118,12 @@ class Measures:
         due: Counter[int] = Counter()
         late: Counter[int] = Counter()
         tardiness = []
-        for i, order in enumerate(self._orders):
-            if order.due_tick is None or i in self._cancelled or self._arrived.get(i, -1) < self._begin:
-                continue
-            done = self._completed.get(i)
+        for order, due_tick, done in self.due(self._completed):
             if done is not None:
-                tardiness.append(max(done - order.due_tick, 0))
-            if done is not None or order.due_tick < end:
+                tardiness.append(max(done - due_tick, 0))
+            if done is not None or due_tick < end:
                 due[order.priority] += 1
-                late[order.priority] += done is None or done > order.due_tick
+                late[order.priority] += done is None or done > due_tick
         return {
             "late_orders": late.total(),
             "late_percent": ratio(100 * late.total(), due.total()),

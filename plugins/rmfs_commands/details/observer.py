@@ -1,6 +1,7 @@
 """The observer of every run: hours.csv, stations.csv, robots.csv and delays.csv, and metrics made of the same.
 
-Where there is replenishment, bundles.csv and stock.csv as well; packing.csv where there are packing stations.
+Where there is replenishment, bundles.csv and stock.csv as well; packing.csv where there are packing stations, and
+departures.csv where trucks leave.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from rmfs_commands.details import costs, departures
 from rmfs_commands.details.bottleneck import Bottleneck
 from rmfs_commands.details.catalogue import MEASURES
 from rmfs_commands.details.delays import Delays
@@ -34,6 +36,8 @@ BUNDLES, STOCK = "bundles.csv", "stock.csv"
 """Of runs with replenishment."""
 PACKING = "packing.csv"
 """Of runs with packing stations."""
+DEPARTURES = "departures.csv"
+"""Of runs with `instance.departures`."""
 
 
 def _below(stations: int, handler: Callable[[Any], None], event: QueueJoined | VisitStarted) -> None:
@@ -45,7 +49,7 @@ def _below(stations: int, handler: Callable[[Any], None], event: QueueJoined | V
 class Details:
     """Observer that follows hours, stations, robots, orders and bundles."""
 
-    files: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS, BUNDLES, STOCK, PACKING)
+    files: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS, BUNDLES, STOCK, PACKING, DEPARTURES)
     measures: ClassVar = MEASURES
 
     @hookimpl
@@ -99,6 +103,14 @@ class Details:
             write_text(self._out / STOCK, to_csv(STOCK_COLUMNS, self._replenishment.stock(tick)))
         if self._packing.on:
             write_text(self._out / PACKING, to_csv(PACKING_COLUMNS, self._packing.rows()))
+        if self._run.scenario.instance.departures is not None:
+            leaving = departures.rows(self._measures.due(self._done), self._end)
+            write_text(self._out / DEPARTURES, to_csv(departures.COLUMNS, leaving))
+
+    @property
+    def _done(self) -> Mapping[int, int]:
+        """When orders were done: packed, where packing is simulated, else picked."""
+        return self._packing.packed_ticks if self._packing.on else self._measures.completed_ticks
 
     @hookimpl
     def measured(self) -> dict[str, Number]:
@@ -114,4 +126,33 @@ class Details:
             **self._packing.values(self._end),
             **self._energy.values(self._measures.completed),
             **self._robots.values(self._end, self._measures.completed),
+            **self._departed(),
+            **self._costs(),
         }
+
+    def _departed(self) -> dict[str, Number]:
+        if self._run.scenario.instance.departures is None:
+            return {}
+        return departures.values(self._measures.due(self._done), self._end)
+
+    def _costs(self) -> dict[str, Number]:
+        scenario, whole = self._run.scenario, self._end - self._begin
+        if scenario.costs is None:
+            return {}
+        robots = len(self._run.warehouse.robots) * whole
+        paid = {"pickers": self._stations.paid_ticks(self._begin, self._end)}
+        if self._packing.on:
+            paid["packers"] = self._packing.paid_ticks(self._end)
+        if self._run.layout.replenishing:
+            paid["replenishers"] = self._run.layout.replenishing * whole
+        paid["robots"] = robots
+        battery = scenario.robots.battery
+        if battery is None:
+            wh = float(self._energy.values(0)["energy_wh"] or 0)
+        else:
+            charging = self._robots.spent(self._end)[0]["charging"]
+            wh = self._energy.drawn_wh(battery, lambda worked: max(robots - charging - worked, 0))
+        dated = any(order.due_tick is not None for order in self._run.instance.orders)
+        late = costs.lateness(self._measures.due(self._done), self._end) if dated else None
+        done = sum(tick >= self._begin for tick in self._done.values())
+        return costs.values(scenario.costs, paid, wh, late, done)

@@ -190,8 +190,26 @@ class Packing:
             **self._late(end),
         }
 
+    @property
+    def packed_ticks(self) -> dict[int, int]:
+        """When orders were packed."""
+        return {i: order.packed for i, order in self._orders.items() if order.packed >= 0}
+
+    def paid_ticks(self, end: int) -> int:
+        """Return the time in which packers are there, or finish a task, and sorters are, summed over them."""
+        open_ticks = sum(length(_open(station.hours, self._begin, end)) for station in self._stations)
+        return self._ticks(end)[0] + self._section.sorters * open_ticks
+
     def _packers(self, end: int) -> dict[str, Number]:
         """Return what share of the packers' time they were busy, and without a task though orders were not packed."""
+        there, busy, starved = self._ticks(end)
+        return {
+            "packer_utilisation_percent": ratio(100 * busy, there),
+            "packer_starved_percent": ratio(100 * starved, there),
+        }
+
+    def _ticks(self, end: int) -> tuple[int, int, int]:
+        """Return the packers' time, and what of it they were busy, and without a task though orders were not packed."""
         packers, orders_wait = self._section.packers, self._unpacked.above_zero(self._begin, end)
         there = busy = starved = 0
         for station in self._stations:
@@ -203,10 +221,7 @@ class Packing:
             there += packers * length(is_open) + length(spans) - in_hours
             busy += length(spans)
             starved += packers * overlap(is_open, orders_wait) - in_hours
-        return {
-            "packer_utilisation_percent": ratio(100 * busy, there),
-            "packer_starved_percent": ratio(100 * starved, there),
-        }
+        return there, busy, starved
 
     def _late(self, end: int) -> dict[str, Number]:
         due = {i: order.due_tick for i, order in enumerate(self._data) if order.due_tick is not None}

@@ -128,6 +128,15 @@ class Stations:
             )
         return found
 
+    def paid_ticks(self, begin: int, end: int) -> int:
+        """Return the time in which stations are open, or finish what they have, between two times, summed over them."""
+        found = 0
+        for station in self.followed:
+            busy = within(zip(station.begun, station.free, strict=True), begin, end)
+            counts = (station.requests, station.open)
+            found += length(merged([*busy, *(span for one in counts for span in one.above_zero(begin, end))]))
+        return found
+
     def values(self, begin: int, end: int) -> dict[str, Number]:
         """Return the metrics of opening hours; none where stations are always open."""
         if not self._has_hours:
