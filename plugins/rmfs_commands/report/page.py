@@ -78,6 +78,8 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
         turnover=_turnover(run),
         listed=[(title, [_order(row, delays[row["order"]], told) for row in rows]) for title, rows in listed],
         packing=list(_packing(run)),
+        departures=list(_departures(run)),
+        costs=list(_costs(run)),
         heats=[] if run.replay is None or run.floor is None else heat_maps(run.replay.start, run.floor),
         legend="" if run.replay is None else Markup(hall_legend(run.replay.start.layout)),
         hall_style=Markup(HALL_STYLE),
@@ -266,6 +268,25 @@ def _packing(run: Run) -> Iterator[tuple[str, ...]]:
         spans = (("first_part_s", "last_part_s"), ("last_part_s", "packing_s"), ("packing_s", "packed_s"))
         means = [f"{fmean(row[end] - row[begin] for row in done):,.1f} s" if done else "-" for begin, end in spans]
         yield station, f"{len(rows):,}", f"{len(done):,}", f"{sum(row['parts'] or 0 for row in rows):,.0f}", *means
+
+
+def _departures(run: Run) -> Iterator[tuple[str, ...]]:
+    """Yield for each truck its route, when it leaves, what it took and left behind, and how late that is."""
+    for row in run.departures or ():
+        counts = (f"{row[name]:,.0f}" for name in ("orders", "departed", "missed", "open"))
+        share, late = row["departed_share"], row["late_mean_s"]
+        shares = "-" if share is None else f"{100 * share:.1f} %", "-" if late is None else f"{late:,.0f} s"
+        yield row["route"] or "-", duration(row["leaves_s"]), *counts, *shares
+
+
+def _costs(run: Run) -> Iterator[tuple[str, str, str]]:
+    """Yield the parts of what an order costs, each with its share; none where the scenario names no costs."""
+    values, described = run.result.metrics, run.result.described
+    whole = values.get("cost_per_order")
+    for name in [one for one in values if one.startswith("cost_") and one.endswith("_per_order")]:
+        if whole is not None and (part := values[name]) is not None and name in described:
+            share = f"{100 * part / whole:.0f} %" if whole else "-"
+            yield described[name].label.strip().capitalize(), show(described[name], part), share
 
 
 def _metrics(run: Run) -> dict[str, list[tuple[str, str, str]]]:

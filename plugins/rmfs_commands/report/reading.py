@@ -10,7 +10,7 @@ from typing import Any
 from attrs import frozen
 
 from rmfs_commands.details.loading import load_result
-from rmfs_commands.details.observer import DELAYS, HOURS, PACKING, ROBOTS, STATIONS
+from rmfs_commands.details.observer import DELAYS, DEPARTURES, HOURS, PACKING, ROBOTS, STATIONS
 from rmfs_commands.replay.reading import Replay, read_replay
 from rmfs_commands.report.hall import Floor
 from rmfs_commands.states.recorded import Recording, read_recording
@@ -27,10 +27,11 @@ COLUMNS: Mapping[str, Collection[str]] = {
     STATIONS: ("station", "picks", "visits", "busy_s", "waiting_s", "idle_s", "queue_mean", "queue_max"),
     ROBOTS: ("robot", "distance_m", "idle_s", "waiting_s"),
     DELAYS: ("order", "turnover_s", "backlog_s", "handling_s"),
+    DEPARTURES: ("route", "leaves_s", "orders", "departed", "missed", "open", "departed_share", "late_mean_s"),
     PACKING: ("order", "packing_station", "parts", "first_part_s", "last_part_s", "packing_s", "packed_s"),
 }
 """Columns that each table must have."""
-NAMES = ("order", "robot", "station", "packing_station")
+NAMES = ("order", "robot", "station", "packing_station", "route")
 
 
 @frozen(eq=False)
@@ -43,8 +44,9 @@ class Run:
         Of its folder.
     result
         result.json with orders.csv and visits.csv.
-    hours, stations, robots, delays, packing
-        Rows of the tables, times in seconds; ``packing`` is None without packing stations.
+    hours, stations, robots, delays, packing, departures
+        Rows of the tables, times in seconds; ``packing`` is None without packing stations, ``departures`` without
+        trucks.
     replay, floor
         The trace, and what robots did in each cell; None where no trace was recorded.
     recording
@@ -58,6 +60,7 @@ class Run:
     robots: Sequence[Row]
     delays: Sequence[Row]
     packing: Sequence[Row] | None
+    departures: Sequence[Row] | None
     replay: Replay | None
     floor: Floor | None
     recording: Recording | None
@@ -77,6 +80,7 @@ def read_run(folder: Path) -> Run:
     result = load_result(folder)
     hours, stations, robots, delays = (_table(folder / name) for name in (HOURS, STATIONS, ROBOTS, DELAYS))
     packing = None if result.scenario.packing is None else _table(folder / PACKING)
+    departures = None if result.scenario.instance.departures is None else _table(folder / DEPARTURES)
     orders = [row["order"] for row in result.orders]
     if sorted(orders) != sorted(row["order"] for row in delays):
         raise InputError(str(folder / DELAYS), "has other orders than orders.csv; expected what one run wrote")
@@ -87,7 +91,7 @@ def read_run(folder: Path) -> Run:
     if (folder / RECORDING_FILE).exists():
         recording = read_recording(folder)
     name = folder.resolve().name
-    return Run(name, result, hours, stations, robots, delays, packing, replay, floor, recording)
+    return Run(name, result, hours, stations, robots, delays, packing, departures, replay, floor, recording)
 
 
 def _table(file: Path) -> list[Row]:

@@ -116,13 +116,17 @@ def _tell(console: Console, recording: Recording, kind: str, name: str, as_json:
     """Tell what was decided for an order or a pod."""
     from rmfs_commands.states import explain_tables as tables
     from rmfs_commands.states.stories import order_story, pod_story
+    from rmfs_commands.states.trucks import truck_of
 
     _know(recording, kind, name)
     told = list((order_story if kind == "order" else pod_story)(recording, name))
+    truck = truck_of(recording, name) if kind == "order" else None
     if as_json:
-        print_json({kind: name, "episodes": told})
+        print_json({kind: name, "episodes": told} | ({} if truck is None else {"truck": truck}))
     else:
         tables.print_story(console, f"{kind} {name}", told)
+        if truck is not None:
+            tell(truck["words"])
 
 
 def _print(

@@ -11,6 +11,7 @@ from typing import Any
 
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.case import Case
+from rmfs_commands.validation.departures import departures_of
 from rmfs_commands.validation.details import delays_of
 from rmfs_commands.validation.packed import packing_of
 from rmfs_commands.validation.restocking import bundles_of, stock_of
@@ -29,6 +30,7 @@ FILES: Mapping[str, tuple[str, Callable[[Trace], Iterable[Row]]]] = {
     "bundles.csv": ("bundle", bundles_of),
     "stock.csv": ("hour", stock_of),
     "packing.csv": ("order", packing_of),
+    "departures.csv": ("leaves_s", departures_of),
 }
 """Of each table the first column, whose values name its rows, and what works its rows out."""
 

@@ -7,7 +7,9 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+from attrs import evolve
 
+from rmfs_commands.instances.departures import departing
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.trace.writer import MADE_BY
 from rmfs_commands.validation.case import Case
@@ -38,6 +40,8 @@ def check_opening(case: Case) -> None:
         files = given.orders_file, given.skus_file, supply and supply.file
         drawn = files == (None,) * 3 and not isinstance(given.arrivals.profile, str)
         instance = make_instance(scenario) if drawn else None
+        undated = tuple(evolve(order, due_tick=None) for order in trace.instance.orders)
+        due = departing(evolve(trace.instance, orders=undated), scenario)  # also of orders that are not made anew
     except InputError as error:
         case.add("header", 0, f"nothing can be run as the scenario says: {error}")
         return
@@ -45,6 +49,8 @@ def check_opening(case: Case) -> None:
         _compare_layouts(case, layout)
     if instance is not None:
         _compare_instances(case, instance)
+    elif given.departures is not None:
+        _compare(case, "the orders", trace.instance.orders, due.orders)
     _compare_places(case, scenario)
 
 

@@ -45,6 +45,8 @@ def orders_of(trace: Trace) -> list[Row]:
                 "priority": order.priority,
                 "lateness_s": _between(order.due_tick, done.get(i)),
             }
+        if any(one.route is not None for one in trace.instance.orders):
+            rows[-1]["route"] = order.route or ""
         if may_cancel(trace):
             rows[-1]["cancelled_s"] = _between(0, cancelled.get(i))
     return rows
