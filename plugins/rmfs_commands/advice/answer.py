@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from attrs import evolve, frozen
 
-from rmfs_commands.advice.candidates import OWN
+from rmfs_commands.advice.candidates import COST, OWN
 from rmfs_commands.cli.screen import new_table
 from rmfs_commands.experiments import Comparison, ExperimentResult, Paired
 from rmfs_commands.experiments.compare import FEWEST_SEEDS, Interval
@@ -119,20 +119,48 @@ def _so_far(row: dict[str, Any]) -> dict[str, float]:
     return {SO_FAR.name: total / (done + still)} if done + still else {}
 
 
-def best(result: ExperimentResult, metric: str) -> Best | None:
+def best(result: ExperimentResult, metric: str, among: Collection[str] | None = None) -> Best | None:
     """Return the rule sets with least of a metric; None when there is no run that counts.
 
     Each other one is compared with that of the lowest mean by paired t tests, as `rmfs compare` does, but after
-    Bonferroni in place of Holm: then a difference is told where an interval of the table would leave out 0.
+    Bonferroni in place of Holm: then a difference is told where an interval of the table would leave out 0. Rule sets
+    that are not ``among`` some cannot be the best, where these are given.
     """
     found = _whole(result.comparison(), metric)
+    found = found if among is None else {name: one for name, one in found.items() if name in among}
     if not found:
         return None
     least = min(found, key=lambda name: found[name].mean or 0.0)
     against = _against(result, least, metric)
-    others = [name for name, one in against.items() if name != least and not _told_apart(one, len(against) - 1)]
+    alike = [name for name, one in against.items() if name != least and not _told_apart(one, len(against) - 1)]
+    others = [name for name in alike if name in found]
     own = next((name for name in others if name.endswith(OWN)), least)
     return Best(metric, least, tuple(others), own, against if own == least else _against(result, own, metric))
+
+
+def cheapest(result: ExperimentResult, limit: tuple[str, float] | None) -> Iterator[str]:
+    """Yield with which rule set an order costs least, where the scenario names costs.
+
+    ``limit``: a metric, and the most that its mean may be for a rule set to be chosen.
+    """
+    if COST not in result.experiment.metrics:
+        return
+    among, whose = None, ""
+    if limit is not None:
+        metric, most = limit
+        among = {name for name, one in _whole(result.comparison(), metric).items() if (one.mean or 0.0) <= most}
+        whose = f" among the rule sets with a mean {metric} of at most {most:g}"
+        if not among:
+            yield f"No rule set has a mean {metric} of at most {most:g}."
+            return
+    if (found := best(result, COST, among)) is None:
+        return
+    known = result.comparison().described(COST)
+    taken, alike = found.against[found.take], [_plain(name) for name in found.names if name != found.take]
+    shown = f"{value(known, taken.mean)} ({_plain(found.take)}{' as now' if found.take.endswith(OWN) else ''})"
+    yield f"Least cost per order{whose}: {shown}."
+    if alike:
+        yield f"The runs show no difference in cost from {listed(alike)}."
 
 
 def _against(result: ExperimentResult, baseline: str, metric: str) -> dict[str, Paired]:

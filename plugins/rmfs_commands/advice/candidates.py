@@ -25,6 +25,8 @@ WHOLE: tuple[Changes, ...] = (
 """Candidates that keep orders whole."""
 SPLITTING: tuple[Changes, ...] = ({"rules.poa_pps": "pod-index", "rules.ta": "nearest-robot"},)
 """Candidates that split orders."""
+COST = "cost_per_order"
+"""The metric of what an order costs."""
 OWN = " (now)"
 """Behind the name of the scenario's own rule set."""
 
@@ -35,7 +37,9 @@ def lets_split(scenario: Scenario, rules: RuleSet) -> bool:
     return scenario.packing is not None or (joint and not rules.deciding[0].traits.whole_orders)
 
 
-def advice_experiment(scenario: Scenario, name: str, seeds: tuple[int, ...], *, split: bool) -> Experiment:
+def advice_experiment(
+    scenario: Scenario, name: str, seeds: tuple[int, ...], *, split: bool, more: tuple[str, ...] = ()
+) -> Experiment:
     """Return the experiment that compares a scenario's own rules with the candidates.
 
     Parameters
@@ -48,6 +52,8 @@ def advice_experiment(scenario: Scenario, name: str, seeds: tuple[int, ...], *, 
         One run of each rule set for each.
     split
         Whether candidates that split orders are among them.
+    more
+        Metrics besides visits and times; that of costs is among them where the scenario names costs.
     """
     own = _orders_and_pods(scenario)
     baseline = _name({"rule": one.rule, **one.parameters} for one in own if one is not None) + OWN
@@ -59,6 +65,7 @@ def advice_experiment(scenario: Scenario, name: str, seeds: tuple[int, ...], *, 
     ]
     packed = scenario.packing is not None
     times = ("packed_s", "packed_p95_s") if packed else ("turnover_s", "turnover_p95_s")
+    costs = () if scenario.costs is None else (COST,)
     return Experiment(
         name=f"advise-{name}",
         description=f"Which rule set serves {name} best?",
@@ -66,7 +73,7 @@ def advice_experiment(scenario: Scenario, name: str, seeds: tuple[int, ...], *, 
         rule_sets=(RuleSetChoice(baseline), *others),
         seeds=seeds,
         baseline=baseline,
-        metrics=("psv_per_order", *times),
+        metrics=tuple(dict.fromkeys(("psv_per_order", *times, *costs, *more))),
         fronts=(("psv_per_order", times[0]),),
         folder=scenario.folder,
         place=name,

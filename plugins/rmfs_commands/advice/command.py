@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,6 +52,11 @@ MOST_SEEDS = 1_000
     metavar="N",
     help="Runs of each rule set, each with a seed of its own.",
 )
+@click.option(
+    "--most",
+    metavar="METRIC=X",
+    help="Name the cheapest of the rule sets whose mean is at most that, such as `missed_percent=2`; with costs.",
+)
 @set_option
 @seed_option
 @jobs_option
@@ -62,6 +69,7 @@ def advise(
     scenario: str,
     hours: float | None,
     seeds: int,
+    most: str | None,
     overrides: tuple[str, ...],
     seed: int | None,
     jobs: int | None,
@@ -82,6 +90,7 @@ def advise(
         against_whole,
         best_of_each,
         caption,
+        cheapest,
         content_of,
         sentences_of,
         table_of,
@@ -100,7 +109,10 @@ def advise(
     from rmfs_core.rules import RuleSet
     from rmfs_core.scenario import located
 
+    limit = None if most is None else _limit(most)
     loaded = load_checked(scenario, overrides, seed)
+    if limit is not None and loaded.costs is None:
+        raise click.UsageError("expected a scenario with a section `costs` with --most")
     with located(loaded):
         rules = RuleSet.load(loaded.rules, loaded.folder, allow_inline=not no_inline_rules)
         part = cut(loaded, hours)
@@ -109,7 +121,8 @@ def advise(
         say(notes, f"Loading code from {file}.")
     split = lets_split(loaded, rules)
     name = scenario_name(scenario)
-    experiment = advice_experiment(part.scenario, name, tuple(range(loaded.seed, loaded.seed + seeds)), split=split)
+    more, every = (() if limit is None else limit[:1]), tuple(range(loaded.seed, loaded.seed + seeds))
+    experiment = advice_experiment(part.scenario, name, every, split=split, more=more)
     folder = out or Path("rmfs-runs") / experiment.name
     compile_searches(notes, loaded)
     try:
@@ -128,7 +141,7 @@ def advise(
         say(notes, f"{experiment.name}: all {len(result.rows):,} runs are stored already")
     result = against_whole(with_open_orders(result))
     found = best_of_each(result)
-    told = [*sentences_of(found, seeds, times=timed(result)), *part.told]
+    told = [*sentences_of(found, seeds, times=timed(result)), *cheapest(result, limit), *part.told]
     if not split:
         told.append("Left out: rule sets that split orders. They need packing stations (a section [packing]).")
     told += filter(None, [fixed(result.comparison())])
@@ -143,6 +156,15 @@ def advise(
         raise RunError(
             f"{len(result.failed)} of {len(result.rows)} runs failed; {folder / ADVICE_FILE} has their errors."
         )
+
+
+def _limit(text: str) -> tuple[str, float]:
+    """Return the metric and the limit of ``--most``."""
+    metric, _, number = text.partition("=")
+    with suppress(ValueError):
+        if metric.strip() and math.isfinite(limit := float(number)):
+            return metric.strip(), limit
+    raise click.UsageError(f"expected a metric and a number, as in --most missed_percent=2, found {text}")
 
 
 def _show(console: Console, table: Table, about: str, sentences: Sequence[str]) -> None:

@@ -298,7 +298,7 @@ DEPARTURES: tuple[Metric, ...] = (
         "that of orders which are done, or whose truck has left, at the end of the run.",
         scale=100,
     ),
-    Metric("missed_percent", "  missed their truck", "%", 1, "100 less these, in percent."),
+    Metric("missed_percent", "Missed their truck", "%", 1, "100 less these, in percent."),
 )
 """Metrics of runs in which trucks leave."""
 

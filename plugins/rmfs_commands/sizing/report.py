@@ -45,6 +45,9 @@ def table_of(answer: Answer) -> Table:
     table = new_table(f"{target.label}, at most {target.with_unit(target.most)}")
     for name in (*(name.capitalize() for name in _names(answer)), "Mean", "Interval", "Seeds"):
         table.add_column(name, justify="right", no_wrap=True)
+    priced = answer.least_per_order is not None
+    if priced:
+        table.add_column("Cost per order", justify="right")
     table.add_column("Verdict")
     for found in answer.found:
         for one in answer.candidates:
@@ -58,9 +61,11 @@ def table_of(answer: Answer) -> Table:
             verdict = f"{one.verdict.value}, fewest" if best else one.verdict.value
             verdict += f": {one.reason}" if one.reason else ""
             cells = str(one.first), str(one.second), mean, interval, str(one.seeds or "")
-            table.add_row(*cells, Text(verdict), style="bold green" if best else "")
+            cost = answer.costs.get((one.first, one.second))
+            more = ["" if cost is None else f"{cost:,.4f}"] * priced
+            table.add_row(*cells, *more, Text(verdict), style="bold green" if best else "")
         if found.reason:
-            table.add_row(str(found.first), "", "", "", "", Text(found.reason))
+            table.add_row(str(found.first), *[""] * (4 + priced), Text(found.reason))
     return table
 
 
@@ -80,6 +85,7 @@ def rows_of(answer: Answer) -> Iterator[dict[str, Any]]:
             "high": known and known.high,
             "seeds": one.seeds,
             "verdict": one.verdict.value,
+            **({} if answer.least_per_order is None else {"cost_per_order": answer.costs.get((one.first, one.second))}),
             "fewest": one in answer.frontier,
             "reason": one.reason,
         }
@@ -99,6 +105,13 @@ def sentences_of(answer: Answer, costs: Costs | None) -> Iterator[str]:
     if cheapest is not None:
         one, cost = cheapest
         yield f"The cheapest of these costs {cost:,.12g}: {counted(one.first, one.second, ' with ')}."
+    if (least := answer.least_per_order) is not None:
+        one, cost = least
+        size = counted(one.first, one.second, " with ")
+        one_more = (
+            f"one {answer.things.first[0]} or {answer.things.second[0]} more or less costs no less, or is not enough"
+        )
+        yield f"Of the sizes that are enough, an order costs least with {size}: {cost:,.4f}; {one_more}."
     if answer.undecided:
         sizes = [f"{one.first} with {one.second}" for one in answer.undecided]
         yield f"Undecided after {len(target.seeds)} seeds: {listed(sizes)}; more --seeds may tell."
@@ -138,6 +151,9 @@ def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
         content["costs"] = {answer.things.second[0]: costs[0], answer.things.first[0]: costs[1]}
         best = cheapest and (cheapest[0].first, cheapest[0].second)
         content["cheapest"] = best and cheapest and {**dict(zip(names, best, strict=True)), "cost": cheapest[1]}
+    if (least := answer.least_per_order) is not None:
+        size = dict(zip(names, (least[0].first, least[0].second), strict=True))
+        content["least_per_order"] = {**size, "cost_per_order": least[1]}
     content[names[0]] = [
         {names[0]: found.first, names[1]: found.second, "reason": found.reason} for found in answer.found
     ]
@@ -154,5 +170,6 @@ def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
 def write_answer(answer: Answer, costs: Costs | None, folder: Path) -> None:
     """Write answer.json and candidates.csv, both or none."""
     with staged(output_folder(folder)) as path:
-        write_text(path / CANDIDATES_FILE, to_csv((*_names(answer), *COLUMNS), rows_of(answer)))
+        more = () if answer.least_per_order is None else ("cost_per_order",)
+        write_text(path / CANDIDATES_FILE, to_csv((*_names(answer), *COLUMNS, *more), rows_of(answer)))
         write_text(path / ANSWER_FILE, to_json(json_ready(content_of(answer, costs)), indent=2) + "\n")

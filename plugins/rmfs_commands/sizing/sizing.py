@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
 from pathlib import Path
+from statistics import fmean
 
 from attrs import frozen
 
@@ -17,6 +19,28 @@ from rmfs_commands.sizing.target import Target
 from rmfs_commands.sizing.trials import Candidate, Trials
 from rmfs_commands.sizing.worlds import PackingWorlds, Range, Worlds
 from rmfs_core.scenario import Scenario
+
+
+def costs_of(candidates: Iterable[Candidate]) -> dict[tuple[int, int], float]:
+    """Return what an order costs in each size that is enough, mean over the seeds that all of these ran."""
+    priced = [one for one in candidates if one.verdict is Verdict.PASSES and one.costs]
+    seeds = min((len(one.costs) for one in priced), default=0)
+    return {(one.first, one.second): fmean(one.costs[:seeds]) for one in priced}
+
+
+def seek_cheapest(trials: Trials, firsts: Sequence[int], seconds: Range) -> None:
+    """Judge sizes beside the one in which an order costs least, until one more or less of either is no cheaper.
+
+    The fewest robots are not always the cheapest: with more of them fewer orders are late, and people go home earlier.
+    """
+    while costs := costs_of(trials.judged.values()):
+        first, second = min(costs, key=lambda size: (costs[size], size))
+        beside = ((first, second - 1), (first, second + 1), (first - 1, second), (first + 1, second))
+        inside = [one for one in beside if one[0] in firsts and seconds[0] <= one[1] <= seconds[1]]
+        if not (untried := [one for one in inside if one not in trials.judged]):
+            return
+        for one in untried:
+            trials.passes(*one)
 
 
 @frozen
@@ -89,6 +113,17 @@ class Answer:
         costs = [(one, of_second * one.second + of_first * one.first) for one in self.frontier]
         return min(costs, key=lambda priced: priced[1]) if costs else None
 
+    @cached_property
+    def costs(self) -> dict[tuple[int, int], float]:
+        """What an order costs in each size that is enough; empty where the scenario names no costs."""
+        return costs_of(self.candidates)
+
+    @property
+    def least_per_order(self) -> tuple[Candidate, float] | None:
+        """The size, of all that were tried and are enough, in which an order costs least, with that cost."""
+        priced = [(one, self.costs[size]) for one in self.candidates if (size := (one.first, one.second)) in self.costs]
+        return min(priced, key=lambda of: of[1], default=None)
+
 
 def size(
     scenario: Scenario,
@@ -150,6 +185,7 @@ def size(
     if possible:
         trials = Trials(worlds, name, target, Path(store), workers, watcher or Watcher(), tell, allow_inline_rules)
         found += search(trials.passes, possible, (few, many), worlds.start, worlds.things)
+        seek_cheapest(trials, possible, (few, many))
         judged = trials.judged
     found.sort(key=lambda one: one.first)
     best = tuple(judged[one.first, one.second] for one in frontier(found) if one.second is not None)

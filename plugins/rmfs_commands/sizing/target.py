@@ -7,7 +7,7 @@ from typing import NoReturn
 
 from attrs import frozen
 
-from rmfs_commands.details.catalogue import FROM_ORDERS, LATENESS, MEASURES, METRICS, MORE_IS_BETTER
+from rmfs_commands.details.catalogue import DEPARTURES, FROM_ORDERS, LATENESS, MEASURES, METRICS, MORE_IS_BETTER
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric, show
 from rmfs_core.world import Instance
@@ -56,7 +56,7 @@ class Target:
         if self.most < 0 and self.metric in KNOWN:
             raise InputError(self.option, f"`{self.metric}` is never below 0; expected a number >= 0")
         due = any(order.due_tick is not None for instance in instances for order in instance.orders)
-        if not due and self.metric in {metric.name for metric in LATENESS}:
+        if not due and self.metric in {metric.name for metric in (*LATENESS, *DEPARTURES)}:
             self.refuse("no order has a due time")
 
     def refuse(self, why: str) -> NoReturn:

@@ -14,6 +14,9 @@ from rmfs_commands.sizing.target import Target
 from rmfs_commands.sizing.worlds import Worlds
 from rmfs_core.errors import RunError
 
+COST = "cost_per_order"
+"""The metric of what an order costs."""
+
 
 @frozen
 class Candidate:
@@ -33,6 +36,8 @@ class Candidate:
         Why no estimate is needed.
     failed
         Runs that an error ended.
+    costs
+        What an order costs in each of these runs; empty where the scenario names no costs.
     """
 
     first: int
@@ -42,6 +47,7 @@ class Candidate:
     estimate: Estimate | None = None
     reason: str | None = None
     failed: int = 0
+    costs: tuple[float, ...] = ()
 
 
 @frozen(eq=False)
@@ -116,7 +122,8 @@ class Trials:
                 reason = problems[0]
                 return evolve(found, verdict=Verdict.FAILS, estimate=None, reason=reason, failed=failed)
             of_seeds = estimate([row[target.metric] for row in rows], target.confidence, len(looked))
-            found = evolve(found, estimate=of_seeds, verdict=of_seeds.verdict(target.most))
+            costs = tuple(row[COST] for row in rows if row.get(COST) is not None)
+            found = evolve(found, estimate=of_seeds, verdict=of_seeds.verdict(target.most), costs=costs)
             if found.verdict is not Verdict.UNDECIDED:
                 break
         return found
