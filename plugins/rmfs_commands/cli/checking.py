@@ -7,7 +7,7 @@ only because of that is not reported.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ from rmfs_core.scenario.source import KeyPath, dotted, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.setup import hours_of, open_warehouse, shifts_of, unmet_needs
-from rmfs_core.timetable import first_common
+from rmfs_core.timetable import DAY, Calendar, first_common
 from rmfs_core.wording import first_few, sentence
 from rmfs_core.world import Instance, Layout, make_layout
 from rmfs_core.world.instance_making import instance_problems, oversize_orders, unchecked_instance
@@ -310,6 +310,7 @@ class _Check:
                 )
         self.found.notes += [*_starving(scenario, instance, rules), *_misspelt(scenario, instance)]
         self.found.notes += idle_notes(scenario, layout)
+        self.found.notes += [*_next_day(scenario, instance), *_paid_for_nothing(scenario, instance, layout)]
         self.found.loads = loads(scenario, instance, layout)
 
 
@@ -325,6 +326,38 @@ def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[st
         f"large ones wait; parameter `max_wait_s` of {poa.name} limits how long, and `stations.order_capacity` counts "
         "orders instead."
     ]
+
+
+def _next_day(scenario: Scenario, instance: Instance) -> Iterator[str]:
+    """Say how many orders arrive after the last truck of their day."""
+    if scenario.instance.departures is not None:
+        zero = Calendar(scenario.instance.start).time_of_day()
+        spans = [(order.arrival_tick + zero, order.due_tick) for order in instance.orders]
+        late = sum(due is not None and (due + zero) // DAY > arrival // DAY for arrival, due in spans)
+        if late:
+            goes = "order goes with a truck of a later day than it arrives on"
+            go = "orders go with a truck of a later day than they arrive on"
+            yield f"Note: {late:,} {goes if late == 1 else go}."
+
+
+def _paid_for_nothing(scenario: Scenario, instance: Instance, layout: Layout) -> Iterator[str]:
+    """Say which costs are those of nobody, and that people are paid long before the first order."""
+    costs = scenario.costs
+    if costs is None:
+        return
+    if costs.packer_per_h and scenario.packing is None:
+        yield "Note: `costs.packer_per_h` is paid to nobody: there are no packing stations."
+    if costs.replenisher_per_h and not layout.replenishing:
+        yield "Note: `costs.replenisher_per_h` is paid to nobody: there are no replenishment stations."
+    if (costs.late_order or costs.late_h) and all(order.due_tick is None for order in instance.orders):
+        yield "Note: `costs.late_order` and `costs.late_h` count nothing: no order has a due time."
+    first = min((order.arrival_tick for order in instance.orders), default=0)
+    hours = first / (DAY / 24) - (scenario.run.warmup_s or 0) / 3600
+    if costs.picker_per_h and scenario.stations.open is None and hours > 1:
+        yield (
+            f"Note: pickers are paid for {hours:.1f} h before the first order arrives; `stations.open` says when "
+            "stations open, or `instance.start` where time 0 is."
+        )
 
 
 def _misspelt(scenario: Scenario, instance: Instance) -> list[str]:

@@ -59,6 +59,8 @@ def departing(instance: Instance, scenario: Scenario) -> Instance:
     wait = to_ticks(given.cutoff_s)
     due = [first_for(order, trucks, wait) for order in instance.orders]
     routed = isinstance(given.times, Mapping)
+    if routed and instance.orders and all(order.route is None for order in instance.orders):
+        raise InputError(TIMES, "found routes, but no order has one; expected `column`, a column of the orders' file")
     left = [
         order
         for order, tick in zip(instance.orders, due, strict=True)

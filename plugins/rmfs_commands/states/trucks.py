@@ -24,12 +24,13 @@ def truck_of(recording: Recording, order: str) -> dict[str, Any] | None:
     leaves_s = row.get("due_s")
     if leaves_s is None or row.get("cancelled_s") is not None:
         return None
-    done_s, verb = row["completed_s"], "picked"
+    done_s, verb, end_s = row["completed_s"], "picked", result.metrics["simulated_s"]
+    if result.status == "horizon":
+        end_s = scenario.run.until_s
     if scenario.packing is not None:
         with (folder / PACKING).open(encoding="utf-8", newline="") as stream:
             packed = {one["order"]: one["packed_s"] for one in csv.DictReader(stream)}
         done_s, verb = float(packed[order]) if packed.get(order) else None, "packed"
-    end_s = result.metrics["simulated_s"]
     route = row.get("route") or None
     leaves = "leaves" if leaves_s >= end_s else "left"
     truck = f"the truck{f' of route {route}' if route else ''} that {leaves} at {leaves_s:,.0f} s"
