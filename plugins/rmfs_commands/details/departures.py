@@ -10,7 +10,7 @@ from rmfs_commands.details.spans import Number, ratio
 from rmfs_core.clock import to_seconds
 from rmfs_core.world import OrderData
 
-COLUMNS = ("route", "leaves_s", "orders", "departed", "missed", "open", "departed_share", "late_mean_s")
+COLUMNS = ("departure", "route", "leaves_s", "orders", "departed", "missed", "open", "departed_share", "late_mean_s")
 """``open``: orders that are not done at the end of the run, before their truck leaves. ``late_mean_s``: of orders that
 missed their truck, how long after it they were done, or the run ended, a mean."""
 
@@ -29,13 +29,14 @@ def rows(orders: DueOrders, end: int) -> list[dict[str, Any]]:
         of[outcome] += 1
     return [
         {
+            "departure": number,
             "route": route,
             "leaves_s": to_seconds(due),
             **{name: of[name] for name in ("orders", "departed", "missed", "open")},
             "departed_share": ratio(of["departed"], of["departed"] + of["missed"]),
             "late_mean_s": None if not of["missed"] else to_seconds(round(of["late"] / of["missed"])),
         }
-        for (due, route), of in sorted(counts.items())
+        for number, ((due, route), of) in enumerate(sorted(counts.items()), 1)
     ]
 
 

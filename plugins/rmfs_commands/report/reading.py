@@ -31,7 +31,7 @@ COLUMNS: Mapping[str, Collection[str]] = {
     PACKING: ("order", "packing_station", "parts", "first_part_s", "last_part_s", "packing_s", "packed_s"),
 }
 """Columns that each table must have."""
-NAMES = ("order", "robot", "station", "packing_station", "route")
+NAMES = ("order", "robot", "station", "packing_station", "route", "departure")
 
 
 @frozen(eq=False)

@@ -27,13 +27,19 @@ def _lateness(trace: Trace) -> dict[tuple[int, str], list[int | None]]:
 def departures_of(trace: Trace) -> list[Row]:
     """Return the rows of departures.csv."""
     rows: list[Row] = []
-    for (due, route), late in sorted(_lateness(trace).items()):
+    for number, ((due, route), late) in enumerate(sorted(_lateness(trace).items()), 1):
         known = [ticks for ticks in late if ticks is not None]
         missed = [ticks for ticks in known if ticks > 0]
         counts = {"orders": len(late), "departed": len(known) - len(missed), "missed": len(missed)}
         share = (len(known) - len(missed)) / len(known) if known else None
         mean = round(sum(missed) / len(missed)) / TICKS_PER_S if missed else None
-        told: Row = {"route": route, "leaves_s": due / TICKS_PER_S, **counts, "open": len(late) - len(known)}
+        told: Row = {
+            "departure": number,
+            "route": route,
+            "leaves_s": due / TICKS_PER_S,
+            **counts,
+            "open": len(late) - len(known),
+        }
         rows.append(told | {"departed_share": share, "late_mean_s": mean})
     return rows
 

@@ -30,7 +30,7 @@ FILES: Mapping[str, tuple[str, Callable[[Trace], Iterable[Row]]]] = {
     "bundles.csv": ("bundle", bundles_of),
     "stock.csv": ("hour", stock_of),
     "packing.csv": ("order", packing_of),
-    "departures.csv": ("leaves_s", departures_of),
+    "departures.csv": ("departure", departures_of),
 }
 """Of each table the first column, whose values name its rows, and what works its rows out."""
 

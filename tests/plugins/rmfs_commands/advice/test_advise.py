@@ -16,6 +16,7 @@ from rmfs_commands.advice.answer import (
     best,
     best_of_each,
     caption,
+    cheapest,
     more,
     sentences_of,
     share,
@@ -30,6 +31,7 @@ from rmfs_commands.experiments.compare import Interval
 from rmfs_core import Scenario, load_scenario
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.rules import RuleSet
+from rmfs_core.scenario.model import Costs
 
 DAY = ["instance.arrivals.process=day", f"instance.arrivals.profile={[0, 0, 2, 2, 0, 6] + 18 * [0]}"]
 
@@ -162,6 +164,32 @@ def test_rule_sets_that_are_not_told_apart_win_nothing(small: Scenario) -> None:
     assert answer(evolve(result, rows=failed))[0].startswith("No rule set completes all of its runs")
 
 
+@cases(
+    "limit sentences",
+    (None, ["Least cost per order: 0.508 (near-best-pod + completes)."]),
+    (
+        ("missed_percent", 4.0),
+        [
+            "Least cost per order among the rule sets with a mean missed_percent of at most 4: 1.015 "
+            "(workload + lexicographic)."
+        ],
+    ),
+    (("missed_percent", 0.5), ["No rule set has a mean missed_percent of at most 0.5."]),
+)
+def test_with_costs_the_cheapest_that_keeps_a_limit_is_named(
+    small: Scenario, limit: tuple[str, float] | None, sentences: list[str]
+) -> None:
+    made = result_of(evolve(small, costs=Costs()), figures={"workload": (9, 100.0), "near_best_pod": (9, 50.0)})
+    missed = {"workload": 1.0}
+    rows = [
+        row | {"cost_per_order": row["turnover_s"] / 100, "missed_percent": missed.get(row["rule_set"].split()[0], 5.0)}
+        for row in made.rows
+    ]
+    experiment = evolve(made.experiment, metrics=(*made.experiment.metrics, "missed_percent"))
+    assert list(cheapest(evolve(made, experiment=experiment, rows=rows), limit)) == sentences
+    assert list(cheapest(result_of(small), None)) == []
+
+
 def test_orders_that_a_horizon_leaves_open_count(small: Scenario) -> None:
     result = result_of(small, figures={"near_best_pod": (1.0, 100.0)})
     assert with_open_orders(result) is result
@@ -253,6 +281,8 @@ def test_the_command_answers_and_goes_on_where_it_stopped(
     (("--hours", "0"), "expected a number > 0, found 0"),
     (("--seeds", "0"), "expected a whole number from 1 to 1,000, found 0"),
     (("--set", "rules.poa=nobody"), "rules.poa"),
+    (("--most", "missed_percent=2"), "expected a scenario with a section `costs` with --most"),
+    (("--most", "late_percent=nan"), "expected a metric and a number, as in --most missed_percent=2, found late_per"),
     (("--set", "instance.orders=0"), "instance.orders=0: found no orders; expected some"),
     (
         ("--hours", "1", "--set", "run.warmup_s=100"),

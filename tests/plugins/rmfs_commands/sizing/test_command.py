@@ -73,6 +73,23 @@ def test_packers_and_boxes_are_sized(folder: Path, capsys: pytest.CaptureFixture
     assert "Packers and boxes are those of each packing station." in content["notes"]
 
 
+def test_with_costs_the_cheapest_size_is_sought_beside_the_fewest_robots(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    prices = ("--set", "costs={picker_per_h=60, robot_per_h=1}", "--set", "instance.arrivals={process='start'}")
+    asked = ("--stations", "2", "--robots", "1-6", "--seeds", "2", "--jobs", "1", "--json")
+    assert size("hall.toml", "--most", "turnover_s=5000", *asked, *prices) == 0
+    content = json.loads(capsys.readouterr().out)
+    costs = {row["robots"]: row["cost_per_order"] for row in content["candidates"]}
+    best = content["least_per_order"]["robots"]
+    assert content["frontier"][0]["robots"] == 1 < best  # with more robots people go home earlier
+    assert costs[best] == min(costs.values()) == content["least_per_order"]["cost_per_order"]
+    assert {best - 1, min(best + 1, 6)} <= costs.keys()
+    assert f"an order costs least with 2 stations with {best} robots: {costs[best]:,.4f}" in content["notes"][1]
+    table = (folder / "rmfs-runs" / "size-hall" / "candidates.csv").read_text("utf-8")
+    assert table.splitlines()[0].endswith(",reason,cost_per_order")
+
+
 def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     failing = ("--set", "rules.pr=./failing.py:Failing", "--out", "out")
     assert size("hall.toml", "--mean", "5000", *failing, *QUICK) == 1

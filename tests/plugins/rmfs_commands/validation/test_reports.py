@@ -150,7 +150,7 @@ def test_handling_has_its_part_of_an_orders_time(tmp_path: Path) -> None:
 SETTINGS = (
     "instance.orders=12",
     'instance.arrivals={process = "poisson", orders_per_hour = 400}',
-    "instance.due={allowance_s = 10}",
+    "instance.departures.times=[20, 60, 100, 5000]",
     "run.warmup_s=30",
     "layout.replenishment_west=1",
     "instance.items_per_sku=3",
@@ -163,7 +163,7 @@ SETTINGS = (
 
 @pytest.fixture(scope="module")
 def tables(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a small run with due times, warm-up, replenishment, packing and trace."""
+    """Return the folder of a small run with departures, warm-up, replenishment, packing and trace."""
     folder = tmp_path_factory.mktemp("tables") / "out"
     rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record=["trace"])
     return folder
