@@ -20,9 +20,7 @@ from rmfs_core import InputError
 from rmfs_core.roles import Role
 
 
-def test_it_writes_the_folder_and_says_what_comes_next(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_it_writes_the_folder_and_says_what_comes_next(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     main(["new-rule", "fine-rule", "--decides", "POA+PPS"])
     assert (tmp_path / "fine-rule" / "pyproject.toml").exists()
@@ -60,13 +58,7 @@ def test_a_folder_whose_name_is_no_text(tmp_path: Path, monkeypatch: pytest.Monk
     (["fine-rule"], "Missing option '--decides'"),
     (["there", "--decides", "PR"], "Error: there: is there already"),
 )
-def test_bad_input_is_refused(
-    arguments: list[str],
-    problem: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_bad_input_is_refused(arguments, problem, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there").mkdir()
     assert exit_code("new-rule", *arguments) == 2
@@ -172,13 +164,11 @@ def test_no_word_of_the_templates_is_left(role: Role) -> None:
     assert f"rmfs run {scenario} {selecting(rule)}" in texts["README.md"]
 
 
-@pytest.mark.parametrize(
-    ("kind", "group", "summary", "trying"),
-    [
-        (COMMAND, "rmfs.commands", "Run SCENARIO", "rmfs fine-tool examples/small\n"),
-        (GENERATOR, "rmfs.instances", "Make orders", "rmfs run examples/small --set instance.generator=fine-tool\n"),
-        (LAYOUT, "rmfs.layouts", "Make pairs of rows", "rmfs run examples/small --set layout.generator=fine-tool\n"),
-    ],
+@cases(
+    "kind group summary trying",
+    (COMMAND, "rmfs.commands", "Run SCENARIO", "rmfs fine-tool examples/small\n"),
+    (GENERATOR, "rmfs.instances", "Make orders", "rmfs run examples/small --set instance.generator=fine-tool\n"),
+    (LAYOUT, "rmfs.layouts", "Make pairs of rows", "rmfs run examples/small --set layout.generator=fine-tool\n"),
 )
 def test_what_is_no_rule_has_its_templates(tmp_path: Path, kind: str, group: str, summary: str, trying: str) -> None:
     rule = NewRule("fine-tool", kind)

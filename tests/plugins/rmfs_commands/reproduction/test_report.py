@@ -100,11 +100,6 @@ def test_verdicts_have_colours() -> None:
     assert classes("2.0 times faster") == classes("holds in 1 of 2") == set()
 
 
-@pytest.mark.slow
-def test_equal_reports_are_equal_files(report: Report) -> None:
-    assert to_html(report) == to_html(Report(dict(report.facts), [*report.content]))
-
-
 def test_markdown_tables_are_well_formed(report: Report) -> None:
     text = to_markdown(report)
     assert "- Command: `rmfs reproduce`" in text
@@ -182,7 +177,6 @@ def test_the_order_of_the_overview() -> None:
 
 
 def tables(row: Any, **figures: Any) -> Mapping[str, Table]:
-    """Return the tables of the instance sets, of runs with these figures."""
     rows: Sequence[Any] = [
         row(rule_set, seed, orders=orders, **figures)
         for rule_set in METHODS
