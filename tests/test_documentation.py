@@ -11,10 +11,9 @@ from typing import Any, get_args
 import attrs
 import click
 import pytest
-from attrs import evolve
 from click.testing import CliRunner
 
-from rmfs_commands.cli.description import Parameter, RuleDescription, installed_rules
+from rmfs_commands.cli.description import RuleDescription, installed_rules
 from rmfs_commands.cli.main import rmfs
 from rmfs_commands.cli.summary import GAPS, PROFILE
 from rmfs_commands.details.catalogue import DETAILS, LATENESS, METRICS, OPENING, UNBUSY
@@ -144,23 +143,6 @@ def test_every_shipped_rule_is_documented(name: str, reference: str, listed: str
     assert gaps_in_rule(SHIPPED[name], reference, shown) == []
     for number in SHIPPED[name].short_references().splitlines():
         assert number in listed
-
-
-def test_a_gap_in_a_rule_is_found() -> None:
-    n = Parameter("n", "a whole number", False, 1, "", "How many.")
-    good = RuleDescription("x", "acme", "1", ("POA",), (n,), "Decides.", "https://doi.org/10.1016/j.x")
-    section = "### `x`\n.. autoclass:: acme.X\n| `n` | `1` |\n\n### `y`\n"
-    shown = "n = 1 # How\n  many. 10.1016/j.x"
-    assert gaps_in_rule(good, section, shown) == []
-    assert gaps_in_rule(good, "", shown) == ["no section in the reference"]
-    assert gaps_in_rule(good, section.replace("`n`", "`m`"), shown) == ["parameter n is not in the section"]
-    assert gaps_in_rule(good, section, "") == ["10.1016/j.x is not shown", "parameter n is not shown"]
-    bare = evolve(good, summary="", reference="A colleague.", parameters=(evolve(n, doc=""),))
-    assert gaps_in_rule(bare, section, shown) == [
-        "no summary",
-        "no reference with its DOI or arXiv number",
-        "parameter n is not described",
-    ]
 
 
 # Commands

@@ -255,11 +255,6 @@ def test_worlds_and_rules_can_be_chosen() -> None:
     assert [role.label for role in ROLES] == [*robots_and_orders, *others]
 
 
-def test_rules_from_files_are_looked_up_where_the_command_is_given(tmp_path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert Path(world_with("small", Role.POA, RuleChoice("./mine.py:Mine")).folder) == tmp_path
-
-
 SHORT = ("--set", "instance.orders=10", "--world", "small")
 RULES = """
 @define

@@ -173,18 +173,6 @@ def test_slots_stand_for_what_the_choice_says() -> None:
     assert {slot // 2: order.id for slot, (order, _) in orders.options.items()} == {i: i for i in range(10)}
 
 
-def test_environments_do_not_disturb_each_other() -> None:
-    kinds = ("PPS", "POA", "PPS")
-    envs = [rmfs_commands.gym.make("examples/small", decides, overrides=FEW) for decides in kinds]
-    alone = [played(env, seed=seed) for seed, env in enumerate(envs)]
-    for seed, env in enumerate(envs):
-        env.reset(seed=seed)
-    for number in range(min(len(steps) for steps in alone)):
-        for env, steps in zip(envs, alone, strict=True):
-            observation, reward, *_ = env.step(steps[number][2])
-            assert same([(observation, reward, 0)], [(*steps[number][:2], 0)])
-
-
 @pytest.mark.parametrize("kind", [SyncVectorEnv, pytest.param(AsyncVectorEnv, marks=pytest.mark.slow)])
 def test_vectors_of_environments(kind: Any) -> None:
     alone = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)

@@ -137,7 +137,8 @@ WORDS = (
 
 @pytest.mark.parametrize("role", Role)
 def test_every_role_has_its_templates(role: Role, tmp_path: Path) -> None:
-    folder = write_project(NewRule("fine-rule", role), tmp_path)
+    rule = NewRule("fine-rule", role)
+    folder = write_project(rule, tmp_path)
     written = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     assert written == {"pyproject.toml", "README.md", "src/fine_rule/__init__.py", "tests/test_fine_rule.py"}
     assert [path.name for path in tmp_path.iterdir()] == ["fine-rule"]
@@ -146,14 +147,9 @@ def test_every_role_has_its_templates(role: Role, tmp_path: Path) -> None:
     assert project["dependencies"][0] == f"rmfs>={version('rmfs')}"
     assert project["entry-points"] == {"rmfs.rules": {"fine-rule": "fine_rule:FineRule"}}
     code = ast.parse((folder / "src/fine_rule/__init__.py").read_text(encoding="utf-8"))
-    (rule,) = (node for node in code.body if isinstance(node, ast.ClassDef))
-    assert rule.name == "FineRule"
-    assert role.hook in {node.name for node in rule.body if isinstance(node, ast.FunctionDef)}
-
-
-@pytest.mark.parametrize("role", Role)
-def test_no_word_of_the_templates_is_left(role: Role) -> None:
-    rule = NewRule("fine-rule", role)
+    (made,) = (node for node in code.body if isinstance(node, ast.ClassDef))
+    assert made.name == "FineRule"
+    assert role.hook in {node.name for node in made.body if isinstance(node, ast.FunctionDef)}
     texts = project_files(rule)
     for text in texts.values():
         for word in WORDS:
@@ -183,20 +179,15 @@ def test_what_is_no_rule_has_its_templates(tmp_path: Path, kind: str, group: str
     assert not any(word in text for text in texts.values() for word in WORDS)
 
 
-def test_a_commands_function_hides_nothing_that_it_uses(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="its function would hide the `seeds` it uses"):
-        write_project(NewRule("seeds", COMMAND), tmp_path)
-    assert (write_project(NewRule("demand", COMMAND), tmp_path) / "README.md").exists()
-
-
 @cases(
-    "name problem",
-    ("demand", r"a rule of that name is installed \(rmfs "),
-    ("order-assignment", "its class would hide the `OrderAssignment` it uses"),
+    "rule problem",
+    (NewRule("seeds", COMMAND), "its function would hide the `seeds` it uses"),
+    (NewRule("demand", Role.POA), r"a rule of that name is installed \(rmfs "),
+    (NewRule("order-assignment", Role.POA), "its class would hide the `OrderAssignment` it uses"),
 )
-def test_a_bad_name_is_refused(name: str, problem: str, tmp_path: Path) -> None:
+def test_a_bad_name_is_refused(rule, problem, tmp_path) -> None:
     with pytest.raises(InputError, match=problem):
-        write_project(NewRule(name, "poa"), tmp_path / "new")
+        write_project(rule, tmp_path / "new")
     assert list(tmp_path.iterdir()) == []
 
 

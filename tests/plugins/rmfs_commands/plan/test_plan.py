@@ -508,7 +508,7 @@ def test_a_drawn_wait_is_taken_back(seed: int) -> None:
     assert sum_of_costs(plans) == 24_376
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_all_arrive_where_one_order_loses_most_and_none_would_earlier_alone(seed: int, tmp_path: Path) -> None:
     roads = shelves(tmp_path, across=3, down=6)
     trips = random_trips(roads, 50, seed, "shelves")

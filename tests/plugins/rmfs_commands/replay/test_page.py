@@ -22,7 +22,6 @@ from rmfs_commands.replay import notebook
 from rmfs_commands.replay.page import LIVE, RECORDED, VIEW, live_page, packed, page, script
 from rmfs_commands.replay.reading import Replay, read_replay
 from rmfs_commands.replay.telling import metrics_of, rules_of, summaries, told
-from rmfs_core import InputError
 from rmfs_core.results.files import to_json
 
 
@@ -153,11 +152,6 @@ def test_pages_of_two_runs_or_too_large_ones(day: Path, short: Path, monkeypatch
     shown = attrs.evolve(rmfs_commands.replay.replay(day), name="<b>")._repr_html_()
     assert shown.startswith("<p>The replay of &lt;b&gt; has 0.1 MB; ")
     assert "<code>rmfs replay</code> writes it as a file" in shown
-
-
-def test_a_folder_without_a_trace_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="trace"):
-        rmfs_commands.replay.replay(tmp_path)
 
 
 called = partial(exit_code, "replay")
