@@ -359,14 +359,11 @@ def test_nested_and_dotted_keys_are_the_same(table: dict[str, object], changes: 
     assert changes_of(table) == changes
 
 
-@pytest.mark.parametrize(
-    ("table", "problem", "path"), [({"robots.count": 4, "robots": {"count": 5}}, "is there twice", ("robots", "count"))]
-)
-def test_a_key_that_is_there_twice_is_named(table: dict[str, object], problem: str, path: tuple[str, ...]) -> None:
+def test_a_key_that_is_there_twice_is_named() -> None:
     with pytest.raises(KeyProblem) as caught:
-        changes_of(table)
-    assert caught.value.problem.startswith(problem)
-    assert caught.value.path == path
+        changes_of({"robots.count": 4, "robots": {"count": 5}})
+    assert caught.value.problem.startswith("is there twice")
+    assert caught.value.path == ("robots", "count")
 
 
 @pytest.fixture

@@ -135,13 +135,6 @@ def test_rows_are_what_single_runs_measure(experiment: Write, folder: Path, tmp_
 
 
 @pytest.mark.slow
-def test_the_number_of_workers_changes_nothing(experiment: Write, tmp_path: Path) -> None:
-    one = run_experiment(experiment(), store=tmp_path / "one", jobs=1)
-    two = run_experiment(experiment(), store=tmp_path / "two", jobs=2)
-    assert without_timing(one.rows) == without_timing(two.rows)
-
-
-@pytest.mark.slow
 def test_workers_may_serve_one_experiment_after_another(experiment: Write, tmp_path: Path) -> None:
     opened = open_workers(1)
     with closing(opened):

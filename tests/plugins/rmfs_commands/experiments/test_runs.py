@@ -337,22 +337,6 @@ def test_a_run_that_was_changed_is_noticed(job: Job, runs: RunStore, name: str, 
     assert [path.name for path in runs.folder.iterdir()] == [job.key]
 
 
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "runs").write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match="expected a folder"):
-        RunStore(tmp_path / "runs")
-
-
-RAISING = """
-base = "tiny.toml"
-seeds = [1]
-baseline = "bad"
-[[rule_sets]]
-name = "bad"
-rules.pr = "./bad.py:Raising"
-"""
-
-
 def test_other_versions_or_code_at_a_worker_are_no_result(job: Job) -> None:
     for other, error in (
         ({"versions": {**job.versions, "rmfs": "0.0.9"}}, f"rmfs {job.versions['rmfs']}, expected 0.0.9"),
@@ -370,13 +354,6 @@ def test_a_run_that_completes(experiment: Write, folder: object) -> None:
     assert outcome.result.metrics == rmfs_core.run(f"{folder}/tiny.toml", seed=2).metrics
     assert (outcome.error, outcome.error_kind) == (None, None)
     assert outcome.run_s >= outcome.result.timing["wall_s"] > 0
-
-
-def test_a_run_that_fails_has_what_was_measured_until_then(experiment: Write) -> None:
-    outcome = simulate(experiment(RAISING).jobs()[0])
-    assert outcome.result.status == "failed"
-    assert outcome.error_kind == "RuleError"
-    assert "no idea" in outcome.error
 
 
 def test_no_error_gets_through(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:

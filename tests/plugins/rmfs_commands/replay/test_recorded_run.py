@@ -171,12 +171,6 @@ def test_a_leg_that_was_cut_off_was_on_its_way_farther(metres: int) -> None:
     assert metres <= motion.position_m(whole, to_seconds(passed_at_speed + 10)) < metres + 1
 
 
-def test_a_run_that_ends_on_the_way_has_such_legs(short: Path) -> None:
-    found = read_replay(short)
-    assert any(legs.whole[-1] > legs.metres[-1] for legs in found.columns.legs if legs.whole)
-    assert all(list(legs.whole[:-1]) == list(legs.metres[:-1]) for legs in found.columns.legs)
-
-
 @cases(
     "event named",
     (PodLifted(5, 0, robot=99, pod=0, cell=0), "PodLifted names robot 99"),

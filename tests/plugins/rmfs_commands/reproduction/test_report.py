@@ -28,7 +28,6 @@ from rmfs_commands.reproduction.report_files import write_report
 from rmfs_commands.reproduction.settings import Setting
 from rmfs_commands.reproduction.statements import Comparison, Statement
 from rmfs_commands.reproduction.tables import Line, Table, as_factor, in_range
-from rmfs_core.errors import InputError
 
 EXHIBIT = Exhibit("visits", "fig:visits", "Figure 10", "Visits", "They are fewer.")
 PRINTED = Exhibit("time", "tab:time", "Table 4", "Time", "It is short.", rounded_to=0.01)
@@ -298,9 +297,3 @@ def test_everything_is_written(result: Any, tmp_path: Path) -> None:
     assert (out / "report.html").read_text(encoding="utf-8") == to_html(REPORT)
     assert ((out / "visits.png").read_bytes(), (out / "visits.svg").read_bytes()) == (b"png", b"<svg/>")
     assert parquet.read_table(out / "runs-examples.parquet")["status"].to_pylist() == ["failed"] * len(result.rows)
-
-
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match="file"):
-        write_report(REPORT, {}, tmp_path / "file")

@@ -97,13 +97,6 @@ def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, install: Any, rule: str
         decide(last.state(), RuleChoice(rule))
 
 
-def test_a_recording_that_was_cut_off(damaged: Callable[..., Path]) -> None:
-    file = damaged(lambda lines: lines) / RECORDING_FILE
-    file.write_bytes(file.read_bytes()[:-40])
-    with pytest.raises(InputError, match="the file was cut off here"):
-        list(read_recording(file))
-
-
 def test_a_rule_that_the_scenario_does_not_name(record: Any, damaged: Callable[..., Path]) -> None:
     first = next(iter(record()))
     assert record().choice_of(first).rule == first.rule == "pod-match"
@@ -250,13 +243,6 @@ def test_a_pod_that_is_fetched_and_stored_elsewhere(run: Run) -> None:
     assert patch["pods"] == {"P1": {"cell": place}}
     assert patch["robots"] == {"1": {"cell": place, "task": None}}
     assert (patch["waiting"], patch["reserved"]) == (["P1"], [])
-
-
-def test_time_goes_on(run: Run) -> None:
-    run.look(POA)
-    run.world.advance(1_500)
-    assert run.look(POA) == {"time_s": 1.5}
-    assert run.look(POA) == {}
 
 
 def test_what_belongs_to_one_call_is_gone_at_the_next(run: Run) -> None:

@@ -37,14 +37,6 @@ def test_a_scenario_without_its_stations_is_refused(day: Trace, key: str) -> Non
         Case(evolve(day, scenario={**day.scenario, "stations": stations}))
 
 
-def test_faults_have_known_kinds(day: Trace) -> None:
-    case = Case(day)
-    case.add("wall", 5, "robot 1 drives through the wall")
-    with pytest.raises(AssertionError):
-        case.add("walls", 5, "robot 1 drives through the wall")
-    assert [(fault.kind, fault.tick) for fault in case.faults] == [("wall", 5)]
-
-
 @cases(
     "rules expected",
     ({"pp": "free-flow"}, False),

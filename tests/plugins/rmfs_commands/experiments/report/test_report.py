@@ -39,7 +39,6 @@ from rmfs_commands.experiments.report.numbers import (
 from rmfs_commands.experiments.report.plots import MOST_RULE_SETS, Plot, make_plots, plot_of
 from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS, grids, summary_csv, write_parquet
 from rmfs_commands.experiments.report.terminal import MOST_ERRORS
-from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric
 
 MAKESPAN = Metric("makespan_s", "Makespan", "s", 1, "Time of the last order.")
@@ -603,13 +602,6 @@ def test_tables_and_plots_fit_into_a_paper(with_front, tmp_path, options, width_
         assert done.returncode == 0, done.stdout
     wide = [line for line in done.stdout.splitlines() if "Overfull" in line or "undefined" in line]
     assert wide == []
-
-
-def test_a_folder_that_cannot_be_made_is_refused(result: ExperimentResult, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("mine", encoding="utf-8")
-    with pytest.raises(InputError, match="file"):
-        write_report(result, result.comparison(), tmp_path / "file")
-    assert (tmp_path / "file").read_text(encoding="utf-8") == "mine"
 
 
 def test_an_observers_metric_is_called_what_it_likes(result, tmp_path, capsys) -> None:
