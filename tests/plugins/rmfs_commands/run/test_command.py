@@ -14,21 +14,7 @@ from calling import exit_code
 from cases import cases
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.run.command import default_folder
-
-SCENARIO = """
-[instance]
-orders = 10
-skus = 10
-pods = 8
-skus_per_pod = 3
-[layout]
-block_rows = 3
-block_columns = 2
-stations_east = 1
-[rules]
-poa = "pod-match"
-pps = "demand"
-"""
+from tiny import TINY
 
 FAILING_RULE = """
 import attrs
@@ -46,7 +32,7 @@ class Failing:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
-    (tmp_path / "small.toml").write_text(SCENARIO, encoding="utf-8")
+    (tmp_path / "small.toml").write_text(TINY, encoding="utf-8")
     (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
     return tmp_path
 
@@ -62,7 +48,7 @@ def test_metrics_are_printed_and_files_are_where_it_says(folder: Path, capsys: p
     *_, first, last = printed.out.splitlines()
     assert first == "  result.json, orders.csv, visits.csv, periods.csv, hours.csv, stations.csv,"
     assert last == "  robots.csv, delays.csv"
-    assert "small: 10 orders" in printed.err
+    assert "small: 6 orders" in printed.err
     assert load_result("rmfs-runs/small-seed3").status == "complete"
 
 
@@ -92,9 +78,9 @@ def test_a_run_that_reaches_its_horizon_says_what_it_leaves(folder: Path, capsys
     assert exit_code("run", "small.toml", "--set", "run.until_s=60", "--set", "run.warmup_s=90", "--out", "out") == 0
     printed = " ".join(capsys.readouterr().out.split())
     found = load_result("out").metrics
-    assert 0 < found["open_orders_end"] <= 10
+    assert 0 < found["open_orders_end"] <= 6
     assert "seed 1: horizon" in printed
-    text = f"of 10 orders complete, {found['open_orders_end']} open, {found['backlog_end']} of them in the backlog"
+    text = f"of 6 orders complete, {found['open_orders_end']} open, {found['backlog_end']} of them in the backlog"
     assert f"{text}; age of the open orders: mean 0:01:00, oldest 0:01:00." in printed
     assert "not packed" not in printed
     assert "The run was over at 0:01:00, before that: they count nothing." in printed
