@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from calling import exit_code
 from cases import cases
-from rmfs_commands.cli.main import main
 from rmfs_commands.reproduction import choose_parts, reproduce
 from rmfs_core.errors import InputError
 from tiny import TINY
@@ -51,14 +51,6 @@ def small_files() -> Iterator[None]:
     resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
 
 
-def exit_code(*arguments: str) -> int:
-    try:
-        main([*arguments])
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
-
-
 def contents(folder: Path) -> dict[str, bytes]:
     return {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
@@ -74,9 +66,7 @@ def is_told(capsys: pytest.CaptureFixture[str], *texts: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["run", "recorded", "compare", "generate"])
-def test_what_does_not_fit_is_told_and_loses_nothing(
-    name: str, folder: Path, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
-) -> None:
+def test_what_does_not_fit_is_told_and_loses_nothing(name, folder, capsys, request) -> None:
     assert exit_code(*COMMANDS[name]) == 0
     before = contents(folder)
     capsys.readouterr()
@@ -95,9 +85,7 @@ def test_what_does_not_fit_is_told_and_loses_nothing(
 
 @pytest.mark.parametrize("name", ["run", "compare", "generate"])
 @cases("out text", ("x" * 300, "File name too long"), ("tiny.toml", "expected a folder"), ("tiny.toml/a", "expected"))
-def test_where_nothing_can_be_written_is_told_at_once(
-    name: str, out: str, text: str, folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_where_nothing_can_be_written_is_told_at_once(name, out, text, folder, capsys) -> None:
     before = contents(folder)
     arguments = [out if argument == "out" else argument for argument in COMMANDS[name]]
     assert exit_code(*arguments) == 2
@@ -155,7 +143,6 @@ def test_a_pipe_as_the_file_of_a_state_stays_a_pipe(folder: Path, capfd: pytest.
     os.mkfifo(folder / "pipe")
     with subprocess.Popen(["cat", "pipe"], stdout=subprocess.PIPE) as reader:
         assert exit_code("explain", "out", "--decision", "1", "--state", "pipe") == 0
-        assert reader.stdout is not None
         assert reader.stdout.read().startswith(b"{")
     assert (folder / "pipe").is_fifo()
 

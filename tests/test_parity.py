@@ -31,9 +31,7 @@ def started_elsewhere(seed: int, file: Path) -> str:
 @pytest.mark.parametrize(
     ("settings", "items", "within"), [row[1:] for row in RAWSIM_O], ids=[row[0] for row in RAWSIM_O]
 )
-def test_items_per_hour_are_those_of_rawsim_o(
-    settings: tuple[str, ...], items: float, within: float, tmp_path: Path
-) -> None:
+def test_items_per_hour_are_those_of_rawsim_o(settings, items, within, tmp_path) -> None:
     starts = [started_elsewhere(seed, tmp_path / f"{seed}.csv") for seed in range(3)]
     results = [rmfs_core.run("parity/rawsim-o", overrides=[*settings, start]) for start in starts]
     assert mean(result.metrics["picks_per_hour"] or 0 for result in results) == pytest.approx(items, rel=within)

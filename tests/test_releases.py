@@ -22,9 +22,7 @@ def history(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ([12.0, 10.5], 10.5, None),  # what seems slower is measured again
     ([12.0, 11.5, 13.0], 11.5, "slower: load: 10.0 yardsticks in 1.1, 11.5 now (1.15 times)"),
 )
-def test_what_is_slower_than_in_the_last_release_is_named(
-    measured: list[float], least: float, said: str | None
-) -> None:
+def test_what_is_slower_than_in_the_last_release_is_named(measured, least, said) -> None:
     left = iter(measured)
     assert releases.held_against_release("load", lambda: next(left)) == (least, said)
     assert list(left) == []

@@ -36,9 +36,7 @@ def done(text: str, names: dict[str, Any]) -> object:
     return eval(compile(ast.Expression(last.value), FILE.name, "eval"), names)
 
 
-def test_it_runs_and_shows_what_it_says(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawing: None, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_it_runs_and_shows_what_it_says(tmp_path, monkeypatch, drawing, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {"__name__": "__main__"}
     shown = [done("".join(cell["source"]), names) for cell in CELLS if cell["cell_type"] == "code"]

@@ -110,7 +110,6 @@ def test_a_failed_run_is_measured_too(install: Callable[..., None]) -> None:
     one = contestant("both", RuleChoice("both"), decides=Role.POA)
     (run,) = bench([one], ["small"], [1], overrides=FEW)
     assert run.status == "failed"
-    assert run.error is not None
     assert "stands still" in run.error
     assert run.metrics["psv_per_order"] is None
 
@@ -132,12 +131,10 @@ def test_an_override_that_no_run_would_show_is_refused(rules: list[str], overrid
 
 
 def names(world: str, role: Role, *overrides: str) -> dict[str, object]:
-    """Return the rules of a world by key, with a rule called ``new`` in a role."""
     return names_of(world_with(world, role, RuleChoice("new"), overrides).rules)
 
 
 def names_of(rules: RulesSection) -> dict[str, object]:
-    """Return the names of rules by key."""
     found = {
         key: getattr(rules, key)
         for key in (*PLAIN, "roa", "rps", "roa_rps")
@@ -258,11 +255,6 @@ def test_worlds_and_rules_can_be_chosen() -> None:
     assert [role.label for role in ROLES] == [*robots_and_orders, *others]
 
 
-def test_rules_from_files_are_looked_up_where_the_command_is_given(tmp_path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert Path(world_with("small", Role.POA, RuleChoice("./mine.py:Mine")).folder) == tmp_path
-
-
 SHORT = ("--set", "instance.orders=10", "--world", "small")
 RULES = """
 @define
@@ -329,16 +321,6 @@ def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
     assert all(run["calls"] > 0 and run["seconds"] > 0 and run["status"] == "complete" for run in runs)
     visits = (runs[0]["metrics"]["psv_per_order"] + runs[1]["metrics"]["psv_per_order"]) / 2
     assert next(line for line in out.splitlines() if line.startswith("first-come")).split()[1] == f"{visits:.2f}"
-
-
-@pytest.mark.parametrize("width", [80, 140])
-def test_long_names_of_rules_are_whole(width, capsys, monkeypatch) -> None:
-    monkeypatch.setenv("COLUMNS", str(width))
-    name = '{ rule = "most-covered", n = 3 }'
-    code, out, _ = called(capsys, name, *SHORT, "--seed", "1")
-    assert code == 0
-    assert max(map(len, out.splitlines())) <= width
-    assert sum(line.strip().startswith(name) for line in out.splitlines()) == 1
 
 
 def test_rules_of_other_distributions(acme: None, capsys: pytest.CaptureFixture[str]) -> None:

@@ -438,9 +438,7 @@ def test_tables_and_json(capsys: pytest.CaptureFixture[str], monkeypatch: pytest
     (("examples/small", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
     (("examples/from-csv", "--set", 'instance.pods_at_stations={"1"=["none"]}'), "there is no pod none"),
 )
-def test_wrong_input_is_one_sentence(
-    arguments: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_input_is_one_sentence(arguments, sentence, capsys) -> None:
     assert bound_command(*arguments) == 2
     err = capsys.readouterr().err
     assert sentence in err

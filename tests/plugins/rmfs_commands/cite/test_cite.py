@@ -89,9 +89,7 @@ class Hostile:
 '''
 
 
-def test_a_docstring_writes_no_entries(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_docstring_writes_no_entries(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     Path("hostile.py").write_text(HOSTILE, encoding="utf-8")
     Path("mine.toml").write_text('[rules]\npoa = "./hostile.py:Hostile"\npps = "demand"\n', encoding="utf-8")

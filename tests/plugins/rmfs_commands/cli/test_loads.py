@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import pytest
 from attrs import evolve
 
 from calling import exit_code
+from cases import cases
 from replenished import scenario_of
 from rmfs_commands.cli.loads import Demand, Load, load_line, load_sentences, load_warnings, loads, loads_of
 from rmfs_commands.convert.scenarios import Size, size_for
@@ -42,38 +42,27 @@ def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[
     return pickers, of_robots
 
 
-@pytest.mark.parametrize(
-    ("items", "stations", "keys", "wanted_h", "there_h", "peak", "peak_percent", "done_h"),
-    [
-        # Each hour's orders count as there from its begin on for when all is done; nobody is asked after the last order
-        ({8: 600, 18: 600}, 3, {}, 20, 30, "08:00", 1000 / 3, 18 + 10 / 3),
-        # A wholesaler: 40 h of picking each
-        ({6: 3600, 16: 3600}, 3, {}, 120, 30, "06:00", 2000, 6.5 + 40),
-        # Closed at night: from 6 to 22, of which from half past six on counts
-        ({6: 60, 12: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 15.5, "06:00", 100, 13),
-        # What arrives after closing has the next day; nobody is there in its hour
-        ({20: 60, 23: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 17.5, "20:00", 100, 24 + 7),
-        # Before they open at seven, orders arrive that the peak hour is not about
-        ({6: 600, 7: 60, 8: 90}, 2, {"open": (("07:00", "22:00"),)}, 12.5, 30, "08:00", 75, 13.25),
-        # The run ends at ten: two hours and a half of it are there
-        ({7: 60, 9: 60}, 1, {"until_s": 36_000}, 2, 2, "07:00", 100, 10),
-        ({7: 60, 11: 60}, 1, {"until_s": 36_000}, 2, 2.5, "07:00", 100, 12),
-        # An hour's 60 items take 60 min, its 60 lines 45 and its order 15, all at twice the speed
-        ({7: 60, 9: 60}, 1, {"until_s": 36_000, "begun": BEGUN}, 2, 2, "07:00", 100, 10),
-        # All at once: there is no time in which it has to be done
-        ({0: 900}, 3, {}, 15, None, None, None, 5.5),
-    ],
+@cases(
+    "items stations keys wanted_h there_h peak peak_percent done_h",
+    # Each hour's orders count as there from its begin on for when all is done; nobody is asked after the last order
+    ({8: 600, 18: 600}, 3, {}, 20, 30, "08:00", 1000 / 3, 18 + 10 / 3),
+    # A wholesaler: 40 h of picking each
+    ({6: 3600, 16: 3600}, 3, {}, 120, 30, "06:00", 2000, 6.5 + 40),
+    # Closed at night: from 6 to 22, of which from half past six on counts
+    ({6: 60, 12: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 15.5, "06:00", 100, 13),
+    # What arrives after closing has the next day; nobody is there in its hour
+    ({20: 60, 23: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 17.5, "20:00", 100, 24 + 7),
+    # Before they open at seven, orders arrive that the peak hour is not about
+    ({6: 600, 7: 60, 8: 90}, 2, {"open": (("07:00", "22:00"),)}, 12.5, 30, "08:00", 75, 13.25),
+    # The run ends at ten: two hours and a half of it are there
+    ({7: 60, 9: 60}, 1, {"until_s": 36_000}, 2, 2, "07:00", 100, 10),
+    ({7: 60, 11: 60}, 1, {"until_s": 36_000}, 2, 2.5, "07:00", 100, 12),
+    # An hour's 60 items take 60 min, its 60 lines 45 and its order 15, all at twice the speed
+    ({7: 60, 9: 60}, 1, {"until_s": 36_000, "begun": BEGUN}, 2, 2, "07:00", 100, 10),
+    # All at once: there is no time in which it has to be done
+    ({0: 900}, 3, {}, 15, None, None, None, 5.5),
 )
-def test_the_load_of_pickers(
-    items: Mapping[int, int],
-    stations: int,
-    keys: dict[str, Any],
-    wanted_h: float,
-    there_h: float | None,
-    peak: str | None,
-    peak_percent: float | None,
-    done_h: float,
-) -> None:
+def test_the_load_of_pickers(items, stations, keys, wanted_h, there_h, peak, peak_percent, done_h) -> None:
     pickers, _ = reckoned(items, stations, **keys)
     assert pickers.wanted_h == pytest.approx(wanted_h)
     assert pickers.there_h == (None if there_h is None else pytest.approx(there_h))
@@ -178,14 +167,12 @@ def test_chargers_have_a_load() -> None:
     assert [load.percent for load in found[:2]] < [100, 100] < [found[2].percent]
 
 
-@pytest.mark.parametrize(
-    ("items", "stations"),
-    [
-        ({6: 300, 16: 300}, 4),  # 80 % over all the time would be one station, but the peak hour wants three and more
-        ({0: 40}, 1),
-        (dict.fromkeys(range(6, 18), 100), 1),
-        ({6: 10**9, 16: 1}, 60),
-    ],
+@cases(
+    "items stations",
+    ({6: 300, 16: 300}, 4),  # 80 % over all the time would be one station, but the peak hour wants three and more
+    ({0: 40}, 1),
+    (dict.fromkeys(range(6, 18), 100), 1),
+    ({6: 10**9, 16: 1}, 60),
 )
 def test_stations_and_robots_are_guessed_from_the_load(items: Mapping[int, int], stations: int) -> None:
     """At 13 s an item; no station is without a row, and no robot without a place."""
@@ -204,9 +191,7 @@ def test_sides_are_filled_one_after_the_other() -> None:
     assert [Size(7, 2, stations, 8).sides for stations in (1, 3, 4, 6)] == [(1, 0), (3, 0), (3, 1), (3, 3)]
 
 
-def test_a_run_says_it_before_it_begins(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_says_it_before_it_begins(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     slow = ("--set", "instance.orders=3", "--set", "rules.pp=free-flow")
     assert exit_code("run", "examples/small", *slow) == 0

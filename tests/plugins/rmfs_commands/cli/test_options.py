@@ -91,9 +91,7 @@ def test_what_is_wrong_is_said(arguments: tuple[str, ...], problem: str) -> None
     (WholeNumberRange(2, 1000), "1.5", "expected a whole number from 2 to 1,000, found 1.5"),
     (WholeNumberRange(2, 1000), "1001", "expected a whole number from 2 to 1,000, found 1001"),
 )
-def test_a_number_that_is_wrong_is_refused_with_what_is_right(
-    kind: click.ParamType[float], value: str, problem: str
-) -> None:
+def test_a_number_that_is_wrong_is_refused_with_what_is_right(kind, value, problem) -> None:
     with pytest.raises(click.BadParameter) as refused:
         kind.convert(value, None, None)
     assert refused.value.message == problem
@@ -127,13 +125,7 @@ LOADING = (
 
 @pytest.mark.parametrize("arguments", LOADING, ids=lambda arguments: arguments[0])
 @pytest.mark.parametrize("by", ["option", "environment"])
-def test_no_code_is_loaded_from_files_where_that_is_refused(
-    by: str,
-    arguments: tuple[str, ...],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_no_code_is_loaded_from_files_where_that_is_refused(by, arguments, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
     (tmp_path / "experiment.toml").write_text(EXPERIMENT, encoding="utf-8")

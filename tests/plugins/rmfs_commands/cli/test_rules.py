@@ -175,18 +175,6 @@ def test_rules_that_cannot_be_used_are_named(install: Install, capsys: pytest.Ca
     )
 
 
-@pytest.mark.parametrize("width", [80, 140])
-def test_long_names_are_whole(install: Install, monkeypatch: pytest.MonkeyPatch, width: int) -> None:
-    monkeypatch.setenv("COLUMNS", str(width))
-    name = "a-rule-with-a-long-name-of-somebody"
-    install("acme", {name: "acme_rules:Mine"}, acme_rules=DOCUMENTED)
-    lines = invoke().stdout.splitlines()
-    assert max(map(len, lines)) <= width
-    assert any(name in line for line in lines)
-    assert any("split-among-stations" in line for line in lines)
-    assert width == 140 or any(line.strip() == "unused_capacity_weight = 2.0" for line in lines)
-
-
 def test_a_rule_in_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     head = "from attrs import define, field\nfrom rmfs_core import hookimpl\n\n"
@@ -213,7 +201,6 @@ def described(name: str) -> RuleDescription:
 def test_a_rule_that_cannot_be_used_says_why(install: Callable[..., None], source: str, error: str) -> None:
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
     rule = described("mine")
-    assert rule.error is not None
     assert error in rule.error
     assert (rule.decides, rule.parameters) == ((), ())
     assert described("demand").error is None
@@ -303,9 +290,7 @@ def test_a_file_is_loaded_once_for_several_calls(tmp_path: Path) -> None:
     assert type(first.instance) is type(second.instance) is not type(alone.instance)
 
 
-def test_metrics_are_listed_under_what_they_are_of(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_metrics_are_listed_under_what_they_are_of(capsys, monkeypatch) -> None:
     assert exit_code("metrics", "--json") == 0
     groups = {one["name"]: one["group"] for one in json.loads(capsys.readouterr().out)}
     assert "Of other packages" not in groups.values()

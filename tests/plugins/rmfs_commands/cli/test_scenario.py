@@ -17,26 +17,15 @@ from rmfs_commands.cli.schema import scenario_schema
 from rmfs_commands.cli.shipped import print_shipped, summary
 from rmfs_commands.cli.toml_scenario import to_toml
 from rmfs_commands.layouts import parse_map
-from rmfs_core import run as simulate
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import RuleChoice, RulesSection, Scenario, load_scenario, scenario_to_dict, shipped_scenarios
-from rmfs_core.scenario.reading import shipped_folder
 from rmfs_core.world import make_layout
-
-RULES = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 
 
 def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
     code = exit_code(*arguments)
     captured = capsys.readouterr()
     return code, captured.out, captured.err
-
-
-def test_check_says_what_is_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "wrong.toml"
-    file.write_text('[instance]\norders_file = "no.csv"\npods_file = "no.csv"\n' + RULES, encoding="utf-8")
-    expected = f"Error: {file}, line 2, instance.orders_file: there is no file {tmp_path}/no.csv\n"
-    assert run(capsys, "scenario", "check", str(file)) == (2, "", expected)
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
@@ -126,16 +115,8 @@ def test_overrides_count(capsys: pytest.CaptureFixture[str]) -> None:
     assert (code, out.partition("Load of")[0]) == (0, valid)
 
 
-def test_the_shipped_text_map_is_used() -> None:
-    assert "####.@@@@.####" in (shipped_folder() / "examples" / "text-map-hall.txt").read_text(encoding="utf-8")
-    result = simulate("examples/text-map")
-    assert (result.status, result.metrics["orders_completed"]) == ("complete", 40)
-
-
 @pytest.mark.parametrize("width", [60, 80, 140])
-def test_the_list_fits_the_screen(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, width: int
-) -> None:
+def test_the_list_fits_the_screen(capsys, monkeypatch, width) -> None:
     monkeypatch.setenv("COLUMNS", str(width))
     code, out, _ = run(capsys, "scenario", "list")
     assert code == 0
@@ -456,13 +437,6 @@ def test_the_schema_is_a_schema() -> None:
     }
 
 
-@pytest.mark.parametrize("name", shipped_scenarios())
-def test_shipped_scenarios_follow_it(name: str) -> None:
-    validator = Draft202012Validator(scenario_schema())
-    validator.validate(tomllib.loads(shipped_scenarios()[name].read_text(encoding="utf-8")))
-    validator.validate(scenario_to_dict(load_scenario(name)))
-
-
 @pytest.mark.parametrize("change", NO_SCENARIOS)
 def test_mistakes_are_marked(change: dict[str, object]) -> None:
     rules = {"poa": "pod-match", "pps": "demand"}
@@ -479,9 +453,7 @@ def files(tmp_path: Path) -> dict[str, Path]:
     return found
 
 
-def test_names_and_summaries_of_files(
-    files: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_names_and_summaries_of_files(files, tmp_path, capsys) -> None:
     assert [summary(file) for file in files.values()] == ["What a is for.", "Another", ""]
     longer = tmp_path / "longer.toml"
     longer.write_text("# What it is\n# for.\n#\n# Details.\nseed = 1\n", encoding="utf-8")
@@ -496,8 +468,11 @@ def test_names_and_summaries_of_files(
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
-def test_shipped_scenarios_read_back(name: str, tmp_path: Path) -> None:
+def test_shipped_scenarios_follow_the_schema_and_read_back(name: str, tmp_path: Path) -> None:
     scenario = load_scenario(name)
+    validator = Draft202012Validator(scenario_schema())
+    validator.validate(tomllib.loads(shipped_scenarios()[name].read_text(encoding="utf-8")))
+    validator.validate(scenario_to_dict(scenario))
     (tmp_path / "again.toml").write_text(to_toml(scenario), encoding="utf-8")
     again = load_scenario(tmp_path / "again.toml")
     assert evolve(again, folder=scenario.folder, source=scenario.source) == scenario

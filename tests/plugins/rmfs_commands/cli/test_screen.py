@@ -395,8 +395,6 @@ def test_the_profile_says_where_the_time_went(result: Result) -> None:
 
 
 class Marked:
-    """Observer whose metric looks like markup."""
-
     measures = (Metric("waits", "Waits [s] [/nope]", "[red]", 0),)
 
     @rmfs_core.hookimpl
@@ -548,18 +546,14 @@ def test_latex() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("names", "figures", "kind", "parts", "broken"),
-    [
-        (["first-come"], 3, "table", 1, False),
-        (["first-come"], 6, "table*", 1, False),
-        (["a rule set with a name that is as long as somebody wants it to be"], 6, "table*", 1, True),
-        (["first-come"], 12, "table*", 2, False),
-    ],
+@cases(
+    "names figures kind parts broken",
+    (["first-come"], 3, "table", 1, False),
+    (["first-come"], 6, "table*", 1, False),
+    (["a rule set with a name that is as long as somebody wants it to be"], 6, "table*", 1, True),
+    (["first-come"], 12, "table*", 2, False),
 )
-def test_a_table_fits_into_a_column_or_into_the_text(
-    names: list[str], figures: int, kind: str, parts: int, broken: bool
-) -> None:
+def test_a_table_fits_into_a_column_or_into_the_text(names, figures, kind, parts, broken) -> None:
     """Too wide for a column of two it spans both; then its names are broken, and at last it is split."""
     figure = "1,234.56"
     grid = Grid("", (), ("Rule set", *["Mean"] * figures), [(*names, *[figure] * figures)], range(1, figures + 1))

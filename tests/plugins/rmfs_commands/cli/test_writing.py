@@ -88,8 +88,6 @@ def test_rules_from_elsewhere_come_along(tmp_path: Path, monkeypatch: pytest.Mon
     chosen = ["rules.poa=./mine.py:Mine", "rules.pps=../two/mine.py:Mine", 'rules.filters=["./mine.py:Mine"]']
     main(["generate", "examples/small", "--out", "../new", *(word for one in chosen for word in ("--set", one))])
     rules = load_scenario(tmp_path / "new" / "scenario.toml").rules
-    assert rules.poa is not None
-    assert rules.pps is not None
     assert (rules.poa.rule, rules.pps.rule) == ("./mine.py:Mine", "./mine_2.py:Mine")
     assert [choice.rule for choice in rules.filters] == ["./mine.py:Mine"]
     assert "two" in (tmp_path / "new" / "mine_2.py").read_text(encoding="utf-8")
@@ -124,8 +122,6 @@ class Places:
     old.rename(tmp_path / "gone")
     scenario = load_scenario(new / "scenario.toml")
     rules = RuleSet.load(scenario.rules, scenario.folder)
-    assert rules.poa is not None
-    assert rules.pps is not None
     assert (rules.poa.instance.plan, rules.poa.instance.note) == (new / "plans" / "a.csv", "orders.csv")
     assert rules.pps.instance.plan == new / "orders_2.csv"
     assert rules.filters[0].instance.plan == new / "a.csv"  # the other one is in plans/
@@ -151,9 +147,7 @@ def read_back(instance: Instance, folder: Path) -> Instance:
     ),
     seed=st.integers(0, 1000),
 )
-def test_generated_instances_read_back(
-    tmp_path_factory: pytest.TempPathFactory, section: InstanceSection, seed: int
-) -> None:
+def test_generated_instances_read_back(tmp_path_factory, section, seed) -> None:
     instance = generate_instance(section, seed)
     assert read_back(instance, tmp_path_factory.mktemp("csv")) == instance
 

@@ -14,6 +14,7 @@ import pytest
 from rich.console import Console
 
 import rmfs_core
+from cases import cases
 from random_worlds import random_world
 from rmfs_commands.cli.summary import print_bottleneck
 from rmfs_commands.details.bottleneck import LIMITS, LINE, PARTS
@@ -38,11 +39,8 @@ SUPPLY = "instance.replenishment={process='reorder-point', reorder_point=1, orde
 
 @attrs.define
 class OneStation:
-    """Rule that gives every order to the first station that is open."""
-
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
-        """Assign the oldest order, if it fits."""
         station = warehouse.stations[0]
         return [
             OrderAssignment(order.id, station.id) for order in warehouse.backlog[:1] if warehouse.fits(order, station)
@@ -79,25 +77,21 @@ def checked(result: Result) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("limit", "more", "overrides", "options"),
-    [
-        ("pickers", "layout.stations_west=1", (*MANY, "stations.handle_s=60"), {}),
-        ("robots", "robots.count=2", (*SMALL, "robots.count=1"), {}),
-        ("queues", "stations.queue_length=8", (*QUICK, "stations.queue_length=1"), {}),
-        ("spread", "", (*MANY, "stations.item_capacity=900", "layout.stations_west=1"), {"one_station": True}),
-        ("stock", SUPPLY % 60, (SUPPLY % 9000,), {"scenario": "examples/replenished"}),
-        ("hours", 'stations.open=[["00:00","24:00"]]', (*MANY, 'stations.open=[["06:00","22:00"]]'), {}),
-        ("hours", 'robots.available=[["00:00","24:00"]]', (*MANY, 'robots.available=[["06:00","22:00"]]'), {}),
-        ("room", "stations.item_capacity=9", (*QUICK, "stations.item_capacity=1", "stations.oversize=alone"), {}),
-        ("held", "rules.filters=[]", (*QUIET, "rules.filters=[{rule='waves', every_s=1800}]"), {}),
-        ("chargers", "layout.chargers=2", ("layout.chargers=1",), {"scenario": "examples/charging"}),
-        ("pods", "instance.pods=30", (*MANY, "instance.pods=1", "instance.skus_per_pod=20", "layout.pod_fill=0.1"), {}),
-    ],
+@cases(
+    "limit more overrides options",
+    ("pickers", "layout.stations_west=1", (*MANY, "stations.handle_s=60"), {}),
+    ("robots", "robots.count=2", (*SMALL, "robots.count=1"), {}),
+    ("queues", "stations.queue_length=8", (*QUICK, "stations.queue_length=1"), {}),
+    ("spread", "", (*MANY, "stations.item_capacity=900", "layout.stations_west=1"), {"one_station": True}),
+    ("stock", SUPPLY % 60, (SUPPLY % 9000,), {"scenario": "examples/replenished"}),
+    ("hours", 'stations.open=[["00:00","24:00"]]', (*MANY, 'stations.open=[["06:00","22:00"]]'), {}),
+    ("hours", 'robots.available=[["00:00","24:00"]]', (*MANY, 'robots.available=[["06:00","22:00"]]'), {}),
+    ("room", "stations.item_capacity=9", (*QUICK, "stations.item_capacity=1", "stations.oversize=alone"), {}),
+    ("held", "rules.filters=[]", (*QUIET, "rules.filters=[{rule='waves', every_s=1800}]"), {}),
+    ("chargers", "layout.chargers=2", ("layout.chargers=1",), {"scenario": "examples/charging"}),
+    ("pods", "instance.pods=30", (*MANY, "instance.pods=1", "instance.skus_per_pod=20", "layout.pod_fill=0.1"), {}),
 )
-def test_each_cause_in_turn_is_the_limit(
-    limit: str, more: str, overrides: tuple[str, ...], options: dict[str, Any]
-) -> None:
+def test_each_cause_in_turn_is_the_limit(limit, more, overrides, options) -> None:
     """More of it helps, and about as much as is said; each sentence fits in a line."""
     before = bottleneck(*overrides, **options)
     assert max(map(len, before["says"])) <= LINE
@@ -116,19 +110,17 @@ def test_nothing_limits_a_quiet_warehouse() -> None:
     assert found["turnover_parts_s"]["driving"] > 10 > found["turnover_parts_s"]["hands"] == 6
 
 
-@pytest.mark.parametrize(
+@cases(
     "overrides",
-    [
-        ("run.until_s=1",),
-        ("run.until_s=600", "robots.count=12"),
-        ("run.until_s=300", "stations.release=picked", "rules.poa_pps=split-over-time"),
-        ("run.until_s=60", "run.warmup_s=90"),
-        ("instance.orders=0",),
-        ('robots.available=[["06:00","07:00"]]', "run.until_s=600"),
-        ('stations.open=[["06:00","07:00"]]', "run.until_s=600"),
-        ("instance.arrivals={process='refill', backlog=5}", "run.until_s=900", "run.warmup_s=300"),
-        ("stations.release=picked", "rules.poa_pps=split-over-time"),
-    ],
+    ("run.until_s=1",),
+    ("run.until_s=600", "robots.count=12"),
+    ("run.until_s=300", "stations.release=picked", "rules.poa_pps=split-over-time"),
+    ("run.until_s=60", "run.warmup_s=90"),
+    ("instance.orders=0",),
+    ('robots.available=[["06:00","07:00"]]', "run.until_s=600"),
+    ('stations.open=[["06:00","07:00"]]', "run.until_s=600"),
+    ("instance.arrivals={process='refill', backlog=5}", "run.until_s=900", "run.warmup_s=300"),
+    ("stations.release=picked", "rules.poa_pps=split-over-time"),
 )
 def test_odd_runs_make_sense(overrides: tuple[str, ...]) -> None:
     found = bottleneck(*SMALL, *overrides)

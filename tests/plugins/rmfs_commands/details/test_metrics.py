@@ -260,19 +260,6 @@ def test_files_metrics_and_their_validation(tmp_path: Path) -> None:
     assert validate_trace(tmp_path) == []
 
 
-def test_a_wrong_delay_is_a_fault(tmp_path: Path) -> None:
-    rmfs_core.run(
-        "examples/small", overrides=["instance.orders=3", "rules.pp=free-flow"], out=tmp_path, record=["trace"]
-    )
-    file = tmp_path / "delays.csv"
-    lines = file.read_text(encoding="utf-8").splitlines()
-    order, turnover, _, *rest = lines[1].split(",")
-    file.write_text("\n".join([lines[0], ",".join([order, turnover, "1.5", *rest]), *lines[2:], ""]), encoding="utf-8")
-    assert [(fault.kind, fault.sentence) for fault in validate_trace(tmp_path)] == [
-        ("table", "delays.csv has 1.5 as backlog_s of order 1; the trace amounts to 0.0")
-    ]
-
-
 def test_results_come_back(tmp_path: Path) -> None:
     due = rmfs_core.run("examples/small", overrides=[*SETTINGS, *DUE], out=tmp_path / "due")
     plain = rmfs_core.run(

@@ -73,7 +73,6 @@ Write = Callable[..., Experiment]
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Return a folder with the tiny scenario and rules that misbehave."""
     (tmp_path / "tiny.toml").write_text(TINY, encoding="utf-8")
     (tmp_path / "bad.py").write_text(DEADLY, encoding="utf-8")
     return tmp_path

@@ -14,10 +14,11 @@ from attrs import evolve
 
 import rmfs_core
 from calling import refusal
+from cases import cases
 from rmfs_commands.experiments import Experiment, Job
 from rmfs_commands.experiments.keys import run_key
 from rmfs_commands.experiments.outcome import Outcome, simulate
-from rmfs_commands.experiments.rows import labels, row_of, row_without_result
+from rmfs_commands.experiments.rows import labels, row_of
 from rmfs_commands.experiments.sources import changed_since, sources_of, sources_of_generator
 from rmfs_commands.experiments.store import RunStore
 from rmfs_core import RuleError, run
@@ -33,7 +34,6 @@ MAP = "........\n.##.##..\n.##.##..\n........\n.##.##.qqqO\n.##.##.@@@.\n.......
 
 @pytest.fixture
 def scenario(folder: Path) -> Scenario:
-    """Return a scenario that names files of every kind."""
     (folder / "orders.csv").write_text("order,arrival_s,sku,quantity\n1,0,a,1\n", encoding="utf-8")
     (folder / "pods.csv").write_text("pod,sku,quantity\np,a,\n", encoding="utf-8")
     (folder / "map.txt").write_text(MAP, encoding="utf-8")
@@ -47,7 +47,6 @@ def scenario(folder: Path) -> Scenario:
 
 
 def key_of(scenario: Scenario, seed: int = 1) -> str:
-    """Return the key of a run of a scenario with the rules that are installed."""
     rules = RuleSet.load(scenario.rules, scenario.folder)
     return run_key(scenario, versions_of(rules, scenario), sources_of(rules, scenario))(seed)
 
@@ -118,24 +117,14 @@ def test_the_versions_are_those_of_the_result(folder: Path) -> None:
     rules = RuleSet.load(scenario.rules, scenario.folder)
     with pytest.raises(RuleError) as caught:
         run(scenario)
-    assert caught.value.result is not None
     assert caught.value.result.versions == versions_of(rules, scenario)
 
 
-def test_a_missing_file_is_named(scenario: Scenario) -> None:
-    """A file that cannot be read is an error with the key that names it."""
-    (Path(scenario.folder) / "orders.csv").unlink()
-    with pytest.raises(InputError, match=r"instance.orders_file: cannot read .*orders.csv"):
-        run_key(scenario, VERSIONS, SOURCES)
-
-
-@pytest.mark.parametrize(
-    ("name", "problem"),
-    [
-        ("/dev/zero", "found /dev/zero, a device; expected a file, which each run can read anew"),
-        ("a\0b", "a\0b: embedded null byte"),
-        ("none.txt", "none.txt: No such file or directory"),
-    ],
+@cases(
+    "name problem",
+    ("/dev/zero", "found /dev/zero, a device; expected a file, which each run can read anew"),
+    ("a\0b", "a\0b: embedded null byte"),
+    ("none.txt", "none.txt: No such file or directory"),
 )
 def test_what_no_run_can_read_has_no_key(scenario: Scenario, name: str, problem: str) -> None:
     named = evolve(scenario, layout=evolve(scenario.layout, map_file=name))
@@ -159,7 +148,6 @@ class Mine:
 
 
 def sources(scenario: Scenario) -> dict[str, str]:
-    """Return the digests of what takes part in a scenario's runs."""
     return sources_of(RuleSet.load(scenario.rules, scenario.folder), scenario)
 
 
@@ -197,18 +185,16 @@ def test_what_the_selected_rules_import_counts(path: Path, folder: Path) -> None
     assert all(digest.startswith("sha256:") for digest in found.values())
 
 
-@pytest.mark.parametrize(
-    ("file", "package"),
-    [
-        ("spaces/thing_rules/rule.py", "spaces.thing_rules"),
-        ("spaces/thing_rules/deep/table.csv", "spaces.thing_rules"),
-        ("spaces/thing_rules/deep/new.py", "spaces.thing_rules"),
-        ("thing_tools/__init__.py", "thing_tools"),
-        ("thing_single.py", "thing_single"),
-        ("thing_other/__init__.py", None),
-        ("spaces/thing_rules/__pycache__/rule.cpython-311.pyc", None),
-        ("spaces/thing_rules/.rule.py.swp", None),
-    ],
+@cases(
+    "file package",
+    ("spaces/thing_rules/rule.py", "spaces.thing_rules"),
+    ("spaces/thing_rules/deep/table.csv", "spaces.thing_rules"),
+    ("spaces/thing_rules/deep/new.py", "spaces.thing_rules"),
+    ("thing_tools/__init__.py", "thing_tools"),
+    ("thing_single.py", "thing_single"),
+    ("thing_other/__init__.py", None),
+    ("spaces/thing_rules/__pycache__/rule.cpython-311.pyc", None),
+    ("spaces/thing_rules/.rule.py.swp", None),
 )
 def test_a_changed_file_changes_its_package_alone(path: Path, folder: Path, file: str, package: str | None) -> None:
     scenario = load_scenario(folder / "tiny.toml", ["rules.pr=thing"])
@@ -245,12 +231,6 @@ def test_the_selected_generator_counts_alone(install: Callable[..., None], folde
     assert sources_of_generator(load_scenario("examples/from-csv")) == {}
 
 
-def test_what_the_file_of_a_rule_imports_counts(path: Path, folder: Path) -> None:
-    (folder / "mine.py").write_text(RULE.format(imported="thing_other"), encoding="utf-8")
-    found = sources(load_scenario(folder / "tiny.toml", [f"rules.pr={folder}/mine.py:Mine"]))
-    assert "thing_other" in found
-
-
 def test_packages_of_a_collection_count_each_for_itself(folder: Path) -> None:
     def found_with(line: str) -> set[str]:
         code = RULE.format(imported="attrs").replace("import attrs", line)
@@ -274,55 +254,38 @@ def test_a_process_has_the_code_it_has_imported(path: Path) -> None:
 Write = Callable[..., Experiment]
 
 
-def test_half_a_run_does_not_count(experiment: Write, tmp_path: Path) -> None:
-    job = experiment().jobs()[0]
-    runs = RunStore(tmp_path / "runs")
-    half = tmp_path / "runs" / f".{job.key}.0123456789ab.part"
+@pytest.fixture
+def job(experiment: Write) -> Job:
+    return experiment().jobs()[0]
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> RunStore:
+    return RunStore(tmp_path / "new" / "runs")
+
+
+def test_a_whole_run_is_stored_once_and_read_back_as_its_row(job: Job, runs: RunStore) -> None:
+    """Half a run does not count; one that another process stored meanwhile stays."""
+    half = runs.folder / f".{job.key}.0123456789ab.part"
     half.mkdir()
     (half / "result.json").write_text("{", encoding="utf-8")
     assert job not in runs
-    runs.save(job, simulate(job))
+    outcome = simulate(job)
+    runs.save(job, outcome)
     assert job in runs
-    assert runs.row(job)["status"] == "complete"
-    RunStore(tmp_path / "runs")
+    row = runs.row(job)
+    assert (row["rule_set"], row["seed"], row["status"], row["key"]) == ("pod-match", 1, "complete", job.key)
+    assert (row["run_s"], row["picks"]) == (outcome.run_s, outcome.result.metrics["picks"])
+    assert json.loads((runs.folder / job.key / "run.json").read_text(encoding="utf-8"))["run"] == str(job)
+    runs.save(job, evolve(outcome, run_s=99.0))
+    assert runs.row(job) == row
+    RunStore(runs.folder)
     assert [path.name for path in runs.folder.iterdir()] == [job.key]
 
 
-def test_a_run_that_another_process_stored_meanwhile_stays(experiment: Write, tmp_path: Path) -> None:
-    job = experiment().jobs()[0]
-    runs = RunStore(tmp_path / "runs")
-    runs.save(job, simulate(job))
-    before = runs.row(job)
-    runs.save(job, simulate(job))
-    assert runs.row(job) == before
-    assert len(list((tmp_path / "runs").iterdir())) == 1
-
-
-def test_a_run_is_read_back_as_its_row(experiment: Write, tmp_path: Path) -> None:
-    job = experiment().jobs()[0]
-    runs = RunStore(tmp_path / "new" / "runs")
-    outcome = simulate(job)
-    runs.save(job, outcome)
-    row = runs.row(job)
-    assert outcome.result is not None
-    assert (row["rule_set"], row["seed"], row["key"]) == ("pod-match", 1, job.key)
-    assert (row["run_s"], row["picks"]) == (outcome.run_s, outcome.result.metrics["picks"])
-    assert json.loads((runs.folder / job.key / "run.json").read_text(encoding="utf-8"))["run"] == str(job)
-
-
-def test_a_run_without_a_result_is_not_stored(experiment: Write, tmp_path: Path) -> None:
-    job = experiment().jobs()[0]
-    runs = RunStore(tmp_path / "runs")
+def test_what_is_not_stored_leaves_nothing(job: Job, runs: RunStore, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="a run without a result has nothing to be stored"):
         runs.save(job, Outcome(None, "it died", "WorkerDiedError"))
-    assert list(runs.folder.iterdir()) == []
-
-
-def test_what_cannot_be_written_leaves_nothing(
-    experiment: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    job = experiment().jobs()[0]
-    runs = RunStore(tmp_path / "runs")
     outcome = simulate(job)
     for error in (OSError("no space left"), KeyboardInterrupt()):
 
@@ -349,26 +312,20 @@ def changed(folder: Path, name: str, text: str | None) -> None:
         file.write_text(text, encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "problem"),
-    [
-        ("result.json", "{", ""),
-        ("result.json", "[]", ""),
-        ("result.json", '"picks": /"picks": 1', ": result.json was changed"),
-        ("result.json", '"key": "/"key": "0', ": it is the run 0{key}"),
-        ("result.json", '"run.json": "sha256:/"run.json": "sha256:0', ": run.json was changed"),
-        ("run.json", "{}", ": run.json was changed"),
-        ("run.json", '"run_s": /"run_s": 1', ": run.json was changed"),
-        ("run.json", None, ""),
-        ("orders.csv", ",/,1", ": orders.csv was changed"),
-        ("visits.csv", None, ""),
-    ],
+@cases(
+    "name text problem",
+    ("result.json", "{", ""),
+    ("result.json", "[]", ""),
+    ("result.json", '"picks": /"picks": 1', ": result.json was changed"),
+    ("result.json", '"key": "/"key": "0', ": it is the run 0{key}"),
+    ("result.json", '"run.json": "sha256:/"run.json": "sha256:0', ": run.json was changed"),
+    ("run.json", "{}", ": run.json was changed"),
+    ("run.json", '"run_s": /"run_s": 1', ": run.json was changed"),
+    ("run.json", None, ""),
+    ("orders.csv", ",/,1", ": orders.csv was changed"),
+    ("visits.csv", None, ""),
 )
-def test_a_run_that_was_changed_is_noticed(
-    experiment: Write, tmp_path: Path, name: str, text: str | None, problem: str
-) -> None:
-    job = experiment().jobs()[0]
-    runs = RunStore(tmp_path / "runs")
+def test_a_run_that_was_changed_is_noticed(job: Job, runs: RunStore, name: str, text: str | None, problem: str) -> None:
     outcome = simulate(job)
     runs.save(job, outcome)
     changed(runs.folder / job.key, name, text)
@@ -380,102 +337,37 @@ def test_a_run_that_was_changed_is_noticed(
     assert [path.name for path in runs.folder.iterdir()] == [job.key]
 
 
-def test_the_run_of_another_key_is_noticed(experiment: Write, tmp_path: Path) -> None:
-    one, other = experiment().jobs()[:2]
-    runs = RunStore(tmp_path / "runs")
-    runs.save(one, simulate(one))
-    (runs.folder / one.key).rename(runs.folder / other.key)
-    assert str(runs.problem(other)).endswith(f": is not as it was stored: it is the run {one.key}")
-
-
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "runs").write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match="expected a folder"):
-        RunStore(tmp_path / "runs")
-
-
-RAISING = """
-base = "tiny.toml"
-seeds = [1]
-baseline = "bad"
-[[rule_sets]]
-name = "bad"
-rules.pr = "./bad.py:Raising"
-"""
-
-
-def test_other_versions_at_a_worker_are_no_result(experiment: Write) -> None:
-    """A worker with another version of a rule must not compute runs for this one."""
-    job = experiment().jobs()[0]
-    outcome = simulate(evolve(job, versions={**job.versions, "rmfs": "0.0.9"}))
-    assert outcome.result is None
-    assert outcome.error == f"the worker has rmfs {job.versions['rmfs']}, expected 0.0.9"
-
-
-def test_other_code_at_a_worker_is_no_result(experiment: Write) -> None:
-    job = experiment().jobs()[0]
-    outcome = simulate(evolve(job, sources={**job.sources, "rmfs_rules.demand": "sha256:0"}))
-    assert outcome.result is None
-    assert (
-        outcome.error == "the worker has other code of rmfs_rules.demand; expected that which the experiment began with"
-    )
+def test_other_versions_or_code_at_a_worker_are_no_result(job: Job) -> None:
+    for other, error in (
+        ({"versions": {**job.versions, "rmfs": "0.0.9"}}, f"rmfs {job.versions['rmfs']}, expected 0.0.9"),
+        (
+            {"sources": {**job.sources, "rmfs_rules.demand": "sha256:0"}},
+            "other code of rmfs_rules.demand; expected that which the experiment began with",
+        ),
+    ):
+        outcome = simulate(evolve(job, **other))
+        assert (outcome.result, outcome.error) == (None, f"the worker has {error}")
 
 
 def test_a_run_that_completes(experiment: Write, folder: object) -> None:
     outcome = simulate(experiment().jobs()[1])
-    assert outcome.result is not None
     assert outcome.result.metrics == rmfs_core.run(f"{folder}/tiny.toml", seed=2).metrics
     assert (outcome.error, outcome.error_kind) == (None, None)
     assert outcome.run_s >= outcome.result.timing["wall_s"] > 0
 
 
-def test_a_run_that_fails_has_what_was_measured_until_then(experiment: Write) -> None:
-    outcome = simulate(experiment(RAISING).jobs()[0])
-    assert outcome.result is not None
-    assert outcome.result.status == "failed"
-    assert outcome.error_kind == "RuleError"
-    assert outcome.error is not None
-    assert "no idea" in outcome.error
-
-
-def test_a_run_that_cannot_begin_is_an_outcome(experiment: Write) -> None:
-    job = experiment().jobs()[0]
-    stations = evolve(job.scenario.stations, item_capacity=1, oversize="refuse")
-    outcome = simulate(evolve(job, scenario=evolve(job.scenario, stations=stations)))
-    assert (outcome.result, outcome.error_kind) == (None, "InputError")
-    assert outcome.error is not None
-    assert "item_capacity" in outcome.error
-
-
-def test_no_error_gets_through(experiment: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(scenario: object) -> None:
-        raise ZeroDivisionError("by zero")
-
-    monkeypatch.setattr("rmfs_commands.experiments.outcome.run", fail)
-    outcome = simulate(experiment().jobs()[0])
-    assert (outcome.result, outcome.error, outcome.error_kind) == (
-        None,
-        "ZeroDivisionError: by zero",
-        "ZeroDivisionError",
-    )
+def test_no_error_gets_through(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rmfs_commands.experiments.outcome.run", lambda scenario: 1 / 0)
+    outcome = simulate(job)
+    assert (outcome.result, outcome.error_kind) == (None, "ZeroDivisionError")
+    assert outcome.error == "ZeroDivisionError: division by zero"
 
 
 NOTE = {"error_kind": None, "run_s": 2.5}
 
 
-@pytest.fixture
-def job(experiment: Callable[..., Experiment]) -> Job:
-    """Return a run of the tiny scenario."""
-    return experiment().jobs()[0]
-
-
 def content(metrics: Mapping[str, Any], timing: Mapping[str, Any], **others: Any) -> dict[str, Any]:
-    """Return what a result.json holds."""
     return {"status": "complete", "metrics": metrics, "timing": timing, **others}
-
-
-def test_labels_tell_a_run_apart(job: Job) -> None:
-    assert labels(job) == {"instance": "tiny", "scenario": "tiny", "rule_set": "pod-match", "seed": 1}
 
 
 def test_figures_are_flat(job: Job) -> None:
@@ -492,19 +384,3 @@ def test_a_metric_hides_nothing(job: Job) -> None:
     assert (row["seed"], row["metrics.seed"]) == (1, -5.5)
     assert (row["wall_s"], row["metrics.wall_s"]) == (2.0, 9.0)
     assert row["own"] == 1
-
-
-def test_a_failed_run_has_its_error(job: Job) -> None:
-    failed = content({}, {}, error="no idea") | {"status": "failed"}
-    row = row_of(job, failed, {"error_kind": "RuleError", "run_s": 1.0})
-    assert (row["status"], row["error"], row["error_kind"]) == ("failed", "no idea", "RuleError")
-
-
-def test_a_run_without_a_result_has_labels_and_error_alone(job: Job) -> None:
-    row = row_without_result(job, "it died", "WorkerDiedError")
-    assert row == labels(job) | {
-        "status": "failed",
-        "error": "it died",
-        "error_kind": "WorkerDiedError",
-        "key": job.key,
-    }

@@ -20,9 +20,7 @@ from rmfs_core import InputError
 from rmfs_core.roles import Role
 
 
-def test_it_writes_the_folder_and_says_what_comes_next(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_it_writes_the_folder_and_says_what_comes_next(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     main(["new-rule", "fine-rule", "--decides", "POA+PPS"])
     assert (tmp_path / "fine-rule" / "pyproject.toml").exists()
@@ -60,13 +58,7 @@ def test_a_folder_whose_name_is_no_text(tmp_path: Path, monkeypatch: pytest.Monk
     (["fine-rule"], "Missing option '--decides'"),
     (["there", "--decides", "PR"], "Error: there: is there already"),
 )
-def test_bad_input_is_refused(
-    arguments: list[str],
-    problem: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_bad_input_is_refused(arguments, problem, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there").mkdir()
     assert exit_code("new-rule", *arguments) == 2
@@ -145,7 +137,8 @@ WORDS = (
 
 @pytest.mark.parametrize("role", Role)
 def test_every_role_has_its_templates(role: Role, tmp_path: Path) -> None:
-    folder = write_project(NewRule("fine-rule", role), tmp_path)
+    rule = NewRule("fine-rule", role)
+    folder = write_project(rule, tmp_path)
     written = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     assert written == {"pyproject.toml", "README.md", "src/fine_rule/__init__.py", "tests/test_fine_rule.py"}
     assert [path.name for path in tmp_path.iterdir()] == ["fine-rule"]
@@ -154,14 +147,9 @@ def test_every_role_has_its_templates(role: Role, tmp_path: Path) -> None:
     assert project["dependencies"][0] == f"rmfs>={version('rmfs')}"
     assert project["entry-points"] == {"rmfs.rules": {"fine-rule": "fine_rule:FineRule"}}
     code = ast.parse((folder / "src/fine_rule/__init__.py").read_text(encoding="utf-8"))
-    (rule,) = (node for node in code.body if isinstance(node, ast.ClassDef))
-    assert rule.name == "FineRule"
-    assert role.hook in {node.name for node in rule.body if isinstance(node, ast.FunctionDef)}
-
-
-@pytest.mark.parametrize("role", Role)
-def test_no_word_of_the_templates_is_left(role: Role) -> None:
-    rule = NewRule("fine-rule", role)
+    (made,) = (node for node in code.body if isinstance(node, ast.ClassDef))
+    assert made.name == "FineRule"
+    assert role.hook in {node.name for node in made.body if isinstance(node, ast.FunctionDef)}
     texts = project_files(rule)
     for text in texts.values():
         for word in WORDS:
@@ -172,13 +160,11 @@ def test_no_word_of_the_templates_is_left(role: Role) -> None:
     assert f"rmfs run {scenario} {selecting(rule)}" in texts["README.md"]
 
 
-@pytest.mark.parametrize(
-    ("kind", "group", "summary", "trying"),
-    [
-        (COMMAND, "rmfs.commands", "Run SCENARIO", "rmfs fine-tool examples/small\n"),
-        (GENERATOR, "rmfs.instances", "Make orders", "rmfs run examples/small --set instance.generator=fine-tool\n"),
-        (LAYOUT, "rmfs.layouts", "Make pairs of rows", "rmfs run examples/small --set layout.generator=fine-tool\n"),
-    ],
+@cases(
+    "kind group summary trying",
+    (COMMAND, "rmfs.commands", "Run SCENARIO", "rmfs fine-tool examples/small\n"),
+    (GENERATOR, "rmfs.instances", "Make orders", "rmfs run examples/small --set instance.generator=fine-tool\n"),
+    (LAYOUT, "rmfs.layouts", "Make pairs of rows", "rmfs run examples/small --set layout.generator=fine-tool\n"),
 )
 def test_what_is_no_rule_has_its_templates(tmp_path: Path, kind: str, group: str, summary: str, trying: str) -> None:
     rule = NewRule("fine-tool", kind)
@@ -193,20 +179,15 @@ def test_what_is_no_rule_has_its_templates(tmp_path: Path, kind: str, group: str
     assert not any(word in text for text in texts.values() for word in WORDS)
 
 
-def test_a_commands_function_hides_nothing_that_it_uses(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="its function would hide the `seeds` it uses"):
-        write_project(NewRule("seeds", COMMAND), tmp_path)
-    assert (write_project(NewRule("demand", COMMAND), tmp_path) / "README.md").exists()
-
-
 @cases(
-    "name problem",
-    ("demand", r"a rule of that name is installed \(rmfs "),
-    ("order-assignment", "its class would hide the `OrderAssignment` it uses"),
+    "rule problem",
+    (NewRule("seeds", COMMAND), "its function would hide the `seeds` it uses"),
+    (NewRule("demand", Role.POA), r"a rule of that name is installed \(rmfs "),
+    (NewRule("order-assignment", Role.POA), "its class would hide the `OrderAssignment` it uses"),
 )
-def test_a_bad_name_is_refused(name: str, problem: str, tmp_path: Path) -> None:
+def test_a_bad_name_is_refused(rule, problem, tmp_path) -> None:
     with pytest.raises(InputError, match=problem):
-        write_project(NewRule(name, "poa"), tmp_path / "new")
+        write_project(rule, tmp_path / "new")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -58,9 +58,7 @@ def test_demand_is_shared_among_the_pods_of_a_sku() -> None:
 
 
 @pytest.mark.parametrize("name", ["examples/packing", "examples/charging", "examples/text-map"])
-def test_a_page_needs_nothing_else(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_page_needs_nothing_else(name, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     assert exit_code("scenario", "map", name, "--html") == 0
     file = f"{name.partition('/')[2]}-map.html"

@@ -401,19 +401,6 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(0)
 
 
-def test_a_rule_from_a_file_plans(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (room.parent / "mine.py").write_text(
-        "from attrs import define\nfrom rmfs_rules.sipp import Sipp\n\n\n@define\nclass Mine(Sipp):\n    pass\n",
-        encoding="utf-8",
-    )
-    monkeypatch.chdir(room.parent)
-    planner = find_planner("./mine.py:Mine", {}, rng())
-    roads = roads_of_map(read_map(room))
-    plans = plan_trips(roads, planner, random_trips(roads, 5, 2, "room"))
-    assert planner.exclusive
-    assert all(plan.arrived for plan in plans)
-
-
 def test_an_impossible_path_of_a_rule_is_an_error(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (room.parent / "wild.py").write_text(
         "from attrs import define\nfrom rmfs_core import Leg, Path, hookimpl\n\n\n@define\nclass Wild:\n"
@@ -460,8 +447,6 @@ def test_answers_of_planners() -> None:
 
 @define
 class Counting:
-    """Asks `sipp`, and counts how often."""
-
     asked: int = 0
     sipp: Sipp = field(factory=Sipp)
 
@@ -512,14 +497,6 @@ def test_the_sum_of_costs_is_below_the_best_of_twenty_orders(seed: int, tmp_path
     assert collisions(roads, [plan.path for plan in plans]) == ()
 
 
-def test_the_same_seed_gives_the_same_paths(tmp_path: Path) -> None:
-    roads = shelves(tmp_path, across=3, down=3)
-    trips = random_trips(roads, 20, 1, "shelves")
-    one, two, other = (plan_by_priorities(roads, Sipp(), trips, 10, np.random.default_rng(seed)) for seed in (1, 1, 2))
-    assert one == two
-    assert one != other
-
-
 @pytest.mark.parametrize("seed", range(1, 21))
 def test_a_drawn_wait_is_taken_back(seed: int) -> None:
     """Two that pass in a bay halfway take 14.209 s whatever the seed, though the first delays drawn are 20 to 90 s."""
@@ -531,7 +508,7 @@ def test_a_drawn_wait_is_taken_back(seed: int) -> None:
     assert sum_of_costs(plans) == 24_376
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_all_arrive_where_one_order_loses_most_and_none_would_earlier_alone(seed: int, tmp_path: Path) -> None:
     roads = shelves(tmp_path, across=3, down=6)
     trips = random_trips(roads, 50, seed, "shelves")
@@ -598,10 +575,6 @@ def test_a_goal_is_in_reach(seed: int) -> None:
         assert (trip.start % 5 < 2) == (trip.goal % 5 < 2)
 
 
-def test_seeds_differ() -> None:
-    assert len({random_trips(STORAGE_HALL, 5, seed, "hall") for seed in range(5)}) == 5
-
-
 @pytest.mark.parametrize(("text", "found"), [("..@..\n..@..", 4), (".@.\n", 0)])
 def test_a_map_that_is_too_small_is_refused(text: str, found: int) -> None:
     said = refusal(lambda: random_trips(roads_of_map(parse_map(text, "map")), 5, 1, "my.map"))
@@ -646,6 +619,9 @@ def test_collisions_are_found() -> None:
     )
     assert [hit.since_s for hit in hits] == sorted(hit.since_s for hit in hits)
     assert {hit.second for hit in hits if hit.first == 0} == {1, 2, 3}
+    south, after = even(0, Leg(2), Leg(8)), even(3, Leg(2, 2000), heading=WEST)
+    assert [hit.cell for hit in collisions(LONG_EVEN, [south, after])] == [2]
+    assert south.end_heading == SOUTH
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -665,20 +641,6 @@ def test_they_agree_with_the_reservation_table(seed: int) -> None:
         except ReservedError:
             refused = True
     assert bool(collisions(roads, paths)) == refused
-
-
-def test_turns_and_crowds() -> None:
-    roads = roads_of_map(small_layout(stations=2))
-    planner = find_planner("sipp", {}, np.random.default_rng(1))
-    cells = roads.layout.storage_locations
-    trips = [Trip(cells[i], cells[-1 - i]) for i in range(len(cells) // 2)]
-    plans = plan_trips(roads, planner, trips)
-    assert all(plan.arrived for plan in plans)
-    assert collisions(roads, [plan.path for plan in plans]) == ()
-    south = even(0, Leg(2), Leg(8))
-    after = even(3, Leg(2, 2000), heading=WEST)
-    assert [hit.cell for hit in collisions(LONG_EVEN, [south, after])] == [2]
-    assert south.end_heading == SOUTH
 
 
 def test_a_page_shows_the_plan(tmp_path: Path) -> None:

@@ -79,9 +79,7 @@ def quiet(browser: Chromium) -> Iterator[None]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["day", "short"])
-def test_robots_are_on_screen_where_the_validator_has_them(
-    browser: Chromium, written: dict[str, Path], day: Path, short: Path, name: str
-) -> None:
+def test_robots_are_on_screen_where_the_validator_has_them(browser, written, day, short, name) -> None:
     """At 200 random times, forwards and backwards, and at the end; test_positions holds ours against the validator."""
     replay = read_replay({"day": day, "short": short}[name])
     found = ways(replay)
@@ -204,7 +202,6 @@ def test_finding_and_clicking(browser: Chromium, written: dict[str, Path]) -> No
 
 
 def wait_until(browser: Chromium, condition: str) -> None:
-    """Wait for what the page does with its next picture."""
     for _ in range(200):
         if browser.evaluate(condition):
             return
@@ -215,9 +212,7 @@ def wait_until(browser: Chromium, condition: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["day", "both"])
 @pytest.mark.parametrize("size", SIZES)
-def test_nothing_overlaps_or_is_cut_off(
-    browser: Chromium, written: dict[str, Path], size: tuple[int, int], name: str
-) -> None:
+def test_nothing_overlaps_or_is_cut_off(browser, written, size, name) -> None:
     browser.size(*size)
     browser.open(written[name], "#t=60")
     boxes = browser.evaluate(
@@ -276,9 +271,7 @@ def test_everything_has_a_name_for_who_does_not_see_it(browser: Chromium, writte
 
 @pytest.mark.slow
 @pytest.mark.parametrize("forbidden", [True, False])
-def test_a_foreign_script_does_not_run(
-    browser: Chromium, written: dict[str, Path], tmp_path: Path, forbidden: bool
-) -> None:
+def test_a_foreign_script_does_not_run(browser, written, tmp_path, forbidden) -> None:
     text = written["day"].read_text(encoding="utf-8")
     policy = re.search(r"<meta http-equiv=.*>", text)
     assert policy

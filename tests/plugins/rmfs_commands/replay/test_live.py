@@ -35,8 +35,6 @@ def asked(address: str, after: int = -1) -> dict[str, Any] | None:
 
 
 class Asking:
-    """Observer that asks as a browser does, at some events."""
-
     def __init__(self, watch: Watch) -> None:
         self.watch = watch
         self.found: list[tuple[int, dict[str, Any] | None]] = []
@@ -57,7 +55,6 @@ def test_a_browser_is_told_of_the_run_so_far(tmp_path: Path) -> None:
     assert told_in_time
     assert all(run["status"] == RUNNING and run["tick"] <= tick for tick, run in told_in_time)
     last = asked(watch.address)
-    assert last is not None
     whole = json.loads(json.dumps(told(read_replay(tmp_path))))
     assert {**last, **{key: whole[key] for key in ("name", "metrics", "says")}} == whole
     assert asked(watch.address, after=last["tick"] + 1) == last  # a page that has missed the end is told it, too
@@ -135,7 +132,6 @@ def test_the_command_shows_the_run_in_a_browser_until_ctrl_c(tmp_path: Path) -> 
     command = [sys.executable, "-c", program, "run", "paper-250", "--watch", "--quiet", *long]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process, Chromium() as browser:
         try:
-            assert process.stderr is not None
             address = next(line.split()[-1] for line in process.stderr if line.startswith("Watch the run at"))
             assert "?token=" in address
             browser.open(address)

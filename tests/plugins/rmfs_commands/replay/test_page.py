@@ -22,7 +22,6 @@ from rmfs_commands.replay import notebook
 from rmfs_commands.replay.page import LIVE, RECORDED, VIEW, live_page, packed, page, script
 from rmfs_commands.replay.reading import Replay, read_replay
 from rmfs_commands.replay.telling import metrics_of, rules_of, summaries, told
-from rmfs_core import InputError
 from rmfs_core.results.files import to_json
 
 
@@ -39,8 +38,6 @@ def test_the_page_is_packed_whole_and_needs_nothing_else(replay: Replay) -> None
 
 
 class Inline(HTMLParser):
-    """What is inline in a page, and its policy."""
-
     def __init__(self, text: str) -> None:
         super().__init__()
         self.tag = ""
@@ -51,7 +48,6 @@ class Inline(HTMLParser):
         self.close()
 
     def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
-        """Keep what can run or be applied: the runs are data."""
         values = dict(attributes)
         self.attributes |= values.keys()
         self.tag = tag if values.get("type") != "text/plain" else ""
@@ -128,8 +124,6 @@ def test_all_modules_are_in_the_script_after_what_they_import(entry: str, others
 
 
 class Frame(HTMLParser):
-    """What a browser makes of the HTML: the one frame in it."""
-
     def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
         assert tag == "iframe"
         self.found = dict(attributes)
@@ -148,7 +142,6 @@ def test_the_page_is_shown_in_a_frame(day: Path, replay: Replay) -> None:
     assert frame["srcdoc"] == page([replay])
     assert frame["title"] == "Replay of day"
     assert "height:400px" in str(frame["style"])
-    assert frame["sandbox"] is not None
     assert "allow-same-origin" not in frame["sandbox"]
     assert repr(shown) == "Page(name='day', height_px=400)"
 
@@ -161,17 +154,10 @@ def test_pages_of_two_runs_or_too_large_ones(day: Path, short: Path, monkeypatch
     assert "<code>rmfs replay</code> writes it as a file" in shown
 
 
-def test_a_folder_without_a_trace_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="trace"):
-        rmfs_commands.replay.replay(tmp_path)
-
-
 called = partial(exit_code, "replay")
 
 
-def test_pages_are_written_where_asked(
-    day: Path, capsys: pytest.CaptureFixture[str], short: Path, tmp_path: Path
-) -> None:
+def test_pages_are_written_where_asked(day, capsys, short, tmp_path) -> None:
     assert called(str(day)) == 0
     page = day / "replay.html"
     assert capsys.readouterr().out == f"Open {page} in a browser.\n"
@@ -210,9 +196,7 @@ def test_a_video(day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     (("DAY", "--frames", "3", "--from", "9", "--to", "8"), "--to 8: expected a time from 9 s on"),
     (("DAY", "--out", "DAY"), "cannot be written: a folder has that name"),
 )
-def test_what_cannot_be_done(
-    day: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], sentence: str
-) -> None:
+def test_what_cannot_be_done(day, capsys, arguments, sentence) -> None:
     assert called(*(str(day) if argument == "DAY" else argument for argument in arguments)) == 2
     said = capsys.readouterr().err
     assert sentence in said

@@ -28,7 +28,6 @@ from rmfs_commands.reproduction.report_files import write_report
 from rmfs_commands.reproduction.settings import Setting
 from rmfs_commands.reproduction.statements import Comparison, Statement
 from rmfs_commands.reproduction.tables import Line, Table, as_factor, in_range
-from rmfs_core.errors import InputError
 
 EXHIBIT = Exhibit("visits", "fig:visits", "Figure 10", "Visits", "They are fewer.")
 PRINTED = Exhibit("time", "tab:time", "Table 4", "Time", "It is short.", rounded_to=0.01)
@@ -98,11 +97,6 @@ def test_verdicts_have_colours() -> None:
     assert classes("in range") == classes("same") == classes("holds") == {"good"}
     assert classes("above") == classes("no complete run") == classes("does not hold") == {"bad"}
     assert classes("2.0 times faster") == classes("holds in 1 of 2") == set()
-
-
-@pytest.mark.slow
-def test_equal_reports_are_equal_files(report: Report) -> None:
-    assert to_html(report) == to_html(Report(dict(report.facts), [*report.content]))
 
 
 def test_markdown_tables_are_well_formed(report: Report) -> None:
@@ -182,7 +176,6 @@ def test_the_order_of_the_overview() -> None:
 
 
 def tables(row: Any, **figures: Any) -> Mapping[str, Table]:
-    """Return the tables of the instance sets, of runs with these figures."""
     rows: Sequence[Any] = [
         row(rule_set, seed, orders=orders, **figures)
         for rule_set in METHODS
@@ -304,9 +297,3 @@ def test_everything_is_written(result: Any, tmp_path: Path) -> None:
     assert (out / "report.html").read_text(encoding="utf-8") == to_html(REPORT)
     assert ((out / "visits.png").read_bytes(), (out / "visits.svg").read_bytes()) == (b"png", b"<svg/>")
     assert parquet.read_table(out / "runs-examples.parquet")["status"].to_pylist() == ["failed"] * len(result.rows)
-
-
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match="file"):
-        write_report(REPORT, {}, tmp_path / "file")

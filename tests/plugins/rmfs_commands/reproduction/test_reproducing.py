@@ -22,7 +22,6 @@ from rmfs_commands.reproduction.instance_sets import METHODS, SIX_ORDERS
 from rmfs_commands.reproduction.machine import machine, processor, versions
 from rmfs_commands.reproduction.parts import PARTS, choose_parts, experiment_of
 from rmfs_commands.reproduction.reproducing import Reproduction, reproduce
-from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
 
 RUNS = {"examples": 5, "instances": 1200, "packing": 240, "prefilter": 880, "large": 320}
@@ -56,16 +55,6 @@ def test_rules_are_those_of_the_shipped_scenarios(jobs) -> None:
         for method in METHODS:
             name = base if method == "sequential" else f"{base}-{method}"
             assert ours[method] == load_scenario(name)
-
-
-@cases(
-    "only quick message",
-    (("larg",), False, 'there is no part "larg" .did you mean `large`'),
-    (("large",), True, "large has no part in --quick, which is examples and instances"),
-)
-def test_wrong_parts(only: tuple[str, ...], quick: bool, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        choose_parts(only, quick)
 
 
 def test_the_machine_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -226,8 +226,6 @@ async def slow(_scope: Any, _receive: Any, send: Any) -> None:
 
 
 def with_server(do: Callable[[Callable[[], Awaitable[Client]]], Awaitable[None]]) -> None:
-    """Do something with a server whose connections may be silent for one second."""
-
     async def run() -> None:
         config = uvicorn.Config(slow, log_config=None, timeout_keep_alive=1, lifespan="off")
         state = ServerState()

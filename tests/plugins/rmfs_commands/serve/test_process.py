@@ -82,7 +82,6 @@ def test_children_of_rules_end_with_their_process(spawning: Path, state: dict[st
         process.limit_s = 30
         assert (await process.ask(json.dumps(state).encode())).status == 200
         assert living(numbers(spawning))
-        assert process.pid is not None
         os.kill(process.pid, signal.SIGKILL)
         assert await asyncio.to_thread(ended, numbers(spawning))
 
@@ -122,8 +121,6 @@ def test_a_first_decision_that_never_returns(spawning: Path) -> None:
 
 
 def with_process(rule: str, limit_s: float, do: Callable[[RuleProcess], Awaitable[None]]) -> None:
-    """Do something with a process that is running."""
-
     async def run() -> None:
         process = RuleProcess([rule], limit_s=limit_s)
         await process.start()
@@ -162,7 +159,6 @@ def test_late_busy_ended(trouble: str, state: dict[str, Any]) -> None:
 
 def test_a_process_that_was_ended_by_somebody(state: dict[str, Any]) -> None:
     async def do(process: RuleProcess) -> None:
-        assert process.pid is not None
         os.kill(process.pid, signal.SIGKILL)
         while process.pid is not None:
             await asyncio.sleep(0.01)

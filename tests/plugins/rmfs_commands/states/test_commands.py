@@ -7,17 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from rich.console import Console
 
 from calling import exit_code
 from cases import cases
 from installed import RMFS
 from rmfs_commands.cli.main import main
-from rmfs_commands.states import Answer, Recorded, read_recording, state
+from rmfs_commands.states import read_recording, state
 from rmfs_commands.states.decide_command import DECIDING
-from rmfs_commands.states.explain_tables import print_comparison, print_story
-from rmfs_commands.states.stories import Episode
-from rmfs_core.roles import Role
 
 
 @pytest.fixture
@@ -74,18 +70,6 @@ def test_wrong_input(decide: Any, arguments: tuple[str, ...], changes: dict[str,
     assert (code, out) == (2, "")
     assert problem in err
     assert "Traceback" not in err
-
-
-def test_a_rule_from_a_file(decide: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    source = (
-        "from attrs import define\nfrom rmfs_core import hookimpl\n\n\n@define\nclass Lazy:\n"
-        "    @hookimpl\n    def assign_orders(self, warehouse):\n        return []\n"
-    )
-    (tmp_path / "mine.py").write_text(source, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    code, out, _ = decide("--rule", "./mine.py:Lazy")
-    assert code == 0
-    assert json.loads(out)["assignments"] == []
 
 
 @pytest.mark.parametrize(("changes", "code"), [({}, 0), ({"version": 3}, 2)])
@@ -167,15 +151,6 @@ def test_other_rules_than_those_recorded(joint: str, capsys: pytest.CaptureFixtu
 def figures_of(rule: str, lines: list[str]) -> list[str]:
     """Return the figures of a rule, which stand below its name where names are too long for 80 columns."""
     return lines[lines.index(rule) + 1].split()
-
-
-@cases("kind words", ("PPS", "free pods could be sent"), ("PR", "is stored at row"), ("TA", "fetches pod"))
-def test_decisions_of_every_kind(sequential: str, capsys: pytest.CaptureFixture[str], kind: str, words: str) -> None:
-    number = next(recorded.number for recorded in read_recording(sequential) if recorded.decides.label == kind)
-    code, out, _ = explain(capsys, sequential, "--decision", str(number))
-    assert code == 0
-    assert f"Decision {number}: {kind} by" in out
-    assert words in out
 
 
 def test_a_state_goes_round(joint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -270,21 +245,6 @@ def test_json(sequential: str, joint: str, capsys: pytest.CaptureFixture[str]) -
 def plain(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
     main(["explain", *arguments, "--json"])
     return json.loads(capsys.readouterr().out)
-
-
-@pytest.mark.parametrize("width", [80, 140])
-def test_long_names_of_rules_are_whole(width: int) -> None:
-    name = "a-rule-with-a-long-name-of-somebody"
-    stream = io.StringIO()
-    console = Console(file=stream, width=width)
-    print_story(console, "order 1", [Episode(1, (1, 20), (0.0, 123_456.0), Role.POA_PPS, name, "waited, " * 9)])
-    recorded = Recorded(
-        1, Role.TA, name, {"ask": {}}, {"tasks": [{"robot": str(n), "pod": "p"} for n in range(9)]}, None, "x"
-    )
-    print_comparison(console, recorded, None, [(name, Answer(name, "d", "1", Role.TA, {"tasks": []}, None, None))])
-    lines = stream.getvalue().splitlines()
-    assert max(map(len, lines)) <= width
-    assert sum(name in line for line in lines) == 3
 
 
 def test_due_times_and_nothing_are_shown(record: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

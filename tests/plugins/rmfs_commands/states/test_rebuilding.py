@@ -225,7 +225,6 @@ def half_done() -> Warehouse:
     world.place_at_station(world.robots[0], world.pods[0], world.stations[0])
     world.bind(world.pods[1], world.stations[0])
     request = next_request(world.stations[0], world.pods[0])
-    assert request is not None
     world.fulfil(request, world.pods[0])
     return world
 

@@ -11,19 +11,13 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from cases import cases
-from rmfs_commands.states import State, read_state, state_from_dict, state_json, state_schema, state_to_dict
+from rmfs_commands.states import read_state, state_from_dict, state_json, state_schema, state_to_dict
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.patches import difference, patched
 from rmfs_commands.states.state import (
-    AskState,
     LayoutState,
     MotionState,
-    OrderState,
-    PartState,
-    PodState,
     RandomState,
-    RequestState,
-    RobotState,
     StationState,
 )
 from rmfs_core import InputError
@@ -57,65 +51,15 @@ def test_the_schema_takes_states_and_nothing_else(by_hand: dict[str, object], at
         assert not validator.is_valid({**by_hand, **changed}), changed
 
 
-names = st.text(min_size=1, max_size=4)
-cells = st.integers(0, 2000)
-numbers = st.integers(1, 20)
-named = st.lists(names, max_size=3).map(tuple)
-
-
-def maybe(values: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    return st.none() | values
-
-
-pods = st.builds(
-    PodState,
-    contents=st.dictionaries(names, maybe(st.integers(0, 9)), max_size=3),
-    cell=maybe(cells),
-    home=maybe(cells),
-    bound_for=maybe(named),
-)
-requests = st.builds(RequestState, order=names, sku=names, pod=maybe(names), id=maybe(st.integers(0, 99)))
-stations = st.builds(
-    StationState,
-    item_capacity=numbers,
-    queue_length=maybe(numbers),
-    requests=st.lists(requests, max_size=3).map(tuple),
-    inbound=maybe(named),
-    line=named,
-    queue_room=maybe(st.integers(0, 13)),
-)
-orders = st.builds(
-    OrderState,
-    lines=st.dictionaries(names, numbers, min_size=1, max_size=3),
-    arrival_s=st.floats(0, 1e6),
-    parts=maybe(st.lists(st.builds(PartState, station=names, skus=named, period=numbers), max_size=2).map(tuple)),
-)
-robots = st.builds(RobotState, cell=maybe(cells), heading=st.integers(0, 3), task=maybe(names))
-states = st.builds(
-    State,
-    pods=st.dictionaries(names, pods, max_size=3),
-    stations=st.dictionaries(names, stations, max_size=3),
-    orders=st.dictionaries(names, orders, max_size=3),
-    time_s=maybe(st.floats(0, 1e6)),
-    skus=maybe(named),
-    layout=maybe(st.builds(LayoutState, map=st.lists(st.text("#.>O", max_size=4), max_size=3).map(tuple))),
-    robots=maybe(st.dictionaries(names, robots, max_size=3)),
-    waiting=maybe(named),
-    empty_pods=st.lists(cells, max_size=3).map(tuple),
-    reserved=st.lists(cells, max_size=3).map(tuple),
-    backlog=maybe(named),
-    ask=st.builds(AskState, decides=maybe(st.sampled_from(["POA", "PR"])), max_fetches=maybe(st.integers(0, 9))),
-    seed=st.integers(0, 9),
-    random=maybe(st.builds(RandomState, state=st.integers(0, 2**128 - 1).map(str), increment=st.just("7"))),
-)
-
-
-@given(states)
-def test_what_is_written_reads_back(state: State) -> None:
-    written = json.loads(to_json(state_to_dict(state)))
-    assert state_from_dict(written) == state
-    assert state_to_dict(state_from_dict(written)) == written
-    jsonschema.validate(written, state_schema())
+def test_what_is_written_reads_back(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:
+    asked = {"decides": "POA", "max_fetches": 0}
+    drawn = {"random": {"state": str(2**128 - 1), "increment": "7"}, "backlog": [], "reserved": [12], "seed": 9}
+    for content in (by_hand, at_work, at_work | drawn | {"ask": asked, "waiting": ["P2"], "empty_pods": [14]}):
+        state = state_from_dict(content)
+        written = json.loads(to_json(state_to_dict(state)))
+        assert (state_from_dict(written), written["version"]) == (state, content["version"])
+        assert state_to_dict(state_from_dict(written)) == written
+        jsonschema.validate(written, state_schema())
 
 
 def test_every_key_of_the_schema_says_what_it_means() -> None:
@@ -165,6 +109,8 @@ def test_files_of_states(by_hand, write, tmp_path, monkeypatch) -> None:
     (("robots",), {"r": {"heading": 4}}, "robots.r.heading", "expected 0, 1, 2 or 3"),
     (("orders", "A", "lines", "milk"), 10**30, "orders.A.lines", "quantities from 1 to"),
     (("orders", "A", "arrival_s"), float("nan"), "orders.A.arrival_s", "expected a finite number"),
+    (("time_s",), 10**400, "time_s", "expected a number"),
+    (("time_s",), 1e308, "time_s", "expected a"),
     (("random",), {"state": "-1", "increment": "1"}, "random", "decimal digits"),
     (("random",), {"state": "os.system", "increment": "1"}, "random", "decimal digits"),
     (("random",), {"state": "1", "increment": "1", "has_uint32": 2}, "random.has_uint32", "expected 0 or 1"),
@@ -182,12 +128,6 @@ def test_what_is_wrong_is_named(by_hand, path, value, place, problem) -> None:
         state_from_dict(content, "s.json")
     assert caught.value.place == f"s.json, {place}"
     assert problem in caught.value.problem
-
-
-@pytest.mark.parametrize("time_s", [10**400, 1e308, float("inf")])
-def test_numbers_out_of_all_bounds(by_hand: dict[str, Any], time_s: float) -> None:
-    with pytest.raises(InputError, match=r"time_s: expected a (finite )?number"):
-        state_from_dict({**by_hand, "time_s": time_s})
 
 
 def test_ids_and_numbers(by_hand: dict[str, Any]) -> None:

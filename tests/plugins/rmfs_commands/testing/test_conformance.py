@@ -42,8 +42,6 @@ def first_fitting(warehouse: WarehouseView, orders: tuple[Order, ...]) -> list[O
 
 @define
 class NoSuchStation:
-    """Names a station that is not there."""
-
     @hookimpl
     def assign_orders(self, warehouse):
         return [OrderAssignment(warehouse.backlog[0].id, len(warehouse.stations))]
@@ -51,20 +49,9 @@ class NoSuchStation:
 
 @define
 class WrongType:
-    """Returns no path."""
-
     @hookimpl
     def plan_path(self, goal):
         return goal
-
-
-@define
-class Divides:
-    """Forgets that a pod may be alone."""
-
-    @hookimpl
-    def choose_storage_location(self, warehouse):
-        return 1 // len(warehouse.idle_robots[:0])
 
 
 @define
@@ -85,8 +72,6 @@ class BreakingObserver:
 
 @define
 class GlobalRandom:
-    """Draws from a generator that no seed reaches."""
-
     @hookimpl
     def choose_storage_location(self, warehouse):
         return random.choice(warehouse.free_storage_locations)
@@ -94,8 +79,6 @@ class GlobalRandom:
 
 @define
 class CountsOutside:
-    """Remembers in its module how often it was asked."""
-
     @hookimpl
     def choose_storage_location(self, warehouse):
         return warehouse.free_storage_locations[next(numbers) % 7]
@@ -113,8 +96,6 @@ class GoesThroughASet:
 
 @define
 class Remembers:
-    """Remembers in the instance how often it was asked, and never forgets."""
-
     asked: int = field(default=0, init=False)
 
     @hookimpl
@@ -125,8 +106,6 @@ class Remembers:
 
 @define
 class EmptiesPods:
-    """Takes off a pod what it thinks is picked."""
-
     @hookimpl
     def choose_storage_location(self, warehouse, pod):
         (behind,) = gc.get_referents(pod.contents)
@@ -136,8 +115,6 @@ class EmptiesPods:
 
 @define
 class NamesRobots:
-    """An observer that is more than that."""
-
     warehouse: Any = field(default=None, init=False)
 
     @hookimpl
@@ -152,8 +129,6 @@ class NamesRobots:
 
 @define
 class ReservesItself:
-    """Takes for itself what the kernel would give it."""
-
     reserves: ClassVar[str] = "full paths"
 
     @hookimpl
@@ -164,8 +139,6 @@ class ReservesItself:
 
 @define
 class NeverAssigns:
-    """Waits for better orders."""
-
     @hookimpl
     def assign_orders(self):
         return []
@@ -173,8 +146,6 @@ class NeverAssigns:
 
 @define
 class ForgetsThree:
-    """Passes over one order as long as there is any other."""
-
     @hookimpl
     def filter_backlog(self, orders):
         return [order for order in orders if order.name != "3"]
@@ -182,8 +153,6 @@ class ForgetsThree:
 
 @define
 class FirstStationOnly:
-    """Is all right as long as every order fits the first station."""
-
     @hookimpl
     def assign_orders(self, warehouse):
         return [
@@ -193,8 +162,6 @@ class FirstStationOnly:
 
 @define
 class WaitsAndWaits:
-    """Never sets off."""
-
     wait_ticks: int
 
     @hookimpl
@@ -235,8 +202,6 @@ class Assumes:
 
 @define
 class Finishes:
-    """An observer that has never seen an order left."""
-
     @hookimpl
     def run_ended(self, status):
         assert status == "complete"
@@ -254,8 +219,7 @@ TURNS = "stations that take turns"
     (Waker(rename), "mutation of the view", ONE, "wake_at changed name of robot 1! (id 0) at 0.000 s"),
     (NoSuchStation(), "impossible decision", ONE, "named station 1, which does not exist"),
     (WrongType(), "impossible decision", ONE, "expected Path"),
-    (Divides(), "exception", ONE, "ZeroDivisionError"),
-    (BreakingObserver(), "exception", ONE, f"Invalid literal for Fraction: 'a pick' ({__file__}, line 79)."),
+    (BreakingObserver(), "exception", ONE, f"Invalid literal for Fraction: 'a pick' ({__file__}, line 66)."),
     (BreakingObserver(json.JSONDecoder), "impossible decision", ONE, "measured, at "),
     (BreakingObserver(lambda: json.loads("{")), "exception", ONE, f"({__file__}, line "),
     (GlobalRandom(), "nondeterminism", ONE, "RobotMoved"),
@@ -276,9 +240,7 @@ TURNS = "stations that take turns"
     (WaitsAndWaits(60_000), "starved order", ONE, "are not complete after 14400 s"),
     ids=lambda value: "" if isinstance(value, str) else type(value).__name__,
 )
-def test_what_a_rule_does_wrong_is_named(
-    rule: object, kind: str, world: str, problem: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_a_rule_does_wrong_is_named(rule, kind, world, problem, monkeypatch) -> None:
     if rule == WaitsAndWaits(1) or "not over" in problem:
         monkeypatch.setattr(trial, "MOST_CALLS", 100)  # the default is patient
     with pytest.raises(ConformanceError) as caught:
@@ -300,8 +262,6 @@ def test_a_failure_is_an_assertion_error() -> None:
 
 @define
 class OldestThatFits:
-    """POA without a fault."""
-
     @hookimpl
     def assign_orders(self, warehouse):
         return first_fitting(warehouse, warehouse.backlog)
@@ -309,8 +269,6 @@ class OldestThatFits:
 
 @define
 class AnyPod:
-    """PPS without a fault."""
-
     @hookimpl
     def select_pods(self, warehouse, max_fetches):
         return send_pods(warehouse, max_fetches, lambda station, pods, wanted: pods[0])
@@ -335,8 +293,6 @@ class AnyPlace:
 
 @define
 class Watches:
-    """An observer that only observes."""
-
     seen: list[object] = field(factory=list, init=False)
 
     @hookimpl
@@ -358,8 +314,6 @@ def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
 
 @define
 class NeedsEndlessPods(AnyPod):
-    """Does not count items, and says so."""
-
     needs: ClassVar[tuple[str, ...]] = ("unlimited stock", "item capacity")
 
 
@@ -427,8 +381,6 @@ class OldestBundles(OldestThatFits):
 
 @define
 class NeverCharges:
-    """Leaves idle robots where they are, and does not say that it needs no batteries."""
-
     often: float = 0.0
 
     @hookimpl
@@ -441,8 +393,6 @@ class NeverCharges:
 
 @define
 class MovesWhatIsInUse:
-    """Carries away the first pod, even one that waits for its robot."""
-
     @hookimpl
     def move_pods(self, warehouse):
         used = [pod for pod in warehouse.pods if pod.location is not None and pod.bound_for]
@@ -473,8 +423,6 @@ class KeepsBooks:
 
 @define
 class EmptiesBundles:
-    """ROA that changes what it is asked about."""
-
     @hookimpl
     def assign_bundles(self, warehouse):
         bundle, station = warehouse.bundles[0], warehouse.replenishment_stations[0]
@@ -484,8 +432,6 @@ class EmptiesBundles:
 
 @define
 class Misspelt:
-    """Has a hook that does not exist."""
-
     @hookimpl
     def asign_orders(self, warehouse):
         return []
@@ -498,8 +444,6 @@ class Idle:
 
 @define
 class NeedsMagic(AnyPod):
-    """Needs what no scenario has."""
-
     needs: ClassVar[tuple[str, ...]] = ("magic",)
 
 

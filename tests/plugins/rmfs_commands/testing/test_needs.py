@@ -7,7 +7,6 @@ import pytest
 import rmfs_core
 from calling import refusal
 from cases import cases
-from rmfs_commands.testing import check_rule
 from rmfs_core import InputError
 
 RULE = """
@@ -49,17 +48,6 @@ def test_rules_that_send_nobody_to_chargers_are_refused_with_batteries(rule: str
         InputError, match=f'^--set rules.idle={rule}: rule "{rule}" .* needs robots without batteries, as it sends'
     ):
         rmfs_core.run("examples/charging", overrides=[f"rules.idle={rule}"])
-
-
-def test_a_scenario_that_has_it_runs(install: Callable[..., None]) -> None:
-    install("acme", {"eager": "acme_rules:Eager"}, acme_rules=RULE.format(need="unlimited stock"))
-    result = rmfs_core.run("examples/small", overrides=["rules.pps=eager", "rules.pp=free-flow"])
-    assert result.status == "complete"
-    import acme_rules  # type: ignore[import-not-found]
-
-    left_out = check_rule(acme_rules.Eager()).left_out
-    assert len(left_out) == 18
-    assert all("finite stock" in name or "replenishment" in name for name in left_out)
 
 
 @cases(

@@ -10,15 +10,12 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-import rmfs_core
 from calling import refusal
 from cases import cases
-from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.trace import TraceStream, TraceWriter, read_trace
 from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results, read_json_lines
 from rmfs_core import InputError
-from rmfs_core.events import DecisionMade, Event, OrderArrived, OrderAssigned, RobotMoved
-from rmfs_core.hookspecs import hookimpl
+from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, RobotMoved
 from rmfs_core.info import RunInfo
 from rmfs_core.roles import Role
 
@@ -32,17 +29,6 @@ EVENTS = (
 
 READ = (*EVENTS[:-1], evolve(EVENTS[-1], wall_s=0.0))
 """What comes back: times of the wall clock are not written."""
-
-
-class Recorder:
-    """Observer that keeps the events."""
-
-    def __init__(self) -> None:
-        self.events: list[Event] = []
-
-    @hookimpl
-    def on_event(self, event: Event) -> None:
-        self.events.append(event)
 
 
 def write(folder: Path, run: RunInfo) -> Path:
@@ -72,35 +58,6 @@ def test_what_is_written_is_read_back(trace_file: Path, tiny: RunInfo) -> None:
     assert [robot["cell"] for robot in trace.robots] == [robot.cell for robot in tiny.warehouse.robots]
     assert (trace.tick, trace.status) == (6000, "partial")
     assert trace.scenario["seed"] == 7
-
-
-def test_equal_runs_have_equal_bytes(tmp_path: Path, tiny: RunInfo) -> None:
-    (tmp_path / "one").mkdir()
-    (tmp_path / "two").mkdir()
-    assert write(tmp_path / "one", tiny).read_bytes() == write(tmp_path / "two", tiny).read_bytes()
-
-
-def test_there_is_no_file_until_the_run_has_ended(tmp_path: Path, tiny: RunInfo) -> None:
-    writer = TraceWriter()
-    writer.run_started(evolve(tiny, out=tmp_path))
-    assert not (tmp_path / "trace.jsonl.gz").exists()
-    del writer
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_metrics_of_a_run_can_be_recomputed_from_its_trace(tmp_path: Path) -> None:
-    recorder = Recorder()
-    few = ["instance.orders=12"]
-    result = rmfs_core.run("examples/small", overrides=few, out=tmp_path, record=["trace"], observers=[recorder])
-    trace = read_trace(tmp_path / "trace.jsonl.gz")
-    metrics = Metrics()
-    metrics.begin(trace.instance, len(trace.stations))
-    for event in trace.events:
-        metrics.on_event(event)
-    metrics.run_ended(trace.tick, trace.status)
-    assert result.status == "complete"
-    assert metrics.measured().items() <= result.metrics.items()
-    assert len(trace.events) == len(recorder.events)
 
 
 def rewrite(path: Path, change: Callable[[list[str]], list[str]]) -> None:

@@ -132,7 +132,6 @@ class Script:
 
     def store(self, robot: int) -> None:
         start, pod = self.now[robot], self.carried[robot]
-        assert pod is not None
         self.now[robot] += MOTION.lift_ticks
         self.carried[robot] = None
         self.events.append(PodStored(self.now[robot], start, robot, pod, self.cells[robot]))

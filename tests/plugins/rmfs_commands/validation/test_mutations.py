@@ -199,12 +199,6 @@ def test_wrong_cancellations_are_named(name: str, recorded: Recorded, tmp_path: 
     assert "cancelled" in {fault.kind for fault in check_trace(tmp_path).faults}
 
 
-def test_the_run_that_ends_early_has_a_leg_under_way(recorded: Recorded) -> None:
-    """So that kinds of corruption of such legs have a place."""
-    raw = Raw.read(recorded(PARTIAL) / "trace.jsonl.gz")
-    assert raw.one("robot_moved", at=1.0)["tick"] == raw.end["tick"]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("base", BASES)
 def test_every_corruption_shows(base: str, recorded: Recorded, tmp_path: Path) -> None:

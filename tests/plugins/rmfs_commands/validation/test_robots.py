@@ -118,13 +118,7 @@ MEETINGS: list[tuple[str, list[tuple[int, int]], tuple[tuple[int, int, int, floa
 @pytest.mark.parametrize(
     ("robots", "drives", "expected"), [row[1:] for row in MEETINGS], ids=[row[0] for row in MEETINGS]
 )
-def test_robots_that_hold_a_cell_at_once_collide(
-    new_script: Any,
-    waits: bool,
-    robots: list[tuple[int, int]],
-    drives: tuple[tuple[int, int, int, float], ...],
-    expected: list[str],
-) -> None:
+def test_robots_that_hold_a_cell_at_once_collide(new_script, waits, robots, drives, expected) -> None:
     script = new_script(HALL, robots=robots)
     for robot, row, column, wait_s in drives:
         script.rest(robot, 0 if waits else wait_s)

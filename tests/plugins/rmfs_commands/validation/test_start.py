@@ -37,14 +37,6 @@ def test_a_scenario_without_its_stations_is_refused(day: Trace, key: str) -> Non
         Case(evolve(day, scenario={**day.scenario, "stations": stations}))
 
 
-def test_faults_have_known_kinds(day: Trace) -> None:
-    case = Case(day)
-    case.add("wall", 5, "robot 1 drives through the wall")
-    with pytest.raises(AssertionError):
-        case.add("walls", 5, "robot 1 drives through the wall")
-    assert [(fault.kind, fault.tick) for fault in case.faults] == [("wall", 5)]
-
-
 @cases(
     "rules expected",
     ({"pp": "free-flow"}, False),
@@ -58,8 +50,8 @@ def test_only_free_flow_ignores_other_robots(day: Trace, rules: Mapping[str, Any
     assert avoids_collisions(evolve(day, scenario={**day.scenario, "rules": rules})) is expected
 
 
-HERE, THERE = 27, 30
-"""Where P0 stands at the start of the day, and a free storage location."""
+HERE = 27
+"""Where P0 stands at the start of the day."""
 
 
 @pytest.fixture
@@ -179,16 +171,6 @@ def test_starts_are_made_anew(recorded: Trace) -> None:
     untold = evolve(recorded, versions={})
     assert not made_alike(untold, None)
     assert made_alike(untold, {"versions": {**recorded.versions, "click": "8"}})
-
-
-@pytest.mark.parametrize(
-    "overrides",
-    [("instance.pods_at_stations={2 = ['4'], 1 = ['1', '2']}",), ("layout.pod_fill=1.0",), ("robots.count=40",)],
-)
-def test_places_are_made_anew(tmp_path: Path, overrides: tuple[str, ...]) -> None:
-    few = ("instance.orders=2", "rules.pp=free-flow", *overrides)
-    rmfs_core.run("examples/small", overrides=few, out=tmp_path, record=["trace"])
-    assert faults(read_trace(tmp_path / "trace.jsonl.gz")) == []
 
 
 def test_a_map_is_read_from_the_header(tmp_path: Path) -> None:

@@ -215,9 +215,7 @@ def test_the_run_has_no_faults(handled: Trace) -> None:
     (one_too_many, "arrival"),
     (not_refilled, "arrival"),
 )
-def test_orders_that_end_or_come_at_the_wrong_time_are_found(
-    handled: Trace, damage: Callable[[Trace], Trace], kind: str
-) -> None:
+def test_orders_that_end_or_come_at_the_wrong_time_are_found(handled, damage, kind) -> None:
     assert kind in {fault.kind for fault in faults_of(damage(handled))}
 
 

@@ -160,12 +160,9 @@ def test_a_result_is_read_where_there_is_one(copied: Path) -> None:
     for path in (copied, copied / "trace.jsonl.gz", str(copied)):
         report = check_trace(path)
         assert (report.faults, report.metrics_checked, report.collisions_checked) == ([], True, False)
-    result = copied / "result.json"
-    content = json.loads(result.read_text(encoding="utf-8"))
-    content["metrics"]["picks"] += 1
-    result.write_text(json.dumps(content), encoding="utf-8")
+    alter_metric(copied)
     assert [fault.kind for fault in validate_trace(copied)] == ["metric"]
-    result.unlink()
+    (copied / "result.json").unlink()
     assert not check_trace(copied).metrics_checked
     assert validate_trace(copied) == []
 
@@ -199,13 +196,6 @@ def test_a_header_that_does_not_fit_together_is_refused(copied: Path, scenario: 
         check_trace(copied)
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    settings = ("instance.orders=8", "rules.pp=free-flow")
-    rmfs_core.run("examples/small", overrides=settings, out=tmp_path, record=["trace"])
-    return tmp_path
-
-
 def alter_metric(folder: Path) -> None:
     file = folder / "result.json"
     content = json.loads(file.read_text(encoding="utf-8"))
@@ -216,51 +206,51 @@ def alter_metric(folder: Path) -> None:
 code_of = partial(exit_code, "validate")
 
 
-def test_a_good_run(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert code_of(str(folder)) == 0
+def test_a_good_run(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert code_of(str(copied)) == 0
     first, second = capsys.readouterr().out.splitlines()
     assert first.startswith("no faults in ")
     assert first.endswith(" events")
     assert second.startswith(
         "NOT CHECKED: WHETHER ROBOTS COLLIDE. The trace says that its PP rule ignores other robots;"
     )
-    assert code_of(str(folder), "--json") == 0
+    assert code_of(str(copied), "--json") == 0
     report = json.loads(capsys.readouterr().out)
     assert (report["faults"], report["collisions_checked"], report["metrics_checked"]) == ([], False, True)
-    alter_metric(folder)
-    assert code_of(str(folder), "--json") == 1
+    alter_metric(copied)
+    assert code_of(str(copied), "--json") == 1
     (fault,) = json.loads(capsys.readouterr().out)["faults"]
     assert fault["kind"] == "metric"
 
 
-def test_a_trace_of_another_version(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    raw = Raw.read(folder / "trace.jsonl.gz")
+def test_a_trace_of_another_version(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    raw = Raw.read(copied / "trace.jsonl.gz")
     raw.header["versions"]["numpy"] = "1.0"
-    raw.write(folder / "trace.jsonl.gz")
-    (folder / "result.json").unlink()
-    assert code_of(str(folder)) == 0
+    raw.write(copied / "trace.jsonl.gz")
+    (copied / "result.json").unlink()
+    assert code_of(str(copied)) == 0
     assert "Not checked: whether the run starts from what its scenario makes" in capsys.readouterr().out
 
 
-def test_the_trace_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "result.json").unlink()
-    assert code_of(str(folder / "trace.jsonl.gz")) == 0
+def test_the_trace_alone(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (copied / "result.json").unlink()
+    assert code_of(str(copied / "trace.jsonl.gz")) == 0
     assert "no result.json" in capsys.readouterr().out
 
 
-def test_faults_are_shown(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    alter_metric(folder)
-    assert code_of(str(folder)) == 1
+def test_faults_are_shown(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    alter_metric(copied)
+    assert code_of(str(copied)) == 1
     out = capsys.readouterr().out
     assert "metric" in out
     assert "picks is reported as" in out
     assert "1 fault in " in out
 
 
-def test_many_faults_are_cut_off(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert code_of(str(folder), "--collisions", "--limit", "1") == 1
+def test_many_faults_are_cut_off(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert code_of(str(copied), "--collisions", "--limit", "1") == 1
     assert "more; --limit shows more of them." in capsys.readouterr().out
-    assert code_of(str(folder), "--no-collisions") == 0
+    assert code_of(str(copied), "--no-collisions") == 0
     assert "NOT CHECKED: WHETHER ROBOTS COLLIDE, as --no-collisions asks." in capsys.readouterr().out
 
 
@@ -269,12 +259,12 @@ def test_a_run_without_a_trace(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert capsys.readouterr().err == f"Error: {tmp_path}: has no trace.jsonl.gz; `rmfs run --trace` records one\n"
 
 
-def test_what_cannot_be_read(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_cannot_be_read(copied: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert code_of(str(tmp_path / "nowhere")) == 2
-    (folder / "result.json").write_text("{", encoding="utf-8")
-    assert code_of(str(folder)) == 2
-    (folder / "trace.jsonl.gz").write_bytes(b"no trace")
-    assert code_of(str(folder)) == 2
+    (copied / "result.json").write_text("{", encoding="utf-8")
+    assert code_of(str(copied)) == 2
+    (copied / "trace.jsonl.gz").write_bytes(b"no trace")
+    assert code_of(str(copied)) == 2
     assert [line[:7] for line in capsys.readouterr().err.splitlines()] == ["Error: "] * 3
 
 

@@ -18,6 +18,7 @@ from attrs import evolve
 from matplotlib.figure import Figure
 from rich.console import Console
 
+from cases import cases
 from rmfs_commands.experiments import ExperimentResult, RuleSetChoice
 from rmfs_commands.experiments.compare import Interval, Paired, summary
 from rmfs_commands.experiments.report import print_comparison, write_report
@@ -38,7 +39,6 @@ from rmfs_commands.experiments.report.numbers import (
 from rmfs_commands.experiments.report.plots import MOST_RULE_SETS, Plot, make_plots, plot_of
 from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS, grids, summary_csv, write_parquet
 from rmfs_commands.experiments.report.terminal import MOST_ERRORS
-from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric
 
 MAKESPAN = Metric("makespan_s", "Makespan", "s", 1, "Time of the last order.")
@@ -47,17 +47,14 @@ PART = Metric("loaded_distance_m", "  with a pod", "m", 0, "Part of the distance
 
 
 def found(mean: float | None, low: float | None = None, high: float | None = None) -> Interval:
-    """Return an interval."""
     return Interval(mean, None, None, None, low, high)
 
 
-@pytest.mark.parametrize(
-    ("metric", "text"),
-    [
-        (MAKESPAN, "Makespan (s)"),
-        (PLAIN, "Picks"),
-        (PART, "Part of the distance driven with a pod (m)"),  # by itself its label says nothing
-    ],
+@cases(
+    "metric text",
+    (MAKESPAN, "Makespan (s)"),
+    (PLAIN, "Picks"),
+    (PART, "Part of the distance driven with a pod (m)"),  # by itself its label says nothing
 )
 def test_a_title_stands_by_itself(metric: Metric, text: str) -> None:
     """The label with its unit; of a part of another figure what it means."""
@@ -70,14 +67,12 @@ def test_a_mean_has_a_digit_more_than_a_run() -> None:
     assert value(PLAIN, None) == "-"
 
 
-@pytest.mark.parametrize(
-    ("interval", "text"),
-    [
-        (found(0.5, -0.25, 1.25), f"+0.50 [{MINUS}0.25, +1.25]"),
-        (found(-0.5), f"{MINUS}0.50 (no interval)"),
-        (found(0.001, -0.001, 0.001), "0.00 [0.00, 0.00]"),  # no sign for what is rounded to zero
-        (found(None), "-"),
-    ],
+@cases(
+    "interval text",
+    (found(0.5, -0.25, 1.25), f"+0.50 [{MINUS}0.25, +1.25]"),
+    (found(-0.5), f"{MINUS}0.50 (no interval)"),
+    (found(0.001, -0.001, 0.001), "0.00 [0.00, 0.00]"),  # no sign for what is rounded to zero
+    (found(None), "-"),
 )
 def test_a_difference_has_its_sign_and_interval(interval: Interval, text: str) -> None:
     assert difference(MAKESPAN, interval) == text
@@ -120,16 +115,11 @@ def test_pandas_reads_the_runs(result: ExperimentResult, tmp_path: Path) -> None
 
 def test_axis_values_of_several_kinds_are_texts(result: ExperimentResult, tmp_path: Path) -> None:
     for row, mixed in zip(result.rows, [1, "start", None] * 6, strict=True):
-        row["mixed"] = mixed
+        row |= {"mixed": mixed, "huge": 2**64}  # which no column of whole numbers has
     write_parquet(result, tmp_path / "runs.parquet")
-    assert list(pandas.read_parquet(tmp_path / "runs.parquet")["mixed"].iloc[:2]) == ["1", "start"]
-
-
-def test_numbers_that_no_column_has_are_texts(result: ExperimentResult, tmp_path: Path) -> None:
-    for row in result.rows:
-        row["huge"] = 2**64
-    write_parquet(result, tmp_path / "runs.parquet")
-    assert set(pandas.read_parquet(tmp_path / "runs.parquet")["huge"]) == {"18446744073709551616"}
+    runs = pandas.read_parquet(tmp_path / "runs.parquet")
+    assert list(runs["mixed"].iloc[:2]) == ["1", "start"]
+    assert set(runs["huge"]) == {"18446744073709551616"}
 
 
 def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
@@ -164,18 +154,6 @@ def test_no_name_is_a_formula(result: ExperimentResult, tmp_path: Path, name: st
     assert pandas.read_parquet(tmp_path / "runs.parquet")["rule_set"].iloc[0] == f"{name}base"
 
 
-def test_a_metric_that_no_run_has_is_empty(result: ExperimentResult, tmp_path: Path) -> None:
-    for row in result.rows:
-        if row["status"] != "failed" and row["rule_set"] != "good":
-            row["balance"] = -row["pile_on"]
-    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
-    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance",)), measures=described)
-    rows = list(csv.DictReader(summary_csv(shown.comparison()).splitlines()))
-    assert [row["mean"] for row in rows if row["rule_set"] == "good"] == ["", "", ""]
-    write_parquet(shown, tmp_path / "runs.parquet")
-    assert pandas.read_parquet(tmp_path / "runs.parquet")["balance"].isna().sum() == 7
-
-
 def test_bounds_are_in_both_tables(bounded: ExperimentResult, tmp_path: Path) -> None:
     """Of each run in runs.parquet, and their means in summary.csv; empty where there are none."""
     rows = list(csv.DictReader(summary_csv(bounded.comparison()).splitlines()))
@@ -197,7 +175,6 @@ def test_tables_for_papers(result: ExperimentResult) -> None:
 
 
 def plots_of(result: ExperimentResult, **changes: Any) -> list[Any]:
-    """Return the plots of a result with another experiment."""
     changed = evolve(result, experiment=evolve(result.experiment, **changes))
     return make_plots(changed.rows, changed.comparison())
 
@@ -225,14 +202,6 @@ def test_many_rule_sets_have_no_plots_of_single_runs(result: ExperimentResult) -
     rows = [dict(result.rows[0], rule_set=one.name, seed=seed) for one in rule_sets for seed in (1, 2)]
     changed = evolve(result, rows=rows)
     assert [plot.name for plot in plots_of(changed, rule_sets=rule_sets, baseline="rules 0")] == ["differences"]
-
-
-def test_another_figure_gives_another_plot(result: ExperimentResult) -> None:
-    metrics = ("pile_on", "picker_utilisation")
-    before = {plot.name: plot.svg for plot in plots_of(result, metrics=metrics)}
-    result.rows[0]["pile_on"] = 7.0
-    after = {plot.name: plot.svg for plot in plots_of(result, metrics=metrics)}
-    assert {name for name in before if before[name] != after[name]} == {"differences", "pile_on"}
 
 
 NAMES = (
@@ -300,7 +269,6 @@ def test_a_bound_is_a_dashed_line(result: ExperimentResult) -> None:
 
 
 def printed(result: ExperimentResult, width: int) -> str:
-    """Return what the terminal shows."""
     console = Console(width=width, record=True, quiet=False, file=None, force_terminal=False)
     with console.capture() as capture:
         print_comparison(console, result, result.comparison())
@@ -370,16 +338,6 @@ def test_fronts_follow_the_metrics(with_front: ExperimentResult) -> None:
     assert re.search(r"orders=50 *\n +base +2\.200 +52\.00 *\n +orders=100 *\n +base", text)
 
 
-def test_metrics_of_observers_are_shown_as_they_describe_them(result: ExperimentResult) -> None:
-    for row in result.rows:
-        if row["status"] != "failed" and row["rule_set"] != "good":
-            row["balance"] = -row["pile_on"]
-    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
-    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance",)), measures=described)
-    block = printed(shown, 100).partition("Balance of work (kJ)")[2]
-    assert re.search(r"orders=50 *\n +base +3 +-2\.20 +baseline *\n +good +0 \(3 left out\) +- +-", block)
-
-
 def test_not_all_failures_are_listed(result: ExperimentResult) -> None:
     for row in result.rows[: MOST_ERRORS + 1]:
         row |= {"status": "failed", "error": "no idea"}
@@ -398,12 +356,7 @@ def test_how_many_times_the_bound_is_shown(bounded: ExperimentResult) -> None:
     assert max(map(len, text.splitlines())) <= 120
 
 
-def test_without_bounds_nothing_is_said_of_them(result: ExperimentResult) -> None:
-    assert "bound" not in printed(result, 120)
-
-
 def page_of(result: ExperimentResult) -> str:
-    """Return the report with empty pictures."""
     plots = [Plot(name, name, b"<svg/>", b"", b"") for name in ("differences", *result.experiment.metrics)]
     return report_html(result, result.comparison(), plots)
 
@@ -435,41 +388,37 @@ def with_figures(result: ExperimentResult, **figures: list[float]) -> Experiment
     return evolve(result, rows=rows, experiment=evolve(result.experiment, metrics=tuple(figures)))
 
 
-@pytest.mark.parametrize(
-    ("metric", "means", "way", "sentence"),
-    [
-        (
-            "turnover_s",
-            [20.0, 10.0, 30.0],
-            "less",
-            "good has the lowest turn-over time: 10.00 s, -50.0 % against base (p",
-        ),
-        ("pile_on", [2.0, 1.0, 4.0], "more", "bad has the highest pile-on: 4.000, +100.0 % against base (p "),
-        (
-            "picker_utilisation",
-            [2.0, 1.0, 4.0],
-            "more",
-            "bad has the highest picker utilisation: 400.00 %, +200.00 points ",
-        ),
-        (
-            "makespan_s",
-            [1.0, 2.0, 4.0],
-            "less",
-            "base, the baseline, has the lowest makespan: 1.00 s; next is good with",
-        ),
-        (
-            "makespan_s",
-            [9.0, 9.0, 8.99],
-            "less",
-            "bad has the lowest makespan: 8.99 s, -0.1 % against base (p = 1.000); that",
-        ),
-        ("picks", [2.0, 1.0, 4.0], None, None),  # the same whatever the rules
-        ("balance", [2.0, 1.0, 4.0], None, None),  # nobody knows which way is better
-    ],
+@cases(
+    "metric means way sentence",
+    (
+        "turnover_s",
+        [20.0, 10.0, 30.0],
+        "less",
+        "good has the lowest turn-over time: 10.00 s, -50.0 % against base (p",
+    ),
+    ("pile_on", [2.0, 1.0, 4.0], "more", "bad has the highest pile-on: 4.000, +100.0 % against base (p "),
+    (
+        "picker_utilisation",
+        [2.0, 1.0, 4.0],
+        "more",
+        "bad has the highest picker utilisation: 400.00 %, +200.00 points ",
+    ),
+    (
+        "makespan_s",
+        [1.0, 2.0, 4.0],
+        "less",
+        "base, the baseline, has the lowest makespan: 1.00 s; next is good with",
+    ),
+    (
+        "makespan_s",
+        [9.0, 9.0, 8.99],
+        "less",
+        "bad has the lowest makespan: 8.99 s, -0.1 % against base (p = 1.000); that",
+    ),
+    ("picks", [2.0, 1.0, 4.0], None, None),  # the same whatever the rules
+    ("balance", [2.0, 1.0, 4.0], None, None),  # nobody knows which way is better
 )
-def test_the_page_begins_with_the_answer(
-    result: ExperimentResult, metric: str, means: list[float], way: str | None, sentence: str | None
-) -> None:
+def test_the_page_begins_with_the_answer(result, metric, means, way, sentence) -> None:
     one = with_figures(result, **{metric: means})
     found = re.search(r'<p class="answer">(.*?)</p>', page_of(one))
     answer = unescape(found[1]).replace(MINUS, "-") if found else ""
@@ -628,9 +577,7 @@ PAPER = r"""\documentclass%s{article}
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex: Debian's texlive-latex-recommended")
 @pytest.mark.parametrize(("options", "width_cm"), [("", 12.0), ("[a4paper,twocolumn]", ONE_COLUMN_CM)])
-def test_tables_and_plots_fit_into_a_paper(
-    with_front: ExperimentResult, tmp_path: Path, options: str, width_cm: float
-) -> None:
+def test_tables_and_plots_fit_into_a_paper(with_front, tmp_path, options, width_cm) -> None:
     """Each table and each plot at its size, with long names and large figures: no box is too wide or too high."""
     for row in with_front.rows:
         row["rule_set"] = LONG if row["rule_set"] == "good" else row["rule_set"]
@@ -657,16 +604,7 @@ def test_tables_and_plots_fit_into_a_paper(
     assert wide == []
 
 
-def test_a_folder_that_cannot_be_made_is_refused(result: ExperimentResult, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("mine", encoding="utf-8")
-    with pytest.raises(InputError, match="file"):
-        write_report(result, result.comparison(), tmp_path / "file")
-    assert (tmp_path / "file").read_text(encoding="utf-8") == "mine"
-
-
-def test_an_observers_metric_is_called_what_it_likes(
-    result: ExperimentResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_observers_metric_is_called_what_it_likes(result, tmp_path, capsys) -> None:
     label = "Price [s] [/nope] in $^$"
     rows = [row | {"differences": row["seed"] * 1.5} for row in result.rows]
     experiment = evolve(result.experiment, metrics=("differences", "pile_on"))
