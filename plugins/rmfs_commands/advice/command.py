@@ -160,7 +160,11 @@ def advise(
 
 def _limit(text: str) -> tuple[str, float]:
     """Return the metric and the limit of ``--most``."""
+    from rmfs_commands.details.catalogue import better
+
     metric, _, number = text.partition("=")
+    if better(metric.strip()) == "more":
+        raise click.UsageError(f"more of `{metric.strip()}` is better; expected one of which less is, in --most {text}")
     with suppress(ValueError):
         if metric.strip() and math.isfinite(limit := float(number)):
             return metric.strip(), limit

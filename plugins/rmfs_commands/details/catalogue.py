@@ -307,20 +307,18 @@ COSTS: tuple[Metric, ...] = (
     Metric(
         "cost_per_order", "Cost per order", "", 4, "Cost per packed order, where packing is simulated, else picked."
     ),
-    Metric("cost_pickers_per_order", "  pickers", "", 4, "The part of it for pickers."),
-    Metric(
-        "cost_packers_per_order", "  packers", "", 4, "The part of it for packers and sorters; with packing stations."
-    ),
+    Metric("cost_pickers_per_order", "  pickers", "", 4, "Cost of pickers per order."),
+    Metric("cost_packers_per_order", "  packers", "", 4, "Cost of packers and sorters per order."),
     Metric(
         "cost_replenishers_per_order",
         "  replenishers",
         "",
         4,
-        "The part of it for replenishers; with replenishment stations.",
+        "Cost of replenishers per order.",
     ),
-    Metric("cost_robots_per_order", "  robots", "", 4, "The part of it for robots."),
-    Metric("cost_energy_per_order", "  energy", "", 4, "The part of it for electricity."),
-    Metric("cost_lateness_per_order", "  lateness", "", 4, "The part of it for late orders; with due times."),
+    Metric("cost_robots_per_order", "  robots", "", 4, "Cost of robots per order."),
+    Metric("cost_energy_per_order", "  energy", "", 4, "Cost of electricity per order."),
+    Metric("cost_lateness_per_order", "  lateness", "", 4, "Cost of late orders per order."),
 )
 """Metrics of runs of scenarios with a section `costs`."""
 

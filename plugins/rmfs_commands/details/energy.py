@@ -97,6 +97,8 @@ class Energy:
     def drawn_wh(self, battery: BatterySection, standing_ticks: Callable[[int], int]) -> float:
         """Return what batteries gave since the time from which on is counted: work and standing, by their draws.
 
+        Robots that sleep with low batteries count as standing.
+
         Parameters
         ----------
         battery

@@ -282,6 +282,7 @@ def test_the_command_answers_and_goes_on_where_it_stopped(
     (("--seeds", "0"), "expected a whole number from 1 to 1,000, found 0"),
     (("--set", "rules.poa=nobody"), "rules.poa"),
     (("--most", "missed_percent=2"), "expected a scenario with a section `costs` with --most"),
+    (("--most", "departed_share=1"), "more of `departed_share` is better; expected one of which less is"),
     (("--most", "late_percent=nan"), "expected a metric and a number, as in --most missed_percent=2, found late_per"),
     (("--set", "instance.orders=0"), "instance.orders=0: found no orders; expected some"),
     (
