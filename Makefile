@@ -33,7 +33,7 @@ long: $(VENV)/installed-dev lowest  ## studies that take minutes to hours, befor
 	$(BIN)/python tools/soak.py
 	$(BIN)/python tools/mutants.py
 	$(BIN)/python -m pytest tests/benchmarks/test_multi_day.py --benchmark-enable
-	$(BIN)/python tools/pages.py --long docs/how-to/train-a-policy.md
+	$(BIN)/python tools/pages.py --long docs/how-to/train-a-policy.md docs/how-to/judge-a-policy.md
 	$(BIN)/python tools/load.py
 	$(BIN)/python -m pytest -m hypothesis -n $(JOBS) --hypothesis-profile=explore
 
