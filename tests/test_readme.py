@@ -22,7 +22,7 @@ COMMANDS = commands()
 
 
 def test_it_is_short() -> None:
-    assert len(README.splitlines()) <= 180
+    assert len(README.splitlines()) <= 150
 
 
 def test_the_readmes_rule_runs(tmp_path: Path) -> None:
