@@ -51,11 +51,12 @@ release-check: $(VENV)/installed-dev  ## sdist and wheel in dist/, what an index
 	$(BIN)/python -m twine check --strict dist/*
 	$(BIN)/python tools/try_wheel.py dist/*.whl
 
-lint: $(VENV)/installed-dev  ## ruff (rules and format), mypy, import-linter
+lint: $(VENV)/installed-dev  ## ruff (rules and format), mypy, import-linter, codespell
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/codespell README.md CONTRIBUTING.md SECURITY.md CHANGELOG.md docs rmfs_core plugins tools scenarios
 
 docs: $(VENV)/installed-docs  ## the documentation, warnings as errors
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html

@@ -127,7 +127,7 @@ DETAILS: tuple[Metric, ...] = (
         "  for room at the station",
         "s",
         1,
-        "The part of it that robots spend beneath their pods until the station's queue has room; the rest is traffic.",
+        "The part of it that robots spend under their pods until the station's queue has room; the rest is traffic.",
     ),
     Metric(
         "picking_distance_per_order_m",

@@ -317,7 +317,7 @@ def test_more_stations_than_the_map_has_are_refused(tiny_run: Prepare) -> None:
 
 
 def test_a_packing_station_without_floor_is_refused() -> None:
-    with pytest.raises(InputError, match="row 1, column 1: the packing station has no floor beside it; expected some"):
+    with pytest.raises(InputError, match="row 1, column 1: the packing station has no floor next to it; expected some"):
         parse_map("P\n#....O\n#....q\n", "map")
 
 

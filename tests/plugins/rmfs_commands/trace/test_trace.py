@@ -251,7 +251,9 @@ def test_what_nobody_commits_is_gone(tmp_path: Path) -> None:
 
 def test_recorders_write_beside_the_results(tiny: RunInfo, tmp_path: Path) -> None:
     assert beside_results(evolve(tiny, out=tmp_path), "lines.gz") == tmp_path / "lines.gz"
-    with pytest.raises(InputError, match=r"^lines.gz: is written beside the results; expected a run with a folder for"):
+    with pytest.raises(
+        InputError, match=r"^lines.gz: is written next to the results; expected a run with a folder for"
+    ):
         beside_results(tiny, "lines.gz")
 
 
