@@ -297,7 +297,7 @@ def gaps_in_needs(needs: Any, text: str) -> list[str]:
 
 
 def test_every_need_is_documented() -> None:
-    """What a rule may need is in the reference and where tests of rules are explained; a gap would be found."""
+    """Every need of a rule is in the reference and where tests of rules are explained; a gap would be found."""
     assert gaps_in_needs(NEEDS, GENERATED["needs"]()) == []
     assert gaps_in_needs(NEEDS, page("how-to/test-a-rule.md")) == []
     assert gaps_in_needs(["magic"], GENERATED["needs"]()) == ["magic"]
@@ -428,7 +428,7 @@ INTERNAL = {
     "docs/how-to/score-by-columns.md": {"rmfs_rules.helpers.pairs", "rmfs_rules.helpers.sending"},
     "docs/reference/hook_examples.py": {"rmfs_core.traffic", "rmfs_rules.sipp"},
 }
-"""What pages import besides the façade: rules of ours, and what only few need."""
+"""Imports of pages besides the façade: rules of ours, and modules that only few need."""
 
 
 def test_what_pages_and_templates_show_imports_the_facade() -> None:

@@ -30,7 +30,7 @@ WORDS = {
     rf"(?<![\w.,-])1 {MANY}\b": "the singular",
     r"(?:^|[.] )(?:Read|Written|Shown|Left out) are\b": "subject, verb, object",
 }
-"""What may not stand in a text, and what to write in its place."""
+"""Patterns that may not stand in a text, and what to write in their place."""
 
 TEMPLATES = [file for ending in ("j2", "html") for file in sorted((ROOT / "plugins").rglob(f"*.{ending}"))]
 SCRIPTS = sorted((ROOT / "plugins").rglob("*.mjs"))

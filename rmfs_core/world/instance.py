@@ -69,7 +69,7 @@ class BundleData:
 
 @frozen
 class Instance:
-    """What a run starts from.
+    """The start of a run.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ BOUNDED = (
 
 @frozen
 class Bound:
-    """What no complete run has less of.
+    """Lower bounds on complete runs.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def find_bounds(
 
 
 class _Start:
-    """What the bounds need of the warehouse at time 0.
+    """The warehouse at time 0, for the bounds.
 
     Parameters
     ----------

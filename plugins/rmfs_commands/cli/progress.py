@@ -94,7 +94,7 @@ class Throughput:
 
 @define
 class RunCounts:
-    """What both displays show of a run so far.
+    """State of a run so far, for both displays.
 
     ``total`` are the orders without those that were cancelled, ``picking`` the pods that are at stations, by the
     station, ``moving`` the robots that carry pods elsewhere without a visit, or come for them; ``totes`` are on

@@ -74,7 +74,7 @@ def _grouped(metrics: Iterable[Metric], group: str | None) -> tuple[Metric, ...]
 
 
 METRICS = {heading: _grouped(metrics, heading) for heading, metrics in _GROUPS.items()}
-"""What `rmfs_commands.details.metrics.Metrics` measures, by heading, in the order of a table."""
+"""Metrics of `rmfs_commands.details.metrics.Metrics`, by heading, in the order of a table."""
 
 DETAILS: tuple[Metric, ...] = (
     Metric("turnover_median_s", "Turn-over time, median", "s", 1, "Median of the turn-over times."),

@@ -24,7 +24,7 @@ BOUNDING = "{}: bounds of {:,} instances and seeds"
 
 @define
 class ExperimentCounts:
-    """What both displays show of an experiment so far.
+    """State of an experiment so far, for both displays.
 
     Parameters
     ----------

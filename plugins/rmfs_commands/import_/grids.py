@@ -21,7 +21,7 @@ KINDS = {
     "lorr": {".": ".", "E": "#", "S": "#", "@": "@", "T": "@"},
     "rhcr": {".": ".", "e": "#", "r": ".", "@": "@"},
 }
-"""What the signs of each format become."""
+"""Signs of each format, with their signs in a text map."""
 
 COLUMNS = ("id", "type", "station", "x", "y", "weight_to_NORTH", "weight_to_WEST", "weight_to_SOUTH", "weight_to_EAST")
 _BITS = (2, 4, 8, 1)

@@ -21,7 +21,7 @@ from rmfs_core.scenario import Scenario
 
 @frozen
 class OtherRules:
-    """What `SERVING` rules do in a size in which the scenario's rules fail.
+    """Results of `SERVING` rules in a size in which the scenario's rules fail.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class OtherRules:
 
 @frozen
 class Answer:
-    """What was found.
+    """Findings.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Answer:
 
     @property
     def undecided(self) -> tuple[Candidate, ...]:
-        """What would be better than the frontier, or on it, if more seeds decided for it."""
+        """Sizes that would be better than the frontier, or on it, if more seeds decided for them."""
         return tuple(
             one
             for one in self.candidates

@@ -42,7 +42,7 @@ class Finding:
 
 @frozen
 class ConformanceReport:
-    """What the conformance suite saw of a rule. As a text it is the report for people.
+    """Findings of the conformance suite on a rule. As a text it is the report for people.
 
     Parameters
     ----------

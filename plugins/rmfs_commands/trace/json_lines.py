@@ -1,4 +1,4 @@
-"""What recorders write beside the results: compressed files of JSON objects, one a line."""
+"""Files of recorders: compressed JSON objects, one per line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a trace."""
+"""Kinds of faults in a trace."""
 
 from __future__ import annotations
 

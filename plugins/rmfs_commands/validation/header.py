@@ -67,7 +67,7 @@ def _bundle_capacities(case: Case) -> None:
 
 
 def _names(case: Case) -> None:
-    """What files and people know by its name has one of its own."""
+    """Check that everything known by its name has a name of its own."""
     instance = case.trace.instance
     named = {
         "orders": [order.name for order in instance.orders],

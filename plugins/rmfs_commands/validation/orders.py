@@ -34,7 +34,7 @@ UNREPORTED = "decided"
 LEFT = ("horizon", "partial")
 """How a run ends with orders left, but for errors."""
 STATUSES = {"optimal": False, "effort": True, "stopped": True, "heuristic": False}
-"""What rmfs's own rules report, and whether a limit has ended the solve then."""
+"""Statuses of rmfs's own rules, and whether a limit has ended the solve then."""
 
 
 class OrderCheck:

@@ -50,7 +50,7 @@ class _Pick:
 
 @define
 class _Station:
-    """What a picking station has of an order: items that were assigned, by tick, picks, and items in totes."""
+    """Parts of an order at a picking station: items that were assigned, by tick, picks, and items in totes."""
 
     assigned: list[tuple[int, int]] = Factory(list)
     picks: list[_Pick] = Factory(list)

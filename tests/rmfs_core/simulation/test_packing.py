@@ -332,7 +332,7 @@ def test_rules_of_packing_stations_need_some(tiny_run: Prepare) -> None:
 
 
 def test_a_rule_that_waits_for_ever_is_told_of(tiny_run: Prepare) -> None:
-    """What is packed counts for nothing there: the orders that are left are named."""
+    """Packed orders do not count there: the orders that are left are named."""
 
     @define
     class Idle:

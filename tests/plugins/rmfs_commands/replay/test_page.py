@@ -39,7 +39,7 @@ def test_the_page_is_packed_whole_and_needs_nothing_else(replay: Replay) -> None
 
 
 class Inline(HTMLParser):
-    """What is inline in a page, and its policy."""
+    """Inline parts of a page, and its policy."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -128,7 +128,7 @@ def test_all_modules_are_in_the_script_after_what_they_import(entry: str, others
 
 
 class Frame(HTMLParser):
-    """What a browser makes of the HTML: the one frame in it."""
+    """The one frame of the HTML, as a browser parses it."""
 
     def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
         assert tag == "iframe"

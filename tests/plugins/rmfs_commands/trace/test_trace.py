@@ -31,7 +31,7 @@ EVENTS = (
 
 
 READ = (*EVENTS[:-1], evolve(EVENTS[-1], wall_s=0.0))
-"""What comes back: times of the wall clock are not written."""
+"""The result as read back: times of the wall clock are not written."""
 
 
 class Recorder:
