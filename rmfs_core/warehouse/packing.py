@@ -12,8 +12,8 @@ from rmfs_core.warehouse.parts import Order
 
 
 class PackingTask(NamedTuple):
-    """A waiting task of a packer: ``"put"`` the items of a tote into the order's box, or ``"pack"`` the order (``tote`` is
-    then the one that came last); how many items, how long it takes, and since when it waits."""
+    """A waiting task of a packer: ``"put"`` the items of a tote into the order's box, or ``"pack"`` the order (``tote``
+    is then the one that came last); how many items, how long it takes, and since when it waits."""
 
     kind: str
     order: Order

@@ -55,7 +55,7 @@ class Contestant:
 
     @property
     def field(self) -> str:
-        """Role in which it is compared: a joint rule replaces a POA rule and a PPS rule, so it competes with POA rules."""
+        """Role in which it is compared: a joint rule replaces a POA and a PPS rule, so it competes with POA rules."""
         return "POA, POA+PPS" if self.role.assigns else self.decides
 
 
