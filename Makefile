@@ -33,7 +33,7 @@ long: $(VENV)/installed-dev lowest  ## studies that take minutes to hours, befor
 	$(BIN)/python tools/soak.py
 	$(BIN)/python tools/mutants.py
 	$(BIN)/python -m pytest tests/benchmarks/test_multi_day.py --benchmark-enable
-	$(BIN)/python tools/pages.py --long docs/how-to/train-a-policy.md
+	$(BIN)/python tools/pages.py --long docs/how-to/train-a-policy.md docs/how-to/judge-a-policy.md
 	$(BIN)/python tools/load.py
 	$(BIN)/python -m pytest -m hypothesis -n $(JOBS) --hypothesis-profile=explore
 
@@ -51,11 +51,12 @@ release-check: $(VENV)/installed-dev  ## sdist and wheel in dist/, what an index
 	$(BIN)/python -m twine check --strict dist/*
 	$(BIN)/python tools/try_wheel.py dist/*.whl
 
-lint: $(VENV)/installed-dev  ## ruff (rules and format), mypy, import-linter
+lint: $(VENV)/installed-dev  ## ruff (rules and format), mypy, import-linter, codespell
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/codespell README.md CONTRIBUTING.md SECURITY.md CHANGELOG.md docs rmfs_core plugins tools scenarios
 
 docs: $(VENV)/installed-docs  ## the documentation, warnings as errors
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html

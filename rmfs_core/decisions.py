@@ -1,4 +1,4 @@
-"""What rules return. Plain frozen values; the kernel checks each before it applies it."""
+"""Decisions that rules return. Plain frozen values; the kernel checks each before it applies it."""
 
 from __future__ import annotations
 

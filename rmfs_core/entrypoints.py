@@ -1,4 +1,4 @@
-"""What installed distributions offer through entry points: rules, commands, recorders, observers, generators."""
+"""Entry points of installed distributions: rules, commands, recorders, observers, generators."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can go wrong, by who has to mend it."""
+"""Errors, by who has to mend them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens in a run, as observers are told of it. Every id is the object's ``id``; times are ticks (1 ms).
+"""Events of a run, as observers are told of them. Every id is the object's ``id``; times are ticks (1 ms).
 
 An event is sent when its change has been applied. ``tick`` is the time at which it is sent; an event that reports
 something that took time carries when it started too.

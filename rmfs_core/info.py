@@ -1,4 +1,4 @@
-"""What observers are told of a run, besides its events."""
+"""Facts of a run that observers are told besides its events."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What rules decide: the one vocabulary of scenarios, people and hooks."""
+"""Decisions of rules: the one vocabulary of scenarios, people and hooks."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Role(StrEnum):
-    """What a rule decides in a run; an observer decides nothing. As a text it is its name in code: ``"poa_pps"``.
+    """A decision of a rule in a run; an observer decides nothing. As a text it is its name in code: ``"poa_pps"``.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the paper says of the sequential rules, held against runs (Xie, Thieme, Krenzler, Li, arXiv:1902.03092)."""
+"""Statements of the paper on the sequential rules, compared with runs (Xie, Thieme, Krenzler, Li, arXiv:1902.03092)."""
 
 from itertools import product
 from statistics import mean

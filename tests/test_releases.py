@@ -1,4 +1,4 @@
-"""What benchmarks took in releases: the helper that names what became slower."""
+"""Times of benchmarks in releases: the helper that names slower ones."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What rmfs's own tools do, a third party's do: a distribution of one's own, built, installed and used beside rmfs."""
+"""A third party's package can do all that rmfs's own do: a distribution built, installed and used with rmfs."""
 
 import csv
 import json

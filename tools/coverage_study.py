@@ -27,7 +27,7 @@ OF_SEED, OF_RUN = 0.10, 0.05
 
 @frozen
 class Setting:
-    """What is made up.
+    """Made-up runs.
 
     Parameters
     ----------

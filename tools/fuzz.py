@@ -30,7 +30,7 @@ from rmfs_commands.cli.main import main as rmfs
 
 @define
 class Found:
-    """What was found.
+    """Findings.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ START = "from rmfs_commands.cli.main import main; main()"
 
 @frozen
 class Measured:
-    """What hey has measured.
+    """Measurements of hey.
 
     Parameters
     ----------

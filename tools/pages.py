@@ -43,7 +43,7 @@ _MARK = re.compile(r"^ *% (?P<mark>not run|slow|long|exit):? (?P<text>.+)$")
 
 
 class PageError(Exception):
-    """What a page says is not what happens; the text says where and what."""
+    """A page does not do what it says; the text says where and how."""
 
 
 @define

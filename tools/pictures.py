@@ -26,7 +26,7 @@ from rich.text import Text
 PICTURES = Path(__file__).resolve().parent.parent / "docs" / "_static"
 WIDTH = 88
 ERASE = re.compile(r"(?:\x1b\[2K|\x1b\[1A|\x1b\[\?25[lh]|\r)+")
-"""What the live display sends before it draws itself again."""
+"""Control sequence that the live display sends before it draws itself again."""
 
 
 def call(arguments: list[str], folder: Path) -> subprocess.CompletedProcess[str]:

@@ -66,7 +66,7 @@ class Demand:
 
 @frozen
 class Shape:
-    """What days look like: SKUs, how unequal they are, orders, and how much stands on the pods."""
+    """Shapes of days: SKUs, how unequal they are, orders, and how much stands on the pods."""
 
     skus: int
     exponent: float

@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 COPIED = ("tests", "tools", "scenarios", "docs", "pyproject.toml")
-"""What the tests read besides the installed packages."""
+"""Files that the tests read besides the installed packages."""
 
 
 def blocks(language: str) -> list[str]:

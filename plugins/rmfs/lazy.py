@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 class Names:
-    """What the stub beside a module imports from other packages. (`lazy_loader` does so within one package alone.)
+    """Imports from other packages in the stub of a module. (`lazy_loader` does so within one package alone.)
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a run leaves behind: tables made from its events, what observers measured, and the files of both."""
+"""Results of a run: tables made from its events, what observers measured, and the files of both."""
 
 from rmfs_core.results.result import RESULT_FILE, Result
 

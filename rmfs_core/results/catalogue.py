@@ -1,4 +1,4 @@
-"""What metrics are called for people, with units and meanings, as observers describe them."""
+"""Names of metrics for people, with units and meanings, as observers describe them."""
 
 from __future__ import annotations
 

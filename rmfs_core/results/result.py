@@ -28,7 +28,7 @@ def tables() -> Any:
 
 @define(eq=False)
 class Result:
-    """What a run measured.
+    """Measurements of a run.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What rules are made of besides their own code: files that parameters name, and rules that they ask in turn.
+"""Parts of rules besides their own code: files that parameters name, and rules that they ask in turn.
 
 A parameter of the type `pathlib.Path` is the name of a file that the rule reads. It is looked up in the scenario's
 folder, or where its text was given (`GivenText`). A rule that makes other rules (`rmfs_core.rules.parameters.build`)
@@ -50,7 +50,7 @@ class NamedFile:
 
 @frozen(eq=False)
 class Parts:
-    """What was found while rules were made.
+    """Files and rules found while rules were made.
 
     Parameters
     ----------

@@ -90,7 +90,7 @@ class BoundRule:
 
 
 class _Registered:
-    """What is registered for a rule: the hook methods that the run uses, bound to the instance.
+    """Plugin registered for a rule: the hook methods that the run uses, bound to the instance.
 
     pluggy tells plugins apart by hash and equality, and attrs instances with the same parameters are equal. Also, a
     rule that could decide POA and PPS but is selected for one of them must not answer the other.

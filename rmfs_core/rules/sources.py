@@ -20,15 +20,15 @@ from rmfs_core.scenario.structuring import KeyProblem
 from rmfs_core.wording import did_you_mean, nearest, one_line
 
 INLINE = "inline"
-"""What stands in place of a version for a rule loaded from a file."""
+"""Version shown for a rule loaded from a file."""
 
 OBJECT = "object"
-"""What stands there for a rule that was given as an object, of a class that is no installed rule."""
+"""Version shown for a rule given as an object, of a class that is no installed rule."""
 
 
 @frozen
 class RuleSource:
-    """What a scenario's rule name leads to.
+    """The class that a scenario's rule name leads to.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the kernel has to know of a rule besides its decisions: read once, from attributes that its class declares."""
+"""Traits of a rule that the kernel needs besides its decisions: read once, from attributes that its class declares."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ NEEDS: dict[str, tuple[Callable[[Scenario, Instance], bool], str]] = {
         "robots without batteries, as it sends none to a charger, but the scenario sets `robots.battery`",
     ),
 }
-"""What a rule's ``needs`` may name: the test, and the end of the sentence when it fails."""
+"""Values of a rule's ``needs``: the test, and the end of the sentence when it fails."""
 
 RESERVES = ("full paths", "windows", "fleet")
-"""What a PP rule's ``reserves`` may be, besides None."""
+"""Values of a PP rule's ``reserves``, besides None."""
 
 
 def _roles(roles: Iterable[str]) -> tuple[Role, ...]:

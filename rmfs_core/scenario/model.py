@@ -143,7 +143,7 @@ class Scale:
 class InstanceSection:
     """Orders, SKUs and pods: a generator, by default the paper's (Section 4.1.1), or CSV files."""
 
-    generator: str | None = key("Who makes what follows: an entry point of `rmfs.instances`; left out: `paper`", None)
+    generator: str | None = key("The generator, an entry point of the group `rmfs.instances`; left out: `paper`", None)
     parameters: Mapping[str, Any] = key("What `generator` is handed by name, besides this section", factory=dict)
     orders: int = key("Number of orders |O| to generate", 250, check=at_least(0, MOST_ORDERS))
     skus: int = key("Number of SKUs |I|", 100, check=at_least(1, MOST_ORDERS))
@@ -218,7 +218,7 @@ class LayoutSection:
     )
     map_file: str | None = key("Text map to use instead of the block layout, or the file of another generator", None)
     generator: str | None = key(
-        "Who makes it: an entry point of the group `rmfs.layouts`; left out: `text-map` with a map, else `blocks`",
+        "The generator, an entry point of the group `rmfs.layouts`; left out: `text-map` with a map, else `blocks`",
         None,
     )
     parameters: Mapping[str, Any] = key("What `generator` is handed by name, besides this section", factory=dict)

@@ -88,7 +88,7 @@ def inline_parts(name: str) -> tuple[str, str]:
     """Return the file and the class that an inline rule's name has; raise KeyProblem where it has not both."""
     file, _, class_name = name.rpartition(":")
     if not (file.endswith(".py") and class_name.isidentifier()):
-        raise KeyProblem(f'expected "./file.py:Class" for a rule beside the scenario, found "{name}"')
+        raise KeyProblem(f'expected "./file.py:Class" for a rule next to the scenario, found "{name}"')
     return file, class_name
 
 

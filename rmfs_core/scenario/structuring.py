@@ -132,7 +132,7 @@ def _rule(value: Any, _: Any) -> RuleChoice:
             f'expected the name of a rule or a table {{ rule = "...", parameter = ... }}, found {shown(value)}'
         )
     if "rule" not in value:
-        raise KeyProblem("expected a key `rule` with the name of a rule beside the parameters, found none")
+        raise KeyProblem("expected a key `rule` with the name of a rule in addition to the parameters, found none")
     rule = _at("rule", value["rule"], str)
     return RuleChoice(rule, {key: entry for key, entry in value.items() if key != "rule"})
 

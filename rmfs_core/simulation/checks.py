@@ -1,4 +1,4 @@
-"""What makes a decision impossible. Each check raises `ImpossibleError` with one sentence."""
+"""Checks for impossible decisions. Each check raises `ImpossibleError` with one sentence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run says when it ends with orders that are not complete."""
+"""Notes of a run that ends with orders that are not complete."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What comes after the last pick: totes on conveyors, parts put into boxes, orders packed."""
+"""Packing, after the last pick: totes on conveyors, parts put into boxes, orders packed."""
 
 from __future__ import annotations
 

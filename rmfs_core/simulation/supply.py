@@ -14,7 +14,7 @@ from rmfs_core.world import BundleData, Instance
 
 
 class Supply:
-    """What is brought to a warehouse, as ``instance.replenishment`` says.
+    """Bundles brought to a warehouse, by ``instance.replenishment``.
 
     A bundle has at most ``bundle_items`` items, and no more than a pod can hold. The inventory position counts items
     on pods, in bundles that are there, and on order, less those wanted by orders that wait for stock. The reorder point

@@ -1,4 +1,4 @@
-"""What a planner is asked, what it answers, and which cells the answer occupies when."""
+"""Queries to a planner, its answers, and the cells that they occupy over time."""
 
 from __future__ import annotations
 

@@ -219,7 +219,7 @@ class Traffic:
 
 @frozen(eq=False)
 class FleetTraffic:
-    """What robots have reserved, and what of it those who get new paths can give up.
+    """Reservations of robots, and those that robots with new paths can give up.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What path planning needs to know of a layout, as arrays that compiled searches read."""
+"""A layout for path planning, as arrays that compiled searches read."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def lines_in(columns: Lines) -> BacklogLines:
 
 @frozen(eq=False)
 class FreeItems:
-    """What the pods hold and no request was promised, as arrays of equal length n, sorted by pod and SKU.
+    """Free items on the pods, promised to no request, as arrays of equal length n, sorted by pod and SKU.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is in a robot's battery. Why no robot strands is argued in the documentation, docs/explanation/batteries.md."""
+"""Charge of a robot's battery. Why no robot strands is argued in the documentation, docs/explanation/batteries.md."""
 
 from __future__ import annotations
 

@@ -12,8 +12,8 @@ from rmfs_core.warehouse.parts import Order
 
 
 class PackingTask(NamedTuple):
-    """What waits for a packer: ``"put"`` the items of a tote into the order's box, or ``"pack"`` the order (``tote`` is
-    then the one that came last); how many items, how long it takes, and since when it waits."""
+    """A waiting task of a packer: ``"put"`` the items of a tote into the order's box, or ``"pack"`` the order (``tote``
+    is then the one that came last); how many items, how long it takes, and since when it waits."""
 
     kind: str
     order: Order
@@ -60,7 +60,7 @@ class PackingStation:
 
     @property
     def next_tasks(self) -> tuple[PackingTask, ...]:
-        """What a packer, or a sorter, who is free could begin now; none where nobody is."""
+        """Tasks that a free packer or sorter could begin now; none if nobody is free."""
         packers, sorters = self.section.packers, self.section.sorters
         if not sorters:
             return self.tasks if len(self.working) < packers else ()

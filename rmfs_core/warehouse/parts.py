@@ -156,7 +156,7 @@ class Order(ReadOnly):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """What was assigned of it so far, first to last."""
+        """Its parts assigned so far, first to last."""
         return tuple(self._parts)
 
     def part_of(self, station: int, period: int) -> Part | None:
@@ -177,7 +177,7 @@ class Order(ReadOnly):
 
 
 class Part(ReadOnly):
-    """What one period assigned of an order to a station: it has a place there until its last item is done."""
+    """Part of an order that one period assigned to a station: it has a place there until its last item is done."""
 
     __slots__ = ("_done", "_items", "_picked", "_skus", "order", "period", "station")
 
@@ -603,7 +603,7 @@ class Robot(ReadOnly):
 
     @property
     def charge(self) -> float | None:
-        """What is in its battery as a share of the capacity, 0 to 1; None without one."""
+        """Charge of its battery as a share of the capacity, 0 to 1; None without one."""
         if (battery := self._battery) is None:
             return None
         return battery.left_j(battery.clock(), self._charging) / battery.capacity_j

@@ -1,4 +1,4 @@
-"""What is there when a run begins: the grid, its travel times, and the instance of orders, pods and SKUs."""
+"""The start of a run: the grid, its travel times, and the instance of orders, pods and SKUs."""
 
 from typing import Any
 

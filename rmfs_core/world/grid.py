@@ -21,7 +21,7 @@ LONGEST_SIDE, MOST_CELLS = 5_000, 4_000_000
 
 
 class CellKind(IntEnum):
-    """What a cell is."""
+    """The kind of a cell."""
 
     WALL = 0
     FLOOR = 1

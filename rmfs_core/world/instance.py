@@ -72,7 +72,7 @@ class BundleData:
 
 @frozen
 class Instance:
-    """What a run starts from.
+    """The start of a run.
 
     Parameters
     ----------

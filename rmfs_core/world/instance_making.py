@@ -22,7 +22,7 @@ from rmfs_core.wording import did_you_mean, first_few, shown_short
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 Wrong = Callable[[InputError], None]
-"""What is called with a mistake in a file; when it returns, the row is left out."""
+"""A function called with each mistake in a file; when it returns, the row is left out."""
 
 
 def refuse(error: InputError) -> None:

@@ -163,18 +163,18 @@ class Travel:
 
     @cached_property
     def _work(self) -> Work:
-        """What the searches write on."""
+        """Memory that the searches write on."""
         size = self._layout.height, self._layout.width
         return self._search.work_on(*size, self.runs, self.turns)  # type: ignore[no-any-return]
 
     @cached_property
     def _times(self) -> Table:
-        """What searches write times on that do not stay."""
+        """Memory for times that are not kept."""
         return self._room(1)[0]  # type: ignore[no-any-return]
 
     @cached_property
     def _near(self) -> Table:
-        """What `times_near` writes on."""
+        """Memory that `times_near` writes on."""
         return self._room(1)[0]  # type: ignore[no-any-return]
 
     @cached_property

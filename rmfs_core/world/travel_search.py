@@ -30,7 +30,7 @@ MOST_BUCKETS = 4096
 
 
 class Work(NamedTuple):
-    """What a search writes on, for one search after the other, and what it knows of runs beforehand.
+    """Memory for one search after the other, with tables of runs made beforehand.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What running an experiment costs besides its runs. `make bench` measures; the bar is asserted there only."""
+"""Cost of running an experiment besides its runs. `make bench` measures; the bar is asserted there only."""
 
 import time
 from pathlib import Path

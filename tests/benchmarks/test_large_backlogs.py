@@ -20,7 +20,7 @@ FIRST = 5
 
 
 BARS_US = {10_000: 200, 50_000: 450}
-"""What a call for POA and one for PPS may take together, by the size of the backlog: `pod-match` and `demand`."""
+"""Most time of a call for POA and one for PPS together, by the size of the backlog: `pod-match` and `demand`."""
 
 
 def hold_to(benchmark: Any, run: Callable[[int], float], few: int, many: int, most: float, untimed: int) -> None:

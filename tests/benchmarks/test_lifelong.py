@@ -1,4 +1,4 @@
-"""How much robots without end of work lose to each other: the task of RHCR's fulfilment centre, in unit steps.
+"""How much robots without end of work lose to each other: the task of RHCR's fulfillment centre, in unit steps.
 
 A robot drives to a random endpoint that no other stands in or drives to, and on from there to the next. The map is
 made after J. Li, A. Tinka, S. Kiesel, J. W. Durham, T. K. S. Kumar, S. Koenig: Lifelong multi-agent

@@ -28,7 +28,7 @@ PARAMETERS: dict[str, dict[str, Any]] = {
     "split-over-time": {"max_seconds": 1.0},
 }
 PREFILTER = 'rules.filters=[{rule="most-covered",n=10}]'
-"""What the paper puts before its models where there are 2000 orders."""
+"""The paper's prefilter for 2000 orders."""
 
 SHIPPED = sorted(
     (entry.name, role)

@@ -1,4 +1,4 @@
-"""What tutorial and how-to pages say happens: every file is written, every command run, its output compared."""
+"""Tutorial and how-to pages are true: every file is written, every command run, its output compared."""
 
 import runpy
 from collections.abc import Callable

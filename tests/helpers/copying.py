@@ -19,7 +19,7 @@ COPIES: dict[tuple[str, str], tuple[str, ...]] = {
     ("PR", "nearest"): ("drive",),
     ("TA", "nearest-robot"): ("drive",),
 }
-"""What a rule for a decision goes by: the least, or the most (``-``); ties are decided by the next."""
+"""Criteria of a rule for a decision: the least, or the most (``-``); ties are decided by the next."""
 
 
 def copy_of(decides: str, rule: str, stations: int = 2) -> Policy:

@@ -1,4 +1,4 @@
-"""What messages call rmfs: its version is in pyproject.toml alone."""
+"""Name of rmfs in messages: its version is in pyproject.toml alone."""
 
 from importlib.metadata import version
 

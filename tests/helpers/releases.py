@@ -1,4 +1,4 @@
-"""What benchmarks took in releases, in yardsticks, and whether one has become slower since."""
+"""Times of benchmarks in releases, in yardsticks, and whether one has become slower since."""
 
 import json
 from collections.abc import Callable

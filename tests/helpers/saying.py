@@ -1,4 +1,4 @@
-"""What an error says."""
+"""Texts of errors."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""What installed distributions offer."""
+"""Entry points of installed distributions."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""What rules decide and return, what observers are told, and names that lead elsewhere."""
+"""Decisions of rules, events for observers, and names that lead elsewhere."""
 
 import ast
 import importlib

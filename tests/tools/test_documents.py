@@ -278,7 +278,7 @@ def in_both(slower: int = 0, faster: int = 0, same: int = 0, number: int = 1) ->
 
 
 QUIET = {"a": stats(1.0, spread=0.001)}, {"a": stats(1.05, spread=0.001)}
-"""What moves a whole run by 5 %."""
+"""Two runs that differ by 5 % as a whole."""
 
 
 @cases(

@@ -113,7 +113,7 @@ DAY: dict[str, Any] = {
         "filters": [{"rule": "waves", "every_s": 60, "orders": 2}],
     },
 }
-"""What comes and goes: bundles, shifts, robots that charge, rest and move pods, waves."""
+"""Scenarios with arrivals and departures: bundles, shifts, robots that charge, rest and move pods, waves."""
 PACKED: dict[str, Any] = {
     **TINY,
     "packing": {
@@ -229,7 +229,7 @@ FOREIGN = {
 
 @frozen
 class Bases:
-    """What cases start from.
+    """Bases that cases start from.
 
     Parameters
     ----------

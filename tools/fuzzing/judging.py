@@ -1,4 +1,4 @@
-"""What may not happen, whatever the input is."""
+"""Violations: what may not happen, whatever the input."""
 
 from __future__ import annotations
 

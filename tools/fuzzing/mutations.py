@@ -16,7 +16,7 @@ DEPTHS = (300, 450, 2000)
 
 
 class Literal(str):
-    """What is written as it stands: numbers that Python does not print, dates."""
+    """Values written as they are: numbers that Python does not print, dates."""
 
     __slots__ = ()
 

@@ -1,4 +1,4 @@
-"""What cases are of: for each surface, arguments and files that begin valid and are made wrong."""
+"""Surfaces of cases: for each surface, arguments and files that begin valid and are made wrong."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ RUN_FILES = ("trace.jsonl.gz", "result.json", "orders.csv", "hours.csv", "statio
 
 @frozen
 class Case:
-    """What `rmfs` is called with.
+    """Arguments of a call of `rmfs`.
 
     Parameters
     ----------
@@ -323,7 +323,7 @@ CELLS = (
     *("06:30", '"', '"a', 'a"b', "\r", "caf\u00e9", "cafe\u0301", "\0", "\t", ",", "nr", "A", "", " "),
     *("\u2028", "x" * 140_000),
 )  # fmt: skip
-"""What exports of other programs have in their cells."""
+"""Cells as exports of other programs have them."""
 
 OF_CONVERT = (
     ("--pods", "3", "--history", "lines.csv"),

@@ -33,7 +33,7 @@ Call = Callable[[list[str]], None]
 
 @frozen
 class Outcome:
-    """What came of a case.
+    """Outcome of a case.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the runs say: a table of the rule sets, and which to take."""
+"""The answer of the runs: a table of the rule sets, and which to take."""
 
 from __future__ import annotations
 

@@ -50,12 +50,12 @@ class Contestant:
 
     @property
     def decides(self) -> str:
-        """What it decides, for people."""
+        """Its decisions, for people."""
         return self.role.label
 
     @property
     def field(self) -> str:
-        """What it is compared in: a joint rule replaces a POA rule and a PPS rule, so it competes with POA rules."""
+        """Role in which it is compared: a joint rule replaces a POA and a PPS rule, so it competes with POA rules."""
         return "POA, POA+PPS" if self.role.assigns else self.decides
 
 

@@ -1,4 +1,4 @@
-"""``rmfs bench``: rules held against each other in the same worlds."""
+"""``rmfs bench``: rules compared in the same worlds."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def bench(
 
     RULE is the name of an installed rule, or a table as in scenario files: `{ rule = "most-covered", n = 10 }`. Every
     other decision is made by a fixed rule (pod-match, demand, nearest, nearest-robot, free-flow), and rules that decide
-    the same are held against each other; a POA+PPS rule takes the place of both rules, so it is held against POA rules.
+    the same are compared; a POA+PPS rule takes the place of both rules, so it is compared with POA rules.
     Quality is the same each time, wall-clock time is not. Exit code 1 if a run failed.
     """
 
@@ -128,9 +128,7 @@ def _print(
     if sentence := _at_the_horizon(runs):
         console.print(Text(sentence))
     if any(one.role is Role.POA_PPS for one in contestants):
-        console.print(
-            Text("Calls and times (of a run) are the rule's own: a POA rule's are without the PPS rule beside it.")
-        )
+        console.print(Text("Calls and times (of a run) are the rule's own: a POA rule's are without its PPS rule."))
 
 
 def _at_the_horizon(runs: Sequence[Measured]) -> str | None:

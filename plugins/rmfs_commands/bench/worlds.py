@@ -37,7 +37,7 @@ REPLENISHED = (
     "instance.replenishment.lead_s=300",
     "layout.replenishment_west=1",
 )
-"""What is changed in such a world: stock runs out, and is ordered."""
+"""Changes in such a world: stock runs out, and is ordered."""
 
 
 def keys_of(role: Role) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What no run of a scenario can beat, whatever the rules: docs/explanation/bounds.md has the proofs."""
+"""Bounds on all runs of a scenario, whatever the rules: docs/explanation/bounds.md has the proofs."""
 
 import lazy_loader
 

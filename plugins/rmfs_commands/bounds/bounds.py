@@ -34,7 +34,7 @@ BOUNDED = (
 
 @frozen
 class Bound:
-    """What no complete run has less of.
+    """Lower bounds on complete runs.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def find_bounds(
 
 
 class _Start:
-    """What the bounds need of the warehouse at time 0.
+    """The warehouse at time 0, for the bounds.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def _of_pods(scenario: Scenario, instance: Instance, start: _Start) -> Iterator[
     back = start.ways.back_m if visits.cost > robots else 0
     cover = cheapest_cover(instance, [metres + back for metres in start.metres()])
     found = max(cover.cost - back * robots, 0)
-    proof = f"pods that hold all that is ordered, carried there and, but for the last, back ({cover.how})"
+    proof = f"pods that hold all that is ordered, carried there and, except for the last, back ({cover.how})"
     yield Bound("distance_m", found, proof)
     yield Bound("loaded_distance_m", found, proof)
     yield Bound("distance_per_order_m", _per(found, orders), proof)

@@ -18,7 +18,7 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
     """Print what no run of SCENARIO can beat, whatever its rules: visits, distance, turn-over, makespan.
 
     The bounds hold for runs that complete all orders. Nothing is simulated; what decides in SCENARIO does not count,
-    but for rules.move.
+    except for rules.move.
     """
     import attrs
 

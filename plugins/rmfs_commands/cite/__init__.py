@@ -1,1 +1,1 @@
-"""What to cite: the sources that rules name, as BibTeX."""
+"""Citations: the sources that rules name, as BibTeX."""

@@ -41,7 +41,7 @@ MOST_IN_SCENARIO, MOST_IN_FILES = 50, 20
 
 @define
 class Checked:
-    """What a check has found.
+    """Findings of a check.
 
     Parameters
     ----------

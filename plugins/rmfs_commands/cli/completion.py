@@ -1,4 +1,4 @@
-"""What the shell completes: scenarios, keys and values of ``--set``, rules, experiments. Imports no rule.
+"""Completion for the shell: scenarios, keys and values of ``--set``, rules, experiments. Imports no rule.
 
 A shell is told of it once: ``eval "$(_RMFS_COMPLETE=bash_source rmfs)"``, and likewise ``zsh_source``, ``fish_source``.
 """

@@ -1,4 +1,4 @@
-"""What is known about installed rules, for people and machines."""
+"""Descriptions of installed rules, for people and machines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the displays of runs and of experiments have in common: plain lines, and a panel on a terminal."""
+"""Code shared by the displays of runs and experiments: plain lines, and a panel on a terminal."""
 
 from __future__ import annotations
 

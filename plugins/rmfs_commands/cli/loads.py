@@ -60,7 +60,7 @@ ASSUMED = ", if each trip serves one order line"
 
 @define
 class Demand:
-    """What orders want, by the minute in which they arrive.
+    """Demand of orders, by the minute in which they arrive.
 
     Parameters
     ----------

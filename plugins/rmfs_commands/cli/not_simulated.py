@@ -1,4 +1,4 @@
-"""What reports say of the limits of the simulation."""
+"""Sentences of reports on the limits of the simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands say besides their output: on the standard error stream, as long as somebody reads it."""
+"""Notes of commands on the standard error stream, as long as somebody reads it."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ class Throughput:
         self.picks[slot] += 1
 
     def an_hour(self, tick: int) -> float:
-        """Return the picks an hour of the last whole slot, or of the time so far."""
+        """Return the picks per hour of the last whole slot, or of the time so far."""
         slot = int(to_seconds(tick) // self.slot_s)
         if slot == 0:
             return self.picks[0] * 3600 / max(to_seconds(tick), 1.0)
@@ -94,7 +94,7 @@ class Throughput:
 
 @define
 class RunCounts:
-    """What both displays show of a run so far.
+    """State of a run so far, for both displays.
 
     ``total`` are the orders without those that were cancelled, ``picking`` the pods that are at stations, by the
     station, ``moving`` the robots that carry pods elsewhere without a visit, or come for them; ``totes`` are on
@@ -321,7 +321,7 @@ class RunPanel(PanelDisplay):
         signs = RISING_ASCII if self.console.options.ascii_only else RISING
         room = max(self.console.width - 48, 10)
         line = self.counts.throughput.line(self._tick, room, signs)
-        now = f"{self.counts.throughput.an_hour(self._tick):,.0f} picks an hour"
+        now = f"{self.counts.throughput.an_hour(self._tick):,.0f} picks per hour"
         grid.add_row("Throughput", Text.assemble((line, "cyan"), f" {now}" if line else now))
         return grid
 

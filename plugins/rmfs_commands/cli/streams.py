@@ -17,7 +17,7 @@ _inputs: list[BinaryIO] = []
 
 
 class _Call:
-    """What happened to the output in this call of ``rmfs``."""
+    """State of the output in this call of ``rmfs``."""
 
     kept = answered = False
 

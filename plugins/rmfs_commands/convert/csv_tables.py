@@ -22,7 +22,7 @@ SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 """Signs between fields that have a name, and are looked for where a header does not have the columns."""
 
 _ENCODINGS = ("utf-8", "utf-16", "utf-16-le", "cp1252")
-"""What is tried where a header does not have the columns."""
+"""Encodings and separators to try if a header does not have the columns."""
 
 _HEAD = 65_536
 _SAY_ENCODING = "; say how it is encoded, such as --encoding cp1252"

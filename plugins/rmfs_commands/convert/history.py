@@ -1,4 +1,4 @@
-"""What a placement learns from: orders of the past, or the very orders that are run."""
+"""Orders that a placement learns from: orders of the past, or the very orders that are run."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class StockColumns:
 
 @define
 class PodStock:
-    """What a pod holds: its place (row and column) and where that was read, and the items of each SKU."""
+    """Contents of a pod: its place (row and column) and where that was read, and the items of each SKU."""
 
     place: tuple[int, int] | None
     first: int

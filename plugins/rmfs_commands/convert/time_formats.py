@@ -19,7 +19,7 @@ SECONDS, OF_DAY, LOCAL, ABSOLUTE = "seconds", "times of the day", "dates without
 """Kinds of times: from time 0, from midnight, by a clock that is not known, in all the world."""
 
 NUMBERS = ("seconds", "unix", "unix-ms", "spreadsheet")
-"""What `--time-format` may be besides a pattern."""
+"""Values of `--time-format` besides a pattern."""
 
 _NUMBER = re.compile(r"[0-9]{1,20}(\.[0-9]*)?")
 _SAID_NUMBER = re.compile(r"[0-9]{1,20}([.,][0-9]*)?")  # where the user says that it is a number

@@ -1,4 +1,4 @@
-"""What the orders' time went to, what they waited for, and so what limits a run: ``bottleneck`` of `Result.summary`.
+"""Parts of the orders' time, causes of their waiting, and so the limit of a run: ``bottleneck`` of `Result.summary`.
 
 Every tick of an order's time has a cause; the limit is the cause with the largest share. While an order waits in the
 backlog, the cause is what the picking stations do at that time, each its part: a picker who handles an item (the
@@ -85,7 +85,7 @@ DOES = {
     "charging": "charging",
     "off": "off",
 }
-"""What robots do, by the columns of robots.csv. Waiting beneath a pod for room at a station is queueing, too."""
+"""Activities of robots, by the columns of robots.csv. Waiting under a pod for room at a station is queueing, too."""
 
 Ticks = NDArray[np.int64]
 
@@ -418,7 +418,7 @@ class Bottleneck:
 
 @frozen
 class _Packed:
-    """What packing adds to the time of orders, and who is at work there.
+    """Time that packing adds to orders, and how busy packers are.
 
     Parameters
     ----------

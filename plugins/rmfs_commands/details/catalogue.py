@@ -74,7 +74,7 @@ def _grouped(metrics: Iterable[Metric], group: str | None) -> tuple[Metric, ...]
 
 
 METRICS = {heading: _grouped(metrics, heading) for heading, metrics in _GROUPS.items()}
-"""What `rmfs_commands.details.metrics.Metrics` measures, by heading, in the order of a table."""
+"""Metrics of `rmfs_commands.details.metrics.Metrics`, by heading, in the order of a table."""
 
 DETAILS: tuple[Metric, ...] = (
     Metric("turnover_median_s", "Turn-over time, median", "s", 1, "Median of the turn-over times."),
@@ -127,7 +127,7 @@ DETAILS: tuple[Metric, ...] = (
         "  for room at the station",
         "s",
         1,
-        "The part of it that robots spend beneath their pods until the station's queue has room; the rest is traffic.",
+        "The part of it that robots spend under their pods until the station's queue has room; the rest is traffic.",
     ),
     Metric(
         "picking_distance_per_order_m",

@@ -1,4 +1,4 @@
-"""What the turn-over time of each order went to: rows of delays.csv."""
+"""Parts of the turn-over time of each order: rows of delays.csv."""
 
 from __future__ import annotations
 

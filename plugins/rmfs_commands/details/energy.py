@@ -1,4 +1,4 @@
-"""What the robots' driving takes: mechanical energy of runs, turns and lifts, over the efficiency of the drives.
+"""Energy of the robots' driving: mechanical energy of runs, turns and lifts, over the efficiency of the drives.
 
 With m the mass that moves (robot, and pod if it carries one), g = 9.81 m/s^2, and a, v the robot's acceleration and top
 speed, a run over D metres reaches u = min(v, sqrt(a D)) after s = u^2 / (2 a) metres, and takes

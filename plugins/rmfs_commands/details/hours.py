@@ -1,4 +1,4 @@
-"""What happens in each hour: rows of hours.csv."""
+"""Counts per hour: rows of hours.csv."""
 
 from __future__ import annotations
 

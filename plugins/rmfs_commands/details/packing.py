@@ -1,4 +1,4 @@
-"""What becomes of orders after their last pick: rows of packing.csv, and metrics of the same."""
+"""Orders after their last pick: rows of packing.csv, and metrics of the same."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ COLUMNS = ("order", "packing_station", "box", "parts", "first_part_s", "last_par
 
 @define
 class _Order:
-    """What is known of an order: its packing station, its box, and ticks, -1 for one that is not known yet."""
+    """State of an order: its packing station, its box, and ticks, -1 for one that is not known yet."""
 
     station: int
     box: int | None

@@ -1,4 +1,4 @@
-"""What is stored, and what is in stock: rows of bundles.csv and stock.csv, and metrics of the same."""
+"""Bundles stored, and stock: rows of bundles.csv and stock.csv, and metrics of the same."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _HOUR = 3600 * TICKS_PER_S
 
 @define
 class _Bundle:
-    """What has become of a bundle."""
+    """State of a bundle."""
 
     name: str
     sku: int

@@ -1,4 +1,4 @@
-"""What each robot's time goes to: rows of robots.csv."""
+"""Shares of each robot's time: rows of robots.csv."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from rmfs_core.events import (
 from rmfs_core.info import RunInfo
 
 STATES = ("idle", "to_pod", "to_station", "queue", "station", "storing")
-"""What a robot does: nothing; fetch a pod, until it has lifted it; carry it to a station, until it joins the queue;
+"""Activity of a robot: nothing; fetch a pod, until it has lifted it; carry it to a station, until it joins the queue;
 queue; stand at the station; carry it to its storage location, until it has set it down."""
 
 OFF = "off"

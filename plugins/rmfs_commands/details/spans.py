@@ -1,4 +1,4 @@
-"""What those who follow a run share: spans of time, in ticks, percentiles, and what is done at events."""
+"""Code shared by observers: spans of time, in ticks, percentiles, and functions called at events."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rmfs_core.events import Event
 Span = tuple[int, int]
 Number = int | float | None
 Handlers = Mapping[type[Event], Callable[[Any], None]]
-"""What is done at each kind of event."""
+"""Functions called at each kind of event."""
 
 
 def ratio(part: float, whole: float) -> float | None:

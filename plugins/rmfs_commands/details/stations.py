@@ -1,4 +1,4 @@
-"""What each station's time goes to: rows of stations.csv."""
+"""Shares of each station's time: rows of stations.csv."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rmfs_core.info import RunInfo
 
 
 class Followed:
-    """What is known of a station: visits, picks, when its picker was busy and it was open, its requests, its queue."""
+    """State of a station: visits, picks, when its picker was busy and it was open, its requests, its queue."""
 
     def __init__(self) -> None:
         self.visits, self.picks = array("q"), array("q")

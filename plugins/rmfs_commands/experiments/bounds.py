@@ -1,4 +1,4 @@
-"""What no rules can beat, beside the figures of runs; kept in the store, since it is the same for all rule sets."""
+"""Bounds that no rules can beat, for the figures of runs; kept in the store, the same for all rule sets."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from rmfs_core.scenario.model import RuleChoice, RulesSection
 
 BOUNDS_FOLDER = "bounds"
 PACKAGES, LIBRARIES = ("rmfs_commands.bounds", "rmfs_commands.instances", "rmfs_core"), ("highspy", "numpy")
-"""What bounds are computed by; other versions make other bounds."""
+"""Distributions that compute bounds; other versions make other bounds."""
 
 _ANY = RuleChoice("any")
 _NO_RULES = RulesSection(poa=_ANY, pps=_ANY, roa=_ANY, rps=_ANY)

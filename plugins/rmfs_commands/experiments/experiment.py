@@ -1,4 +1,4 @@
-"""What an experiment consists of, and the runs that it comes down to."""
+"""An experiment, and the runs that it consists of."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class Job:
 
 @frozen
 class _Loaded:
-    """What there is to know of the rules of some runs."""
+    """Descriptions of the rules of some runs."""
 
     versions: dict[str, str]
     measures: dict[str, Metric]

@@ -1,4 +1,4 @@
-"""What makes a run the run it is: the hash that names its folder.
+"""The identity of a run: the hash that names its folder.
 
 Two runs with the same key give the same metrics, so that one of them need not be computed. What counts is the resolved
 scenario, the contents of the files it names, the seed, the versions and the code; where the files are, and in which

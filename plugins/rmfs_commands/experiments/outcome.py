@@ -1,4 +1,4 @@
-"""What a worker does: one run, whatever comes of it."""
+"""The task of a worker: one run, whatever its outcome."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rmfs_core.wording import listed
 
 @frozen(eq=False)
 class Outcome:
-    """What came of a run.
+    """Outcome of a run.
 
     Parameters
     ----------

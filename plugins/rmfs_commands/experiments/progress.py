@@ -14,6 +14,7 @@ from rmfs_commands.cli.display import Display, PanelDisplay, duration, figures, 
 from rmfs_commands.experiments.experiment import Job
 from rmfs_commands.experiments.rows import Row
 from rmfs_commands.experiments.watching import Watcher
+from rmfs_core.wording import counted
 
 REFRESHES_PER_S = 4
 MOST_LISTED = 8
@@ -23,7 +24,7 @@ BOUNDING = "{}: bounds of {:,} instances and seeds"
 
 @define
 class ExperimentCounts:
-    """What both displays show of an experiment so far.
+    """State of an experiment so far, for both displays.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ class ExperimentLines(Display, Watcher):
         """Write the first line."""
         self.counts = ExperimentCounts(total, stored, slots)
         before = f", {stored:,} of them stored already" if stored else ""
-        self.line(f"{self.name}: {total:,} runs{before}, {slots} at a time")
+        self.line(f"{self.name}: {counted(total, 'run')}{before}, {slots} at a time")
 
     def run_started(self, job: Job) -> None:
         """Count."""

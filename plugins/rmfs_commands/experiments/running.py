@@ -22,7 +22,7 @@ from rmfs_core.results.catalogue import Metric
 
 @frozen(eq=False)
 class ExperimentResult:
-    """What came of an experiment.
+    """Outcome of an experiment.
 
     Parameters
     ----------

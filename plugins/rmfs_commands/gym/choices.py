@@ -1,4 +1,4 @@
-"""What a policy is asked: the features of every candidate, which of them may be chosen, and what they stand for.
+"""Choices of a policy: the features of every candidate, which of them may be chosen, and what they stand for.
 
 Each kind of choice has a fixed number of slots, each of which has a row of features. A slot that stands for nothing now
 has a row of zeros and is masked out.

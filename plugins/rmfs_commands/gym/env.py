@@ -76,12 +76,12 @@ class DecisionEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
 
     @property
     def choice(self) -> Choice:
-        """What is to be chosen now: which pods, robots, places or orders the slots stand for."""
+        """The choice to be made now: which pods, robots, places or orders the slots stand for."""
         return self._choice or self._nothing
 
     @property
     def result(self) -> Result | None:
-        """What `rmfs_core.run` would return of the last episode that came to its end; None before."""
+        """Result that `rmfs_core.run` would return for the last complete episode; None before."""
         return self._result
 
     def action_masks(self) -> NDArray[np.bool_]:

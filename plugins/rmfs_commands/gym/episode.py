@@ -20,7 +20,7 @@ from rmfs_core.rules import with_objects
 from rmfs_core.warehouse import WarehouseView
 
 _OPENS = {OrderArrived: 1, OrderCompleted: -1, OrderCancelled: -1}
-"""What an event changes in the number of open orders."""
+"""Change of the number of open orders by each event."""
 
 
 @define(eq=False)

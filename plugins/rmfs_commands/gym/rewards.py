@@ -14,7 +14,7 @@ from rmfs_core.warehouse import WarehouseView
 
 @frozen(eq=False)
 class Step:
-    """What happened between two choices; the first one of a run begins with the run.
+    """Events between two choices; the first one of a run begins with the run.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from rmfs_commands.layouts.textmap import FLOOR_SIGN
 from rmfs_commands.plan.movingai import grid_rows, read_text
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS
-from rmfs_core.wording import shown_short
+from rmfs_core.wording import counted, shown_short
 from rmfs_core.world import check_size
 
 KINDS = {
@@ -21,7 +21,7 @@ KINDS = {
     "lorr": {".": ".", "E": "#", "S": "#", "@": "@", "T": "@"},
     "rhcr": {".": ".", "e": "#", "r": ".", "@": "@"},
 }
-"""What the signs of each format become."""
+"""Signs of each format, with their signs in a text map."""
 
 COLUMNS = ("id", "type", "station", "x", "y", "weight_to_NORTH", "weight_to_WEST", "weight_to_SOUTH", "weight_to_EAST")
 _BITS = (2, 4, 8, 1)
@@ -60,7 +60,7 @@ def read_octile(path: Path, kind: str, notes: Notes) -> Grid:
     if kind == "movingai":
         notes.add("swamp (S)", counts["S"], "floor")
         notes.add("trees and water (T, W)", counts["T"] + counts["W"], "walls")
-        notes.add("type of the map, octile", 1, "robots step to the four cells beside theirs")
+        notes.add("type of the map, octile", 1, "robots step to the four adjacent cells")
     else:
         notes.add("emitter and service points (E, S)", counts["E"] + counts["S"], "storage locations")
     return _grid(rows, signs)
@@ -75,11 +75,13 @@ def read_kiva(path: Path, notes: Notes) -> Grid:
         first += 1
     rows = [line.rstrip("\r") for line in lines[first : first + height]]
     if len(rows) < height:
-        raise InputError(str(path), f"found {len(rows)} rows of the map; expected {height}, as its first line says")
+        raise InputError(
+            str(path), f"found {counted(len(rows), 'row')} of the map; expected {height}, as its first line says"
+        )
     for number, row in enumerate(rows, first + 1):
         if len(row) != width:
             raise InputError(
-                f"{path}, line {number}", f"found {len(row)} cells; expected {width}, as the first line says"
+                f"{path}, line {number}", f"found {counted(len(row), 'cell')}; expected {width}, as the first line says"
             )
         unknown = next((sign for sign in row if sign not in KINDS["rhcr"]), None)
         if unknown is not None:
@@ -125,7 +127,7 @@ def read_weighted(path: Path, notes: Notes) -> Grid:
             signs[cell] = FLOOR_SIGN.get(left[cell], "@")
             kinds.setdefault(fields[1], []).append(cell)
     if len(seen) < width * height:
-        raise InputError(str(path), f"found {len(seen):,} cells; expected {width * height:,}, as line 2 says")
+        raise InputError(str(path), f"found {counted(len(seen), 'cell')}; expected {width * height:,}, as line 2 says")
     starts, goals = (kinds.get(name, []) for name in ("Induct", "Eject"))
     starts, goals = starts or kinds.get("Home", []), goals or kinds.get("Endpoint", [])
     notes.add("ways of a weight other than 1", heavy, "ways like all others")

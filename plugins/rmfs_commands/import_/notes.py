@@ -1,4 +1,4 @@
-"""What a file has and rmfs has no counterpart of: how many, and what was done instead."""
+"""Notes on parts of a file without a counterpart in rmfs: their number, and the replacement."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Notes:
 
 @define
 class Imported:
-    """What an import has made.
+    """Files made by an import.
 
     Parameters
     ----------

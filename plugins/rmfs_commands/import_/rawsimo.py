@@ -43,7 +43,7 @@ def import_rawsimo(files: Mapping[str, Path]) -> Imported:
         warehouse = read_layout_file(files["LayoutConfiguration"], notes)
     else:
         given = next(iter(files.values()))
-        raise InputError(str(given), "found no warehouse; expected an .xinst or .xlayo beside it")
+        raise InputError(str(given), "found no warehouse; expected an .xinst or .xlayo next to it")
     if warehouse.robots > (locations := warehouse.read["storage locations"]):
         file = files.get("Instance", files.get("LayoutConfiguration"))
         raise InputError(
@@ -55,7 +55,7 @@ def import_rawsimo(files: Mapping[str, Path]) -> Imported:
     contents, orders, supply = _stock(files, warehouse, setting, notes)
     configuration = document(files["ControlConfiguration"]) if "ControlConfiguration" in files else None
     if configuration is not None:
-        what = "configuration of controllers (.xconf)" + (", but for replenishment" if supply else "")
+        what = "configuration of controllers (.xconf)" + (", except for replenishment" if supply else "")
         notes.add(what, 1, "pod-match, demand, nearest, balanced and whca-n")
     written = {} if warehouse.text_map is None else {"map.txt": warehouse.text_map}
     if warehouse.robot_places:
@@ -136,13 +136,13 @@ def _referred(kind: str, files: Mapping[str, Path], setting: Setting | None) -> 
     assert setting is not None
     file = files["SettingConfiguration"]
     if setting.refers_to is None:
-        raise InputError(str(file), "names no file of SKUs or orders; expected an .xgenc or .xitem beside it")
+        raise InputError(str(file), "names no file of SKUs or orders; expected an .xgenc or .xitem next to it")
     name = setting.refers_to.replace("\\", "/").rpartition("/")[2]
     for folder in (file.parent, *file.absolute().parents):
         for inner in ("", "Resources", "resources", "Material/Resources"):
             if os.path.isfile(folder / inner / name):  # noqa: PTH113 (false for a name too long, too)
                 return folder / inner / name
-    found = f"names {name[:80]}, which is not beside it nor in a folder `Resources`"
+    found = f"names {name[:80]}, which is not next to it nor in a folder `Resources`"
     raise InputError(str(file), f"{found}; expected it there")
 
 

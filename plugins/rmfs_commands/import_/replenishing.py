@@ -37,7 +37,7 @@ _MOST_BUNDLES_OF_A_STATION = 10_000
 
 @frozen
 class Supply:
-    """What refills the pods.
+    """Bundles that refill the pods.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is on pods and what is ordered, where RAWSim-O would draw it while it runs, or bring it by and by."""
+"""Stock and orders that RAWSim-O would draw while it runs, or bring by and by."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class StationPoints:
 
     @property
     def name(self) -> str:
-        """What RAWSim-O calls it."""
+        """Its name in RAWSim-O."""
         return f"{'input' if self.replenishing else 'output'} station {self.number}"
 
 

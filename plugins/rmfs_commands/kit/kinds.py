@@ -1,4 +1,4 @@
-"""What can be written besides rules: functions under entry points of other groups."""
+"""Packages besides rules: functions under entry points of other groups."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from rmfs_core import entrypoints
 
 
 class Kind(NamedTuple):
-    """What is no rule.
+    """A kind of package that is no rule.
 
     Parameters
     ----------

@@ -50,12 +50,12 @@ class NewRule:
 
     @property
     def kind(self) -> str:
-        """What it is for people."""
+        """Its kind, for people."""
         return "rule" if isinstance(self.role, Role) else self.role
 
     @property
     def place(self) -> str:
-        """What messages call its name."""
+        """Its name in messages."""
         return f'{self.kind} name "{self.name}"'
 
     @property

@@ -24,7 +24,7 @@ ROW_PITCH = BLOCK_DEPTH + 1
 def blocks(section: LayoutSection, text: str | None, queue_length: int | None, place: str) -> Layout:
     """Make the block layout, as `rmfs_core.world.make_layout` asks for it."""
     if text is not None:
-        raise InputError("layout.map_file", "expected none beside the layout generator `blocks`")
+        raise InputError("layout.map_file", "expected none with the layout generator `blocks`")
     return parse_map(block_map(section, queue_length or QUEUE_LENGTH, place), place)
 
 
@@ -58,7 +58,7 @@ class _BlockMap:
             if (count := len(signs)) > fitting:
                 raise InputError(
                     f"{place}.{'replenishment' if 'I' in signs else 'stations'}_{side}",
-                    f"found {count} stations beside {section.block_rows} rows of blocks; "
+                    f"found {count} stations next to {section.block_rows} rows of blocks; "
                     f"at most {fitting} fit, one to every two rows of blocks between the first and the last aisle",
                 )
         if section.stations_east + section.stations_west == 0:
@@ -72,7 +72,7 @@ class _BlockMap:
         self.width = self.east + (queue_columns if self.on_east else 0)
         self.height = section.block_rows * ROW_PITCH + 1
         if self.width * self.height > 2 * MOST_CELLS:  # with the queues, whose length is no matter of the layout's
-            found = f"found queues of {queue_length:,} cells beside {section.block_rows:,} rows of blocks"
+            found = f"found queues of {queue_length:,} cells next to {section.block_rows:,} rows of blocks"
             raise InputError("stations.queue_length", f"{found}; expected at most {2 * MOST_CELLS:,} cells in all")
         self.fitting = fitting
         self.signs = [["@"] * self.width for _ in range(self.height)]

@@ -37,7 +37,7 @@ HALL_STYLE = """
 .hall ul { list-style: none; margin: .6rem 0 0; padding: 0; display: flex; flex-wrap: wrap; gap: .25rem 1.1rem; }
 .hall li { display: flex; align-items: center; gap: .4rem; } .hall li svg { width: 1.1em; height: 1.1em; flex: none; }
 """
-"""What a page needs once for all pictures; it follows the light or dark of the browser."""
+"""Styles that a page needs once for all pictures; it follows the light or dark of the browser."""
 
 _CHEVRONS = ("M.38 .3L.62 .5L.38 .7", "M.3 .62L.5 .38L.7 .62", "M.62 .3L.38 .5L.62 .7", "M.3 .38L.5 .62L.7 .38")
 _SIDES = ("M.76 .4L.88 .5L.76 .6", "M.4 .24L.5 .12L.6 .24", "M.24 .4L.12 .5L.24 .6", "M.4 .76L.5 .88L.6 .76")

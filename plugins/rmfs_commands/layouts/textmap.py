@@ -121,7 +121,7 @@ class _MapReader:
         packing = tuple(cell for cell, sign in enumerate(self.signs) if sign == "P")
         for cell in packing:
             if not any(self.kinds[beside] == CellKind.FLOOR for _, beside in layout.beside(cell)):
-                raise self._wrong(cell, "the packing station has no floor beside it; expected some, such as `.`")
+                raise self._wrong(cell, "the packing station has no floor next to it; expected some, such as `.`")
         return Layout(self.width, self.height, kind, moves, stations, self.signs.count("I"), packing)
 
     def _kind(self, cell: int, sign: str) -> CellKind:
@@ -176,7 +176,7 @@ class _MapReader:
                 raise self._wrong(cell, f"the queue cell leads to {to}; {expected}")
         for cells in stations:
             if not cells.queue:
-                problem = "the station has no queue; expected at least one queue cell (`q`) beside it"
+                problem = "the station has no queue; expected at least one queue cell (`q`) next to it"
                 raise self._wrong(cells.station, problem)
         if unused:
             raise self._wrong(unused[0], "the queue cell leads to no station")

@@ -13,6 +13,7 @@ from rmfs_commands.cli import completion
 from rmfs_commands.cli.notes import notes_console
 from rmfs_commands.cli.options import OutPath, WholeNumberRange, json_option, no_inline_option
 from rmfs_commands.cli.screen import new_table, output_console, print_json
+from rmfs_core.wording import counted
 
 if TYPE_CHECKING:
     import numpy as np
@@ -104,7 +105,7 @@ def plan(
         plans = _plan(roads, planner, trips, effort, stream(seed, "priorities"))
         wall_s = time.perf_counter() - started
     hits = collisions(roads, [one.path for one in plans])
-    title = f"{Path(map_file).name}, {len(plans)} robots, {pp}"
+    title = f"{Path(map_file).name}, {counted(len(plans), 'robot')}, {pp}"
     about = {"map": map_file, "scen": scen, "seed": seed, "pp": pp, "parameters": dict(choice.parameters)}
     about["effort"] = effort
     if as_json:

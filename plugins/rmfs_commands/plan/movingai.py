@@ -68,7 +68,8 @@ def grid_rows(text: str, path: str | Path, known: str) -> list[str]:
     for number, row in enumerate(rows, 5):
         if len(row) != width:
             raise InputError(
-                f"{path}, line {number}", f"found {len(row)} cells; expected {width}, as the map's width says"
+                f"{path}, line {number}",
+                f"found {counted(len(row), 'cell')}; expected {width}, the map's width",
             )
         unknown = next((sign for sign in row if sign not in known), None)
         if unknown is not None:

@@ -39,7 +39,7 @@ class Planner(Protocol):
 
 @frozen
 class Plan:
-    """What became of a trip.
+    """Result of a trip.
 
     Parameters
     ----------

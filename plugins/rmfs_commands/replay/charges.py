@@ -17,7 +17,7 @@ from rmfs_core.simulation.setup import battery_of
 from rmfs_core.world.travel import travel_on
 
 WHOLE = 10_000
-"""What a full battery counts."""
+"""Value of a full battery."""
 
 
 @define

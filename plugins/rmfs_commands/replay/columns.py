@@ -102,7 +102,7 @@ def whole_run(motion: Motion, metres: int, ticks: int) -> int:
 
 @frozen(eq=False)
 class Columns:
-    """What happened in a run.
+    """Events of a run as columns.
 
     Parameters
     ----------

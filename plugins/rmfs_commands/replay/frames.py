@@ -14,6 +14,7 @@ from rmfs_commands.replay.page import VIEW
 from rmfs_commands.replay.positions import Way, ways
 from rmfs_commands.replay.reading import Replay
 from rmfs_commands.replay.warehouse import WarehouseAt
+from rmfs_core.wording import counted
 from rmfs_core.world import CellKind
 
 FINER = 2
@@ -120,7 +121,7 @@ class Camera:
 
     def _caption(self, pen: _Pen) -> None:
         world = self._world
-        said = f"{world.done} orders, {world.picks} picks, backlog {world.backlog}"
+        said = f"{counted(world.done, 'order')}, {counted(world.picks, 'pick')}, backlog {world.backlog}"
         text = f"{self._replay.name}   {clock_time(world.tick)}   {said}"
         pen.draw.text((self._scale, self._scale), text, self._colours["ink"], _font(self.size[0] / 58), anchor="lm")
 

@@ -23,7 +23,7 @@ ANSWERS = {
     "rests": ("robot", "cell"),
     "moves": ("pod", "cell"),
 }
-"""What a decision may hold, and the two things that each of its parts is about."""
+"""Keys of a decision, and the two things that each of its parts is about."""
 BUNDLES = (Role.ROA, Role.RPS, Role.ROA_RPS)
 
 

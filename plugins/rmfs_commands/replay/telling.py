@@ -1,4 +1,4 @@
-"""What the page of a replay is told of a run, as plain values; `view/unpack.mjs` reads it."""
+"""A run as plain values for the page of a replay; `view/unpack.mjs` reads it."""
 
 from __future__ import annotations
 

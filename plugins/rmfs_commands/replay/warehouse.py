@@ -1,4 +1,4 @@
-"""What is where in a recorded run, apart from robots on their way: told from its events, first to last."""
+"""The warehouse in a recorded run, apart from robots on their way: told from its events, first to last."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def report(folder: Path, out: Path | None, limit: int, quiet: bool) -> None:
     """Write a page on the run in DIR: what limits it, its hours, stations, robots, and its slowest orders with causes.
 
     DIR is what `rmfs run --out DIR` wrote. The page is one HTML file that needs no network. With the trace of
-    `rmfs run --trace` it has heat maps of the hall, and links to the page of `rmfs replay`, which is written beside it:
+    `rmfs run --trace` it has heat maps of the hall, and links to the page of `rmfs replay`, written next to it:
     replay.html, or with `--out page.html` page-replay.html. With `--record-decisions` it says of each order in it what
     `rmfs explain --order` says.
     """

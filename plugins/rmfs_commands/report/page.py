@@ -39,7 +39,7 @@ ROBOTS = {
     "idle": ("idle", 8),
     "off": ("off duty", 11),
 }
-"""What pickers and robots do, and the number of its colour, by the columns of stations.csv and robots.csv."""
+"""Activities of pickers and robots, with the number of their colour, by the columns of stations.csv and robots.csv."""
 SLOWEST_PERCENT = 5
 WORTH_SAYING = 0.05
 """Share of an order's turn-over time from which on a part of it is a cause."""

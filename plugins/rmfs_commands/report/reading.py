@@ -1,4 +1,4 @@
-"""What a run has left in its folder, read to be reported."""
+"""Files of a run in its folder, read for a report."""
 
 from __future__ import annotations
 

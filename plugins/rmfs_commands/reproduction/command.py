@@ -1,4 +1,4 @@
-"""``rmfs reproduce``: the paper's evaluation, run again and held against its figures."""
+"""``rmfs reproduce``: the paper's evaluation, run again and compared with its figures."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def reproduce(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Run the evaluation of the paper (arXiv:1902.03092, Section 4) and hold its figures against ours.
+    """Run the evaluation of the paper (arXiv:1902.03092, Section 4) and compare its figures with ours.
 
     The parts are the shipped experiments paper-examples, paper-instances (24 instances, four methods, ten seeds),
     paper-packing, paper-prefilter and paper-2000. Every finished run is kept in DIR/runs, so that an interrupted
     reproduction goes on where it stopped; delete that folder to compute everything again. The report, report.html and
-    report.md, has every table and figure of that section beside ours. Exit code 1 when a run failed.
+    report.md, has every table and figure of that section next to ours. Exit code 1 when a run failed.
     """
 
     from rmfs_commands.cli.compiling import compile_searches

@@ -33,7 +33,7 @@ def order_lengths(exhibit: Exhibit, drawn: Mapping[int, Instance]) -> Table:
 
     lines = _lines(expected, drawn, share, "length {}")
     what = (
-        f"share of {SAMPLE_ORDERS:,} orders a seed; an order longer than a station's item capacity of 15 could never "
+        f"share of {SAMPLE_ORDERS:,} orders per seed; an order longer than a station's item capacity of 15 could never "
         "be assigned whole, so that ours end there; in range: the formula's figure lies within our interval"
     )
     return Table(exhibit, lines, "", 4, what)

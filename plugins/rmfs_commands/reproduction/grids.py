@@ -34,7 +34,7 @@ def statements_grid(statements: Sequence[Statement]) -> Grid:
     rows = tuple(
         (statement.item, statement.sentence, statement.verdict, _exceptions(statement)) for statement in statements
     )
-    note = "Each sentence is held against every instance set and method that it speaks of."
+    note = "Each sentence is compared with every instance set and method that it names."
     return Grid("What Section 4.2 says in words", (note,), ("", "the paper says", "ours", "where not"), rows)
 
 

@@ -1,4 +1,4 @@
-"""What a reproduction ran on: kind of machine and versions."""
+"""Machine and versions of a reproduction."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ DRAWN_SEEDS = range(1, 11)
 
 @frozen(eq=False)
 class Report:
-    """What a reproduction found.
+    """Findings of a reproduction.
 
     Parameters
     ----------

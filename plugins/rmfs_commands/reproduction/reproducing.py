@@ -22,7 +22,7 @@ RUNS_FOLDER = "runs"
 
 @frozen(eq=False)
 class Reproduction:
-    """What came of it.
+    """Outcome of a reproduction.
 
     Parameters
     ----------

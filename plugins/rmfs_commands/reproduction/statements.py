@@ -1,4 +1,4 @@
-"""What Section 4.2 says in words about figures that it gives no numbers for, held against the runs."""
+"""Statements of Section 4.2 about figures that it gives no numbers for, compared with the runs."""
 
 from __future__ import annotations
 

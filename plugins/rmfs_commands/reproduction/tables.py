@@ -39,7 +39,7 @@ class Line:
 
 @frozen
 class Table:
-    """What became of an exhibit of the paper.
+    """Verdict on an exhibit of the paper.
 
     Parameters
     ----------

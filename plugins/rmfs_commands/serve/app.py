@@ -31,7 +31,7 @@ SECONDS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 30
 
 
 class Metrics:
-    """What the service counts, for Prometheus.
+    """Counters of the service, for Prometheus.
 
     Parameters
     ----------

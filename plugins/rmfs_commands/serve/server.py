@@ -21,7 +21,7 @@ from rmfs_core.errors import InputError
 FAREWELL_S = 3
 """Seconds that decisions have when the service is ended."""
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
-"""What requests from this machine to itself call it."""
+"""Host names of requests from this machine to itself."""
 KEEP_ALIVE_S = 60
 """Seconds that a connection stays open on which nothing is asked, or no request comes to its end."""
 

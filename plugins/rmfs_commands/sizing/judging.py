@@ -22,7 +22,7 @@ FIRST_LOOK = 4
 
 
 class Verdict(Enum):
-    """What is known of a mean."""
+    """A mean with its interval."""
 
     PASSES = "passes"
     FAILS = "fails"

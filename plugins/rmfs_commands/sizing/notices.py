@@ -1,4 +1,4 @@
-"""What is said of single runs while sizes are tried: only what is out of the ordinary."""
+"""Notices of single runs while sizes are tried: only the unusual."""
 
 from __future__ import annotations
 

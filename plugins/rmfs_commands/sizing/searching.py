@@ -34,7 +34,7 @@ BOXES = Things(("packer", "packers"), ("box", "boxes"))
 
 @frozen
 class Found:
-    """What came of a number of stations, or of packers.
+    """Results for a number of stations, or of packers.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ def seek_cheapest(trials: Trials, firsts: Sequence[int], seconds: Range) -> None
 
 @frozen
 class OtherRules:
-    """What `SERVING` rules do in a size in which the scenario's rules fail.
+    """Results of `SERVING` rules in a size in which the scenario's rules fail.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class OtherRules:
 
 @frozen
 class Answer:
-    """What was found.
+    """Findings.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class Answer:
 
     @property
     def undecided(self) -> tuple[Candidate, ...]:
-        """What would be better than the frontier, or on it, if more seeds decided for it."""
+        """Sizes that would be better than the frontier, or on it, if more seeds decided for them."""
         return tuple(
             one
             for one in self.candidates

@@ -1,4 +1,4 @@
-"""What a warehouse shall keep."""
+"""Targets that a warehouse shall keep."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Target:
 
     @property
     def option(self) -> str:
-        """What messages call it."""
+        """Its name in messages."""
         return f"--most {self.metric}={self.most:g}"
 
     def check(self, instances: Collection[Instance]) -> None:
@@ -70,7 +70,7 @@ class Target:
 
     @property
     def label(self) -> str:
-        """What titles and sentences call it: an indented label follows that of the metric above it."""
+        """Its name in titles and sentences: an indented label follows that of the metric above it."""
         label = self.described.label
         if not label.startswith(" "):
             return label

@@ -1,4 +1,4 @@
-"""What rules answer, as JSON's objects with names."""
+"""Answers of rules, as JSON objects with names."""
 
 from __future__ import annotations
 

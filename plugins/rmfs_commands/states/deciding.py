@@ -36,7 +36,7 @@ from rmfs_core.simulation.setup import unmet_needs
 
 @frozen
 class Outcome:
-    """What a decision comes to, in terms that rules share.
+    """Outcome of a decision, in terms that rules share.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Outcome:
 
 @frozen
 class BundleOutcome:
-    """What a decision of ROA, RPS or both comes to, in terms that rules share.
+    """Outcome of a decision of ROA, RPS or both, in terms that rules share.
 
     Parameters
     ----------

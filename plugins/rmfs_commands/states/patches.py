@@ -1,4 +1,4 @@
-"""What changes from one state to the next: JSON Merge Patch (RFC 7396), https://www.rfc-editor.org/rfc/rfc7396."""
+"""Changes from one state to the next: JSON Merge Patch (RFC 7396), https://www.rfc-editor.org/rfc/rfc7396."""
 
 from __future__ import annotations
 

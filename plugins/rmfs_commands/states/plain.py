@@ -25,7 +25,7 @@ from rmfs_core.world import OrderData, PodData
 
 
 class PartMemento(NamedTuple):
-    """What one period assigned of an order to a station: its lines, also those picked already."""
+    """Part of an order that one period assigned to a station: its lines, also those picked already."""
 
     station: int
     skus: tuple[int, ...]
@@ -60,7 +60,7 @@ class BundleMemento(NamedTuple):
 
 
 class TaskMemento(NamedTuple):
-    """What waits at a packing station, or is being done until a time."""
+    """A task that waits at a packing station, or is being done until a time."""
 
     kind: str
     order: int

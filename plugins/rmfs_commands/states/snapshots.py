@@ -50,9 +50,9 @@ OF_ORDERS = (
     *(OrderArrived, OrderInStock, OrderAssigned, OrderCancelled),
     *(PackingAssigned, PartSent, PartArrived, PartPut, PackingStarted, OrderPacked),
 )
-"""What tells of a change of an order."""
+"""Events that change an order."""
 PASSING = ("backlog", "random")
-"""What belongs to one call of a rule, and need not be there at the next."""
+"""Keys that belong to one call of a rule, and need not be there at the next."""
 
 
 class Snapshots:

@@ -185,7 +185,7 @@ class StationState:
 
 @frozen
 class PartState:
-    """What one period assigned of an order to a station."""
+    """Part of an order that one period assigned to a station."""
 
     station: str = key("The station")
     skus: tuple[str, ...] = key("SKUs of the lines assigned; each line goes to one station whole")
@@ -209,7 +209,7 @@ class OrderPackingState:
 
 @frozen
 class TaskState:
-    """What waits for a packer, or is being done."""
+    """A task that waits for a packer, or is being done."""
 
     kind: str = key("`put` (a tote into the order's box) or `pack`", check=_one_of("put", "pack"))
     order: str = key("The order")
@@ -298,7 +298,7 @@ class RobotState:
 
 @frozen
 class AskState:
-    """What is asked, where the rest of the state does not say it."""
+    """Subject of the question, if the rest of the state does not say it."""
 
     decides: str | None = key(
         "`POA`, `PPS`, `POA+PPS`, `PR`, `TA`, `ROA`, `RPS`, `ROA+RPS`, `activation`, `idle`, `repositioning`, "
@@ -330,7 +330,7 @@ class AskState:
 
     @property
     def role(self) -> Role | None:
-        """What is asked for."""
+        """Subject of the question."""
         return None if self.decides is None else Role.labelled(self.decides)
 
 

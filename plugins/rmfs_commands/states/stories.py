@@ -1,4 +1,4 @@
-"""What a run's decisions meant for one order or one pod: told from the recorded states."""
+"""The decisions of a run about one order or one pod: told from the recorded states."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rmfs_core.world.grid import where
 Content = Mapping[str, Any]
 
 _OF_STATIONS = {"item_capacity", "order_capacity", "in_hand", "staffed", "active"}
-"""What of a station says how much room it has, besides its requests."""
+"""Attributes of a station that determine its free capacity, besides its requests."""
 
 
 @frozen
@@ -69,7 +69,7 @@ class _Waiting:
 
 @define
 class _Story:
-    """What was decided for an order, told decision by decision."""
+    """Decisions about an order, one by one."""
 
     order: str
     waiting: _Waiting | None = None

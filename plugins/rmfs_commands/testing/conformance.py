@@ -14,7 +14,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import check_hooks, require_attrs_class, roles_of
 from rmfs_core.rules.traits import RuleTraits
-from rmfs_core.wording import listed
+from rmfs_core.wording import counted, listed
 
 RANDOM = "nondeterminism"
 KEPT = "state kept"
@@ -42,7 +42,7 @@ class Finding:
 
 @frozen
 class ConformanceReport:
-    """What the conformance suite saw of a rule. As a text it is the report for people.
+    """Findings of the conformance suite on a rule. As a text it is the report for people.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class ConformanceReport:
         lines = [f"{self.rule} decides {listed(self.decides)}; it was run in {len(self.worlds)} small worlds."]
         lines += [f'Left out: "{world}", for it needs {need}.' for world, need in self.left_out.items()]
         lines += [
-            f"{hook}: {times.calls} calls, {1000 * times.total_s / times.calls:.3f} ms on average, "
+            f"{hook}: {counted(times.calls, 'call')}, {1000 * times.total_s / times.calls:.3f} ms on average, "
             f"{1000 * times.longest_s:.3f} ms the longest."
             for hook, times in self.times.items()
         ]

@@ -1,4 +1,4 @@
-"""What a rule can see of the warehouse, written down: two such notes show whether anything was changed in between."""
+"""A copy of all that a rule can see of the warehouse: two copies show whether anything was changed in between."""
 
 from __future__ import annotations
 

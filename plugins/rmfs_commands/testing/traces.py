@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Fault", "Recorder", "validate_trace"]
 
 _SUPPLY = ("pod_capacity", "replenishment")
-"""What a scenario says of an instance that the instance itself does not."""
+"""Keys of a scenario about an instance that the instance itself does not have."""
 
 
 @define(eq=False)

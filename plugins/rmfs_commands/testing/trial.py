@@ -41,7 +41,7 @@ MUTATED = "mutation of the view"
 IMPOSSIBLE_TRACE = "impossible trace"
 
 UNCHARGED = ' (a rule that sends no robot to a charger says so by needs = ("no batteries",))'
-"""What rules for idle robots are told where orders starve in a world with batteries."""
+"""Hint for rules for idle robots if orders starve in a world with batteries."""
 
 
 class _EndlessError(Exception):
@@ -65,7 +65,7 @@ class CallTimes:
 
 @frozen(eq=False)
 class Outcome:
-    """What came of a run: all events, and what was wrong as (kind, problem)."""
+    """Outcome of a run: all events, and problems as (kind, problem)."""
 
     events: tuple[Event, ...]
     problems: tuple[tuple[str, str], ...]
@@ -147,7 +147,7 @@ class _Forwarding:
 
     @property
     def hears(self) -> object:
-        """What the rule listens to."""
+        """Events that the rule listens to."""
         heard = getattr(self.rule.instance, "hears", None)
         if not isinstance(heard, Mapping):
             return heard

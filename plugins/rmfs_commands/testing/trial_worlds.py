@@ -35,8 +35,8 @@ PLAIN_RULES = RulesSection(
     roa=RuleChoice("first-bundle"),
     rps=RuleChoice("emptiest-pod"),
 )
-"""What decides whatever the rule under test does not: simple, quick, and free of randomness. In some worlds rules for
-robots without a task come in."""
+"""Rules for the decisions that the rule under test does not take: simple, quick, without randomness. In some worlds
+rules for robots without a task come in."""
 
 
 FINITE = ", finite stock"

@@ -1,4 +1,4 @@
-"""What recorders write beside the results: compressed files of JSON objects, one a line."""
+"""Files of recorders: compressed JSON objects, one per line."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def beside_results(run: RunInfo, file: str) -> Path:
         When the run keeps no results.
     """
     if run.out is None:
-        raise InputError(file, "is written beside the results; expected a run with a folder for them")
+        raise InputError(file, "is written next to the results; expected a run with a folder for them")
     return run.out / file
 
 

@@ -17,7 +17,7 @@ from rmfs_core.simulation.services import Services
 from rmfs_core.world import CellKind
 
 Handlers = Mapping[type[Event], Callable[[Any], None]]
-"""What a check does at each kind of event."""
+"""Functions that a check calls at each kind of event."""
 
 IGNORES_OTHER_ROBOTS = "free-flow"
 
@@ -122,7 +122,7 @@ class Case:
         return "an empty pod" if pod is None else f"pod {self.trace.instance.pods[pod].name}"
 
     def load(self, pod: int | None) -> str:
-        """What a robot carries, for people."""
+        """The pod that a robot carries, for people."""
         return "no pod" if pod is None else self.pod(pod)
 
     def station(self, station: int) -> str:

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 @click.option("--limit", type=WholeNumberRange(min=1), default=50, show_default=True, help="Faults to show at most.")
 @json_option
 def validate(folder: Path, collisions: bool | None, limit: int, as_json: bool) -> None:
-    """Check the trace of a run in DIR: whether everything it tells can have happened.
+    """Check the trace of a run in DIR: whether all of its events can have happened.
 
-    DIR is what `rmfs run --trace --out DIR` wrote, or a trace file. Read are the trace and, when they lie beside it,
-    the metrics of result.json and the tables. Exit codes: 0 no faults, 1 faults, 2 the input cannot be read.
+    DIR is what `rmfs run --trace --out DIR` wrote, or a trace file. It reads the trace and, if they are in the
+    same folder, the metrics of result.json and the tables. Exit codes: 0 no faults, 1 with faults, 2 bad input.
     """
     from rmfs_commands.validation import check_trace
 
@@ -75,5 +75,5 @@ def _remarks(report: Report, *, unasked: bool) -> list[str]:
             "unknown ones, have recorded it."
         )
     if not report.metrics_checked:
-        lines.append("Not checked: metrics; there is no result.json beside the trace.")
+        lines.append("Not checked: metrics; there is no result.json next to the trace.")
     return lines

@@ -1,4 +1,4 @@
-"""What can be wrong with a trace."""
+"""Kinds of faults in a trace."""
 
 from __future__ import annotations
 
@@ -142,8 +142,8 @@ KINDS: dict[str, str] = {
     "packers": "more packers or sorters are at work than there are, or they begin while they are closed",
     "not-packed": "the run is complete and an order is not packed",
     # The result
-    "other-run": "the result beside the trace is that of another run",
+    "other-run": "the result next to the trace is that of another run",
     "metric": "a metric is not what the events amount to",
-    "table": "a figure in a table beside the trace is not what the events amount to",
+    "table": "a figure in a table next to the trace is not what the events amount to",
 }
 """Every kind of fault by its name, and what it means."""

@@ -7,6 +7,7 @@ from collections import Counter
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.case import Case
 from rmfs_core.errors import InputError
+from rmfs_core.wording import counted
 
 PLACE = "header of the trace"
 
@@ -28,7 +29,7 @@ def check_readable(trace: Trace) -> None:
         if wrong is not None:
             raise InputError(PLACE, f"found {what} {wrong!r}; expected a whole number from 0 to {count - 1}")
     if stations != len(trace.stations):
-        raise InputError(PLACE, f"found {len(trace.stations)} stations, but the layout has {stations}")
+        raise InputError(PLACE, f"found {counted(len(trace.stations), 'station')}, but the layout has {stations}")
     motion = trace.motion
     if not (motion.acceleration_m_per_s2 > 0 and motion.top_speed_m_per_s > 0):
         raise InputError(PLACE, f"found {motion}; expected an acceleration and a top speed above 0")
@@ -62,11 +63,11 @@ def _bundle_capacities(case: Case) -> None:
         stores = i >= picking or bool(asked.get("also_replenish"))
         found, expected = station.get("bundle_capacity", 0), asked.get("bundle_capacity", 10) if stores else 0
         if found != expected:
-            case.add("header", 0, f"{case.station(i)} holds {found} bundles; the scenario says {expected}")
+            case.add("header", 0, f"{case.station(i)} holds {counted(found, 'bundle')}; the scenario says {expected}")
 
 
 def _names(case: Case) -> None:
-    """What files and people know by its name has one of its own."""
+    """Check that everything known by its name has a name of its own."""
     instance = case.trace.instance
     named = {
         "orders": [order.name for order in instance.orders],

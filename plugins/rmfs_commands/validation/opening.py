@@ -1,4 +1,4 @@
-"""What a run starts from, made anew from the scenario in the header: layout, orders, and where everything stands."""
+"""The start of a run, made again from the scenario in the header: layout, orders, and where everything stands."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from rmfs_core.events import (
     TripDecided,
 )
 from rmfs_core.roles import Role
-from rmfs_core.wording import listed, shown_short
+from rmfs_core.wording import counted, listed, shown_short
 
 TOLERANCE = 1e-6
 """Of solvers, as a share of the objective."""
@@ -34,7 +34,7 @@ UNREPORTED = "decided"
 LEFT = ("horizon", "partial")
 """How a run ends with orders left, but for errors."""
 STATUSES = {"optimal": False, "effort": True, "stopped": True, "heuristic": False}
-"""What rmfs's own rules report, and whether a limit has ended the solve then."""
+"""Statuses of rmfs's own rules, and whether a limit has ended the solve then."""
 
 
 class OrderCheck:
@@ -123,7 +123,7 @@ class OrderCheck:
         self.closed += closes
         items = sum(lines.values())
         if event.items != items:
-            case.add("items", event.tick, f"{assigns} with {items} items, but {event.items} are reported")
+            case.add("items", event.tick, f"{assigns} with {counted(items, 'item')}, but {event.items} are reported")
         if event.complete == bool(order.unassigned):
             left = f"{len(order.unassigned)} of its lines are left"
             case.add("complete-flag", event.tick, f"{assigns} with `complete` {str(event.complete).lower()}; {left}")

@@ -23,6 +23,7 @@ from rmfs_core.events import (
     PartPut,
     PartSent,
 )
+from rmfs_core.wording import counted
 
 
 @define
@@ -49,7 +50,7 @@ class _Pick:
 
 @define
 class _Station:
-    """What a picking station has of an order: items that were assigned, by tick, picks, and items in totes."""
+    """Parts of an order at a picking station: items that were assigned, by tick, picks, and items in totes."""
 
     assigned: list[tuple[int, int]] = Factory(list)
     picks: list[_Pick] = Factory(list)
@@ -155,7 +156,7 @@ class PackingCheck:
         before = part.sent
         part.sent += event.items
         if len(picks) < event.items or event.items < 1:
-            self._add("tote", event, f"has {event.items} items in a tote; {len(picks)} of them were picked")
+            self._add("tote", event, f"has {counted(event.items, 'item')} in a tote; {len(picks)} of them were picked")
             return
         by_visit = self.section["tote"] == "visit" and order.box is not None
         if by_visit:
@@ -168,16 +169,15 @@ class PackingCheck:
             whole = part.sent >= due
         if not whole or event.tick != leaves:
             which = "all of a visit" if by_visit else "all of a part"
-            told = f"leaves {self.case.station(event.station)} in a tote with {event.items} items"
+            told = f"leaves {self.case.station(event.station)} in a tote with {counted(event.items, 'item')}"
             self._add("tote", event, f"{told}; expected {which}, at {seconds(leaves)}")
 
     def arrived(self, event: PartArrived) -> None:
         """Check that a tote has taken as long as its conveyor."""
         order, sent = self._order(event), self.totes.get(event.tote)
         if sent is None or event.tote in self.come or (sent.order, sent.items) != (event.order, event.items):
-            self._add(
-                "conveyor-time", event, f"comes in tote {event.tote} with {event.items} items, which was not sent"
-            )
+            items = counted(event.items, "item")
+            self._add("conveyor-time", event, f"comes in tote {event.tote} with {items}, which was not sent")
             return
         self.come[event.tote] = event.tick, False
         order.come += event.items
@@ -197,7 +197,7 @@ class PackingCheck:
         since, done = self.come.get(event.tote, (event.tick + 1, False))
         if event.start_tick < since or done or order.box is None or self.totes[event.tote].items != event.items:
             why = "again" if done else "before it has come" if event.start_tick < since else "though it needs no box"
-            self._add("put", event, f"is put into a box {why}, tote {event.tote} with {event.items} items")
+            self._add("put", event, f"is put into a box {why}, tote {event.tote} with {counted(event.items, 'item')}")
         if event.tick - event.start_tick != (ticks := self._time("put", event.items)):
             took = f"{seconds(event.tick - event.start_tick)}; expected {seconds(ticks)}"
             self._add("put", event, f"is put into its box in {took}")

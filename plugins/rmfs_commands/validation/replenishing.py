@@ -28,7 +28,7 @@ Came = tuple[int, int, int]  # tick, SKU, items
 
 @define
 class _Bundle:
-    """What has become of a bundle."""
+    """State of a bundle."""
 
     name: str
     sku: int

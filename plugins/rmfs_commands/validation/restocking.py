@@ -45,7 +45,7 @@ def bundles_of(trace: Trace) -> Iterator[Row]:
 
 
 class _Stock:
-    """What of each SKU is on all pods together, in numbers that change with the events; None: no end of it."""
+    """Items of each SKU on all pods together, which change with the events; None: unlimited."""
 
     def __init__(self, trace: Trace) -> None:
         self.held: Counter[int] = Counter()

@@ -1,4 +1,4 @@
-"""What robots take of energy, and what they do without a task: metrics of `rmfs_commands.details`, worked out anew."""
+"""Energy of robots, and their moves without a task: metrics of `rmfs_commands.details`, computed again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What active repositioning needs besides locations and worth: where to, and a pause when all is done."""
+"""Active repositioning besides locations and worth: targets, and a pause when all is done."""
 
 from __future__ import annotations
 

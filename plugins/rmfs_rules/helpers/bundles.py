@@ -97,7 +97,7 @@ class StoragePods:
 
 
 Cost = Callable[[StoragePods, "Bundle"], Values]
-"""What it costs to store a bundle on each pod, by pod id."""
+"""Cost of storing a bundle on each pod, by pod id."""
 
 
 def store_bundles(warehouse: WarehouseView, max_fetches: int, cost: Cost) -> list[StoreBundle]:

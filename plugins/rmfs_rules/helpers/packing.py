@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, PackingStation, WarehouseView
 
 MOST_WORK = "Seconds of work for each packer, with all orders bound for packing stations, above which no order is split"
-"""What the parameter ``packing_work_s`` of rules means."""
+"""Meaning of the parameter ``packing_work_s`` of rules."""
 
 
 def room_to_split(warehouse: WarehouseView, capacity: int | None, most_work_s: float = 0.0) -> int | None:

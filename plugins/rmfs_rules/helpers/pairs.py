@@ -208,8 +208,8 @@ def waiting_limit() -> Any:
         validator=validators.optional(validators.ge(0)),
         metadata={
             "doc": "Seconds in the backlog after which an order goes first; while it fits nowhere, the station with "
-            "most room of those that could take it takes nothing else. Left out: never, but for orders larger than any "
-            f"station, after {OVERSIZE_WAIT_S:g} s, one at a time"
+            "most room of those that could take it takes nothing else. Left out: never, except for orders larger than "
+            f"any station, after {OVERSIZE_WAIT_S:g} s, one at a time"
         },
     )
 

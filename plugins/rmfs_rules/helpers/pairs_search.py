@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 SHARE = 0.5
-"""What an order counts all of whose lines are in `Scores.shares`: less than an item."""
+"""Bonus of an order with all of its lines in `Scores.shares`: less than an item."""
 
 
 HEAD = np.dtype([(name, np.int64) for name in ("known", "row", "pod")] + [("score", np.float64)])
@@ -87,7 +87,7 @@ class Precedence(NamedTuple):
 
 
 class Scores(NamedTuple):
-    """What orders score at stations.
+    """Scores of orders at stations.
 
     An order scores the sum over its open lines of min(items, ``table`` of the SKU), and `SHARE` times the share of its
     open lines whose SKU is in ``shares``; or what is ``given``.

@@ -1,4 +1,4 @@
-"""What compiled searches for paths share: looks at a reservation table.
+"""Code shared by compiled searches for paths: looks at a reservation table.
 
 A table is what `rmfs_core.traffic.intervals` describes.
 """
@@ -22,7 +22,7 @@ far: Any = inlined(clock.far)
 
 
 Plain = tuple[Any, ...]
-"""What a named tuple is made of. A search that takes a few microseconds is handed plain tuples, and names them itself:
+"""Values of a named tuple. A search that takes a few microseconds is handed plain tuples, and names them itself:
 numba takes twice as long to look at named ones."""
 
 

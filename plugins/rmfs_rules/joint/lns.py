@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 MOST_ORDERS = 500
 """Orders of the backlog that a search looks at, besides those that are chosen already."""
 HALF_A_LINE = 500_000
-"""What an order may lack by chance, in millionths of a line."""
+"""Random part of the lines that an order lacks, in millionths of a line."""
 
 
 @define(kw_only=True)

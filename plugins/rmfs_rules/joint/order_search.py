@@ -16,9 +16,9 @@ Flags = NDArray[np.bool_]
 Pairs = list[tuple[np.int64, np.int64]]
 
 OUT = 1 << 20
-"""What is added to the lines that an order lacks once it is chosen, or for each line that stock is too low for."""
+"""Addition to the lines that an order lacks once it is chosen, or for each line that stock is too low for."""
 SCALE = 1_000_000
-"""What a missing line counts at a station that counts orders; at others that divided by the items of the order."""
+"""Weight of a missing line at a station that counts orders; at others that divided by the items of the order."""
 
 
 class Choice(NamedTuple):

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @define(kw_only=True)
 class _Joint:
-    """What the three rules share: parameters, and the way from the warehouse to a decision."""
+    """Code shared by the three rules: parameters, and the way from the warehouse to a decision."""
 
     model: ClassVar[Model]
     splits_over_time: ClassVar[bool] = False
@@ -219,7 +219,7 @@ class _Joint:
 
 @define(kw_only=True)
 class _Split(_Joint):
-    """What the two rules that split orders share besides."""
+    """Code shared by the two rules that split orders."""
 
     packing_capacity: int | None = field(
         default=None,

@@ -9,7 +9,7 @@ from rmfs_core.warehouse import Stock
 from rmfs_rules.pod_index.period import CLOSE, FOUND, NONE, Bids, Bools, Floats, Ints, Period, fits, worth_of
 
 TINY = 1e-12
-"""What sums of gains that are zero may come out as."""
+"""Largest rounding error of sums of gains that are zero."""
 
 
 @njit(cache=True)

@@ -1,4 +1,4 @@
-"""What speaks for a pod: one number for each candidate, all of them at once."""
+"""Scores of pods: one number for each candidate, all of them at once."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 Values = NDArray[np.float64]
 
 VALUES = ("picks", "age", "lateness")
-"""What an item is worth: 1, or its share of the seconds since its order arrived or was due."""
+"""Worth of an item: 1, or its share of the seconds since its order arrived or was due."""
 
 
 @frozen
 class Weights:
-    """What scores are made of: the parameters of rules with these names."""
+    """Weights of scores: the parameters of rules with these names."""
 
     count_backlog: bool = False
     value: str = "picks"
@@ -46,7 +46,7 @@ class Weights:
 
 
 class Wanted(NamedTuple):
-    """What some orders want: their open lines, or the uncovered requests of a station.
+    """Demand of some orders: their open lines, or the uncovered requests of a station.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class PodScores:
         return worth(self._stock, pods, self._by_sku(self._here(station).lines)).astype(np.float64)
 
     def work(self, station: Station, pods: Ids) -> Values:
-        """What the items are worth that the pod serves, less the time that it drives."""
+        """Worth of the items that the pod serves, less the time that it drives."""
         (lines, each), weights, stock = self._here(station), self._weights, self._stock
         total = weights.time_cost_per_s * self.nearest(station, pods)
         total += served(lines, stock, pods, self._nothing, each)

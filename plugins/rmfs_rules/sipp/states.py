@@ -48,7 +48,7 @@ class Memory(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """What one search goes by.
+    """Arguments of one search.
 
     Parameters
     ----------

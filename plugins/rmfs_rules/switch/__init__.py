@@ -153,7 +153,7 @@ class Switch:
 
     @property
     def decides(self) -> tuple[Role, ...]:
-        """What all of the rules decide."""
+        """Decisions that all of the rules take."""
         return tuple(role for role in roles_of(Switch) if all(role in asked.decides for asked in self._asked))
 
     @property
@@ -163,7 +163,7 @@ class Switch:
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """What any of the rules needs."""
+        """Needs of any of the rules."""
         return tuple(sorted({need for asked in self._asked for need in asked.traits.needs}))
 
     @property

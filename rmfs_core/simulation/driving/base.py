@@ -1,4 +1,4 @@
-"""What all ways of driving share."""
+"""Code shared by all ways of driving."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ CROSSINGS = 10
 
 @define(eq=False)
 class Course:
-    """What a robot drives.
+    """A drive of a robot.
 
     Parameters
     ----------

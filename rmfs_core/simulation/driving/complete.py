@@ -133,7 +133,7 @@ class CompleteDriving(ReservedDriving):
             self.table.add(course.robot.id, held)
 
     def _held(self, course: Course) -> Occupancy | None:
-        """What a robot occupies until the end of its leg under way."""
+        """Cells that a robot occupies until the end of its leg under way."""
         if course.under_way is None:
             return None
         occupied = self._drive(course)[0]

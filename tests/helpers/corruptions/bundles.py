@@ -1,4 +1,4 @@
-"""What is done with bundles."""
+"""Corruptions of bundles."""
 
 from corruptions.raw import Line, NotThereError, Raw, changed, doubled, dropped, kind, made
 

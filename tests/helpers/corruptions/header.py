@@ -1,4 +1,4 @@
-"""What the header says: layout, what stands where, orders, pods, stations, scenario."""
+"""Corruptions of the header: layout, positions, orders, pods, stations, scenario."""
 
 from corruptions.raw import STEPS, NotThereError, Raw, kind, made, next_of, scenario_says
 

@@ -1,4 +1,4 @@
-"""What is done at packing stations."""
+"""Corruptions at packing stations."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class NotThereError(Exception):
 
 @define(eq=False)
 class Raw:
-    """What a trace file holds: the first line, those of events, the last one."""
+    """Lines of a trace file: the first line, those of events, the last one."""
 
     header: Line
     events: list[Line]

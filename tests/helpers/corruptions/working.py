@@ -1,4 +1,4 @@
-"""What is done: pods lifted and set down, lines and visits, picks, orders, decisions."""
+"""Corruptions of work: pods lifted and set down, lines and visits, picks, orders, decisions."""
 
 from corruptions.driving import MOVED
 from corruptions.raw import Line, NotThereError, Raw, Where, changed, doubled, dropped, kind, next_of

@@ -20,7 +20,7 @@ MILLION = 1_000_000
 
 @define
 class Left:
-    """What pods have left while orders are chosen; below 0 what they have to bring yet."""
+    """Items left on pods while orders are chosen; below 0 items that they have to bring yet."""
 
     now: Moment  # the moment
     sent: Sent  # pods that are sent besides those that are at or bound for stations
@@ -121,7 +121,7 @@ def fill(
 
 
 def dealt(now: Moment, chosen: Chosen, trips: Sent) -> tuple[dict[Pod, Counter[int]], dict[Station, Counter[int]]]:
-    """What pods have left and stations lack, once the pods have given what they have in the order of their trips."""
+    """Items left on pods, and lacking at stations, once the pods have served in the order of their trips."""
     stock = {pod: free_on(pod) for pod in now.world.pods}
     need = {station: Counter[int]() for station in now.stations}
     for order, station in chosen:

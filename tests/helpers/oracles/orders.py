@@ -319,7 +319,7 @@ def held_back(now: Moment, every_s: float, orders: int | None) -> set[int]:
 
 
 def waves(now: Moment, told: Any, *, every_s: float = 1800.0, orders: int | None = None) -> list[str]:
-    """What arrived until the last wave is released, and since then n orders whenever there are n."""
+    """Orders until the last wave are released, and after it n orders whenever there are n."""
     return [order.name for order in now.backlog if order.id not in held_back(now, every_s, orders)]
 
 

@@ -13,7 +13,7 @@ from rmfs_core.warehouse import Bundle, Order, Pod, Request, Station
 Choose = Callable[[Station, list[Pod]], Pod]
 Score = Callable[[Pod, Station], float]
 CLOSE = 1e-6
-"""What sums of fractions may be off."""
+"""Largest rounding error of sums of fractions."""
 
 
 def trips(now: Moment, choose: Choose) -> list[PodTrip]:
@@ -128,7 +128,7 @@ def work(
     completion_boost: float = 1.0,
     time_cost_per_s: float = 1 / 3,
 ) -> Score:
-    """What the items are worth that the pod serves, less the drive."""
+    """Worth of the items that the pod serves, less the drive."""
 
     def each(order: Order) -> float:
         since_s = order.arrival_s if value == "age" else order.due_s
@@ -309,7 +309,7 @@ COSTS: dict[str, Cost] = {
     "turnover-pod": class_apart,
     "least-demand": lambda now, pod, bundle: wanted_now(now, pod),
 }
-"""What it costs to store a bundle on a pod; the lowest is taken, then the nearest."""
+"""Cost of storing a bundle on a pod; the lowest is taken, then the nearest."""
 
 
 def pod_for(now: Moment, bundle: Bundle, cost: Cost, stations: Sequence[Station]) -> Pod | None:

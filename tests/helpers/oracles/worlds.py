@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 @define(eq=False)
 class Moment:
-    """What a rule is asked about; the world of a literal version changes with its choices."""
+    """The world that a rule is asked about; the world of a literal version changes with its choices."""
 
     world: Warehouse  # the world
     hidden: frozenset[int]  # ids of the orders that a filter leaves out
@@ -40,7 +40,7 @@ class Moment:
 
     @cached_property
     def warehouse(self) -> WarehouseView:
-        """What the rule sees."""
+        """The view of the rule."""
         view = WarehouseView(self.world)
         return view if not self.hidden else view.showing([one for one in view.backlog if one.id not in self.hidden])
 

@@ -1,4 +1,4 @@
-"""What users import: one package, whose names are those of the packages behind it."""
+"""The package that users import: one package, whose names are those of the packages behind it."""
 
 import subprocess
 import sys

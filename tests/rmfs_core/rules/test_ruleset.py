@@ -288,8 +288,8 @@ def test_a_file_is_loaded_once_per_rule_set_and_anew_for_the_next(folder: Path) 
 
 @cases(
     "name message",
-    ("./my_rule.py", 'expected "./file.py:Class" for a rule beside the scenario, found "./my_rule.py"'),
-    ("./my_rule:MyRule", 'expected "./file.py:Class" for a rule beside the scenario, found "./my_rule:MyRule"'),
+    ("./my_rule.py", 'expected "./file.py:Class" for a rule next to the scenario, found "./my_rule.py"'),
+    ("./my_rule:MyRule", 'expected "./file.py:Class" for a rule next to the scenario, found "./my_rule:MyRule"'),
     ("./my_rule.py:MyRle", "{folder}/my_rule.py has no class `MyRle` (did you mean `MyRule`?)"),
     ("./none.py:MyRule", 'rule "./none.py:MyRule": cannot read {folder}/none.py: No such file or directory'),
     ("./a\0b.py:A", 'rule "./a\0b.py:A": cannot read {folder}/a\0b.py: embedded null byte'),

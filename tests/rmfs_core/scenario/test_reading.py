@@ -34,7 +34,7 @@ from saying import said
 
 RULES_TEXT = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 WHOLE, NUMBER = "expected a whole number", "expected a number"
-BESIDE = 'expected "./file.py:Class" for a rule beside the scenario, found'
+NEXT_TO = 'expected "./file.py:Class" for a rule next to the scenario, found'
 WRONG_VALUES = [
     # a text is no number, nor is a truth value, nor is a fraction whole, nor is a number endless
     ("stations.item_capacity", '"8"', f'{WHOLE}, found "8"'),
@@ -69,10 +69,14 @@ WRONG_VALUES = [
     ("instance.lines", "3", "expected a list, found 3"),
     # rules
     ("rules.poa", '"pod-mach"', 'there is no rule "pod-mach" (did you mean `pod-match`?)'),
-    ("rules.poa", '{ rle = "x" }', "expected a key `rule` with the name of a rule beside the parameters, found none"),
+    (
+        "rules.poa",
+        '{ rle = "x" }',
+        "expected a key `rule` with the name of a rule in addition to the parameters, found none",
+    ),
     ("rules.poa", "3", 'expected the name of a rule or a table { rule = "...", parameter = ... }, found 3'),
-    ("rules.poa", '"./mine:Rule"', f'{BESIDE} "./mine:Rule"'),
-    ("rules.poa", '"./mine.py"', f'{BESIDE} "./mine.py"'),
+    ("rules.poa", '"./mine:Rule"', f'{NEXT_TO} "./mine:Rule"'),
+    ("rules.poa", '"./mine.py"', f'{NEXT_TO} "./mine.py"'),
 ]
 
 
@@ -109,7 +113,7 @@ BAD_FILES = [
     ),
     (
         '[instance]\norders_file = "o"\npods_file = "p"\narrivals = { process = "day" }',
-        ", line 4, instance.arrivals: has no meaning beside `instance.orders_file`; leave one of them out",
+        ", line 4, instance.arrivals: has no meaning with `instance.orders_file`; leave one of them out",
     ),
     (
         '[instance]\norders_file = "o.csv"',

@@ -295,7 +295,7 @@ def test_what_an_override_replaces() -> None:
     assert load_scenario("paper-250", ["layout.map_file="]).stations.queue_length == 12
     given = ["stations.queue_length=3", "layout.map_file=hall.txt"]
     assert load_scenario("paper-250", given).stations.queue_length == 3
-    problem = r"^--set layout.block_rows=3: has no meaning beside `layout.map_file`; leave one of them out$"
+    problem = r"^--set layout.block_rows=3: has no meaning with `layout.map_file`; leave one of them out$"
     for order in (1, -1):
         with pytest.raises(InputError, match=problem):
             load_scenario("paper-250", ["layout.block_rows=3", "layout.map_file=hall.txt"][::order])
@@ -375,7 +375,7 @@ def test_an_inline_name_has_a_file_and_a_class() -> None:
 def test_half_an_inline_name_is_refused(name: str) -> None:
     assert (
         said(KeyProblem, inline_parts, name)
-        == f'expected "./file.py:Class" for a rule beside the scenario, found "{name}"'
+        == f'expected "./file.py:Class" for a rule next to the scenario, found "{name}"'
     )
 
 
@@ -407,7 +407,7 @@ def test_rules_that_are_there_are_accepted(tmp_path: Path, install: Install) -> 
     ("demnd", 'there is no rule "demnd" (did you mean `demand`?)'),
     ("./b.py:A", "there is no file `./b.py` in the scenario's folder ({folder})"),
     ("/nowhere/b.py:A", "there is no file `/nowhere/b.py`"),
-    ("./b.py", 'expected "./file.py:Class" for a rule beside the scenario, found "./b.py"'),
+    ("./b.py", 'expected "./file.py:Class" for a rule next to the scenario, found "./b.py"'),
 )
 def test_rules_that_are_not_there_are_refused(tmp_path: Path, name: str, message: str) -> None:
     assert said(KeyProblem, check_rule_name, name, tmp_path, offers(GROUP)) == message.format(folder=tmp_path)

@@ -1,4 +1,4 @@
-"""What rules and observers raise, or take too long for, ends the run with their name."""
+"""Exceptions of rules and observers, and decisions that take too long, end the run with their name."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""What makes a decision impossible: each ends the run with one sentence."""
+"""Impossible decisions: each ends the run with one sentence."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -317,7 +317,7 @@ def test_more_stations_than_the_map_has_are_refused(tiny_run: Prepare) -> None:
 
 
 def test_a_packing_station_without_floor_is_refused() -> None:
-    with pytest.raises(InputError, match="row 1, column 1: the packing station has no floor beside it; expected some"):
+    with pytest.raises(InputError, match="row 1, column 1: the packing station has no floor next to it; expected some"):
         parse_map("P\n#....O\n#....q\n", "map")
 
 
@@ -332,7 +332,7 @@ def test_rules_of_packing_stations_need_some(tiny_run: Prepare) -> None:
 
 
 def test_a_rule_that_waits_for_ever_is_told_of(tiny_run: Prepare) -> None:
-    """What is packed counts for nothing there: the orders that are left are named."""
+    """Packed orders do not count there: the orders that are left are named."""
 
     @define
     class Idle:

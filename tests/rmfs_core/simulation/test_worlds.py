@@ -1,4 +1,4 @@
-"""What holds in every run, whatever rules and worlds: invariants, and that none stands still under `sipp`."""
+"""Invariants of every run, whatever rules and worlds: invariants, and that none stands still under `sipp`."""
 
 import tempfile
 from collections import Counter

@@ -102,13 +102,13 @@ def test_notebooks_show_layouts_to_scale() -> None:
     ),
     (
         ".#.\n###\n.qO\n...",
-        "map: found cells that have no floor beside them, so no pod gets in or out: row 2, column 2",
+        "map: found cells that have no floor next to them, so no pod gets in or out: row 2, column 2",
     ),
     ("#.\n..", "map: the layout has no picking station; expected at least one (`O` in a map)"),
     (".qO\n...", "map: the layout has no storage location; expected some (`#` in a map)"),
     ("###\n#qO", "map: the layout has no floor; expected aisles (`.` in a map)"),
     ("#@@@\n.@qO\n.<┘<", "map, row 2, column 3: no aisle leads into the end of this queue"),
-    ("..#\n.qO", "map, row 2, column 3: no floor beside the station to leave it"),
+    ("..#\n.qO", "map, row 2, column 3: no floor next to the station to leave it"),
 )
 def test_a_map_that_cannot_be_driven_on_is_refused_with_its_cells(text: str, message: str) -> None:
     assert said(InputError, check_layout, parse_map(text, "map"), "map") == message
@@ -264,7 +264,7 @@ CELLS = "; expected cells from 0 to 26, and a place in its queue"
     ("row_by_row", f"{RETURNED.format('row_by_row')} `kind` [0, 1]; expected an array of int8, shape (27,)"),
     ("outside", f"{RETURNED.format('outside')} station 1 StationCells(station=99, queue=(5, 6), clear=0){CELLS}"),
     ("no_queue", f"{RETURNED.format('no_queue')} station 1 StationCells(station=17, queue=(), clear=0){CELLS}"),
-    ("shut", "layout: found cells that have no floor beside them, so no pod gets in or out: row 1, column 1"),
+    ("shut", "layout: found cells that have no floor next to them, so no pod gets in or out: row 1, column 1"),
     ("text-map", "layout.map_file: expected the text map that the layout generator `text-map` reads"),
 )
 def test_a_layout_that_cannot_be_had_is_one_sentence(install: Install, name: str, problem: str) -> None:

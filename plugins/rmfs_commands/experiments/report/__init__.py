@@ -1,4 +1,4 @@
-"""What an experiment leaves behind for people and for other programs."""
+"""Reports of an experiment for people and for other programs."""
 
 from rmfs_commands.experiments.report.files import (
     PARQUET_FILE,

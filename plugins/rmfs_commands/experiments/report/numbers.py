@@ -16,7 +16,7 @@ MINUS = "\N{MINUS SIGN}"
 _DIFFERENCES = 'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance'
 _TEST = (
     "; over seeds their mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for "
-    "all rule sets at once with 95 %, and agree with p beside them."
+    "all rule sets at once with 95 %, and agree with p next to them."
 )
 NO_TEST = (
     f"With fewer than {FEWEST_SEEDS} seeds, or with the same difference in every seed, there is neither interval nor "

@@ -29,7 +29,7 @@ LARGEST_ROOM = 127
 
 
 class Arrays(NamedTuple):
-    """What the searches look at; lists of lists are flat, with the start of each.
+    """Input of the searches; lists of lists are flat, with the start of each.
 
     Parameters
     ----------

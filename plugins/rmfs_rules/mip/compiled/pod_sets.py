@@ -25,7 +25,7 @@ from rmfs_core.jit import njit
 MOST_BITS = 62
 """Bits of a number that stand for SKUs of an order."""
 SLIP = 1e-6
-"""What rounding may take from a bound."""
+"""Most that rounding may take from a bound."""
 
 
 class Sets(NamedTuple):

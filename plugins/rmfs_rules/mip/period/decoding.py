@@ -19,7 +19,7 @@ _Wanted = list[tuple[int, Line]]
 
 @frozen
 class Counts:
-    """What a model says that counts what is interchangeable.
+    """Answer of a model that counts interchangeable things.
 
     Parameters
     ----------

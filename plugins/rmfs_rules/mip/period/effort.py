@@ -13,11 +13,11 @@ from rmfs_rules.mip.period.period import Period
 PAPER_PODS, PAPER_SKUS = 100, 100
 """Pods and SKUs of the paper's largest instances."""
 EFFORT = 1_200_000_000
-"""What a period up to that size gets by default: more than any of the paper's evaluation takes."""
+"""Effort of a period up to that size by default: more than any of the paper's evaluation takes."""
 EFFORT_HARD = 180_000_000
 """The same where more of it hardly ever ends in a proof."""
 EFFORT_LARGE = 2_000_000
-"""What a larger one gets: a second or two of a usual core."""
+"""Effort of a larger one: a second or two of a usual core."""
 NODES = 16
 """Nodes of branch and bound that take a solver about as much as the root."""
 
@@ -29,7 +29,7 @@ def is_large(period: Period) -> bool:
 
 @define
 class Effort:
-    """What is left of the budget of a period.
+    """Rest of the budget of a period.
 
     A step is about as much as a core does in a microsecond: one of a compiled search with a hundred pods. A solver
     takes about the square of the entries of a program, as much again for every `NODES` nodes.

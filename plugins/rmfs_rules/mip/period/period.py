@@ -1,4 +1,4 @@
-"""What one period's model is about, as plain data read off the warehouse."""
+"""Input of one period's model, as plain data read off the warehouse."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Items:
 
 @frozen(eq=False, slots=False)
 class Stock:
-    """What the pods hold.
+    """Contents of the pods.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is decided in a period: which lines go to which station with which pods, and what that costs by (1)."""
+"""Decision of a period: which lines go to which station with which pods, and what that costs by (1)."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ class Limits:
 
 @frozen
 class Outcome:
-    """What a solver found.
+    """Result of a solver.
 
     Parameters
     ----------

@@ -27,11 +27,11 @@ from rmfs_rules.mip.printed.solver import Limits
 from rmfs_rules.mip.proof.program import Program
 
 PREFERENCE = 1e-3
-"""What the least preferred pod costs more than the one preferred most, at most."""
+"""Most that the least preferred pod costs more than the one preferred most."""
 CLOSE = 1e-6
 """Objectives that differ by less are the same."""
 MOST_PREFERENCE = 0.1
-"""What all pods together cost more, at most: with a whole W_u far less than any difference in (1)."""
+"""Most that all pods together cost more: with a whole W_u far less than any difference in (1)."""
 
 
 @define
@@ -83,7 +83,7 @@ class Aggregated:
 
 @define
 class Gains:
-    """What the second objective of a tie-break adds (to be maximised); see `proof.ties`.
+    """Terms of the second objective of a tie-break (to be maximised); see `proof.ties`.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ WORK_OF_A_PROGRAM = 10_000
 EXCHANGES, TRIES = 100_000, 2
 """Exchanges of a pod that are tried for sets of one size, and how often that begins anew."""
 PRICE_OF_EXCHANGE = 0.0015
-"""What one counts of the effort, for each order."""
+"""Effort of one, for each order."""
 SHARE_OF_EXCHANGES = 20
 """The part of what is left of the effort that they may take each time."""
 QUICK_WORK = 20_000

@@ -21,9 +21,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 STEPS_PER_PAIR = 0.1
-"""What a pair of a pod and a line that it may serve counts of the effort, each time that all pods are compared."""
+"""Effort of a pair of a pod and a line that it may serve, each time that all pods are compared."""
 STEPS_PER_COMPARISON = 60
-"""What a comparison counts besides."""
+"""Further effort of a comparison."""
 STARTS = 12
 """How many pods a set is begun with, one after the other."""
 ROUNDS = 3
@@ -31,7 +31,7 @@ ROUNDS = 3
 
 
 class Completing:
-    """What pods complete of orders, by the pairs of a pod and a line whose SKU it has.
+    """Orders that pods complete, by the pairs of a pod and a line whose SKU it has.
 
     Pods, SKUs and orders have numbers of their own here: only those that matter for lines that can be assigned.
 

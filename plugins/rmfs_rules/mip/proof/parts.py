@@ -181,7 +181,7 @@ class _Filling:
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """What is assigned so far."""
+        """Assignments so far."""
         return tuple(Part(order, station, tuple(skus)) for (order, station), skus in self._skus.items())
 
     def fill(self) -> None:

@@ -35,9 +35,9 @@ from rmfs_rules.mip.proof.pricing import CLOSE, SAFE, CloseSet, Pattern, Priced,
 from rmfs_rules.mip.proof.program import Program
 
 STEPS_PER_ENTRY = 10
-"""What an entry of the relaxation counts of the effort: building takes longer than solving."""
+"""Effort of an entry of the relaxation: building takes longer than solving."""
 STEPS_PER_CHOICE = 125
-"""What an entry counts where whole patterns are chosen."""
+"""Effort of an entry where whole patterns are chosen."""
 LEAST_ENTRIES = 4000
 """Entries among which whole patterns are chosen even where no effort is left."""
 

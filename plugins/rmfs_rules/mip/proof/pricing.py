@@ -34,7 +34,7 @@ a given worth leaves out the orders that no station with that worth can have.
 CLOSE = 1e-6
 """Values that differ by less are the same."""
 SAFE = 1e-4
-"""What rounding may add to a bound; far more than it does."""
+"""Most that rounding may add to a bound; far more than it does."""
 
 
 @frozen

@@ -52,7 +52,7 @@ class Program:
 
     @property
     def steps(self) -> int:
-        """What the root of branch and bound counts of a period's effort."""
+        """Effort of the root of branch and bound."""
         return sum(len(columns) for columns, _, _, _ in self.rows) ** 2 // ENTRIES
 
     def _nodes(self, limits: Limits) -> int | None:

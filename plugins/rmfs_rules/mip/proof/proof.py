@@ -1,4 +1,4 @@
-"""What is known about the optimum of a period: the best solution so far and a bound, until they meet."""
+"""State of a proof of a period: the best solution so far and a bound, until they meet."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Proof:
 
     @property
     def unproven(self) -> str:
-        """What `Solution.how` says where there is no proof."""
+        """Value of `Solution.how` without a proof."""
         return "effort" if self.limits.effort.short else "stopped"
 
     def take_steps(self) -> None:
@@ -103,7 +103,7 @@ class Proof:
 
     @property
     def seconds_left(self) -> float | None:
-        """What is left of the time limit."""
+        """Rest of the time limit."""
         return None if self.deadline is None else self.deadline - time.monotonic()
 
     def solve(self, program: Program, absolute_gap: float) -> Outcome:

@@ -68,7 +68,7 @@ SHARE_OF_SEARCH = 2
 GREEDY_PER_PLACE = 1000
 """Steps that improving a greedy solution may take for each free place, where a period is not large."""
 STEPS_PER_LINE = 100
-"""What building the program counts of the effort, for each line and station, where a period is large."""
+"""Effort of building the program, for each line and station, where a period is large."""
 CLOSE_SETS = (100, 500, 2000)
 """Sets of pods from which a better solution, if there is one, is put together: first the best few, then more."""
 FEW_MORE = 3
@@ -360,7 +360,7 @@ STEPS: tuple[Step, ...] = (
     by_few_splits,
     by_solver,
 )
-"""What is tried, in this order, until the best solution is proven."""
+"""Steps, in the order in which they are tried until the best solution is proven."""
 
 STEPS_BY_ORDERS: tuple[Step, ...] = (by_nothing, by_places, by_patterns, by_solver)
 """The same where stations count orders; see `proof.parts`."""

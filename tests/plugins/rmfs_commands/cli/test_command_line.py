@@ -61,7 +61,7 @@ def test_the_help_of_every_command_imports_nothing_slow() -> None:
 
 
 def test_the_list_of_commands_is_whole(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """What each command is for fits its line at 80 columns: click would cut it short."""
+    """The summary of each command fits its line at 80 columns: click would cut it short."""
     monkeypatch.setenv("COLUMNS", "80")
     for arguments in (["--help"], ["scenario", "--help"], ["convert", "--help"]):
         main(arguments)

@@ -1,4 +1,4 @@
-"""What orders want, and what there is to do it: before a run."""
+"""Load before a run: work of the orders, and time for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands show: tables, progress, metrics and notes."""
+"""Output of commands: tables, progress, metrics and notes."""
 
 import csv
 import io
@@ -519,7 +519,7 @@ GRID = Grid(
     right=(1,),
 )
 COMMANDS = re.compile(r"\\text\w+\{\}|\{\\char34\}|\\[&%$#_]|\$(?:\\pm|\\times|-)\$")
-"""What a text may have of LaTeX: signs by name, signs that are written with a backslash, and three in formulas."""
+"""Signs of LaTeX in a text: signs by name, signs that are written with a backslash, and three in formulas."""
 
 
 def test_latex() -> None:

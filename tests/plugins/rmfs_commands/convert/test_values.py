@@ -117,7 +117,7 @@ def test_a_time_of_another_kind_than_the_table_is_refused(row: str, text: str, p
 
 @pytest.mark.parametrize("machine", ["UTC", "America/New_York", "Asia/Kolkata"])
 def test_the_machine_has_no_time_zone(monkeypatch: pytest.MonkeyPatch, machine: str) -> None:
-    """What is read depends on the table and on the options alone."""
+    """Reading depends on the table and on the options alone."""
     monkeypatch.setenv("TZ", machine)
     time.tzset()
     try:

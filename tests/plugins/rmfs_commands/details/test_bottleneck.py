@@ -1,4 +1,4 @@
-"""What limits a run: hand-made runs in which each cause in turn does, and what holds of every run."""
+"""The limit of a run: hand-made runs in which each cause in turn does, and what holds of every run."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ def test_orders_before_the_warm_up_are_told(tmp_path: Path) -> None:
     ("overrides", "limit"), [(("packing.boxes=1", "packing.pack_s=600"), "packers"), (("packing.pack_s=1",), None)]
 )
 def test_packers_may_be_the_limit(overrides: tuple[str, ...], limit: str | None) -> None:
-    """What packers do after the last pick is no time in which pickers and robots are idle."""
+    """Packing after the last pick does not count as idle time of pickers and robots."""
     result = rmfs_core.run("examples/packing", overrides=("instance.orders=30", *overrides))
     found = checked(result)
     after = result.metrics["packed_s"] - result.metrics["turnover_s"]

@@ -398,7 +398,7 @@ def test_files_in_two_folders_are_refused(folder: Path) -> None:
 
 
 def test_keys_that_would_be_ignored_are_refused() -> None:
-    with pytest.raises(InputError, match=r"instance.orders: has no meaning beside `instance.orders_file`"):
+    with pytest.raises(InputError, match=r"instance.orders: has no meaning with `instance.orders_file`"):
         resolve(load_scenario("examples/from-csv"), {"instance.orders": 3}, ".", "test")
 
 

@@ -179,7 +179,7 @@ def test_bundles_of_a_list_come_at_their_times(tmp_path: Path) -> None:
     scenario = load_scenario(written(tmp_path, imported))
     assert (scenario.rules.roa.rule, scenario.rules.rps.rule) == ("same-pod", "least-demand")
     assert rmfs_core.run(scenario).status == "complete"
-    what = "configuration of controllers (.xconf), but for replenishment"
+    what = "configuration of controllers (.xconf), except for replenishment"
     assert Note(what, 1, "pod-match, demand, nearest, balanced and whca-n") in imported.notes.taken
 
 
@@ -227,12 +227,12 @@ def test_a_layout_is_a_block_layout(tmp_path: Path) -> None:
     (
         hall(SettingConfiguration=xsett(SimpleItemConfiguration={"GeneratorConfigFile": "none.xgenc"})),
         "SettingConfiguration.xml",
-        "names none.xgenc, which is not beside it nor in a folder `Resources`; expected it there",
+        "names none.xgenc, which is not next to it nor in a folder `Resources`; expected it there",
     ),
     (
         hall(SettingConfiguration=xsett(SimpleItemConfiguration={"GeneratorConfigFile": "a" * 5000})),
         "SettingConfiguration.xml",
-        f"names {'a' * 80}, which is not beside it nor in a folder `Resources`; expected it there",
+        f"names {'a' * 80}, which is not next to it nor in a folder `Resources`; expected it there",
     ),
     (
         hall(SettingConfiguration=xsett("Fixed")),
@@ -362,7 +362,7 @@ def test_input_stations_that_have_no_room_are_left_out(tmp_path: Path) -> None:
     assert (found.storing, "replenishment_west" in found.layout) == ([], False)
     (note,) = notes.taken
     assert (note.what, note.number) == ("input stations in the east and west (replenishment)", 4)
-    assert note.instead.startswith("left out; stock is not filled up: found 4 stations beside 5 rows of blocks")
+    assert note.instead.startswith("left out; stock is not filled up: found 4 stations next to 5 rows of blocks")
 
 
 @cases(
@@ -371,7 +371,7 @@ def test_input_stations_that_have_no_room_are_left_out(tmp_path: Path) -> None:
     ({"NPickStationNorth": 1}, "found 1 picking station in the north; expected them in the east and the west"),
     ({"PodAmount": 1.5}, "expected a number from 1e-06 to 1 as `PodAmount` of LayoutConfiguration, found '1.5'"),
     ({"NrHorizontalAisles": 9999, "NrVerticalAisles": 9999}, "expected at most 100,000"),
-    ({"NrHorizontalAisles": 4, "PodAmount": 0.01}, "found 4 stations beside 5 rows of blocks; at most 2 fit"),
+    ({"NrHorizontalAisles": 4, "PodAmount": 0.01}, "found 4 stations next to 5 rows of blocks; at most 2 fit"),
     ({"NPickStationEast": 0}, "found no picking station; expected at least one on either side"),
     ({"WidthHall": 10_000, "NrHorizontalAisles": 40}, "expected at most 1,000,000 cells in all"),
 )

@@ -1,4 +1,4 @@
-"""What a stranger does, outside the checkout: install rmfs from its wheel, write a rule, install, test and run it."""
+"""A stranger's steps outside the checkout: install rmfs from its wheel, write a rule, install, test and run it."""
 
 import json
 import shlex

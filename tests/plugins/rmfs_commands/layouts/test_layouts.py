@@ -48,12 +48,12 @@ def test_every_block_layout_is_fit_for_use(rows: int, hall: int, queue: int, for
 
 def test_too_many_stations_or_long_queues_are_refused() -> None:
     with pytest.raises(
-        InputError, match=r"layout\.stations_east: found 3 stations beside 5 rows of blocks; at most 2 fit"
+        InputError, match=r"layout\.stations_east: found 3 stations next to 5 rows of blocks; at most 2 fit"
     ):
         block_map(LayoutSection(block_rows=5, stations_east=3), 12)
     with pytest.raises(InputError, match="found no picking station"):
         block_map(LayoutSection(stations_east=0), 12)
-    with pytest.raises(InputError, match=r"stations\.queue_length: found queues of 100,000 cells beside 100 rows of"):
+    with pytest.raises(InputError, match=r"stations\.queue_length: found queues of 100,000 cells next to 100 rows of"):
         block_map(LayoutSection(block_rows=100), 100_000)
 
 
@@ -62,7 +62,7 @@ def test_aisles_and_replenishment_stations() -> None:
     assert [row.strip("@")[0] for row in west.splitlines() if "I" in row] == ["I", "I"]
     east = "".join(block_map(LayoutSection(block_rows=7, stations_east=2, replenishment_east=1), 3).split())
     assert [sign for sign in east if sign in "IO"] == ["O", "O", "I"]
-    with pytest.raises(InputError, match=r"layout.replenishment_east: found 4 stations beside 7 rows"):
+    with pytest.raises(InputError, match=r"layout.replenishment_east: found 4 stations next to 7 rows"):
         block_map(LayoutSection(block_rows=7, stations_east=2, replenishment_east=2), 3)
     layout = parse_map("v<<<\nv##^\n>>>^\n.qO.\n....", "ring")
     assert layout.may_step(1, WEST)

@@ -231,7 +231,7 @@ SCOPE: dict[str, Any] = {
     **{"method": "POST", "path": "/decide", "root_path": "", "query_string": b""},
     "headers": [(b"content-type", b"application/json")],
 }
-"""What a server tells an application of a request."""
+"""Scope of a request, as a server tells an application."""
 
 
 async def sent_by(app: Any, receive: Callable[[], Awaitable[Any]], **changes: Any) -> list[Any]:

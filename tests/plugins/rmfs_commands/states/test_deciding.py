@@ -92,7 +92,7 @@ def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any]) 
 
 
 def test_a_joint_rule_covers_what_it_assigns(by_hand: dict[str, Any], acme: None) -> None:
-    """What was not covered before excuses nothing: an order without a pod for it is an impossible decision."""
+    """Requests not covered before are no excuse: an order without a pod for it is an impossible decision."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
     with pytest.raises(RuleError, match=r'"careless" .* assigned order A .* to station north .*, but no pod there'):
         decide(state_from_dict(by_hand), RuleChoice("careless"))

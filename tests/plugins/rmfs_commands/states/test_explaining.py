@@ -1,4 +1,4 @@
-"""What `rmfs explain` prints of decisions, and of one order or pod."""
+"""Output of `rmfs explain` on decisions, and on one order or pod."""
 
 import io
 from collections.abc import Callable

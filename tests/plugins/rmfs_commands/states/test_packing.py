@@ -31,7 +31,7 @@ FEW = (
 
 
 class Mementos:
-    """What rules of packing stations were shown."""
+    """States that rules of packing stations were shown."""
 
     def __init__(self) -> None:
         self.seen: list[Memento] = []

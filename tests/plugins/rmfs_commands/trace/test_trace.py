@@ -28,7 +28,7 @@ EVENTS = (
 
 
 READ = (*EVENTS[:-1], evolve(EVENTS[-1], wall_s=0.0))
-"""What comes back: times of the wall clock are not written."""
+"""The result as read back: times of the wall clock are not written."""
 
 
 def write(folder: Path, run: RunInfo) -> Path:
@@ -208,7 +208,9 @@ def test_what_nobody_commits_is_gone(tmp_path: Path) -> None:
 
 def test_recorders_write_beside_the_results(tiny: RunInfo, tmp_path: Path) -> None:
     assert beside_results(evolve(tiny, out=tmp_path), "lines.gz") == tmp_path / "lines.gz"
-    with pytest.raises(InputError, match=r"^lines.gz: is written beside the results; expected a run with a folder for"):
+    with pytest.raises(
+        InputError, match=r"^lines.gz: is written next to the results; expected a run with a folder for"
+    ):
         beside_results(tiny, "lines.gz")
 
 

@@ -95,7 +95,7 @@ def rows(roles: Sequence[str]) -> Iterator[tuple[str, ...]]:
 SEQUENTIAL = [(*row, pp) for row in rows(("POA", "PPS", "PR", "TA")) for pp in shipped("PP")]
 JOINT = list(product(shipped("POA+PPS"), shipped("PP")))
 CHOSEN = {"switch": '{rule="switch", cases=[{rule="random", before_s=300}, {rule="random"}]}'}
-"""What a scenario says of a rule that cannot do without parameters."""
+"""Entry in a scenario for a rule that needs parameters."""
 
 
 def test_there_are_rules_to_combine() -> None:

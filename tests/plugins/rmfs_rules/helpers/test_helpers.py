@@ -1,4 +1,4 @@
-"""What rules share: classes, parameters, late and oversize orders, pods that are sent."""
+"""Code shared by rules: classes, parameters, late and oversize orders, pods that are sent."""
 
 from collections.abc import Mapping, Sequence
 

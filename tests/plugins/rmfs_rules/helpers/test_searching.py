@@ -1,4 +1,4 @@
-"""What compiled searches see of a reservation table, against the table itself; and the way from rows to a path."""
+"""The reservation table in compiled searches, against the table itself; and the way from rows to a path."""
 
 from itertools import pairwise
 

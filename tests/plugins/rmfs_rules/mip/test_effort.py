@@ -1,4 +1,4 @@
-"""What a period comes to whose effort is limited."""
+"""Periods with a limited effort."""
 
 import pytest
 from attrs import evolve

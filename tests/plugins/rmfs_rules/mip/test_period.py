@@ -65,7 +65,7 @@ def test_tables_say_the_same(periods):
 
 
 def test_free_items_follow_the_warehouse(scarce_periods):
-    """What ran out or came back is read anew, and the rest is as it was."""
+    """SKUs that ran out or came back are read again, and the rest is as it was."""
     rng = np.random.default_rng(3)
     for period in scarce_periods[:20]:
         entries = list(product(range(len(period.stock.pods)), range(period.stock.n_skus)))

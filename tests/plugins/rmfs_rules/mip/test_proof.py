@@ -1,4 +1,4 @@
-"""What is known about an optimum, when it is proven, and what is chosen among equal ones; the printed constraints."""
+"""Proofs of optima, choices among equal ones; the printed constraints."""
 
 import subprocess
 import sys

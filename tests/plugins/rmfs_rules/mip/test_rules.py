@@ -104,7 +104,7 @@ def test_a_pod_that_is_there_costs_nothing(rule):
 
 
 def test_more_split_orders_open_than_there_is_room_for():
-    """What others have left so is no fault of a decision that splits no order newly."""
+    """A decision that splits no further order may leave a state that others have caused."""
     world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}, capacities=(1, 5))
     world.assign(world.orders[0], world.stations[0], [world.orders[0].lines[0].sku], 1)
     world.bind(world.pods[0], world.stations[0])

@@ -33,7 +33,7 @@ def test_it_conforms() -> None:
 
 
 def test_nothing_is_compiled_once_a_run_has_begun() -> None:
-    """What is prepared is what decisions call, also with whole numbers for seconds and shares."""
+    """Prepared functions are those that decisions call, also with whole numbers for seconds and shares."""
     modules = [
         import_module(f"rmfs_rules.pod_index.{found.name}") for found in iter_modules(rmfs_rules.pod_index.__path__)
     ]
@@ -139,7 +139,7 @@ def test_orders_with_long_lines_are_completed(tmp_path: Path, parameters: dict[s
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_fewer_visits_and_a_shorter_turn_over_than_the_sequential_rules(seed: int) -> None:
-    """What it is for, on sixty orders of the paper's generator."""
+    """Few visits, on sixty orders of the paper's generator."""
     size = ["instance.orders=60", "instance.skus=30", "instance.pods=40", "rules.pp=free-flow"]
     usual = run("paper-250", seed=seed, overrides=size).metrics
     index = run("paper-250", seed=seed, overrides=[*size, "rules.poa_pps=pod-index"]).metrics

@@ -1,4 +1,4 @@
-"""What the command holds to, called as `rmfs` calls it."""
+"""Tests of the command, called as `rmfs` calls it."""
 
 import pytest
 import rmfs

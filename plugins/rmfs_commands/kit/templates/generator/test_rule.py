@@ -1,4 +1,4 @@
-"""What the generator holds to."""
+"""Tests of the generator."""
 
 import rmfs
 from rmfs.world import make_instance

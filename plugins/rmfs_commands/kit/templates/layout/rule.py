@@ -31,7 +31,7 @@ def the_rule(
         Width of the lanes at both ends of the aisles (cells); ``layout.parameters`` of a scenario sets it.
     """
     if text is not None:
-        raise InputError(place, "expected no map file beside this generator")
+        raise InputError(place, "expected no map file with this generator")
     if lane_width < 1:
         raise InputError("layout.parameters", f"expected `lane_width` of at least 1, found {lane_width}")
     queue = queue_length or 4

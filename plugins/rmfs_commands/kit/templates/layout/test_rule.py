@@ -1,4 +1,4 @@
-"""What the layout holds to."""
+"""Tests of the layout."""
 
 import pytest
 import rmfs

@@ -1,4 +1,4 @@
-"""What the observer holds to."""
+"""Tests of the observer."""
 
 from pathlib import Path
 

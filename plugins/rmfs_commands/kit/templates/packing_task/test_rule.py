@@ -1,4 +1,4 @@
-"""What the rule holds to."""
+"""Tests of the rule."""
 
 from rmfs.testing import check_rule, small_world
 from rmfs.warehouse import PackingTask, WarehouseView

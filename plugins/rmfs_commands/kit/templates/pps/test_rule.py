@@ -1,4 +1,4 @@
-"""What the rule holds to."""
+"""Tests of the rule."""
 
 from rmfs import PodTrip
 from rmfs.helpers import ticks_to_station

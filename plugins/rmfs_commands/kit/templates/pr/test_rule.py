@@ -1,4 +1,4 @@
-"""What the rule holds to."""
+"""Tests of the rule."""
 
 import numpy as np
 from rmfs.helpers import nearest_free_location

@@ -1,4 +1,4 @@
-"""What the rule holds to."""
+"""Tests of the rule."""
 
 from rmfs import BundleAssignment, BundleDecision, StoreBundle
 from rmfs.testing import check_rule, small_world

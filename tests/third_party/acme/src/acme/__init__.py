@@ -1,1 +1,1 @@
-"""What a third party adds to rmfs, through entry points and hooks alone."""
+"""Parts that a third party adds to rmfs, through entry points and hooks alone."""
