@@ -1,0 +1,1 @@
+"""Parameters of rules, searched for: `rmfs tune`."""

@@ -1,0 +1,186 @@
+"""What a search found, for people and as files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from attrs import asdict, evolve, frozen
+
+from rmfs_commands.experiments import Base, Experiment, ExperimentResult, RuleSetChoice, run_experiment
+from rmfs_commands.experiments.compare import Comparison
+from rmfs_commands.experiments.report import numbers, print_comparison, write_report
+from rmfs_commands.tuning.searching import Search, Trial
+from rmfs_commands.tuning.space import Space
+from rmfs_core.results.files import json_ready, output_folder, to_csv, to_json, write_text
+from rmfs_core.scenario.tomltext import shown
+from rmfs_core.wording import counted, listed
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+FRAGMENT_FILE, TRIALS_FILE, ANSWER_FILE = "tuned.toml", "trials.csv", "answer.json"
+NOW, TUNED = "now", "tuned"
+MOST_OF_FRONT = 5
+"""Trials of a front that are compared on the seeds held back."""
+
+
+@frozen(eq=False)
+class Found:
+    """What a search found, and what is left of it on seeds that it never saw.
+
+    Parameters
+    ----------
+    search
+        The search.
+    trials
+        All of its trials, the scenario's own values first.
+    best
+        Those compared, by name; none where the scenario's own values are best.
+    result, comparison
+        The runs on the seeds held back; None where nothing is compared.
+    told
+        Sentences.
+    """
+
+    search: Search
+    trials: Sequence[Trial]
+    best: dict[str, Trial]
+    result: ExperimentResult | None
+    comparison: Comparison | None
+    told: tuple[str, ...]
+
+
+def space_lines(space: Space) -> Iterator[str]:
+    """Yield a line for each parameter, and one for those that are left out."""
+    for one in space.parameters:
+        yield f"Searched: {one.key} in {one.shown}{' on a log scale' if one.log else ''}, {shown(one.now)} now."
+    if space.left:
+        yield f"Left as they are, without a known range: {listed(space.left)} (--parameter gives one)."
+
+
+def trial_line(trial: Trial, objectives: Sequence[str]) -> str:
+    """Return what is said of a trial that is over."""
+    values = ", ".join(f"{key} = {shown(value)}" for key, value in trial.values.items()) or "the scenario's own values"
+    if trial.problem is not None:
+        return f"Trial {trial.number}: {values}: {trial.problem}"
+    figures = ", ".join(f"{name} {mean:,.4g}" for name, mean in zip(objectives, trial.means, strict=True))
+    left = ", given up" if trial.given_up else ""
+    return f"Trial {trial.number}: {values}: {figures or 'not run'} ({counted(trial.seeds, 'seed')}{left})"
+
+
+def judge(search: Search, trials: Sequence[Trial], held_back: int) -> Found:
+    """Compare the best trials with the scenario's own values on seeds after those of the search."""
+    winners = [one for one in search.best(trials, MOST_OF_FRONT) if one.number]
+    ran = sum(one.seeds for one in trials)
+    about = f"{counted(len(trials) - 1, 'trial')} in {counted(ran, 'run')} on {counted(len(search.seeds), 'seed')}"
+    if not winners:
+        return Found(search, trials, {}, None, None, (f"Nothing is better than the scenario's own values: {about}.",))
+    names = [TUNED] if len(winners) == 1 else [f"{TUNED} {number}" for number in range(1, len(winners) + 1)]
+    best = dict(zip(names, winners, strict=True))
+    first = search.seeds[-1] + 1
+    experiment = Experiment(
+        name=f"tune-{search.name}",
+        bases=(Base(search.name, search.scenario),),
+        rule_sets=(
+            RuleSetChoice(NOW),
+            *(RuleSetChoice(name, search.space.changes(one.values)) for name, one in best.items()),
+        ),
+        seeds=tuple(range(first, first + held_back)),
+        baseline=NOW,
+        metrics=search.objectives,
+        fronts=((search.objectives[0], search.objectives[1]),) if len(search.objectives) == 2 else (),
+        folder=search.scenario.folder,
+        place=search.name,
+    )
+    result = run_experiment(
+        experiment,
+        store=search.store,
+        workers=search.workers,
+        watcher=search.watcher,
+        allow_inline_rules=search.allow_inline_rules,
+    )
+    comparison = result.comparison()
+    told = [f"Searched: {about}. Compared on seeds {first} to {first + held_back - 1}, which the search never saw."]
+    for name, one in best.items():
+        values = ", ".join(f"{key} = {shown(value)}" for key, value in one.values.items())
+        told.append(f"{name}: {values}.")
+        told += _kept(comparison, trials[0], name, one)
+    described = evolve(result, experiment=evolve(experiment, description=" ".join(told)))
+    return Found(search, trials, best, described, comparison, tuple(told))
+
+
+def _kept(comparison: Comparison, own: Trial, name: str, one: Trial) -> Iterator[str]:
+    """Yield, for each objective, what the search saw and what is left of it on the seeds held back."""
+    for metric, before, after in zip(comparison.metrics, own.means, one.means, strict=True):
+        label = numbers.title(comparison.described(metric))
+        paired = next(p for p in comparison.of(comparison.instance_sets[-1], metric) if p.rule_set == name)
+        saw = f"{100 * (after / before - 1):+.1f} %" if before else f"{after - before:+.4g}"
+        if paired.difference.mean is None:
+            yield f"{label}: {saw} in the search; on the seeds held back there is no figure."
+            continue
+        left = numbers.relative(paired) if before and paired.relative.mean is not None else ""
+        left = left or numbers.difference(comparison.described(metric), paired.difference)
+        yield f"{label}: {saw} in the search, {left} on the seeds held back."
+
+
+def write(found: Found, folder: Path) -> None:
+    """Write the section of the scenario, the trials, the answer and the comparison."""
+    output_folder(folder)
+    rows = list(_rows(found))
+    write_text(folder / TRIALS_FILE, to_csv(list(rows[0]), rows))
+    write_text(folder / ANSWER_FILE, to_json(json_ready(content_of(found)), indent=2) + "\n")
+    about = "".join(f"# {line}\n" for line in found.told)
+    sections = (found.search.space.fragment(one.values) for one in found.best.values())
+    first, *others = sections if found.best else ("",)
+    commented = "".join(
+        f"\n# or:\n{''.join(f'# {line}' for line in text.splitlines(keepends=True))}" for text in others
+    )
+    write_text(folder / FRAGMENT_FILE, f"{about}{first}{commented}")
+    if found.result is not None and found.comparison is not None:
+        write_report(found.result, found.comparison, folder)
+
+
+def _rows(found: Found) -> Iterator[dict[str, Any]]:
+    keys = [one.key for one in found.search.space.parameters]
+    for one in found.trials:
+        means = one.means if one.seeds else [None] * len(found.search.objectives)
+        yield {
+            "trial": one.number,
+            **{key: one.values.get(key) for key in keys},
+            **dict(zip(found.search.objectives, means, strict=True)),
+            "seeds": one.seeds,
+            "given_up": one.given_up,
+            "problem": one.problem,
+        }
+
+
+def content_of(found: Found) -> dict[str, Any]:
+    """Return the answer for machines."""
+    search = found.search
+    compared = [] if found.comparison is None else found.comparison.paired
+    return {
+        "scenario": search.name,
+        "objectives": search.objectives,
+        "parameters": [
+            {"key": one.key, "now": one.now, "low": one.low, "high": one.high, "choices": one.choices}
+            for one in search.space.parameters
+        ],
+        "trials": len(found.trials) - 1,
+        "best": {name: one.values for name, one in found.best.items()},
+        "told": found.told,
+        "held_back": [
+            {"rule_set": one.rule_set, "metric": one.metric, "mean": one.mean, "difference": asdict(one.difference)}
+            for one in compared
+        ],
+    }
+
+
+def show(console: Console, found: Found) -> None:
+    """Print the answer."""
+    if found.result is not None and found.comparison is not None:
+        print_comparison(console, found.result, found.comparison)
+    console.print()
+    for line in found.told:
+        console.print(line, markup=False)

@@ -1,0 +1,170 @@
+"""``rmfs tune``: parameters of rules that serve a scenario best."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+import click
+
+from rmfs_commands.cli.completion import SetCommand
+from rmfs_commands.cli.notes import notes_console
+from rmfs_commands.cli.options import (
+    WholeNumberRange,
+    dask_option,
+    jobs_option,
+    json_option,
+    no_inline_option,
+    quiet_option,
+    runs_out_option,
+    scenario_argument,
+    scenario_name,
+    seed_option,
+    set_option,
+)
+from rmfs_commands.cli.screen import output_console, print_json, say
+
+RUNS_FOLDER = "runs"
+MOST_SEEDS = 1_000
+
+
+@click.command(cls=SetCommand, short_help="Search for parameters of rules that serve a scenario best.")
+@scenario_argument
+@click.option(
+    "--rules",
+    "searched",
+    metavar="KEYS",
+    help="Rules of which to search all parameters with a known range: pps, or poa,pps. `rmfs rules NAME` lists them.",
+)
+@click.option(
+    "--parameter",
+    "given",
+    multiple=True,
+    metavar="RULE.NAME=RANGE",
+    help="Search a parameter in a range or a list: pps.max_wait_s=60..1200, poa.tie_break=random,lowest.",
+)
+@click.option(
+    "--objective",
+    "objectives",
+    multiple=True,
+    metavar="METRIC",
+    help="Metric to make as good as can be; twice for what no values beat in both. One of your own is NAME=less or "
+    "NAME=more. [default: turnover_s, or packed_s]",
+)
+@click.option(
+    "--runs",
+    type=WholeNumberRange(1, 1_000_000),
+    default=200,
+    show_default=True,
+    metavar="N",
+    help="Runs of the search.",
+)
+@click.option(
+    "--seeds",
+    type=WholeNumberRange(2, MOST_SEEDS),
+    default=8,
+    show_default=True,
+    metavar="N",
+    help="Seeds of the search, from the scenario's on.",
+)
+@click.option(
+    "--held-back",
+    type=WholeNumberRange(3, MOST_SEEDS),
+    default=10,
+    show_default=True,
+    metavar="N",
+    help="Seeds after these, on which the answer is compared with the scenario's own values.",
+)
+@set_option
+@seed_option
+@jobs_option
+@dask_option
+@runs_out_option("answer", "rmfs-runs/tune-<name of the scenario>")
+@no_inline_option
+@json_option
+@quiet_option
+def tune(
+    scenario: str,
+    searched: str | None,
+    given: tuple[str, ...],
+    objectives: tuple[str, ...],
+    runs: int,
+    seeds: int,
+    held_back: int,
+    overrides: tuple[str, ...],
+    seed: int | None,
+    jobs: int | None,
+    dask: str | None,
+    out: Path | None,
+    no_inline_rules: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Search for parameters of SCENARIO's rules: `--rules pps --objective turnover_s`.
+
+    Values are tried on the same seeds as the scenario's own; those that are surely worse after some of the seeds are
+    given up. What is found is then compared with the scenario's own values on seeds that the search never saw. Every
+    finished run is kept in DIR/runs, so that an interrupted search goes on where it stopped. The answer is printed and
+    written to DIR: a section for the scenario (tuned.toml), trials.csv, and the comparison (report.html). Exit code 1
+    when the search finds no run that counts.
+    """
+    from rmfs_commands.cli.checking import load_checked
+    from rmfs_commands.cli.compiling import compile_searches
+    from rmfs_commands.experiments.running import open_workers
+    from rmfs_commands.sizing.notices import Notices
+    from rmfs_commands.tuning import answer
+    from rmfs_commands.tuning.searching import Search, objectives_of
+    from rmfs_commands.tuning.space import make_space
+    from rmfs_core.errors import InputError
+    from rmfs_core.rules import RuleSet
+    from rmfs_core.scenario import located
+
+    try:
+        import optuna  # noqa: F401
+    except ImportError:
+        raise InputError(
+            "rmfs tune", 'needs Optuna, which is not installed; `pip install "rmfs[tune]"` brings it'
+        ) from None
+    if searched is None and not given:
+        raise click.UsageError("expected --rules or --parameter, as in --parameter pps.max_wait_s=60..1200")
+    loaded = load_checked(scenario, overrides, seed)
+    with located(loaded):
+        rules = RuleSet.load(loaded.rules, loaded.folder, allow_inline=not no_inline_rules)
+    keys = [key.strip() for key in searched.split(",")] if searched else []
+    space = make_space(rules, loaded.rules, keys, given)
+    notes, name = notes_console(quiet=quiet), scenario_name(scenario)
+    for file in rules.inline_files:
+        say(notes, f"Loading code from {file}.")
+    for line in answer.space_lines(space):
+        say(notes, line)
+    folder = out or Path("rmfs-runs") / f"tune-{name}"
+    wanted = objectives_of(objectives or ["turnover_s" if loaded.packing is None else "packed_s"])
+    compile_searches(notes, loaded)
+    try:
+        with closing(open_workers(jobs, dask)) as workers:
+            search = Search(
+                loaded,
+                name,
+                space,
+                tuple(wanted),
+                tuple(wanted.values()),
+                tuple(range(loaded.seed, loaded.seed + seeds)),
+                runs,
+                folder / RUNS_FOLDER,
+                workers,
+                Notices(notes),
+                lambda trial: say(notes, answer.trial_line(trial, list(wanted))),
+                allow_inline_rules=not no_inline_rules,
+            )
+            trials = search.trials()
+            found = answer.judge(search, trials, held_back)
+    except KeyboardInterrupt:
+        say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
+        raise
+    answer.write(found, folder)
+    if as_json:
+        print_json(answer.content_of(found))
+        return
+    console = output_console(quiet=quiet)
+    answer.show(console, found)
+    say(console, f"\nIn {folder}: {answer.FRAGMENT_FILE}, {answer.TRIALS_FILE}, report.html, {RUNS_FOLDER}/")

@@ -1,0 +1,161 @@
+"""`rmfs tune`: ranges, the search, and what is left of its gain on other seeds."""
+
+from __future__ import annotations
+
+import csv
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from calling import exit_code
+from cases import cases
+from rmfs_commands.tuning.searching import Search, Trial, objectives_of
+from rmfs_commands.tuning.space import make_space
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import load_scenario
+
+RULE = '''
+from attrs import frozen, field
+from attrs.validators import ge, le, and_
+from rmfs import hookimpl, OrderAssignment
+
+@frozen
+class Slow:
+    """Assigns the oldest order that fits, to the best station where `good` is high."""
+
+    good: float = field(default=0.5, validator=and_(ge(0), le(1)))
+    level: int = field(default=4, validator=ge(1))
+    eager: bool = False
+    odd: float = 0.0
+
+    def __attrs_post_init__(self) -> None:
+        if self.good > 0.9 and self.eager:
+            raise ValueError("expected less of `good` with `eager`")
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        stations = warehouse.stations if self.good > 0.3 else warehouse.stations[-1:]
+        for order in warehouse.backlog:
+            for station in stations:
+                if warehouse.fits(order, station):
+                    return [OrderAssignment(order.id, station.id)]
+        return []
+'''
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    (tmp_path / "slow.py").write_text(RULE, encoding="utf-8")
+    file = tmp_path / "day.toml"
+    text = """seed = 3
+[instance]
+orders = 30
+skus = 10
+pods = 12
+[layout]
+stations_east = 2
+[robots]
+count = 4
+[rules]
+poa = "./slow.py:Slow"
+pps = "demand"
+"""
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def space_of(file: Path, searched: tuple[str, ...] = (), given: tuple[str, ...] = ()) -> Any:
+    scenario = load_scenario(file)
+    return make_space(RuleSet.load(scenario.rules, scenario.folder), scenario.rules, searched, given)
+
+
+def test_ranges_that_are_known(scenario: Path) -> None:
+    """A share is searched from 0 to 1, a positive number around its value, a truth value as both; 0 tells nothing."""
+    space = space_of(scenario, ("poa",))
+    assert [(one.key, one.shown, one.log) for one in space.parameters] == [
+        ("poa.good", "0..1", False),
+        ("poa.level", "1..32", True),
+        ("poa.eager", "false, true", False),
+    ]
+    assert space.left == ("poa.odd",)
+    given = space_of(scenario, ("poa",), ("poa.odd=-1..2.5", "poa.level=2,5"))
+    assert [one.shown for one in given.parameters] == ["0..1", "2, 5", "false, true", "-1..2.5"]
+    fragment = given.fragment({"poa.level": 5, "poa.odd": 2.0})
+    assert tomllib.loads(fragment)["rules"] == {"poa": {"rule": "./slow.py:Slow", "level": 5, "odd": 2.0}}
+
+
+@cases(
+    "given said",
+    (("--parameter", "poa.good"), "expected RULE.NAME=LOW..HIGH or RULE.NAME=A,B,C"),
+    (("--parameter", "poa.godo=0..1"), "the rule has no parameter `godo` (did you mean `good`?)"),
+    (("--parameter", "pr.x=0..1"), "the rule has no parameter `x`"),
+    (("--parameter", "poaa.good=0..1"), "the scenario names no rule `poaa` (did you mean `poa`?)"),
+    (("--parameter", "poa.good=1..0"), "expected two numbers, the lower one first, found 1..0"),
+    (("--parameter", "poa.level=1..2.5"), "expected two whole numbers, the lower one first"),
+    (("--parameter", "poa.good=0..2"), "the rule refuses 2.0 for `poa.good`"),
+    (("--parameter", "poa.level=0,1"), "the rule refuses 0 for `poa.level`"),
+    (("--rules", "poa_pps"), "the scenario names no rule `poa_pps`"),
+    (("--rules", "pps"), "no parameter has a range"),
+    ((), "expected --rules or --parameter"),
+    (("--rules", "poa", "--objective", "turnover=less"), 'there is no metric "turnover"'),
+    (("--rules", "poa", "--objective", "periods"), "of `periods` is better; expected periods=less or periods=more"),
+)
+def test_what_is_refused(scenario: Path, given: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("tune", str(scenario), *given, "-j", "1", "--out", str(scenario.parent / "out")) == 2
+    shown = capsys.readouterr().err
+    assert said in " ".join(shown.split())
+    assert "Traceback" not in shown
+
+
+def test_a_search_from_end_to_end(scenario: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It leaves the bad half of a range, goes on after a rule's refusal, and gives the same again without a run."""
+    out = scenario.parent / "out"
+    call = ("tune", str(scenario), "--set", "rules.poa.good=0.1", "--parameter", "poa.good=0..1", "--parameter")
+    call += ("poa.eager=false,true", "--runs", "40", "--seeds", "5", "--held-back", "3", "-j", "1", "--out", str(out))
+    assert exit_code(*call) == 0
+    capsys.readouterr()
+    best = tomllib.loads((out / "tuned.toml").read_text(encoding="utf-8"))["rules"]["poa"]
+    assert best["good"] > 0.3
+    with (out / "trials.csv").open(encoding="utf-8", newline="") as stream:
+        trials = list(csv.DictReader(stream))
+    assert sum(int(one["seeds"]) for one in trials) <= 40
+    assert trials[0] | {"poa.good": "", "seeds": "5"} == trials[0]
+    own = float(trials[0]["turnover_s"])
+    for one in trials[1:]:
+        refused = float(one["poa.good"]) > 0.9 and one["poa.eager"] == "true"
+        assert bool(one["problem"]) == refused
+        assert refused or one["seeds"] in ("4", "5")
+        if one["seeds"] == "5":
+            assert (float(one["turnover_s"]) < own) == (float(one["poa.good"]) > 0.3)
+    answer = json.loads((out / "answer.json").read_text(encoding="utf-8"))
+    after = next(one for one in answer["held_back"] if one["rule_set"] == "tuned")
+    assert after["difference"]["mean"] < 0
+    assert (out / "report.html").is_file()
+
+    files = {file: file.read_bytes() for file in out.glob("*.*")}
+    runs = {file: file.stat().st_mtime_ns for file in (out / "runs").rglob("*") if file.is_file()}
+    assert exit_code(*call) == 0
+    assert {file: file.read_bytes() for file in out.glob("*.*")} == files
+    assert {file: file.stat().st_mtime_ns for file in (out / "runs").rglob("*") if file.is_file()} == runs
+
+
+def test_fronts_and_trials_given_up() -> None:
+    """A trial is given up where a finished one is surely better in all objectives; the front has what none beats."""
+    nothing: Any = None
+    wanted = objectives_of(["turnover_s", "orders_per_hour", "mine=more"])
+    assert wanted == {"turnover_s": 1, "orders_per_hour": -1, "mine": -1}
+    both = ("turnover_s", "orders_per_hour"), (1, -1)
+    search = Search(nothing, "x", nothing, *both, (1, 2, 3, 4), 9, Path(), nothing, nothing, lambda _: None)
+    good = Trial(1, {}, [[10.0, 12.0, 14.0, 16.0], [5.0, 5.0, 5.0, 5.0]])
+    other = Trial(2, {}, [[8.0, 9.0, 10.0, 11.0], [4.0, 4.0, 4.0, 4.0]])
+    beaten = Trial(3, {}, [[11.0, 13.5, 15.0, 17.0], [4.9, 4.8, 4.9, 4.9]])
+    unsure = Trial(4, {}, [[30.0, 1.0, 30.0, 1.0], [3.0, 3.0, 3.0, 3.0]])
+    partial = Trial(5, {}, [[1.0, 1.0], [9.0, 9.0]])
+    assert not search._is_worse(good, good)
+    assert search._is_worse(beaten, good)
+    assert not search._is_worse(unsure, good)
+    assert search.best([good, other, beaten, unsure, partial], 5) == [other, good]
+    assert search.best([good, other], 5) == search.best([other, good], 5)
