@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rmfs_core.results.result import Row
+from rmfs_commands.instances.tables import Row
 
 
 def timing(
