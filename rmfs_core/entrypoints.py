@@ -85,7 +85,8 @@ def format_module(name: str) -> Any:
     """Return the module that reads or makes some files, by its name in the entry-point group ``rmfs.formats``.
 
     ``csv`` is described by `rmfs_core.world.instance_making.reader`, ``tables`` by `rmfs_core.results.result.tables`;
-    ``results`` writes and shows a `Result`, ``files`` has what `rmfs_core.results.files` has.
+    ``results`` writes and shows a `Result`, ``files`` has what `rmfs_core.results.files` has, ``problems`` says what
+    keeps an instance from being run, ``drawing`` shows a layout.
     """
     return load(chosen(FORMATS, None, name), f"format {name}", "format")
 

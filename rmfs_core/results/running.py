@@ -16,7 +16,6 @@ from attrs import define, evolve
 from rmfs_core import entrypoints
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RmfsError, RunError, is_interrupt
-from rmfs_core.interrupts import interrupt
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.recorders import files_of, make_observers, make_recorders, versions_of_observers
 from rmfs_core.results.result import Result, tables
@@ -185,7 +184,8 @@ def _interrupts_between_events(simulation: Simulation) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
     before = signal.getsignal(signal.SIGINT)
-    ours = current_thread() is main_thread() and before in (signal.default_int_handler, interrupt)
+    known = before is signal.default_int_handler or getattr(before, "ends_runs", False)  # the handler of `rmfs`
+    ours = known and current_thread() is main_thread()
     if ours:
         signal.signal(signal.SIGINT, first)
     try:

@@ -23,9 +23,9 @@ from rmfs_commands.results.files import (
 from rmfs_commands.results.timing import timing  # noqa: F401 (the kernel looks for it here)
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
+from rmfs_core.results import RESULT_FILE
 from rmfs_core.results.catalogue import Metric, by_heading, show
 from rmfs_core.results.recorders import files_of_results, load_recorder
-from rmfs_core.results.result import RESULT_FILE
 from rmfs_core.scenario import Scenario, scenario_to_dict
 from rmfs_core.scenario.overrides import data_files
 
