@@ -38,26 +38,18 @@ not_root = pytest.mark.skipif(
 def test_a_file_is_replaced_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     write_text(path, "first\n")
-    write_text(path, "sec\u00f6nd\n")
+    with AtomicFile(path) as stream:
+        stream.write("sec\u00f6nd\n".encode())
+        stream.flush()
+        assert path.read_text() == "first\n"
     assert path.read_bytes() == "sec\u00f6nd\n".encode()
-    assert list(tmp_path.iterdir()) == [path]
-    path = tmp_path / "a.txt"
-    write_text(path, "old")
     with pytest.raises(ZeroDivisionError), AtomicFile(path) as stream:
         stream.write(b"half")
         raise ZeroDivisionError
-    assert path.read_text() == "old"
+    assert path.read_bytes() == "sec\u00f6nd\n".encode()
+    write_text(path, json.dumps({"name": "a\udc80"}, ensure_ascii=False))
+    assert json.loads(path.read_text(encoding="utf-8")) == {"name": "a\udc80"}  # half a character is escaped
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_the_new_file_is_not_there_before_it_is_whole(tmp_path: Path) -> None:
-    path = tmp_path / "a.txt"
-    write_text(path, "old")
-    with AtomicFile(path) as stream:
-        stream.write(b"new")
-        stream.flush()
-        assert path.read_text() == "old"
-    assert path.read_text() == "new"
 
 
 def test_what_no_file_can_be_is_named(tmp_path: Path) -> None:
@@ -134,8 +126,11 @@ def test_what_a_killed_process_has_left_is_cleaned(tmp_path: Path) -> None:
         assert len(list(tmp_path.iterdir())) == 2
         process.send_signal(signal.SIGKILL)
     (tmp_path / ".mine.part").write_text("mine")
+    whole = tmp_path / ".files.0123456789ab.whole"  # is put in place
+    whole.mkdir()
+    (whole / "result.json").write_text("new")
     clean(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == [".mine.part"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".mine.part", "result.json"]
 
 
 def test_staged_files_take_their_places_together(tmp_path: Path) -> None:
@@ -157,18 +152,13 @@ def test_staged_files_take_their_places_together(tmp_path: Path) -> None:
     assert not list(tmp_path.glob(".*"))
 
 
-def test_what_was_whole_is_put_in_place_by_the_next(tmp_path: Path) -> None:
-    (tmp_path / "orders.csv").write_text("new")
-    left = tmp_path / ".files.0123456789ab.whole"
-    left.mkdir()
-    (left / "result.json").write_text("new")
-    clean(tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["orders.csv", "result.json"]
-
-
 def test_output_folders_are_made_and_empty_ones_removed(tmp_path: Path) -> None:
-    assert output_folder(tmp_path / "a" / "b").is_dir()
-    assert output_folder(tmp_path / "a" / "b").is_dir()
+    for _ in range(2):
+        assert output_folder(tmp_path / "a" / "b").is_dir()
+    (tmp_path / "file").write_text("")
+    for name in ("file", "file/below"):
+        with pytest.raises(InputError, match="expected a folder"):
+            output_folder(tmp_path / name)
     old, new, full = tmp_path / "old", tmp_path / "new", tmp_path / "full"
     old.mkdir()
     for folder in (old, new / "newer", full):
@@ -178,13 +168,6 @@ def test_output_folders_are_made_and_empty_ones_removed(tmp_path: Path) -> None:
                 (folder / "a").touch()
             raise KeyboardInterrupt
     assert [folder.exists() for folder in (old, new, full)] == [True, False, True]
-
-
-@pytest.mark.parametrize("name", ["file", "file/below"])
-def test_a_file_where_a_folder_should_be(tmp_path: Path, name: str) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="expected a folder"):
-        output_folder(tmp_path / name)
 
 
 @not_root
@@ -203,11 +186,6 @@ def test_csv_fields_and_json() -> None:
         to_json(float("nan"))
     endless = json_ready({"window_s": float("inf"), "list": [1.5, float("-inf")]})
     assert endless == {"window_s": "inf", "list": [1.5, "-inf"]}
-
-
-def test_half_a_character_is_escaped(tmp_path: Path) -> None:
-    write_text(tmp_path / "a.json", to_json({"name": "a\udc80"}))
-    assert json.loads((tmp_path / "a.json").read_text(encoding="utf-8")) == {"name": "a\udc80"}
 
 
 ORDERS = [{"completed_s": 40.0}, {"completed_s": 70.0}]
