@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rmfs_commands.instances.tables import TABLE_FILES
+from rmfs_commands.results.figures import by_heading, show
 from rmfs_commands.results.files import (
     json_ready,
     output_folder,
@@ -24,7 +25,7 @@ from rmfs_commands.results.timing import timing  # noqa: F401 (the kernel looks 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
-from rmfs_core.results.catalogue import Metric, by_heading, show
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.results.recorders import files_of_results, load_recorder
 from rmfs_core.scenario import Scenario, scenario_to_dict
 from rmfs_core.scenario.overrides import data_files

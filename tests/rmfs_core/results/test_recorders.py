@@ -14,11 +14,12 @@ from calling import refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.instances.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
+from rmfs_commands.results.figures import TIMING, by_heading, show
 from rmfs_core import InputError
 from rmfs_core.errors import RunError
 from rmfs_core.events import DecisionMade, ItemPicked, OrderAssigned, OrderCompleted, VisitEnded, VisitStarted
 from rmfs_core.info import RunInfo
-from rmfs_core.results.catalogue import TIMING, Metric, by_heading, described_by, show
+from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.recorders import load_recorder
 from rmfs_core.roles import Role
 from saying import said

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rmfs_commands.results.figures import TIMING
 from rmfs_commands.results.timing import timing
 from rmfs_core import InputError
-from rmfs_core.results.catalogue import TIMING
 from rmfs_core.results.files import (
     AtomicFile,
     clean,
