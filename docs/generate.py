@@ -16,10 +16,11 @@ import attrs
 from rmfs_commands.cli.description import Parameter, RuleDescription, installed_rules
 from rmfs_commands.details.catalogue import CATALOGUE
 from rmfs_commands.gym import FEATURES
+from rmfs_commands.results.figures import TIMING
 from rmfs_commands.testing.trial_worlds import FINITE
 from rmfs_commands.testing.trial_worlds import trial_worlds as worlds_of_trials
 from rmfs_core import entrypoints
-from rmfs_core.results.catalogue import TIMING, Metric
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.roles import Role
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario

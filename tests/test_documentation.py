@@ -17,10 +17,10 @@ from rmfs_commands.cli.description import RuleDescription, installed_rules
 from rmfs_commands.cli.main import rmfs
 from rmfs_commands.cli.summary import GAPS, PROFILE
 from rmfs_commands.details.catalogue import DETAILS, LATENESS, METRICS, OPENING, UNBUSY
+from rmfs_commands.results.figures import TIMING
 from rmfs_commands.testing import ConformanceReport, check_rule
 from rmfs_core import hookspecs, run
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks, TimeHooks
-from rmfs_core.results.catalogue import TIMING
 from rmfs_core.rules.hooks import marked_methods
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, Scenario

@@ -5,9 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterable
-from contextlib import suppress
 from importlib.metadata import EntryPoint
-from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 from rmfs_core import entrypoints
@@ -114,21 +112,3 @@ def _make(kind: Any, place: str, described: str) -> Any:
 def files_of(observers: Iterable[Any]) -> list[str]:
     """Return the names of the files that recorders and observers of every run write."""
     return [file for one in observers for file in (*getattr(one, "files", ()), getattr(one, "file", None)) if file]
-
-
-def delete_left_over(folder: Path, written: Iterable[str], of_observers: Iterable[str]) -> None:
-    """Delete what recorders and observers of an earlier run have left in a folder of results.
-
-    The files ``written`` now stay. Observers of every run may write the files ``of_observers``; recorders are imported
-    only where the folder holds a file that could be theirs.
-    """
-    foreign = {file.name for file in folder.iterdir() if file.is_file()} - {*files_of_results(), *written}
-    for file in foreign.intersection(of_observers):
-        with suppress(OSError):
-            (folder / file).unlink()
-        foreign.remove(file)
-    for name in entrypoints.offers(entrypoints.RECORDERS) if foreign else ():
-        with suppress(InputError, OSError):  # a recorder that cannot be had left nothing; what is no file is not ours
-            file = load_recorder(name).file
-            if file in foreign:
-                (folder / file).unlink()

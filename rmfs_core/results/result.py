@@ -1,17 +1,15 @@
-"""The result of a run: in memory, and written to files."""
+"""The result of a run, in memory."""
 
 from __future__ import annotations
 
-from html import escape
 from pathlib import Path
 from typing import Any
 
 from attrs import define, field
 
 from rmfs_core.entrypoints import format_module
-from rmfs_core.results.catalogue import Metric, by_heading, show
-from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
-from rmfs_core.scenario import Scenario, scenario_to_dict
+from rmfs_core.results.catalogue import Metric
+from rmfs_core.scenario import Scenario
 
 RESULT_FILE = "result.json"
 Row = dict[str, Any]
@@ -80,39 +78,11 @@ class Result:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of result.json: everything but the tables."""
-        content: dict[str, Any] = {
-            "scenario": json_ready(scenario_to_dict(self.scenario)),
-            "seed": self.seed,
-            "versions": self.versions,
-            "status": self.status,
-        }
-        if self.error is not None:
-            content["error"] = self.error
-        if self.notes:
-            content["notes"] = self.notes
-        if self.summary:
-            content["summary"] = json_ready(self.summary)
-        return content | {"metrics": self.metrics, "timing": self.timing}
+        return format_module("results").content(self)  # type: ignore[no-any-return]
 
     def _repr_html_(self) -> str:
         """Return status and metrics as tables for a notebook: one for each heading."""
-        tables = ""
-        for heading, metrics in by_heading(self.metrics, self.described).items():
-            head = f'<tr><th colspan="3" style="text-align:left">{escape(heading)}</th></tr>'
-            tables += f"<table>{head}{''.join(map(self._row, metrics))}</table>"
-        head = f"<b>{escape(self.status)}</b>, seed {escape(str(self.seed))}"
-        head += f": {escape(' '.join([self.error or '', *self.notes]).strip())}" if self.error or self.notes else ""
-        return f'<div>{head}<div style="display:flex;flex-wrap:wrap;align-items:start;gap:0 2em">{tables}</div></div>'
-
-    def _row(self, metric: Metric) -> str:
-        value = self.metrics[metric.name]
-        shown = show(metric, value) if isinstance(value, int | float | None) else str(value)
-        label, shown, unit = map(
-            escape, (metric.label.replace("  ", "\u2003"), shown, metric.unit * (value is not None))
-        )
-        return (
-            f'<tr><td style="text-align:left">{label}</td><td style="text-align:right">{shown}</td><td>{unit}</td></tr>'
-        )
+        return format_module("results").html(self)  # type: ignore[no-any-return]
 
     def save(self, folder: str | Path) -> None:
         """Write result.json, orders.csv, visits.csv and periods.csv, all of them or none.
@@ -124,8 +94,4 @@ class Result:
         InputError
             When the folder is a file, or cannot be written to.
         """
-        with staged(output_folder(folder)) as path:
-            for table, (name, columns) in tables().TABLE_FILES.items():
-                rows = getattr(self, table)
-                write_text(path / name, to_csv([*(rows[0] if rows else columns)], rows))
-            write_text(path / RESULT_FILE, to_json(self.to_dict(), indent=2) + "\n")
+        format_module("results").save(self, folder)

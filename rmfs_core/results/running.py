@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
-from os.path import realpath  # which ends where links lead round
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from threading import current_thread, main_thread
 from typing import Any
@@ -18,21 +16,11 @@ from attrs import define, evolve
 from rmfs_core import entrypoints
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RmfsError, RunError, is_interrupt
-from rmfs_core.interrupts import interrupt
 from rmfs_core.results.catalogue import Metric, described_by
-from rmfs_core.results.files import output_folder, removed_if_empty, staged
-from rmfs_core.results.recorders import (
-    delete_left_over,
-    files_of,
-    make_observers,
-    make_recorders,
-    versions_of_observers,
-)
-from rmfs_core.results.result import RESULT_FILE, Result, tables
-from rmfs_core.results.timing import timing
+from rmfs_core.results.recorders import files_of, make_observers, make_recorders, versions_of_observers
+from rmfs_core.results.result import Result, tables
 from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.scenario import Scenario, load_scenario, located
-from rmfs_core.scenario.overrides import data_files
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.wording import one_line
 from rmfs_core.world import make_instance, make_layout
@@ -97,23 +85,15 @@ def run(
     resolved = evolve(resolved, rules=with_objects(resolved.rules, rules or {}))
     recorders, standing = make_recorders(record), make_observers()
     told = [*((observer, None) for observer in observers), *recorders, *reversed(standing)]
-    written: set[str] = set()
-    again = out is not None and os.path.exists(Path(out) / RESULT_FILE)  # noqa: PTH110 (also of a name too long)
-    with ExitStack() as stack:
-        if out is not None:
-            stack.enter_context(removed_if_empty(out))
-
-        def folder_for(files: Sequence[str]) -> Path | None:
-            return None if out is None else stack.enter_context(staged(_folder_for_results(out, resolved, files)))
-
+    writing: Any = nullcontext(lambda _: None)
+    if out is not None:
+        writing = entrypoints.format_module("results").writing(out, resolved, files_of(one for one, _ in standing))
+    with writing as folder_for:
         prepared = prepare(resolved, rules or {}, told, allow_inline_rules, folder_for)
         prepared.simulate()
         result = prepared.conclude()
         if prepared.folder is not None:
             result.save(prepared.folder)
-            written = {file.name for file in prepared.folder.iterdir()}
-    if out is not None and again:
-        delete_left_over(Path(out), written, files_of(observer for observer, _ in standing))
     if isinstance(prepared.error, RunError):
         prepared.error.result = result
     if prepared.error is not None:
@@ -180,7 +160,7 @@ class PreparedRun:
             metrics=found,
             described=self.described,
             timing={
-                **timing(self.wall_s, end_s, warmup_s, orders, periods),
+                **entrypoints.format_module("results").timing(self.wall_s, end_s, warmup_s, orders, periods),
                 "hook_s": dict(context.asker.seconds),
                 "profile_s": {**context.profile, "events": max(self.wall_s - sum(context.profile.values()), 0.0)},
             },
@@ -204,7 +184,8 @@ def _interrupts_between_events(simulation: Simulation) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
     before = signal.getsignal(signal.SIGINT)
-    ours = current_thread() is main_thread() and before in (signal.default_int_handler, interrupt)
+    known = before is signal.default_int_handler or getattr(before, "ends_runs", False)  # the handler of `rmfs`
+    ours = known and current_thread() is main_thread()
     if ours:
         signal.signal(signal.SIGINT, first)
     try:
@@ -212,24 +193,6 @@ def _interrupts_between_events(simulation: Simulation) -> Iterator[None]:
     finally:
         if ours:
             signal.signal(signal.SIGINT, before)
-
-
-def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:
-    """Return the output folder, unless results, or the files of recorders, would replace what is no result."""
-    folder = output_folder(out)
-    names = [*(name for name, _ in tables().TABLE_FILES.values()), *files]
-    for path, given in data_files(scenario).items():
-        if realpath(Path(scenario.folder) / given) in [realpath(folder / name) for name in names]:
-            key = ".".join(path)
-            raise InputError(str(folder), f"results would replace `{key}`, {given}; expected another folder")
-    for name in names:
-        if (folder / name).is_dir():
-            raise InputError(str(folder / name), "cannot be written: a folder has that name")
-    foreign = [name for name in names if (folder / name).exists()]
-    if foreign and not (folder / RESULT_FILE).exists():
-        found = f"found a file {foreign[0]} that no run of rmfs has written"
-        raise InputError(str(folder), f"{found}; expected a folder for results alone")
-    return folder
 
 
 def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Sequence[str]) -> Scenario:

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
-from collections import Counter
-from itertools import takewhile
-from operator import eq
-
 from attrs import frozen
+
+from rmfs_core.entrypoints import format_module
 
 KeyPath = tuple[str | int, ...]
 
@@ -41,7 +37,7 @@ class Source:
             # Around the value, or within the table that is wrong as a whole: naming the key as well makes it clear.
             if keys == path[: len(keys)] or path == keys[: len(path)]:
                 return f"--set {text}, {dotted(path)}"
-        line = line_of(self.text, path)
+        line = format_module("toml").line_of(self.text, path)
         return ", ".join([self.name, *([f"line {line}"] if line else []), dotted(path)])
 
 
@@ -60,63 +56,3 @@ def undotted(text: str) -> KeyPath:
         name, *positions = piece.split("[")
         parts += [name, *(int(p.rstrip("]")) if p.rstrip("]").isdecimal() else p for p in positions)]
     return tuple(parts)
-
-
-_HEADER = re.compile(r"^\s*\[\[?(?P<keys>[^\]]+)\]\]?\s*(#.*)?$")
-_PART = r"(?:[A-Za-z0-9_-]+|\"[^\"\\]*\"|'[^']*')"
-_ASSIGNMENT = re.compile(rf"^\s*(?P<keys>{_PART}(?:\s*\.\s*{_PART})*)\s*=")
-
-
-def _keys(dotted: str) -> tuple[str, ...] | None:
-    try:
-        nested = tomllib.loads(f"{dotted} = 0")
-    except tomllib.TOMLDecodeError:
-        return None
-    keys = []
-    while isinstance(nested, dict):
-        (key,) = nested
-        keys.append(key)
-        nested = nested[key]
-    return tuple(keys)
-
-
-def line_of(text: str, path: tuple[str | int, ...]) -> int | None:
-    """Return the line (from 1) of the key at ``path``, or of the nearest table or inline table around it.
-
-    Parameters
-    ----------
-    text
-        A valid TOML document.
-    path
-        Keys from the top, with list positions as numbers.
-
-    Returns
-    -------
-    int or None
-        None where a plain scan cannot tell: when the text has multi-line strings, which may look like keys.
-    """
-    if '"""' in text or "'''" in text:
-        return None
-    wanted = tuple(str(part) for part in path)
-    table: tuple[str, ...] = ()
-    arrays = Counter[tuple[str, ...]]()
-    best, depth = None, 0
-    for number, line in enumerate(text.splitlines(), start=1):
-        found: tuple[str, ...] | None = None
-        if header := _HEADER.match(line):
-            table, names = (), _keys(header["keys"]) or ()
-            for place, name in enumerate(names, start=1):
-                table += (name,)
-                arrays[table] += place == len(names) and line.lstrip().startswith("[[")
-                table += (str(arrays[table] - 1),) * (arrays[table] > 0)
-            found = table
-        elif assignment := _ASSIGNMENT.match(line):
-            keys = _keys(assignment["keys"])
-            found = None if keys is None else table + keys
-        if not found:
-            continue
-        common = sum(takewhile(bool, map(eq, found, wanted)))
-        # A longer key under a shorter wanted path (`[rules.poa]` for `rules`) tells where the table begins.
-        if common > depth and common in (len(found), len(wanted)):
-            best, depth = number, common
-    return best

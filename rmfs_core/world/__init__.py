@@ -6,7 +6,7 @@ from rmfs_core.timetable import Calendar
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells, check_size
 from rmfs_core.world.instance import BundleData, Instance, OrderData, PodData
 from rmfs_core.world.instance_making import make_instance, reader
-from rmfs_core.world.layout_making import check_layout, make_layout, reached
+from rmfs_core.world.layout_making import check_layout, make_layout
 
 __all__ = [
     "EAST",
@@ -26,7 +26,6 @@ __all__ = [
     "check_size",
     "make_instance",
     "make_layout",
-    "reached",
     "read_instance",
 ]
 

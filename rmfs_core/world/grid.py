@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Container, Iterable
 from enum import IntEnum
 from functools import cached_property
-from itertools import groupby
 
 import numpy as np
 from attrs import define, frozen
 from numpy.typing import NDArray
 
+from rmfs_core.entrypoints import format_module
 from rmfs_core.errors import InputError
 
 EAST, NORTH, WEST, SOUTH = range(4)
@@ -33,17 +33,6 @@ class CellKind(IntEnum):
 
 RESTING = (CellKind.STORAGE, CellKind.CHARGER)
 """Cells that robots rest in and, without a pod, cross."""
-
-DRAWN = {
-    CellKind.FLOOR: ("#d5dae1", "floor"),
-    CellKind.STORAGE: ("#b9935a", "storage locations"),
-    CellKind.QUEUE: ("#7ba3d4", "queue cells"),
-    CellKind.CHARGER: ("#5f9e6e", "chargers"),
-    CellKind.STATION: ("#c0453a", "picking stations"),
-}
-"""Colour and legend of the cells in a picture."""
-MOST_DRAWN = 250_000
-"""Cells of the largest layout that is drawn."""
 
 
 @frozen
@@ -160,23 +149,7 @@ class Layout:
 
     def _repr_html_(self) -> str | None:
         """Return the layout drawn to scale for a notebook; None for one that is too large."""
-        if self.width * self.height > MOST_DRAWN:
-            return None
-        drawn: dict[int, str] = dict.fromkeys(DRAWN, "")
-        for row, kinds in enumerate(self.kind.reshape(self.height, self.width).tolist()):
-            for kind, cells in groupby(range(self.width), kinds.__getitem__):
-                column, *more = cells
-                if kind in drawn:
-                    drawn[kind] += f"M{column} {row}h{1 + len(more)}v1h-{1 + len(more)}z"
-        legend = ", ".join(
-            f'<span style="color:{colour}">■</span> {number:,} {name}'
-            for kind, (colour, name) in DRAWN.items()
-            if (number := int((self.kind == kind).sum())) or kind != CellKind.CHARGER
-        )
-        size = f'viewBox="0 0 {self.width} {self.height}" style="width:{8 * self.width}px;max-width:100%"'
-        paths = "".join(f'<path fill="{colour}" d="{drawn[kind]}"/>' for kind, (colour, _) in DRAWN.items())
-        named = f'role="img" aria-label="Layout of {self.width} x {self.height} cells, north at the top"'
-        return f"<div><svg {size} {named}>{paths}</svg><div>{self.width} x {self.height} cells: {legend}</div></div>"
+        return format_module("drawing").html(self)  # type: ignore[no-any-return]
 
     def where(self, cell: int) -> str:
         """Cell for people: ``row 3, column 17`` (counted from 1, from the north-west corner)."""

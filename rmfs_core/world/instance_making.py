@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import os
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Iterator
 from importlib.metadata import EntryPoint
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +13,10 @@ from attrs import evolve
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.model import MOST_PODS, Arrivals, InstanceSection, Replenishment, Scenario
+from rmfs_core.scenario.model import Arrivals, InstanceSection, Scenario
 from rmfs_core.scenario.reading import located
 from rmfs_core.timetable import Calendar
-from rmfs_core.wording import did_you_mean, first_few, shown_short
+from rmfs_core.wording import shown_short
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 Wrong = Callable[[InputError], None]
@@ -154,107 +152,9 @@ def _fit(entries: Any, instance: Instance, least: int) -> bool:
 
 def instance_problems(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
     """Yield what keeps an instance from being run: short SKUs, orders that are too large, pods at stations."""
-    given = scenario.instance.replenishment
-    if given is None or given.process in ("none", "file"):  # any other brings whatever is wanted
-        yield from _short_skus(instance, scenario)
-    yield from _too_large_for_pods(instance, scenario.instance.pod_capacity)
-    yield from _too_many_bundles(instance, scenario.instance)
-    if scenario.rules.poa_pps is None:  # a joint rule may split an order that is larger than any station
-        yield from oversize_orders(instance, scenario)
-    yield from _pods_at_stations(instance, scenario.instance)
-
-
-def _place(scenario: Scenario, order: str, sku: str | None = None) -> str:
-    """Return where an order, or its line of a SKU, comes from."""
-    if scenario.instance.orders_file is None:
-        return "instance.orders"
-    if scenario.instance.scale is not None:
-        return "instance.scale"
-    file = Path(scenario.folder) / scenario.instance.orders_file
-    return f"{file}, line {reader().line_of(file, order, sku)}"
-
-
-def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
-    stock = defaultdict[int, float](int)  # infinite where a pod has enough
-    for pod in instance.pods:
-        for sku, items in pod.contents:
-            stock[sku] += math.inf if items is None else items
-    for bundle in instance.bundles:
-        stock[bundle.sku] += bundle.items
-    wanted: Counter[int] = Counter()
-    short: dict[int, str] = {}
-    for order in instance.orders:
-        for sku, quantity in order.lines:
-            wanted[sku] += quantity
-            if wanted[sku] > stock[sku]:
-                short.setdefault(sku, order.name)
-    if short:
-        sku, order_name = next(iter(short.items()))
-        name = instance.skus[sku]
-        problem = f"order {order_name} wants SKU {name}, which is on no pod"
-        if len(short) > 1 or stock[sku]:
-            named = first_few([_shortage(instance.skus[one], wanted[one], stock[one]) for one in short])
-            all_there = "pods and bundles" if instance.bundles else "pods"
-            remedy = "on pods or in bundles" if instance.bundles else "on pods, or `instance.replenishment`"
-            problem = f"from order {order_name} on, the orders want more than all {all_there} hold: {named}"
-            problem += f"; expected more items {remedy}"
-        yield InputError(_place(scenario, order_name, name), problem)
-
-
-def _too_large_for_pods(instance: Instance, capacity: int | None) -> Iterator[InputError]:
-    """Yield what has no room on a pod: what the pods hold at first, and bundles."""
-    if capacity is None:
-        return
-    sizes = instance.sizes or (1,) * len(instance.skus)
-    held = [(sum((items or 0) * sizes[sku] for sku, items in pod.contents), pod) for pod in instance.pods]
-    needs = [(used, f"what pod {pod.name} holds") for used, pod in held]
-    needs += [(one.items * sizes[one.sku], f"the size of bundle {one.name}") for one in instance.bundles]
-    needs.append((max(sizes, default=0), "the size of the largest item"))
-    if large := [(used, what) for used, what in needs if used > capacity]:
-        least, what = max(large, key=itemgetter(0))
-        more = f" (the largest of {len(large)} that are too large)" if len(large) > 1 else ""
-        yield InputError("instance.pod_capacity", f"found {capacity}; expected at least {least}, {what}{more}")
-
-
-def _too_many_bundles(instance: Instance, section: InstanceSection) -> Iterator[InputError]:
-    """Yield what orders more bundles at once than a run can follow."""
-    largest, room = (section.replenishment or Replenishment()).bundle_items, section.pod_capacity
-    ordered = 0.0
-    for (_, up_to), size in zip(instance.levels, instance.sizes or (1,) * len(instance.skus), strict=False):
-        ordered += up_to / max(min(largest or up_to, (room or up_to * size) // size), 1)
-    if ordered > MOST_PODS:
-        expected = f"expected levels of at most {MOST_PODS:,}: fewer items, or larger bundles"
-        yield InputError("instance.replenishment", f"found levels of about {ordered:,.0f} bundles in all; {expected}")
-
-
-def _shortage(sku: str, wanted: int, held: float) -> str:
-    return f"SKU {sku} ({f'{wanted} wanted, {held} there' if held else 'on no pod'})"
+    return entrypoints.format_module("problems").instance_problems(instance, scenario)  # type: ignore[no-any-return]
 
 
 def oversize_orders(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
     """Yield what is wrong with orders that are larger than any station, where the scenario refuses them."""
-    stations, generated = scenario.stations, scenario.instance.orders_file is None
-    if stations.order_capacity is not None or stations.oversize != "refuse":
-        return  # with order capacity, the number of orders counts, whatever their size
-    capacity = stations.item_capacity
-    largest = max(capacity) if isinstance(capacity, tuple) else capacity
-    large = [order for order in instance.orders if order.items > largest]
-    if large:
-        smaller = "a smaller `instance.max_lines`, " if generated else ""
-        mend = f'; expected {smaller}a larger `stations.item_capacity` or `stations.oversize` = "alone"'
-        sizes = first_few([f"order {order.name} has {order.items} items" for order in large])
-        problem = f"{sizes}, more than any station takes at a time ({largest}){mend}"
-        yield InputError(_place(scenario, large[0].name), problem)
-
-
-def _pods_at_stations(instance: Instance, section: InstanceSection) -> Iterator[InputError]:
-    pods = {pod.name for pod in instance.pods}
-    standing_at: dict[str, str] = {}
-    for station, names in section.pods_at_stations.items():
-        place = f"instance.pods_at_stations.{station}"
-        for name in names:
-            if name not in pods:
-                yield InputError(place, f"there is no pod {name} with contents{did_you_mean(name, pods)}")
-            if name in standing_at:
-                yield InputError(place, f"pod {name} already stands at station {standing_at[name]}")
-            standing_at[name] = station
+    return entrypoints.format_module("problems").oversize_orders(instance, scenario)  # type: ignore[no-any-return]

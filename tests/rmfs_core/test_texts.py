@@ -1,17 +1,10 @@
-"""Sentences for people, errors by who has to mend them, and where Ctrl-C is raised."""
-
-import signal
-import time
-from collections.abc import Iterator
-from types import ModuleType
+"""Sentences for people, and errors by who has to mend them."""
 
 import pytest
 
 from cases import cases
 from rmfs_commands.cli.main import main
-from rmfs_core import interrupts
 from rmfs_core.errors import InputError, RmfsError, RuleError, RunError, StandstillError, is_interrupt
-from rmfs_core.interrupts import Interrupt
 from rmfs_core.wording import (
     did_you_mean,
     first_few,
@@ -148,47 +141,3 @@ def test_an_interrupt_is_known_in_what_python_makes_of_it() -> None:
     assert is_interrupt(within)
     assert is_interrupt(KeyboardInterrupt())
     assert not is_interrupt(None)
-
-
-CALLING_BACK = """
-def call(function):
-    try:
-        return function()
-    except KeyboardInterrupt:
-        return "broken"
-"""
-
-
-@pytest.fixture
-def library() -> Iterator[ModuleType]:
-    """A module that nothing may be raised through, and the handler that knows it."""
-    module = ModuleType("delicate.inner")
-    exec(CALLING_BACK, vars(module))
-    handler = Interrupt(("delicate",))
-    before = signal.signal(signal.SIGINT, handler)
-    yield module
-    signal.signal(signal.SIGINT, before)
-
-
-def pressed() -> str:
-    signal.raise_signal(signal.SIGINT)
-    return "whole"
-
-
-def test_an_interrupt_waits_until_a_library_has_returned(library: ModuleType) -> None:
-    with pytest.raises(KeyboardInterrupt):
-        assert library.call(pressed) == "whole"
-        time.sleep(5)
-    with pytest.raises(KeyboardInterrupt):
-        pressed()
-
-
-def test_an_interrupt_is_not_put_off_for_ever(library: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(interrupts, "PATIENCE_S", 0.1)
-
-    def endless() -> str:
-        signal.raise_signal(signal.SIGINT)
-        time.sleep(5)
-        return "whole"
-
-    assert library.call(endless) == "broken"

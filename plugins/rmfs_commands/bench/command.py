@@ -204,7 +204,7 @@ def _quality(runs: Sequence[Measured]) -> list[str]:
     """Return the means of the metrics; how the runs ended instead, where one was interrupted or failed."""
     from rmfs_commands.bench.bench import QUALITY
     from rmfs_commands.details.catalogue import METRICS
-    from rmfs_core.results.catalogue import show
+    from rmfs_commands.results.figures import show
 
     ended = [run.status for run in runs if run.status not in ("complete", "horizon")]
     if ended:

@@ -27,7 +27,7 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
     from rmfs_commands.cli.compiling import compiling_announced
     from rmfs_commands.cli.notes import notes_console
     from rmfs_commands.details.catalogue import DETAILS, METRICS, PACKING
-    from rmfs_core.results.catalogue import show
+    from rmfs_commands.results.figures import show
 
     loaded = load_checked(scenario, overrides, seed)
     notes = notes_console()

@@ -20,7 +20,8 @@ def metrics(words: tuple[str, ...], as_json: bool) -> None:
     from rich.text import Text
 
     from rmfs_commands.details.catalogue import CATALOGUE, HOOK_TIMES, MEASURES
-    from rmfs_core.results.catalogue import TIMING, described_by
+    from rmfs_commands.results.figures import TIMING
+    from rmfs_core.results.catalogue import described_by
     from rmfs_core.results.recorders import make_observers
 
     known = {metric.name for metrics in (*CATALOGUE.values(), MEASURES) for metric in metrics}

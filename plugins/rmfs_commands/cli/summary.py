@@ -12,9 +12,10 @@ from rich.table import Table
 from rich.text import Text
 
 from rmfs_commands.cli.screen import new_table
+from rmfs_commands.results.figures import TIMING, by_heading, show
 from rmfs_core.decisions import gap_of
 from rmfs_core.results import Result
-from rmfs_core.results.catalogue import TIMING, Metric, by_heading, show
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.wording import counted
 
 LEFT = ("Orders", "Robots", "Decisions")

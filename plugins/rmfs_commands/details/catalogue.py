@@ -11,7 +11,8 @@ from collections.abc import Iterable
 
 from attrs import evolve
 
-from rmfs_core.results.catalogue import TIMING, Metric
+from rmfs_commands.results.figures import TIMING
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.roles import Role
 
 _GROUPS: dict[str, tuple[Metric, ...]] = {

@@ -20,8 +20,9 @@ from typing import Any, NamedTuple
 from attrs import evolve, field, frozen
 
 from rmfs_commands.details.catalogue import HOOK_TIMES, METRICS
+from rmfs_commands.results.figures import TIMING
 from rmfs_core.errors import InputError
-from rmfs_core.results.catalogue import TIMING, Metric
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.wording import nearest
 
 Rows = Sequence[Mapping[str, Any]]

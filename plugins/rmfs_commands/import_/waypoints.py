@@ -16,10 +16,11 @@ from scipy.sparse.csgraph import connected_components
 
 from rmfs_commands.import_.notes import Notes
 from rmfs_commands.layouts import parse_map
+from rmfs_commands.layouts.reaching import reached
 from rmfs_commands.layouts.textmap import FLOOR_SIGN, QUEUE_SIGN
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS
-from rmfs_core.world import CellKind, Layout, StationCells, check_layout, check_size, reached
+from rmfs_core.world import CellKind, Layout, StationCells, check_layout, check_size
 
 NEAR_M = 0.01
 """How far from the grid a waypoint may stand."""

@@ -12,10 +12,10 @@ from rmfs_commands.details.catalogue import METRICS, PACKING
 from rmfs_commands.replay.charges import Line
 from rmfs_commands.replay.columns import COLUMNS_OF_LEGS, Columns
 from rmfs_commands.replay.reading import Replay
+from rmfs_commands.results.figures import show
 from rmfs_commands.trace import Trace
 from rmfs_commands.trace.reader import packing_stations
 from rmfs_core import entrypoints
-from rmfs_core.results.catalogue import show
 from rmfs_core.roles import Role
 from rmfs_core.world import Instance, Layout
 

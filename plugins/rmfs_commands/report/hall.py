@@ -10,6 +10,7 @@ from typing import Any
 from attrs import frozen
 from markupsafe import Markup
 
+from rmfs_commands.layouts.drawing import MOST_DRAWN
 from rmfs_commands.layouts.hall import hall_svg
 from rmfs_commands.trace import Trace
 from rmfs_core.clock import to_seconds
@@ -27,7 +28,7 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_core.world import Layout
-from rmfs_core.world.grid import MOST_DRAWN, STEPS
+from rmfs_core.world.grid import STEPS
 
 SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1)
 """Upper ends of the classes of a heat map: what most cells have is far below the most. As in the replay."""

@@ -19,8 +19,8 @@ from rmfs_commands.layouts.hall import HALL_STYLE, hall_legend
 from rmfs_commands.report.drawing import Series, chart, nice, stacked
 from rmfs_commands.report.hall import heat_maps
 from rmfs_commands.report.reading import Row, Run
+from rmfs_commands.results.figures import by_heading, show
 from rmfs_commands.states.stories import Episode, order_stories
-from rmfs_core.results.catalogue import by_heading, show
 from rmfs_core.scenario.rulenames import rule_choices
 from rmfs_core.wording import counted
 

@@ -8,8 +8,9 @@ from typing import NoReturn
 from attrs import frozen
 
 from rmfs_commands.details.catalogue import DEPARTURES, FROM_ORDERS, LATENESS, MEASURES, METRICS, MORE_IS_BETTER
+from rmfs_commands.results.figures import show
 from rmfs_core.errors import InputError
-from rmfs_core.results.catalogue import Metric, show
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.world import Instance
 
 KNOWN = {metric.name: metric for group in METRICS.values() for metric in group} | {one.name: one for one in MEASURES}

@@ -8,13 +8,14 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import define, field, validators
+from attrs import define, validators
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
 from rmfs_core.warehouse import CAPACITY, UNLIMITED, Order, columns_of, shown, stock_of
 from rmfs_core.world import OrderData
 from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -203,26 +204,21 @@ class Pairs:
 
 def waiting_limit() -> Any:
     """Return the parameter ``max_wait_s`` of a rule that assigns orders with `assign_best_pairs`."""
-    return field(
-        default=None,
-        validator=validators.optional(validators.ge(0)),
-        metadata={
-            "doc": "Seconds in the backlog after which an order goes first; while it fits nowhere, the station with "
-            "most room of those that could take it takes nothing else. Left out: never, except for orders larger than "
-            f"any station, after {OVERSIZE_WAIT_S:g} s, one at a time"
-        },
+    return parameter(
+        None,
+        validators.optional(NOT_NEGATIVE),
+        "Seconds in the backlog after which an order goes first; while it fits nowhere, the station with "
+        "most room of those that could take it takes nothing else. Left out: never, except for orders larger than any "
+        f"station, after {OVERSIZE_WAIT_S:g} s, one at a time",
     )
 
 
 def places_kept(default: int = 0) -> Any:
     """Return the parameter ``fast_lane`` of a rule that assigns orders with `assign_best_pairs`."""
-    return field(
-        default=default,
-        validator=validators.ge(0),
-        metadata={
-            "doc": "Places that a station with something to do keeps for orders that the pod which is there can "
-            "complete at once"
-        },
+    return parameter(
+        default,
+        NOT_NEGATIVE,
+        "Places that a station with something to do keeps for orders that the pod which is there can complete at once",
     )
 
 
@@ -246,14 +242,12 @@ class LaneOptions:
 class PairOptions(LaneOptions):
     """Parameters of a rule that assigns pairs of order and station by a score."""
 
-    tie_break: str = field(
-        default="oldest",
-        validator=validators.in_(("oldest", "due", "random")),
-        metadata={"doc": "Which of the orders that are alike goes first: the oldest, the one due first, or one by lot"},
+    tie_break: str = parameter(
+        "oldest",
+        validators.in_(("oldest", "due", "random")),
+        "Which of the orders that are alike goes first: the oldest, the one due first, or one by lot",
     )
-    late_first: bool = field(
-        default=False, metadata={"doc": "Whether orders that are late already go before all others"}
-    )
+    late_first: bool = parameter(False, None, "Whether orders that are late already go before all others")
 
     def assign(
         self,

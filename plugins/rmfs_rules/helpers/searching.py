@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import clock
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import inlined
 from rmfs_core.traffic import FOREVER, Intervals, Query, Reservations, Roads
 
 Ints = NDArray[np.int64]
@@ -39,17 +39,6 @@ class Asked(NamedTuple):
     def by(query: Query) -> Plain:
         """Return what a query asks."""
         return query.robot, query.cell, query.heading, query.start_tick, query.goal
-
-
-@njit(cache=True)
-def last_end(table: Intervals) -> int:
-    """Latest end of an interval that has one; 0 if there is none."""
-    latest = 0
-    for cell in range(len(table.first)):
-        for p in range(table.first[cell], table.first[cell] + table.count[cell]):
-            if table.until[p] < FOREVER:
-                latest = max(latest, table.until[p])
-    return latest
 
 
 @inlined

@@ -11,7 +11,7 @@ from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hook
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.packing import MOST_WORK, room_to_split
-from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
+from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, parameter
 from rmfs_rules.mip.period.effort import Effort
 from rmfs_rules.mip.period.period import Period, Preference, Stock
 from rmfs_rules.mip.period.solution import Model, Solution
@@ -35,77 +35,57 @@ class _Joint:
     splits_over_time: ClassVar[bool] = False
     libraries: ClassVar[tuple[str, ...]] = ("highspy", "mip")
 
-    formulation: Literal["aggregated", "paper"] = field(
-        default="aggregated",
-        validator=validators.in_(("aggregated", "paper")),
-        metadata={
-            "doc": '"aggregated" (same optimum, much faster) or "paper" (one variable and row as printed, for study)'
-        },
+    formulation: Literal["aggregated", "paper"] = parameter(
+        "aggregated",
+        validators.in_(("aggregated", "paper")),
+        '"aggregated" (same optimum, much faster) or "paper" (one variable and row as printed, for study)',
     )
-    solver: Literal["highs", "cbc", "gurobi"] = field(
-        default="highs",
-        validator=validators.in_(("highs", "cbc", "gurobi")),
-        metadata={"doc": '"highs", "cbc" or "gurobi" (where installed), through python-mip'},
+    solver: Literal["highs", "cbc", "gurobi"] = parameter(
+        "highs",
+        validators.in_(("highs", "cbc", "gurobi")),
+        '"highs", "cbc" or "gurobi" (where installed), through python-mip',
     )
-    threads: int = field(
-        default=1,
-        validator=validators.ge(1),
-        metadata={"doc": "Threads of the solver. With one, the same seed gives the same result everywhere"},
+    threads: int = parameter(
+        1, AT_LEAST_1, "Threads of the solver. With one, the same seed gives the same result everywhere"
     )
-    max_seconds: float | None = field(
-        default=None,
-        validator=validators.optional(validators.gt(0)),
-        metadata={
-            "doc": "Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default"
-        },
+    max_seconds: float | None = parameter(
+        None,
+        validators.optional(POSITIVE),
+        "Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default",
     )
-    effort: int | None = field(
-        default=None,
-        validator=validators.optional(validators.ge(0)),
-        metadata={
-            "doc": "Steps that may be done to prove one period, about a microsecond each; the same on every machine. A "
-            "period that uses them up is marked as ended by its effort, with the best decision, its bound and its gap. "
-            "By default 1,200 million with up to 100 pods and 100 SKUs (180 million where W_u is no whole number, or "
-            "where C limits splits between stations that are alike), else 2 million"
-        },
+    effort: int | None = parameter(
+        None,
+        validators.optional(NOT_NEGATIVE),
+        "Steps that may be done to prove one period, about a microsecond each; the same on every machine. A "
+        "period that uses them up is marked as ended by its effort, with the best decision, its bound and its gap. "
+        "By default 1,200 million with up to 100 pods and 100 SKUs (180 million where W_u is no whole number, or "
+        "where C limits splits between stations that are alike), else 2 million",
     )
-    gap: float = field(
-        default=0.0,
-        validator=validators.ge(0),
-        metadata={"doc": "Relative gap at which a solve may stop; such a period is marked, too"},
+    gap: float = parameter(0.0, NOT_NEGATIVE, "Relative gap at which a solve may stop; such a period is marked, too")
+    unused_capacity_weight: float = parameter(
+        2.0, POSITIVE, "W_u in the objective (1): what a free place that stays unused costs, in pod-station visits"
     )
-    unused_capacity_weight: float = field(
-        default=2.0,
-        validator=validators.gt(0),
-        metadata={"doc": "W_u in the objective (1): what a free place that stays unused costs, in pod-station visits"},
+    tie_break: Literal["solver", "oldest", "demand", "finish"] = parameter(
+        "solver",
+        validators.in_(("solver", "oldest", "demand", "finish")),
+        'Which of the many optima is taken: "solver" (whichever is found first, as in the paper), "oldest" '
+        '(among the optima the oldest orders first), "demand" (the new pods with the most items that the backlog '
+        'wants), "finish" (for split-over-time: lines that finish orders). The optimum of (1) is never given up; '
+        'with "oldest" and "demand", runs of hundreds of orders can take minutes',
     )
-    tie_break: Literal["solver", "oldest", "demand", "finish"] = field(
-        default="solver",
-        validator=validators.in_(("solver", "oldest", "demand", "finish")),
-        metadata={
-            "doc": 'Which of the many optima is taken: "solver" (whichever is found first, as in the paper), "oldest" '
-            '(among the optima the oldest orders first), "demand" (the new pods with the most items that the backlog '
-            'wants), "finish" (for split-over-time: lines that finish orders). The optimum of (1) is never given up; '
-            'with "oldest" and "demand", runs of hundreds of orders can take minutes'
-        },
+    preferred_pods: Literal["idle", "bound", "any", "random"] = parameter(
+        "idle",
+        validators.in_(("idle", "bound", "any", "random")),
+        'Which of the pods that serve as well the aggregated form sends first: "idle" (bound for no '
+        'station), "bound" (for some station), "any" (no preference), "random" (an order drawn anew in each '
+        "period). Decides ties only; with a W_u that is not whole, only where no solver is needed",
     )
-    preferred_pods: Literal["idle", "bound", "any", "random"] = field(
-        default="idle",
-        validator=validators.in_(("idle", "bound", "any", "random")),
-        metadata={
-            "doc": 'Which of the pods that serve as well the aggregated form sends first: "idle" (bound for no '
-            'station), "bound" (for some station), "any" (no preference), "random" (an order drawn anew in each '
-            "period). Decides ties only; with a W_u that is not whole, only where no solver is needed"
-        },
-    )
-    max_wait_s: float = field(
-        default=OVERSIZE_WAIT_S,
-        validator=validators.ge(0),
-        metadata={
-            "doc": "Seconds in the backlog after which the oldest order that is too large for the model (more items "
-            "than any station takes; for split-among-stations, than all take together; if orders are split, in one "
-            "line) gets a station of its own: one takes nothing else until it is empty, and then that order alone"
-        },
+    max_wait_s: float = parameter(
+        OVERSIZE_WAIT_S,
+        NOT_NEGATIVE,
+        "Seconds in the backlog after which the oldest order that is too large for the model (more items "
+        "than any station takes; for split-among-stations, than all take together; if orders are split, in one "
+        "line) gets a station of its own: one takes nothing else until it is empty, and then that order alone",
     )
     _stock: Stock | None = field(default=None, init=False, repr=False, eq=False)
     _pods: tuple[Pod, ...] | None = field(default=None, init=False, repr=False, eq=False)
@@ -221,10 +201,10 @@ class _Joint:
 class _Split(_Joint):
     """Code shared by the two rules that split orders."""
 
-    packing_capacity: int | None = field(
-        default=None,
-        validator=validators.optional(validators.ge(0)),
-        metadata={"doc": "C: split orders that may be open at once (18); by default as many as there are boxes for"},
+    packing_capacity: int | None = parameter(
+        None,
+        validators.optional(NOT_NEGATIVE),
+        "C: split orders that may be open at once (18); by default as many as there are boxes for",
     )
     packing_work_s: float = parameter(0.0, NOT_NEGATIVE, f"{MOST_WORK}, as if C were reached; 0: no such limit", "s")
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 MOST_SECONDS = 4096
 """Of how many seconds the power is kept in a table."""
+NOTHING, NOWHERE = JointDecision(), np.zeros((1, 0), np.bool_)
 
 
 def weights_of(rule: Any) -> Weights:
@@ -41,8 +42,8 @@ def ticks_to(stations: Sequence[Station], warehouse: WarehouseView) -> Ints:
 
 def told(warehouse: WarehouseView, without: Station | None = None) -> Stations:
     """Return the stations as compiled code takes them; ``without`` takes nothing now."""
-    capacities, inbound = warehouse.capacities, [len(station.inbound_pods) for station in warehouse.stations]
-    free, load, capacity, counts = (capacities[name].copy() for name in ("free", "load", "capacity", "counts_orders"))
+    free, load, capacity, counts = warehouse.capacities.view(np.int64).reshape(-1, 4).T.copy()
+    inbound = [len(station.inbound_pods) for station in warehouse.stations]
     if without is not None:
         free[without.id] = 0
     return Stations(free, load, capacity, np.array(inbound, np.int64), counts, (free > 0).astype(np.int64))
@@ -58,22 +59,20 @@ def decision(
     What is decided, and the tick until which nothing can be, as `decide` says.
     """
     stations = told(warehouse, without)
-    if not stations.going_on.any():
-        return JointDecision(), warehouse.now_tick
-    lines, number, n_orders = warehouse.lines, len(warehouse.stations), 0
-    places = list[tuple[int, int]]()
-    for station in warehouse.stations:
-        if station.counts_orders:
-            n_orders = len(lines.items) + 1  # the last one for those that are not there
-            ids = {request.order.id for request in station.open_requests}
-            places += [(station.id, order) for order in ids if order < len(lines.row)]
-    placed = np.zeros((number, n_orders), np.bool_)
-    if places:
-        at, orders = np.array(places).T
-        placed[at, lines.row[orders]] = True
-    weights = weights._replace(packing=room is not None)
-    columns = tuple(lines), tuple(warehouse.stock), tuple(waiting(warehouse, weights)), tuple(stations)
+    if not any(stations.going_on.tolist()):
+        return NOTHING, warehouse.now_tick
+    lines = warehouse.lines
+    counting = [station for station in warehouse.stations if station.counts_orders]
+    # The last order for those that are not there
+    placed = np.zeros((len(stations.room), len(lines.items) + 1), np.bool_) if counting else NOWHERE
+    for station in counting:
+        ids = {request.order.id for request in station.open_requests}
+        placed[station.id, lines.row[[order for order in ids if order < len(lines.row)]]] = True
+    weights = waiting(warehouse, weights if room is None else weights._replace(packing=True))
+    columns = tuple(lines), tuple(warehouse.stock), tuple(weights), tuple(stations)
     takes, sends, until = decide(*columns, placed, ticks, warehouse.now_tick, room or 0)
+    if not len(takes) and not len(sends):
+        return NOTHING, until
     parts: dict[tuple[int, int], list[int]] = {}
     for at, order, sku in takes.tolist():
         parts.setdefault((order, at), []).append(sku)
@@ -105,5 +104,5 @@ def prepare(weights: Weights) -> None:
     """Load compiled code, or compile it."""
     stations = tuple(np.zeros((6, 1), np.int64))
     columns = tuple(columns_of((), 1)), tuple(stock_of((), 1)), tuple(weights), stations
-    decide(*columns, np.zeros((1, 0), np.bool_), np.zeros((1, 1), np.int64), 0, 0)
+    decide(*columns, NOWHERE, np.zeros((1, 1), np.int64), 0, 0)
     next_urgent(*columns, 0)

@@ -13,12 +13,12 @@ from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.packing import MOST_WORK, room_to_split
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
 from rmfs_rules.pod_index.alone import assign_alone, assign_whole
-from rmfs_rules.pod_index.deciding import decision, prepare, ticks_to, wake_s, weights_of
+from rmfs_rules.pod_index.deciding import NOTHING, decision, prepare, ticks_to, wake_s, weights_of
 from rmfs_rules.pod_index.period import NEVER, Ints, Weights
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.warehouse import Pod, Station, WarehouseView
 
 
 @define(kw_only=True)
@@ -140,7 +140,7 @@ class PodIndex:
     _weights: Weights = field(init=False, eq=False, repr=False)
     _stations: tuple[Station, ...] = field(default=(), init=False, eq=False, repr=False)
     _ticks: Ints = field(init=False, eq=False, repr=False)  # driving times to these, which never change in a run
-    _quiet: tuple[object, int] = field(default=(None, 0), init=False, eq=False, repr=False)
+    _quiet: tuple[object, int, tuple[Pod, ...], int] = field(default=(None, 0, (), 0), init=False, eq=False, repr=False)
     # What the warehouse was like when nothing could be decided, and the tick until which nothing can as long as it is
 
     @_weights.default
@@ -151,11 +151,11 @@ class PodIndex:
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Take lines and send pods, one after another, until the places are taken or left free."""
         if not warehouse.backlog_size or self._quiet_until(warehouse) > warehouse.now_tick:
-            return JointDecision()
+            return NOTHING
         if warehouse.lines.quantity.max() <= warehouse.largest_capacity:
             decided, until = self._decide(warehouse)
             if until > warehouse.now_tick and not warehouse.filtered:
-                self._quiet = _seen(warehouse), until
+                self._quiet = warehouse.stations, warehouse.version, warehouse.leaving_pods, until
             return decided
         return with_oversize(
             warehouse,
@@ -181,8 +181,10 @@ class PodIndex:
 
     def _quiet_until(self, warehouse: WarehouseView) -> int:
         """Return the tick until which nothing can be decided, as far as that is known."""
-        seen, until = self._quiet
-        return until if until > warehouse.now_tick and seen == _seen(warehouse) and not warehouse.filtered else 0
+        stations, version, leaving, until = self._quiet
+        if until <= warehouse.now_tick or version != warehouse.version or warehouse.filtered:
+            return 0
+        return until if stations is warehouse.stations and leaving == warehouse.leaving_pods else 0
 
     def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> tuple[JointDecision, int]:
         """Decide about all orders that need no station of their own, as `decision` does."""
@@ -198,8 +200,3 @@ class PodIndex:
         if not decided.assignments and (large := Oversize.left(warehouse)) is not None:
             decided = assign_alone(warehouse, large.order, large.station)
         return decided, warehouse.now_tick
-
-
-def _seen(warehouse: WarehouseView) -> object:
-    """Return what is another object, or unequal, whenever another decision may be possible, but for the time."""
-    return warehouse.stations, warehouse.version, warehouse.leaving_pods

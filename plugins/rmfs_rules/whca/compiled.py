@@ -15,7 +15,7 @@ import numpy as np
 
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
-from rmfs_rules.helpers.searching import Asked, Ints, Plain, far, free_for_good, gap_at, last_end
+from rmfs_rules.helpers.searching import Asked, Ints, Plain, far, free_for_good, gap_at
 
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 
@@ -200,3 +200,14 @@ def _is_free(cell: int, begin: int, end: int, me: int, table: Intervals) -> bool
         if until[p] > begin and owner[p] != me:
             return False
     return True
+
+
+@njit(cache=True)
+def last_end(table: Intervals) -> int:
+    """Latest end of an interval that has one; 0 if there is none."""
+    latest = 0
+    for cell in range(len(table.first)):
+        for p in range(table.first[cell], table.first[cell] + table.count[cell]):
+            if table.until[p] < FOREVER:
+                latest = max(latest, table.until[p])
+    return latest

@@ -12,13 +12,14 @@ from attrs import evolve
 
 from cases import cases
 from rmfs_commands.layouts import parse_map
+from rmfs_commands.layouts.drawing import DRAWN
 from rmfs_core import run
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import LayoutSection, RuleChoice, RulesSection, Scenario, load_scenario
 from rmfs_core.scenario.structuring import structure
 from rmfs_core.scenario.writing import plain
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, StationCells, check_layout, make_layout
-from rmfs_core.world.grid import DRAWN, where
+from rmfs_core.world.grid import where
 from rmfs_core.world.layout_making import queue_length
 from saying import said
 

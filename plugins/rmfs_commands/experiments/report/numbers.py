@@ -8,7 +8,8 @@ from attrs import evolve
 
 from rmfs_commands.details.catalogue import better
 from rmfs_commands.experiments.compare import CONFIDENCE, FEWEST_SEEDS, Comparison, Interval, Paired
-from rmfs_core.results.catalogue import Metric, show
+from rmfs_commands.results.figures import show
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.wording import counted, first_few, listed
 
 NONE = "-"

@@ -9,10 +9,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from textwrap import dedent
+from types import ModuleType
 
 import click
 import pytest
@@ -22,7 +23,9 @@ from rich.console import Console
 
 from calling import exit_code
 from cases import cases
+from rmfs_commands.cli import interrupts
 from rmfs_commands.cli.compiling import compile_told, compiling_announced
+from rmfs_commands.cli.interrupts import Interrupt
 from rmfs_commands.cli.loading import loading_alone
 from rmfs_commands.cli.main import main, rmfs
 from rmfs_commands.cli.streams import answer, kept_output, no_input, own_input
@@ -652,3 +655,47 @@ def test_what_is_compiled_is_said_once() -> None:
         pass
     assert njit(lambda number: number - 1)(1) == 0
     assert notes.file.getvalue() == ""
+
+
+CALLING_BACK = """
+def call(function):
+    try:
+        return function()
+    except KeyboardInterrupt:
+        return "broken"
+"""
+
+
+@pytest.fixture
+def library() -> Iterator[ModuleType]:
+    """A module that nothing may be raised through, and the handler that knows it."""
+    module = ModuleType("delicate.inner")
+    exec(CALLING_BACK, vars(module))
+    handler = Interrupt(("delicate",))
+    before = signal.signal(signal.SIGINT, handler)
+    yield module
+    signal.signal(signal.SIGINT, before)
+
+
+def pressed() -> str:
+    signal.raise_signal(signal.SIGINT)
+    return "whole"
+
+
+def test_an_interrupt_waits_until_a_library_has_returned(library: ModuleType) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        assert library.call(pressed) == "whole"
+        time.sleep(5)
+    with pytest.raises(KeyboardInterrupt):
+        pressed()
+
+
+def test_an_interrupt_is_not_put_off_for_ever(library: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(interrupts, "PATIENCE_S", 0.1)
+
+    def endless() -> str:
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(5)
+        return "whole"
+
+    assert library.call(endless) == "broken"

@@ -17,8 +17,8 @@ from rmfs_commands.cli.description import RuleDescription, installed_rules, sect
 from rmfs_commands.cli.rules import rules
 from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.details.catalogue import CATALOGUE
+from rmfs_commands.results.figures import TIMING
 from rmfs_core import InputError, entrypoints
-from rmfs_core.results.catalogue import TIMING
 from rmfs_core.roles import Role
 from rmfs_core.rules.parameters import parameters_of
 from rmfs_core.rules.sources import RuleSources, load_entry

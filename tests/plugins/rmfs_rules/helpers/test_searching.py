@@ -11,7 +11,8 @@ from rmfs_commands.layouts import parse_map
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Reservations, roads_on
 from rmfs_core.world.travel import travel_on
-from rmfs_rules.helpers.searching import free_for_good, gap_at, last_end, narrow, search_once
+from rmfs_rules.helpers.searching import free_for_good, gap_at, narrow, search_once
+from rmfs_rules.whca.compiled import last_end
 
 ME = 0
 HELD = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 30), st.integers(1, 8)), max_size=8)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rmfs_core.results.result import Row
+from rmfs_commands.instances.tables import Row
 
 
 def timing(
     wall_s: float, end_s: float, warmup_s: float, orders: Sequence[Row], periods: Sequence[Row]
 ) -> dict[str, float | None]:
-    """Return the figures by name; `rmfs_core.results.catalogue` has their meanings and units.
+    """Return the figures by name; `rmfs_commands.results.figures.TIMING` has their meanings and units.
 
     Parameters
     ----------

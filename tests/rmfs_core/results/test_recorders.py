@@ -1,20 +1,12 @@
-"""Files appear whole or not at all; recorders, rows, wall-clock figures, and how metrics are shown."""
+"""Recorders, rows of tables, and how metrics are shown."""
 
-import json
 import math
-import os
 import re
-import resource
-import signal
-import subprocess
 import sys
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
-import numpy as np
 import pytest
 
 import rmfs_core
@@ -22,208 +14,17 @@ from calling import refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.instances.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
+from rmfs_commands.results.figures import TIMING, by_heading, show
 from rmfs_core import InputError
 from rmfs_core.errors import RunError
 from rmfs_core.events import DecisionMade, ItemPicked, OrderAssigned, OrderCompleted, VisitEnded, VisitStarted
 from rmfs_core.info import RunInfo
-from rmfs_core.results.catalogue import TIMING, Metric, by_heading, described_by, show
-from rmfs_core.results.files import (
-    AtomicFile,
-    clean,
-    json_ready,
-    output_folder,
-    removed_if_empty,
-    staged,
-    to_csv,
-    to_json,
-    write_text,
-)
+from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.recorders import load_recorder
-from rmfs_core.results.timing import timing
 from rmfs_core.roles import Role
 from saying import said
 
 Install = Callable[..., None]
-
-not_root = pytest.mark.skipif(
-    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="permissions do not hold the superuser"
-)
-
-
-def test_a_file_is_replaced_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
-    path = tmp_path / "a.txt"
-    write_text(path, "first\n")
-    write_text(path, "sec\u00f6nd\n")
-    assert path.read_bytes() == "sec\u00f6nd\n".encode()
-    assert list(tmp_path.iterdir()) == [path]
-    path = tmp_path / "a.txt"
-    write_text(path, "old")
-    with pytest.raises(ZeroDivisionError), AtomicFile(path) as stream:
-        stream.write(b"half")
-        raise ZeroDivisionError
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_the_new_file_is_not_there_before_it_is_whole(tmp_path: Path) -> None:
-    path = tmp_path / "a.txt"
-    write_text(path, "old")
-    with AtomicFile(path) as stream:
-        stream.write(b"new")
-        stream.flush()
-        assert path.read_text() == "old"
-    assert path.read_text() == "new"
-
-
-def test_what_no_file_can_be_is_named(tmp_path: Path) -> None:
-    (tmp_path / "a").mkdir()
-    with pytest.raises(InputError, match="a folder has that name"):
-        write_text(tmp_path / "a", "text")
-    assert list(tmp_path.iterdir()) == [tmp_path / "a"]
-    with pytest.raises(InputError, match="cannot be written") as caught:
-        write_text(tmp_path / "none" / "a.txt", "text")
-    assert caught.value.place.endswith("a.txt")
-
-
-@pytest.fixture
-def small_files() -> Iterator[int]:
-    most, hard = 10_000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]
-    resource.setrlimit(resource.RLIMIT_FSIZE, (most, hard))
-    yield most
-    resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
-
-
-@pytest.mark.parametrize("size", [10_001, 1_000_000])  # found out when the file is closed, or while it is written
-def test_what_does_not_fit_leaves_the_old_file(tmp_path: Path, small_files: int, size: int) -> None:
-    path = tmp_path / "a.txt"
-    write_text(path, "old")
-    assert said(InputError, write_text, path, "x" * size) == f"{path}: cannot be written: File too large"
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_links_pipes_and_devices_are_followed(tmp_path: Path) -> None:
-    (tmp_path / "there").mkdir()
-    for name in ("old", "new"):
-        (tmp_path / "link").unlink(missing_ok=True)
-        (tmp_path / "link").symlink_to(Path("there") / name)
-        (tmp_path / "there" / "old").write_text("old")
-        write_text(tmp_path / "link", "mine")
-        assert (tmp_path / "link").is_symlink()
-        assert (tmp_path / "there" / name).read_text() == "mine"
-    assert {path.name for path in (tmp_path / "there").iterdir()} == {"old", "new"}
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    read: list[str] = []
-    reader = threading.Thread(target=lambda: read.append(pipe.read_text()))
-    reader.start()
-    write_text(pipe, "text")
-    reader.join(timeout=10)
-    assert read == ["text"]
-    assert pipe.is_fifo()
-    write_text("/dev/null", "text")
-    assert Path("/dev/null").is_char_device()
-    with pytest.raises(InputError, match="/dev/full: cannot be written: No space left on device"):
-        write_text("/dev/full", "text")
-    write_text(tmp_path / ("\N{SNOWMAN}" * 85), "text")
-    with pytest.raises(InputError, match="cannot be written: File name too long"):
-        write_text(tmp_path / ("x" * 256), "text")
-
-
-WRITER = """
-import sys, time
-from pathlib import Path
-from rmfs_core.results.files import AtomicFile, staged
-folder = Path(sys.argv[1])
-with AtomicFile(folder / "file.txt") as stream, staged(folder) as hidden:
-    (hidden / "orders.csv").write_text("new")
-    print("ready", flush=True)
-    time.sleep(60)
-"""
-
-
-def test_what_a_killed_process_has_left_is_cleaned(tmp_path: Path) -> None:
-    with subprocess.Popen([sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE) as process:
-        assert process.stdout.readline() == b"ready\n"
-        clean(tmp_path)
-        assert len(list(tmp_path.iterdir())) == 2
-        process.send_signal(signal.SIGKILL)
-    (tmp_path / ".mine.part").write_text("mine")
-    clean(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == [".mine.part"]
-
-
-def test_staged_files_take_their_places_together(tmp_path: Path) -> None:
-    for name in ("orders.csv", "mine.txt"):
-        (tmp_path / name).write_text("old")
-    (tmp_path / "link.csv").symlink_to("mine.txt")
-    with staged(tmp_path) as hidden:
-        for name in ("orders.csv", "link.csv", "sub/more.csv"):
-            (hidden / name).parent.mkdir(exist_ok=True)
-            (hidden / name).write_text("new")
-        assert (tmp_path / "orders.csv").read_text() == "old"
-    texts = {path.name: path.read_text() for path in tmp_path.rglob("*") if path.is_file()}
-    assert texts == {"orders.csv": "new", "mine.txt": "new", "link.csv": "new", "more.csv": "new"}
-    assert (tmp_path / "link.csv").is_symlink()
-    with pytest.raises(ZeroDivisionError), staged(tmp_path) as hidden:
-        (hidden / "orders.csv").write_text("half")
-        raise ZeroDivisionError
-    assert (tmp_path / "orders.csv").read_text() == "new"
-    assert not list(tmp_path.glob(".*"))
-
-
-def test_what_was_whole_is_put_in_place_by_the_next(tmp_path: Path) -> None:
-    (tmp_path / "orders.csv").write_text("new")
-    left = tmp_path / ".files.0123456789ab.whole"
-    left.mkdir()
-    (left / "result.json").write_text("new")
-    clean(tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["orders.csv", "result.json"]
-
-
-def test_output_folders_are_made_and_empty_ones_removed(tmp_path: Path) -> None:
-    assert output_folder(tmp_path / "a" / "b").is_dir()
-    assert output_folder(tmp_path / "a" / "b").is_dir()
-    old, new, full = tmp_path / "old", tmp_path / "new", tmp_path / "full"
-    old.mkdir()
-    for folder in (old, new / "newer", full):
-        with pytest.raises(KeyboardInterrupt), removed_if_empty(folder):
-            output_folder(folder)
-            if folder is full:
-                (folder / "a").touch()
-            raise KeyboardInterrupt
-    assert [folder.exists() for folder in (old, new, full)] == [True, False, True]
-
-
-@pytest.mark.parametrize("name", ["file", "file/below"])
-def test_a_file_where_a_folder_should_be(tmp_path: Path, name: str) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="expected a folder"):
-        output_folder(tmp_path / name)
-
-
-@not_root
-def test_a_folder_that_may_not_be_written_to(tmp_path: Path) -> None:
-    tmp_path.chmod(0o500)
-    with pytest.raises(InputError, match="cannot be written to"):
-        output_folder(tmp_path)
-    tmp_path.chmod(0o700)
-
-
-def test_csv_fields_and_json() -> None:
-    rows = [{"a": None, "b": True, "c": 'x,"y"'}, {"a": 0.1, "b": False, "c": "z"}]
-    assert to_csv(["a", "b", "c"], rows) == 'a,b,c\n,true,"x,""y"""\n0.1,false,z\n'
-    assert to_json({"b": np.int64(3), "a": (1, None)}) == '{"b":3,"a":[1,null]}'
-    with pytest.raises(ValueError, match="JSON compliant"):
-        to_json(float("nan"))
-    endless = json_ready({"window_s": float("inf"), "list": [1.5, float("-inf")]})
-    assert endless == {"window_s": "inf", "list": [1.5, "-inf"]}
-
-
-def test_half_a_character_is_escaped(tmp_path: Path) -> None:
-    write_text(tmp_path / "a.json", to_json({"name": "a\udc80"}))
-    assert json.loads((tmp_path / "a.json").read_text(encoding="utf-8")) == {"name": "a\udc80"}
-
 
 RECORDER = """
 @define
@@ -416,38 +217,6 @@ def test_tables_of_visits_and_decisions(tiny: RunInfo) -> None:
     assert (row["status"], row["stopped_early"]) == ("stopped", True)
     assert list(row) == list(PERIOD_COLUMNS)
     assert list(row)[-1] == "seconds"
-
-
-ORDERS = [{"completed_s": 40.0}, {"completed_s": 70.0}]
-
-
-def decided(period: int, seconds: float, time_s: float = 0.0) -> dict[str, Any]:
-    return {"period": period, "time_s": time_s, "seconds": seconds}
-
-
-PERIODS = [decided(1, 2.0), decided(1, 1.0), decided(2, 0.5, time_s=45.0)]
-
-
-def test_solve_times() -> None:
-    found = timing(10.0, 70.0, 0, ORDERS, PERIODS)
-    assert (found["decision_s_first"], found["decision_s_later"]) == (3.0, 0.5)
-    assert found["decision_s_per_order"] == 0.25
-    assert found["decision_percent_of_simulated"] == pytest.approx(100 * 0.5 / 70)
-    assert (found["wall_s"], found["simulated_s_per_wall_s"]) == (10.0, 7.0)
-    found = timing(10.0, 70.0, 50, ORDERS, [*PERIODS, decided(3, 0.25, time_s=60.0)])
-    assert (found["decision_s_first"], found["decision_s_later"]) == (3.0, 0.25)
-    assert found["decision_s_per_order"] == 0.25
-    assert found["decision_percent_of_simulated"] == 100 * 0.25 / 20
-    found = timing(10.0, 100.0, 0, [*ORDERS, {"completed_s": None}], PERIODS)
-    assert found["decision_percent_of_simulated"] == 0.5
-    assert found["decision_s_per_order"] == 0.25
-    found = timing(0.0, 0.0, 0, [], [])
-    assert {name for name, value in found.items() if value is None} == {
-        "simulated_s_per_wall_s",
-        "decision_s_per_order",
-        "decision_percent_of_simulated",
-    }
-    assert {metric.name for metric in TIMING} == timing(1.0, 0.0, 0, [], []).keys()
 
 
 @cases(
