@@ -55,7 +55,7 @@ class Packing:
         ticks = to_ticks(self._warehouse.packing[packing.station].conveyor_s[picking])
         packed = handled_tick + ticks + (0 if packing.box is None else put) + self._ticks("pack", order.items)
         expected_s = max(packing.expected_s or 0, to_seconds(packed))
-        self._warehouse.pack(order, items_sent=packing.items_sent + items, expected_s=expected_s)
+        self._warehouse.pack(order, expected_s=expected_s)
         self._run.tell(events.PartSent(handled_tick, order.id, packing.station, picking, tote, items))
         yield self._run.after(ticks)
         if self._warehouse.packing_of(order).first_part_s is None:
