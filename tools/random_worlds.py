@@ -61,6 +61,8 @@ class World:
         That of the rules that split orders; None: none.
     short
         Whether the pods hold too little for all orders.
+    packing_work_s
+        That of the rules that split orders, where there are packing stations.
     """
 
     scenario: Scenario
@@ -68,12 +70,15 @@ class World:
     layout: Layout
     packing_capacity: int | None
     short: bool
+    packing_work_s: float = 0.0
 
     def with_rule(self, name: str) -> Scenario:
         """Return the scenario with a rule that assigns orders."""
         parameters: dict[str, Any] = {}
         if name in WITH_PACKING and not (name == "pod-index" and self.packing_capacity == 0):  # it takes 1 and more
             parameters["packing_capacity"] = self.packing_capacity
+        if name in WITH_PACKING and self.scenario.packing is not None:
+            parameters["packing_work_s"] = self.packing_work_s
         if name in WITH_EFFORT:
             parameters["effort"] = 1_000_000
         choice, rules = RuleChoice(name, parameters), self.scenario.rules
@@ -134,7 +139,7 @@ def random_world(seed: int) -> World:
 def with_boxes(world: World) -> World:
     """Return a world with one to three boxes at packing stations, the same for the same world, in place of a capacity.
 
-    Packers are few and slow, so that boxes are taken for long.
+    Packers are few and slow, so that boxes are taken for long; in two worlds of three their work limits splitting.
     """
     rng = np.random.default_rng(world.scenario.seed)
     stations, boxes = ((1, 1), (1, 2), (2, 1), (1, 3), (3, 1))[int(rng.integers(5))]
@@ -151,7 +156,8 @@ def with_boxes(world: World) -> World:
     )
     tasks, bound = str(rng.choice(_shipped(Role.PACKING_TASK))), str(rng.choice(_shipped(Role.PACKING)))
     rules = evolve(world.scenario.rules, packing=RuleChoice(bound), packing_task=RuleChoice(tasks))
-    return evolve(world, scenario=evolve(world.scenario, packing=section, rules=rules), packing_capacity=None)
+    scenario, work_s = evolve(world.scenario, packing=section, rules=rules), float(rng.choice([0.0, 1.0, 400.0]))
+    return evolve(world, scenario=scenario, packing_capacity=None, packing_work_s=work_s)
 
 
 def _orders(rng: np.random.Generator, skus: int, longest: int) -> tuple[OrderData, ...]:

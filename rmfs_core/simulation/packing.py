@@ -26,7 +26,7 @@ class Packing:
         self._run, self._warehouse, self._packed = run, run.warehouse, packed
         self._section = run.warehouse.packing[0].section
         self._totes: list[dict[Order, int]] = [{} for _ in run.warehouse.picking]  # how many items are in each so far
-        self._number, self._opening = 0, set[int]()
+        self._number = 0
 
     def released(self, request: Request, handled_tick: int) -> None:
         """Put an item into its order's tote, which leaves with the last of its part once that is handled."""
@@ -55,7 +55,7 @@ class Packing:
         ticks = to_ticks(self._warehouse.packing[packing.station].conveyor_s[picking])
         packed = handled_tick + ticks + (0 if packing.box is None else put) + self._ticks("pack", order.items)
         expected_s = max(packing.expected_s or 0, to_seconds(packed))
-        self._warehouse.pack(order, items_sent=packing.items_sent + items, expected_s=expected_s)
+        self._warehouse.pack(order, expected_s=expected_s)
         self._run.tell(events.PartSent(handled_tick, order.id, packing.station, picking, tote, items))
         yield self._run.after(ticks)
         if self._warehouse.packing_of(order).first_part_s is None:
@@ -82,21 +82,14 @@ class Packing:
             working = (*station.working, (task, to_seconds(now) + task.duration_s))
             self._change(at, tasks=tuple(other for other in station.tasks if other is not task), working=working)
             self._run.env.process(self._work(at, task))
-        opens = None if station.hours.at(now) else station.hours.next_change(now)
-        if opens is not None and station.tasks and at not in self._opening:
-            self._opening.add(at)
-            self._run.env.process(self._open(at, opens - now))
+        if station.tasks and not station.hours.at(now) and (opens := station.hours.next_change(now)) is not None:
+            self._run.after(opens - now).callbacks.append(lambda _: self._begin_tasks(at))
 
     def _chosen(self, station: PackingStation, tasks: Sequence[PackingTask]) -> PackingTask:
         if (rule := self._run.rules.packing_task) is None or len(tasks) == 1:
             return tasks[0]
         answer, _ = self._run.ask(rule, station=station, tasks=tasks)
         return self._run.asker.apply(rule, lambda: checks.known("task", answer, tasks))
-
-    def _open(self, at: int, ticks: int) -> Process:
-        yield self._run.after(ticks)
-        self._opening.remove(at)
-        self._begin_tasks(at)
 
     def _work(self, at: int, task: PackingTask) -> Process:
         """Put a part into its box, or pack an order."""

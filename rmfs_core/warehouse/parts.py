@@ -59,14 +59,13 @@ class OrderPacking:
         Id of the packing station; number of its box there, None for an order that is not split.
     first_part_s, expected_s
         When its first part came there, and when it would be packed if no other came and a packer were free; or None.
-    items_sent, items_in_box, packed
-        How many of its items have left picking stations, and are in its box; whether it is packed.
+    items_in_box, packed
+        How many of its items are in its box; whether it is packed.
     """
 
     station: int
     box: int | None
     first_part_s: float | None = None
-    items_sent: int = 0
     items_in_box: int = 0
     expected_s: float | None = None
     packed: bool = False

@@ -18,13 +18,12 @@ from rmfs_core.wording import counted, listed
 if TYPE_CHECKING:
     from rich.table import Table
 
-SO_FAR = Metric(
-    "turnover_so_far_s",
-    "Turn-over time so far",
-    "s",
-    1,
-    "Arrival to completion, or to the end of the run for orders that are open then, mean over both.",
-)
+_SO_FAR = "Arrival to {}, or to the end of the run for orders that are not then, mean over both."
+SO_FAR = {
+    "turnover_s": Metric("turnover_so_far_s", "Turn-over time so far", "s", 1, _SO_FAR.format("completion")),
+    "packed_s": Metric("packed_so_far_s", "Time to packed so far", "s", 1, _SO_FAR.format("packed")),
+}
+"""What is compared in place of a mean over orders that are done, where a horizon leaves some."""
 SURE = 0.05
 """A difference whose p-value is no more than this is told from none."""
 HEADINGS = ("Visits", "Time", "95th")
@@ -65,17 +64,18 @@ class Best:
 
 
 def with_open_orders(result: ExperimentResult) -> ExperimentResult:
-    """Return a result whose turn-over time has the orders in it that a horizon left open, where it left any.
+    """Return a result whose mean time has the orders in it that a horizon left, where it left any.
 
-    A mean over completed orders alone would praise rules that leave the slow ones open.
+    A mean over completed, or packed, orders alone would praise rules that leave the slow ones.
     """
     experiment = result.experiment
-    if "turnover_s" not in experiment.metrics or not any(row["status"] == "horizon" for row in result.rows):
+    visits, time, *others = experiment.metrics
+    if not any(row["status"] == "horizon" for row in result.rows):
         return result
-    rows = [row | _so_far(row) for row in result.rows]
-    metrics = tuple(SO_FAR.name if name == "turnover_s" else name for name in experiment.metrics)
-    fronts = tuple((first, metrics[1]) for first, _ in experiment.fronts)
-    measures = {**result.measures, SO_FAR.name: SO_FAR}
+    metric = SO_FAR[time]
+    rows = [row | _so_far(row, time) for row in result.rows]
+    metrics, fronts = (visits, metric.name, *others), tuple((first, metric.name) for first, _ in experiment.fronts)
+    measures = {**result.measures, metric.name: metric}
     return evolve(result, experiment=evolve(experiment, metrics=metrics, fronts=fronts), rows=rows, measures=measures)
 
 
@@ -92,31 +92,21 @@ def against_whole(result: ExperimentResult) -> ExperimentResult:
     return evolve(result, experiment=evolve(result.experiment, baseline=whole[0]))
 
 
-def timed(result: ExperimentResult) -> bool:
-    """Whether means of time say which rule set is best.
-
-    They do not where a horizon left orders that are not packed: runs do not tell for how long those waited, and a mean
-    over packed orders alone would praise rules that leave the slow ones.
-    """
-    return not (
-        "packed_s" in result.experiment.metrics
-        and any(row["status"] == "horizon" and row.get("unpacked_end") for row in result.rows)
-    )
-
-
 def best_of_each(result: ExperimentResult) -> list[Best]:
-    """Return the rule sets with least visits, and with least time where that can be said."""
-    metrics = result.experiment.metrics[: 2 if timed(result) else 1]
-    return [one for metric in metrics if (one := best(result, metric)) is not None]
+    """Return the rule sets with least visits, and with least time."""
+    return [one for metric in result.experiment.metrics[:2] if (one := best(result, metric)) is not None]
 
 
-def _so_far(row: dict[str, Any]) -> dict[str, float]:
-    """Return a run's turn-over time so far, if it got so far as to have figures."""
+def _so_far(row: dict[str, Any], time: str) -> dict[str, float]:
+    """Return a run's mean time so far, if it got so far as to have figures."""
     if row["status"] not in ("complete", "horizon"):
         return {}
-    done, still = row["orders_completed"], row["open_orders_end"]
-    total = done * (row["turnover_s"] or 0.0) + 3600 * row["open_age_sum_h"]
-    return {SO_FAR.name: total / (done + still)} if done + still else {}
+    left, age, number = ("open_orders_end", "open_age_sum_h", "orders_completed")
+    if time == "packed_s":
+        left, age, number = ("unpacked_end", "unpacked_age_sum_h", "orders_packed")
+    done, still = row[number], row[left]
+    total = done * (row[time] or 0.0) + 3600 * row[age]
+    return {SO_FAR[time].name: total / (done + still)} if done + still else {}
 
 
 def best(result: ExperimentResult, metric: str, among: Collection[str] | None = None) -> Best | None:
@@ -224,17 +214,18 @@ def _headings(comparison: Comparison) -> list[str]:
 def caption(result: ExperimentResult) -> str:
     """Return what the columns of the table are."""
     metrics, marked = result.experiment.metrics, [one for one in _headings(result.comparison()) if one.endswith(MARK)]
-    packed = "packed_s" in metrics
-    what = f"Time, 95th: mean and 95th percentile of {PACKED if packed else TURNOVER} in s."
-    if SO_FAR.name in metrics:
+    packed = "packed_p95_s" in metrics
+    time, done = (PACKED, "packed") if packed else (TURNOVER, "completed")
+    what = f"Time, 95th: mean and 95th percentile of {time} in s."
+    if metrics[1] in {one.name for one in SO_FAR.values()}:
         what = (
-            "Time: mean turn-over time so far in s: to completion, or to the end of the run for orders that are open "
-            f"then. 95th: 95th percentile of {TURNOVER} in s."
+            f"Time: mean of {time} so far in s: to the end of the run for orders that are not {done} then. 95th: 95th "
+            "percentile."
         )
     sentences = [
         f"Visits: pod-station visits per order. {what}",
-        *([f"{listed(marked)}: of {'packed' if packed else 'completed'} orders only."] if marked else []),
-        *(["Front: no other rule set has lower means in both."] if timed(result) else []),
+        *([f"{listed(marked)}: of {done} orders only."] if marked else []),
+        "Front: no other rule set has lower means in both.",
         f"A figure with {AS_GOOD}: the best, or these seeds show no difference from it.",
         "Intervals: 95 % for all rule sets at once.",
     ]
@@ -242,10 +233,8 @@ def caption(result: ExperimentResult) -> str:
 
 
 def _front(result: ExperimentResult) -> set[str]:
-    """Return the rule sets that none beats in both visits and time; none where times say nothing."""
+    """Return the rule sets that none beats in both visits and time."""
     comparison = result.comparison()
-    if not timed(result):
-        return set()
     return {one.rule_set for one, _ in comparison.front(comparison.instance_sets[-1], *comparison.fronts[0])}
 
 
@@ -276,7 +265,7 @@ def _minus(number: str | None) -> str:
     return "0" if number in ("-0", None) else number.replace("-", MINUS)
 
 
-def sentences_of(found: Sequence[Best], seeds: int, *, times: bool = True) -> Iterator[str]:
+def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
     """Yield which rule set to take, in a sentence, and what the runs leave open.
 
     Parameters
@@ -285,10 +274,8 @@ def sentences_of(found: Sequence[Best], seeds: int, *, times: bool = True) -> It
         The best in visits, and in time.
     seeds
         How many runs there are of each rule set.
-    times
-        Whether times say which is best, see `timed`.
     """
-    if len(found) < (2 if times else 1):
+    if len(found) < 2:
         yield "No rule set completes all of its runs, so there is nothing to advise."
         return
     if seeds < FEWEST_SEEDS:
@@ -300,14 +287,14 @@ def sentences_of(found: Sequence[Best], seeds: int, *, times: bool = True) -> It
     both = [name for name in alike if name.endswith(OWN) or name in (fewest.least, soonest.least)]
     quick, few = soonest.take, fewest.take
     own = any(name.endswith(OWN) for name in soonest.against)
-    shown = f"{seeds} seeds show no difference between the rule sets{'' if times else ' in visits'}"
+    shown = f"{seeds} seeds show no difference between the rule sets"
     if len(soonest.against) == 1:
         yield f"Only {_plain(quick)} completes all of its runs, so there is nothing to compare it with."
     elif len(alike) == len(soonest.against):
         yield f"Keep your rules: {shown}; more --seeds may." if own else f"{shown} that complete all of their runs."
     elif both:
         take = next((f"Keep {_plain(name)}" for name in both if name.endswith(OWN)), f"Take {both[0]}")
-        yield f"{take}: no other rule set is shown to make fewer visits{' or to take less time' if times else ''}."
+        yield f"{take}: no other rule set is shown to make fewer visits or to take less time."
     else:
         yield (
             f"Take {_named(quick)} where orders have to leave soon, {_named(few)} where each pod visit costs: "
@@ -316,11 +303,6 @@ def sentences_of(found: Sequence[Best], seeds: int, *, times: bool = True) -> It
         )
     if not own:
         yield "Your own rules do not complete all of their runs."
-    if not times:
-        yield (
-            "No rule set is named best in the time to packed: the runs end before all orders are packed, and how long "
-            "those wait is not known."
-        )
 
 
 def _named(name: str) -> str:

@@ -94,7 +94,6 @@ def advise(
         content_of,
         sentences_of,
         table_of,
-        timed,
         with_open_orders,
     )
     from rmfs_commands.advice.candidates import advice_experiment, lets_split
@@ -141,7 +140,7 @@ def advise(
         say(notes, f"{experiment.name}: all {len(result.rows):,} runs are stored already")
     result = against_whole(with_open_orders(result))
     found = best_of_each(result)
-    told = [*sentences_of(found, seeds, times=timed(result)), *cheapest(result, limit), *part.told]
+    told = [*sentences_of(found, seeds), *cheapest(result, limit), *part.told]
     if not split:
         told.append("Left out: rule sets that split orders. They need packing stations (a section [packing]).")
     told += filter(None, [fixed(result.comparison())])

@@ -257,6 +257,13 @@ PACKING: tuple[Metric, ...] = (
         "From when an order is complete at its packing station until a packer begins to pack it, mean.",
     ),
     Metric("unpacked_end", "Not packed at the end", "", 0, "Orders that have arrived and are not packed."),
+    Metric(
+        "unpacked_age_sum_h",
+        "Total age of unpacked orders",
+        "h",
+        2,
+        "Time since arrival of the orders not packed at the end, summed; 0 when all are packed.",
+    ),
     Metric("boxes_max", "Most boxes reserved", "", 0, "Most boxes that split orders had at the same time."),
     Metric("boxes_mean", "  mean", "", 1, "Boxes that split orders had, mean over time."),
     Metric(

@@ -124,6 +124,7 @@ class Details:
             "waiting_for_room_per_visit_s": ratio(self._robots.for_room_ticks, visits_ticks),
             **self._replenishment.values(self._end, self._delays.values()),
             **self._packing.values(self._end),
+            **self._packing.left(self._over),
             **self._energy.values(self._measures.completed),
             **self._robots.values(self._end, self._measures.completed),
             **self._departed(),

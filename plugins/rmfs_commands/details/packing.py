@@ -71,6 +71,7 @@ class Packing:
         self._arrived = {i: order.arrival_tick for i, order in enumerate(self._data)} if known else {}
         self._orders: dict[int, _Order] = {}
         self._boxes, self._unpacked, self.refused, self._totes = Count(), Count(), 0, 0
+        self._open: dict[int, int] = {}  # when those arrived that are not packed
         self._busy: dict[int, list[Span]] = defaultdict(list)  # of packers, by packing station
         self._hourly: Counter[int] = Counter()
         self._cancelled: set[int] = set()
@@ -92,11 +93,12 @@ class Packing:
             }
 
     def _comes(self, event: OrderArrived) -> None:
-        self._arrived[event.order] = event.tick
+        self._arrived[event.order] = self._open[event.order] = event.tick
         self._unpacked.add(event.tick, 1)
 
     def _leaves(self, event: OrderCancelled) -> None:
         self._cancelled.add(event.order)
+        self._open.pop(event.order, None)
         self._unpacked.add(event.tick, -1)
 
     def _decided(self, event: DecisionMade) -> None:
@@ -128,6 +130,7 @@ class Packing:
 
     def _done(self, event: OrderPacked) -> None:
         self._orders[event.order].packed = event.tick
+        self._open.pop(event.order, None)
         self._busy[event.packing].append((event.start_tick, event.tick))
         self._unpacked.add(event.tick, -1)
         self._hourly[event.tick // (3600 * TICKS_PER_S)] += 1
@@ -180,7 +183,6 @@ class Packing:
             "consolidation_s": ratio(sum(together), len(together) * TICKS_PER_S),
             "consolidation_p95_s": percentile(together, 0.95),
             "packing_wait_s": ratio(sum(waits), len(waits) * TICKS_PER_S),
-            "unpacked_end": self._unpacked.number,
             "boxes_max": self._boxes.largest(self._begin, end),
             "boxes_mean": self._boxes.mean(self._begin, end),
             **self._packers(end),
@@ -199,6 +201,11 @@ class Packing:
         """Return the time in which packers are there, or finish a task, and sorters are, summed over them."""
         open_ticks = sum(length(_open(station.hours, self._begin, end)) for station in self._stations)
         return self._ticks(end)[0] + self._section.sorters * open_ticks
+
+    def left(self, tick: int) -> dict[str, Number]:
+        """Return the metrics of the orders that are not packed when the run is over; none where nothing is packed."""
+        ages = [tick - arrived for arrived in self._open.values()]
+        return {"unpacked_end": len(ages), "unpacked_age_sum_h": sum(ages) / (3600 * TICKS_PER_S)} if self.on else {}
 
     def _packers(self, end: int) -> dict[str, Number]:
         """Return what share of the packers' time they were busy, and without a task though orders were not packed."""

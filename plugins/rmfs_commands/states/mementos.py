@@ -115,8 +115,7 @@ def _packing_of(state: State, names: Names, order: str) -> OrderPacking | None:
     if told is None:
         return None
     station = names.packing(told.station, "orders", order, "packing", "station")
-    so_far = told.first_part_s, told.items_sent, told.items_in_box, told.expected_s, told.packed
-    return OrderPacking(station, told.box, *so_far)
+    return OrderPacking(station, told.box, told.first_part_s, told.items_in_box, told.expected_s, told.packed)
 
 
 def _packing(state: State, names: Names, orders: Sequence[OrderMemento]) -> Iterator[PackingMemento]:

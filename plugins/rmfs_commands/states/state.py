@@ -199,7 +199,6 @@ class OrderPackingState:
     station: str = key("Packing station: its number, from 1")
     box: int | None = key("Number of its box there, from 0; left out: it is not split", None, check=_number(0))
     first_part_s: float | None = key("When its first part came there; left out: none has", None, unit="s", check=_TIME)
-    items_sent: int = key("Its items in totes that have left picking stations", 0, check=_number(0))
     items_in_box: int = key("Its items in its box", 0, check=_number(0))
     expected_s: float | None = key(
         "When it would be packed if no other part came and a packer were free", None, unit="s", check=_TIME

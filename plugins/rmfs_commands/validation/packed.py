@@ -84,6 +84,7 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
     begin, section, times = measured_from(trace), trace.scenario["packing"], _times(trace)
     cancelled = cancelled_in(trace)
     end, arrivals, orders = max(trace.tick, begin), arrivals_of(trace), trace.instance.orders
+    come = {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)}
     done = {i: one.packed for i, one in times.items() if one.packed is not None}
     after = [i for i, tick in done.items() if tick >= begin]
     timed = [done[i] - arrivals[i] for i in after if arrivals.get(i, -1) >= begin]
@@ -93,6 +94,7 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
     spans = [(max(a, begin), min(b, end), n) for (a, n), (b, _) in pairwise(steps)]
     spans = [(a, b, n) for a, b, n in spans if a < b]
     totes = sum(isinstance(event, PartSent) and event.tick >= begin for event in trace.events)
+    left = [trace.tick - tick for i, tick in come.items() if i not in done.keys() | cancelled.keys()]
     due = {i: order.due_tick for i, order in enumerate(orders) if order.due_tick is not None}
     late = [done.get(i, end) > tick for i, tick in due.items() if arrivals.get(i, -1) >= begin and i not in cancelled]
     return {
@@ -106,7 +108,8 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
         "consolidation_s": _mean(together),
         "consolidation_p95_s": _percentile(together, 95),
         "packing_wait_s": _mean(waits),
-        "unpacked_end": sum(isinstance(event, OrderArrived) for event in trace.events) - len(done) - len(cancelled),
+        "unpacked_end": len(left),
+        "unpacked_age_sum_h": sum(left) / TICKS_PER_S / 3600,
         "boxes_max": max((n for _, _, n in spans), default=0),
         "boxes_mean": sum((b - a) * n for a, b, n in spans) / max(end - begin, 1),
         **_packers(trace, begin, end),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
@@ -26,7 +25,7 @@ def room_to_split(warehouse: WarehouseView, capacity: int | None, most_work_s: f
         How much work packers may have for an order to be split, as `packing_work_s` counts it; 0: any.
     """
     rooms = [] if capacity is None else [max(capacity - warehouse.split_orders_open, 0)]
-    if most_work_s and packing_work_s(warehouse, most_work_s) > most_work_s:
+    if most_work_s and packing_work_s(warehouse) > most_work_s:
         rooms.append(0)
     free = warehouse.free_boxes
     # Each order takes a place of a station: where there are no more of these than boxes, boxes limit nothing
@@ -35,22 +34,20 @@ def room_to_split(warehouse: WarehouseView, capacity: int | None, most_work_s: f
     return min(rooms, default=None)
 
 
-def packing_work_s(warehouse: WarehouseView, enough_s: float = math.inf) -> float:
+def packing_work_s(warehouse: WarehouseView) -> float:
     """Return the seconds of work for each packer and sorter with the orders that are bound for packing stations.
 
     An order that is not packed counts as a whole: its items are packed and, if it is split, put into a box from one
     tote. Parts of it that are on their way or not even assigned count too, so that the figure rises with the decision.
-    What is more than ``enough_s`` need not be the whole.
     """
-    stations = warehouse.packing_stations
-    work_s, crew = 0.0, sum(one.section.packers + one.section.sorters for one in stations)
-    for station in stations:
-        one = station.section
-        for order in station.orders:
-            work_s += one.pack_s + one.pack_item_s * order.items
-            work_s += one.tote_s + one.put_s * order.items if order.split else 0.0
-            if work_s > enough_s * crew:
-                break
+    work_s, crew = 0.0, 0
+    for station in warehouse.packing_stations:
+        one, orders = station.section, station.orders
+        packing, split = sum(order.items for order in orders), [order.items for order in orders if order.split]
+        work_s += (
+            one.pack_s * len(orders) + one.pack_item_s * packing + one.tote_s * len(split) + one.put_s * sum(split)
+        )
+        crew += one.packers + one.sorters
     return work_s / crew if crew else 0.0
 
 

@@ -95,7 +95,8 @@ def test_a_packing_run_tells_what_is_not_packed_and_leaves_no_file_to_a_run_with
     changes = ("instance.orders=10", "packing.pack_s=3000", "run.until_s=1000")
     assert exit_code("run", "examples/packing", *(f"--set={one}" for one in changes), "--out", "out") == 0
     printed = " ".join(capsys.readouterr().out.split())
-    assert load_result("out").metrics["unpacked_end"] == 10
+    found = load_result("out").metrics
+    assert (found["unpacked_end"], found["unpacked_age_sum_h"]) == (10, pytest.approx(10 * 1000 / 3600))
     assert "10 of 10 orders complete, 0 open; 10 arrived orders not packed." in printed
     assert "packing.csv" in printed
     Path("out/notes.csv").write_text("mine", encoding="utf-8")

@@ -100,7 +100,7 @@ STATE: dict[str, Any] = {
         "2": {
             "lines": {"a": 2, "b": 1},
             "parts": [{"station": "1", "skus": ["a"]}, {"station": "2", "skus": ["b"]}],
-            "packing": {"station": "1", "box": 0, "items_sent": 3},
+            "packing": {"station": "1", "box": 0, "items_in_box": 1},
         },
         "3": {"lines": {"a": 1}, "parts": [{"station": "1", "skus": ["a"]}], "packing": {"station": "1"}},
     },
