@@ -71,7 +71,8 @@ class Servers:
     def _work_until(self, ticks: Ticks) -> Ticks:
         """Ticks of work that all together can have done."""
         if self.opens[0] == self.opens[-1]:
-            return len(self.opens) * np.maximum(ticks - self.opens[0], 0)
+            alike: Ticks = len(self.opens) * np.maximum(ticks - self.opens[0], 0)
+            return alike
         work: Ticks = np.maximum(ticks[:, None] - self.opens, 0).sum(axis=1)
         return work
 
