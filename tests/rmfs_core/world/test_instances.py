@@ -44,14 +44,20 @@ oversize = "refuse"
 poa = "pod-match"
 pps = "demand"
 """
+SERVED = " (`rmfs convert orders --in-stock` leaves out what stock cannot serve)"
 WRONG = [
-    ("1,0,a,1\n2,0,a,1\n2,0,b,1\n", "p,a,\n", "{}", "{orders}, line 4: order 2 wants SKU b, which is on no pod"),
+    (
+        "1,0,a,1\n2,0,a,1\n2,0,b,1\n",
+        "p,a,\n",
+        "{}",
+        "{orders}, line 4: order 2 wants SKU b, which is on no pod" + SERVED,
+    ),
     (
         "1,0,a,2\n2,0,a,2\n",
         "p,a,1\nq,a,2\n",
         "{}",
         "{orders}, line 3: from order 2 on, the orders want more than all pods hold: SKU a (4 wanted, 3 there); "
-        "expected more items on pods, or `instance.replenishment`",
+        "expected more items on pods, or `instance.replenishment`" + SERVED,
     ),
     (
         "1,0,a,3\n2,0,a,4\n",
