@@ -427,6 +427,9 @@ def test_what_may_be_a_surprise_is_noted(tmp_path: Path, capsys: pytest.CaptureF
     hours = ('stations.open=[["06:00", "10:00"]]', 'robots.available=[["12:00", "16:00"]]')
     (note,) = check_scenario("examples/small", hours, None, allow_inline=False).notes[-1:]
     assert note.startswith("Note: no robot is on duty while a station is open (`robots.available`, `stations.open`)")
+    ends = ("run.until_s=60", "run.warmup_s=60")
+    (note,) = check_scenario("examples/small", ends, None, allow_inline=False).notes[:1]
+    assert note.startswith("Note: the run ends (`run.until_s` = 60) no later than its warm-up (`run.warmup_s` = 60)")
     met = (hours[0], 'robots.available=[["09:59", "16:00"]]')
     assert not any("on duty" in one for one in check_scenario("examples/small", met, None, allow_inline=False).notes)
 

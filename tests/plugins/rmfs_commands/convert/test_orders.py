@@ -100,7 +100,7 @@ def test_orders_that_are_due(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 
 
 def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """By arrival: five a's are there, b never runs out, and nothing holds c. An order that is left out takes nothing."""
+    """By arrival: five a's are there, b never runs out, and nothing holds c. Orders left out take nothing."""
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,2\nq,a,3\nq,b,\n", encoding="utf-8")
     file = table(tmp_path, "o,s,n,t\n3,a,2,9\n3,b,9,9\n1,a,3,1\n2,a,1,2\n2,c,4,2\n4,a,2,10\n5,a,1,11\n")
     options = f"--order o --sku s --quantity n --time t --out {tmp_path}".split()
