@@ -68,7 +68,7 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
             section = evolve(
                 section, arrivals=evolve(section.arrivals, profile=reader().read_profile(folder / profile))
             )
-        return _restocked(_generated(section, scenario.seed), scenario, wrong)
+        return _restocked(_generated(section, scenario), scenario, wrong)
     orders, pods = folder / section.orders_file, folder / section.pods_file
     for key, file in (("orders_file", orders), ("pods_file", pods)):
         if not os.path.exists(file):  # noqa: PTH110 (False for a name that is too long, too)
@@ -88,7 +88,7 @@ def generator_of(section: InstanceSection) -> tuple[EntryPoint, ...]:
     return entrypoints.chosen(entrypoints.INSTANCES, section.generator, "paper")
 
 
-def _generated(section: InstanceSection, seed: int) -> Instance:
+def _generated(section: InstanceSection, scenario: Scenario) -> Instance:
     read: set[str] = set()  # keys of the section; `__reduce_ex__` when a copy is made, of which any may be read
 
     class Watched(InstanceSection):
@@ -97,14 +97,14 @@ def _generated(section: InstanceSection, seed: int) -> Instance:
             return getattr(section, name)
 
     entries, watched = generator_of(section), object.__new__(Watched)
-    instance = entrypoints.generated(entries, Instance, _malformed, section=watched, seed=seed)
+    made = entrypoints.generated(entries, Instance, _malformed, scenario.folder, section=watched, seed=scenario.seed)
     for key in ("due", "arrivals", "lines", "demand", "items_per_sku"):
         timed = key == "arrivals" and section.arrivals.backlog is not None  # by the run, as orders are done
         if getattr(section, key) not in (None, Arrivals()) and not timed and not read & {key, "__reduce_ex__"}:
             found = f'generator "{entries[0].name}" has made this instance without reading it'
             expected = f"expected it left out, or a generator that reads `section.{key}` in each call"
             raise InputError(f"instance.{key}", f"{found}; {expected}")
-    return instance
+    return made
 
 
 def _malformed(instance: Instance) -> Iterator[str]:
@@ -194,7 +194,8 @@ def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
         name = instance.skus[sku]
         problem = f"order {order_name} wants SKU {name}, which is on no pod"
         if len(short) > 1 or stock[sku]:
-            named = first_few([_shortage(instance.skus[one], wanted[one], stock[one]) for one in short])
+            held = {one: f"{wanted[one]} wanted, {stock[one]} there" if stock[one] else "on no pod" for one in short}
+            named = first_few([f"SKU {instance.skus[one]} ({how})" for one, how in held.items()])
             all_there = "pods and bundles" if instance.bundles else "pods"
             remedy = "on pods or in bundles" if instance.bundles else "on pods, or `instance.replenishment`"
             problem = f"from order {order_name} on, the orders want more than all {all_there} hold: {named}"
@@ -230,10 +231,6 @@ def _too_many_bundles(instance: Instance, section: InstanceSection) -> Iterator[
     if ordered > MOST_PODS:
         expected = f"expected levels of at most {MOST_PODS:,}: fewer items, or larger bundles"
         yield InputError("instance.replenishment", f"found levels of about {ordered:,.0f} bundles in all; {expected}")
-
-
-def _shortage(sku: str, wanted: int, held: float) -> str:
-    return f"SKU {sku} ({f'{wanted} wanted, {held} there' if held else 'on no pod'})"
 
 
 def oversize_orders(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
