@@ -85,7 +85,7 @@ class OrderLines:
     offsets
         Ticks by which the clocks of the kept lines are ahead of UTC.
     lacking
-        Order, SKU and items of the lines that were left out for lack of stock, by arrival.
+        Order, SKU and items of the lines that were left out for lack of stock, by arrival; None where none may be.
     """
 
     def __init__(self, cleaner: Cleaner) -> None:
@@ -95,7 +95,7 @@ class OrderLines:
         self.shortened = 0
         self.heads: OrderHeads | None = None
         self.offsets: list[int] = []
-        self.lacking: list[tuple[str, str, int]] = []
+        self.lacking: list[tuple[str, str, int]] | None = None
         self.file = "the table"
         self._folder = tempfile.TemporaryDirectory(prefix="rmfs-convert-")
         self._base = sqlite3.connect(Path(self._folder.name) / "lines.sqlite", isolation_level=None)
@@ -224,7 +224,7 @@ class OrderLines:
 
     def _leave_out_lacking(self, stock: Mapping[str, int | None], whole: bool) -> None:
         """Leave out lines for which too few items are left of a stock, by arrival; or all of their orders."""
-        left = {sku: items for sku, items in stock.items() if items is not None}
+        left, self.lacking = {sku: items for sku, items in stock.items() if items is not None}, []
         query = "SELECT first, name, sku, quantity, row FROM packed ORDER BY tick, first, row"
         for _, of_order in groupby(self._base.execute(query), itemgetter(0)):
             rows = [row[1:] for row in of_order]

@@ -149,7 +149,7 @@ def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None, op
             totals, demand = lines.write(text, zero.tick)
             text.detach()
         told = [] if stock is None else _write_stock(stock, demand, place, folder, _start(lines, zero), opens)
-        if lines.lacking:
+        if lines.lacking is not None:
             _write_csv(place / LEFT_OUT, [("order", "sku", "quantity"), *lines.lacking])
     _tell_left_out(lines, folder)
     _tell_kept(lines, totals)
