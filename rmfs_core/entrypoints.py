@@ -11,6 +11,7 @@ from copy import deepcopy
 from functools import lru_cache
 from importlib.metadata import Distribution, EntryPoint, entry_points
 from inspect import signature
+from pathlib import Path
 from typing import Any, TypeVar
 
 from rmfs_core.errors import InputError
@@ -137,9 +138,9 @@ def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
 
 
 def generated(
-    entries: tuple[EntryPoint, ...], kind: type[T], malformed: Callable[[T], Iterable[str]], **handed: Any
+    entries: tuple[EntryPoint, ...], kind: type[T], malformed: Callable[[T], Iterable[str]], folder: str, **handed: Any
 ) -> T:
-    """Return what a generator makes of what it is handed, in this order, and of the section's parameters, by name.
+    """Return what a generator makes of what it is handed, in this order, and of parameters by name, files of a folder.
 
     Raises
     ------
@@ -154,6 +155,8 @@ def generated(
         with suppress(ValueError):  # of a function whose parameters nobody knows
             names += (takes := signature(generate)).parameters
             takes.bind(*handed.values(), **parameters)
+            files = {name for name, one in takes.parameters.items() if "Path" in str(one.annotation)}
+            parameters |= {name: Path(folder, parameters[name]) for name in files & parameters.keys()}
     except TypeError as error:
         expected = f"besides {listed(handed)} it takes {listed(f'`{name}`' for name in names[len(handed) :])}"
         problem = f"{described} cannot be called: {error}; {expected}"

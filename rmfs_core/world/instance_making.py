@@ -64,7 +64,7 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     if section.orders_file is None or section.pods_file is None:
         if isinstance(hours := section.arrivals.profile, str):
             section = evolve(section, arrivals=evolve(section.arrivals, profile=reader().read_profile(folder / hours)))
-        return _restocked(_generated(section, scenario.seed), scenario, wrong)
+        return _restocked(_generated(section, scenario), scenario, wrong)
     orders, pods = folder / section.orders_file, folder / section.pods_file
     for key, file in (("orders_file", orders), ("pods_file", pods)):
         if not os.path.exists(file):  # noqa: PTH110 (False for a name that is too long, too)
@@ -85,7 +85,7 @@ def generator_of(section: InstanceSection) -> tuple[EntryPoint, ...]:
     return entrypoints.chosen(entrypoints.INSTANCES, section.generator, "paper")
 
 
-def _generated(section: InstanceSection, seed: int) -> Instance:
+def _generated(section: InstanceSection, scenario: Scenario) -> Instance:
     read: set[str] = set()  # keys of the section; `__reduce_ex__` when a copy is made, of which any may be read
 
     class Watched(InstanceSection):
@@ -94,14 +94,14 @@ def _generated(section: InstanceSection, seed: int) -> Instance:
             return getattr(section, name)
 
     entries, watched = generator_of(section), object.__new__(Watched)
-    instance = entrypoints.generated(entries, Instance, _malformed, section=watched, seed=seed)
+    made = entrypoints.generated(entries, Instance, _malformed, scenario.folder, section=watched, seed=scenario.seed)
     for key in ("due", "arrivals", "lines", "demand", "items_per_sku"):
         timed = key == "arrivals" and section.arrivals.backlog is not None  # by the run, as orders are done
         if getattr(section, key) not in (None, Arrivals()) and not timed and not read & {key, "__reduce_ex__"}:
             found = f'generator "{entries[0].name}" has made this instance without reading it'
             expected = f"expected it left out, or a generator that reads `section.{key}` in each call"
             raise InputError(f"instance.{key}", f"{found}; {expected}")
-    return instance
+    return made
 
 
 def _malformed(instance: Instance) -> Iterator[str]:

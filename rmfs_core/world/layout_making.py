@@ -63,7 +63,7 @@ def _layout(
     entries: tuple[EntryPoint, ...], section: LayoutSection, text: str | None, queue_length: int | None, place: str
 ) -> Layout:
     handed = {"section": section, "text": text, "queue_length": queue_length, "place": place}
-    layout = entrypoints.generated(entries, Layout, _malformed, **handed)
+    layout = entrypoints.generated(entries, Layout, _malformed, "", **handed)
     layout.kind.setflags(write=False)  # runs share it
     layout.moves.setflags(write=False)
     check_size(layout.width, layout.height, place)

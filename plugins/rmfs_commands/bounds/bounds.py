@@ -9,11 +9,10 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.bounds.cover import cheapest_cover
-from rmfs_commands.bounds.slots import Servers
 from rmfs_commands.bounds.ways import Ways, find_ways
+from rmfs_commands.details.slots import at_work
 from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.scenario import Scenario, located
-from rmfs_core.simulation.services import Services
 from rmfs_core.simulation.setup import Opening, open_warehouse
 from rmfs_core.warehouse import PackingStation
 from rmfs_core.world import Instance, Layout, make_instance, make_layout
@@ -178,13 +177,13 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
     if refilled := scenario.instance.arrivals.backlog is not None:
         arrivals[:] = 0  # or later
     opens = start.opens(int(arrivals.min()))
-    work, servers = _servers(scenario, instance, start.services, items, opens)
+    workers = at_work(scenario, instance.orders, start.services, opens, scenario.robots.count)
     counted = arrivals >= to_ticks(scenario.run.warmup_s or 0)
     turnover, p95, least = None, None, "none: no order arrives after run.warmup_s"
     if refilled:
         least = "none: when orders arrive, with instance.arrivals.process = refill, depends on the rules"
     elif counted.any():
-        pairs = [(one, units[counted], arrivals[counted]) for one, units in zip(servers, work, strict=True)]
+        pairs = [(one, units[counted], arrivals[counted]) for one, units in workers]
         alone = np.maximum(*(one.last_done(*of) for one, *of in pairs)) - arrivals[counted]
         done = np.maximum(*(one.completions(*of) for one, *of in pairs))
         since = np.sort(arrivals[counted])
@@ -195,8 +194,8 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
     yield Bound("turnover_s", turnover, least)
     yield Bound("turnover_p95_s", p95, least)
     order = np.argsort(arrivals, kind="stable")
-    later = [np.cumsum(units[order][::-1])[::-1] for units in work]  # of all orders that arrive then or later
-    last = max(int(one.last_done(of, arrivals[order]).max()) for one, of in zip(servers, later, strict=True))
+    later = [(one, np.cumsum(units[order][::-1])[::-1]) for one, units in workers]  # of all that arrive then or later
+    last = max(int(one.last_done(of, arrivals[order]).max()) for one, of in later)
     yield Bound("makespan_s", to_seconds(last), "pickers and robots always at work since some order's arrival")
     if start.packing:
         first = 0 if start.services.vary else to_ticks(scenario.stations.handle_s)
@@ -223,36 +222,3 @@ def _of_packers(
     there = begun[order] + first + way
     last = max(int((there + -(-later // packers)).max()), picked + way + int(work.min()))
     return Bound("packed_makespan_s", to_seconds(last), "packers always at work since some order's first part may come")
-
-
-def _servers(
-    scenario: Scenario, instance: Instance, services: Services, items: NDArray[np.int64], opens: NDArray[np.int64]
-) -> tuple[tuple[NDArray[np.int64], ...], tuple[Servers, Servers]]:
-    """Return the work of each order for pickers and robots, and these; robots hold a pod while an item is picked.
-
-    Work is the number of items. To both an item is done when it is picked, or handled where orders are complete only
-    then. Where times vary, work is ticks, the least that the draws of an order's items come to.
-    """
-    pick, handle = to_ticks(scenario.stations.pick_s), to_ticks(scenario.stations.handle_s)
-    done = handle if scenario.stations.release == "handled" else pick
-    robots = np.full(scenario.robots.count, opens[0])
-    if not services.vary:
-        return (items, items), (Servers(opens, handle, done), Servers(robots, pick, done))
-    work = np.array([_least_ticks(services, number, order.lines) for number, order in enumerate(instance.orders)])
-    picking, handling, in_hand = work.T
-    if scenario.stations.release == "picked":  # each picker may have one of the items in hand yet
-        handling = np.maximum(handling - in_hand * np.minimum(items, len(opens)), 1)
-    return (handling, picking), (Servers(opens, 1, 1), Servers(robots, 1, 1))
-
-
-def _least_ticks(services: Services, order: int, lines: Sequence[tuple[int, int]]) -> tuple[int, int, int]:
-    """Return the least ticks of picking and of handling an order of lines (SKU, items), whatever is decided.
-
-    The third is the most that an item is handled for after it was picked.
-    """
-    items = np.array([services.item_s(order, sku, n) for sku, quantity in lines for n in range(quantity)])
-    begun_s = min(services.begin_order_s(order, station) for station in range(len(services.speeds)))
-    begun_s += sum(services.begin_line_s(order, sku) for sku, _ in lines)
-    ticks = (items.sum(axis=0) + begun_s) / max(services.speeds) * TICKS_PER_S - 2 * len(items)  # each is rounded
-    in_hand = np.diff(items).max() / min(services.speeds) * TICKS_PER_S
-    return max(int(ticks[0]), 1), max(int(ticks[1]), 1), int(in_hand) + 2

@@ -302,6 +302,10 @@ class _Check:
         }
         if not instance.orders:
             self.found.notes.append("Note: there are no orders.")
+        until, warmup = scenario.run.until_s, scenario.run.warmup_s
+        if until is not None and warmup is not None and warmup >= until:
+            ends = f"the run ends (`run.until_s` = {until:g}) no later than its warm-up (`run.warmup_s` = {warmup:g})"
+            self.found.notes.append(f"Note: {ends}: nothing that is measured counts.")
         if scenario.stations.oversize == "alone":
             refusing = evolve(scenario, stations=evolve(scenario.stations, oversize="refuse"))
             for problem in oversize_orders(instance, refusing):

@@ -19,6 +19,7 @@ from rmfs_core.results.catalogue import Metric
 from rmfs_core.wording import counted
 
 LEFT = ("Orders", "Robots", "Decisions")
+CANCELLED = "orders_cancelled"
 NARROW = 76
 STATUS_STYLE = {"complete": "bold green", "horizon": "bold green", "partial": "bold yellow", "failed": "bold red"}
 
@@ -52,6 +53,9 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     gaps = gaps_of(result.periods)
     groups = by_heading([name for name in result.metrics if name != unsaid], result.described)
     groups.setdefault("Decisions", []).extend(one for one in GAPS if one.name in gaps)
+    if CANCELLED in result.metrics and CANCELLED in result.described:  # or some in all would be missing
+        at = [one.name for one in groups["Orders"]].index("orders_total") + 1
+        groups["Orders"].insert(at, result.described[CANCELLED])
     left = [_group(heading, groups.pop(heading, []), {**result.metrics, **gaps}) for heading in LEFT]
     right = [_group(heading, metrics, result.metrics) for heading, metrics in groups.items()]
     right.append(_group("Wall clock", TIMING, result.timing))

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rmfs_commands.cli.options import OutPath, WholeNumberRange
-from rmfs_commands.convert.options import needs, number_options, quantities_of, spelled, table_options, time_options
+from rmfs_commands.convert.options import (
+    needs,
+    number_options,
+    open_option,
+    quantities_of,
+    spelled,
+    table_options,
+    time_options,
+)
 from rmfs_commands.convert.pods_command import pods as pods_command
 
 if TYPE_CHECKING:
@@ -31,7 +39,7 @@ OF_DAY = (
 OF_TIMES = ("time_of_day", "time_format", "zone", "due", "cancelled", "from", "until", "start", "history_until")
 """Options that need --time."""
 
-NOT_OF_HISTORY = ("time", *OF_TIMES, "priority", "orders", "order_key")
+NOT_OF_HISTORY = ("time", *OF_TIMES, "priority", "orders", "order_key", "in_stock")
 """Options that do not matter for a table of history."""
 
 
@@ -78,6 +86,12 @@ convert.add_command(pods_command)
 @click.option(
     "--whole-orders", is_flag=True, help="Leave out orders that lose a line, other than one of --leave-out-sku."
 )
+@click.option(
+    "--in-stock",
+    metavar="PODS",
+    type=click.Path(path_type=Path),
+    help="Leave out lines, by arrival, for which PODS, a pods.csv, holds too few items; DIR/left-out.csv names them.",
+)
 @click.option("--pods", type=WholeNumberRange(1, 1_000_000), metavar="N", help="Put the SKUs on that many pods, too.")
 @click.option(
     "--skus-per-pod",
@@ -109,6 +123,7 @@ convert.add_command(pods_command)
 @click.option(
     "--history-until", metavar="TIME", help="Place by the orders that arrive earlier, and run those that arrive later."
 )
+@open_option
 @click.option("--seed", type=WholeNumberRange(min=0), default=1, show_default=True, help="Seed of the placement.")
 @click.option("--force", is_flag=True, help="Replace files, and write also where most rows are left out.")
 def orders(table: Path, out: Path, **given: Any) -> None:
@@ -125,7 +140,8 @@ def orders(table: Path, out: Path, **given: Any) -> None:
 
     _check_options(given)
     _span(Clock(given["time_format"], given["zone"]), given)  # what is no time is refused before a table is read
-    names = ("orders.csv", *(("pods.csv", "scenario.toml") if given["pods"] is not None else ()))
+    names = ["orders.csv", *(("pods.csv", "scenario.toml") if given["pods"] is not None else ())]
+    names += ["left-out.csv"] * (given["in_stock"] is not None)
     with ExitStack() as stack:
         stack.enter_context(removed_if_empty(out))
         folder = writable_folder(out, names, force=given["force"])
@@ -139,7 +155,7 @@ def orders(table: Path, out: Path, **given: Any) -> None:
             check_share(given["history"], past.cleaner, force=given["force"])
         elif given["history_until"] is not None:
             past, _ = _read(stack, table, given, past=True)
-        write(lines, folder, zero, _stock(lines, past, table, given))
+        write(lines, folder, zero, _stock(lines, past, table, given), given["open"] or ())
         if past is not None and given["history"] is not None:
             tell_history(past)
 
@@ -156,6 +172,7 @@ def _read(stack: ExitStack, table: Path, given: dict[str, Any], past: bool = Fal
     from rmfs_commands.convert.shares import check_emptied, check_share
     from rmfs_commands.convert.tables import Table
     from rmfs_commands.convert.times import Clock
+    from rmfs_commands.instances.csv_files import read_stock
 
     clock = Clock(given["time_format"], given["zone"])
     reader = Reader(clock, quantities_of(given), quantities_of(given))
@@ -174,7 +191,8 @@ def _read(stack: ExitStack, table: Path, given: dict[str, Any], past: bool = Fal
         check_share(given["orders"], own, force=given["force"])
         check_emptied(given["orders"], own.rows, own.emptied, force=given["force"])
     lines.read(Table(table, given["separator"], given["encoding"]))
-    return lines, lines.gather(_span(clock, given, past), given["whole_orders"])
+    in_stock = None if past or given["in_stock"] is None else read_stock(given["in_stock"])
+    return lines, lines.gather(_span(clock, given, past), given["whole_orders"], in_stock)
 
 
 def _read_history(stack: ExitStack, given: dict[str, Any]) -> OrderLines:
@@ -199,6 +217,9 @@ def _check_options(given: dict[str, Any]) -> None:
     for option in OF_TIMES:
         needs(given, option, "time", "the column that the times are in")
     needs(given, "order_key", "orders", "the table with headers that it is a column of")
+    needs(given, "open", "pods", "both, since scenario.toml has the hours (or `rmfs convert pods --open`)")
+    if given["pods"] is not None and given["in_stock"] is not None:
+        raise InputError("--in-stock", "found --pods, too, whose pods hold all that is ordered; expected one of them")
     for option in ("history", "history_until"):
         needs(given, option, "pods", "both, since the history says what stands on them")
         if given[option] is not None and given["placement"] == "random":

@@ -6,7 +6,7 @@ import csv
 import sqlite3
 import tempfile
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import groupby, islice
 from operator import itemgetter
 from pathlib import Path
@@ -84,6 +84,8 @@ class OrderLines:
         Orders that are kept, and lost a line of another SKU than those to leave out.
     offsets
         Ticks by which the clocks of the kept lines are ahead of UTC.
+    lacking
+        Order, SKU and items of the lines that were left out for lack of stock, by arrival; None where none may be.
     """
 
     def __init__(self, cleaner: Cleaner) -> None:
@@ -93,6 +95,7 @@ class OrderLines:
         self.shortened = 0
         self.heads: OrderHeads | None = None
         self.offsets: list[int] = []
+        self.lacking: list[tuple[str, str, int]] | None = None
         self.file = "the table"
         self._folder = tempfile.TemporaryDirectory(prefix="rmfs-convert-")
         self._base = sqlite3.connect(Path(self._folder.name) / "lines.sqlite", isolation_level=None)
@@ -130,7 +133,9 @@ class OrderLines:
         found = "; ".join(self.cleaner.left_out()) or "it has no rows"
         raise InputError(self.file, f"has no order line that could be kept: {found}")
 
-    def gather(self, span: Span | None = None, whole: bool = False) -> Moment:
+    def gather(
+        self, span: Span | None = None, whole: bool = False, stock: Mapping[str, int | None] | None = None
+    ) -> Moment:
         """Bring the lines of each order together; return time 0.
 
         Parameters
@@ -139,6 +144,8 @@ class OrderLines:
             Orders that arrive before its begin, or at its end or later, are left out.
         whole
             Whether orders that lost a line are left out.
+        stock
+            Items of each SKU that there are, None: any number. Lines that want more than is left are left out.
 
         Raises
         ------
@@ -163,6 +170,8 @@ class OrderLines:
             " FROM line JOIN whole USING (name) GROUP BY line.name, line.sku;"
         )
         self._leave_out_large()
+        if stock is not None:
+            self._leave_out_lacking(stock, whole)
         self._leave_out_shortened(whole)
         zero = self._zero(span.start)
         self._leave_out_late(zero)
@@ -211,6 +220,23 @@ class OrderLines:
             self.cleaner.drop_large(row, f"{quantity:,}", name)
         keep_lost(self.cleaner, self._base)
         self._base.executemany("DELETE FROM packed WHERE name = ? AND sku = ?", [one[2:] for one in large])
+        self._base.execute("DELETE FROM whole WHERE name NOT IN (SELECT name FROM packed)")
+
+    def _leave_out_lacking(self, stock: Mapping[str, int | None], whole: bool) -> None:
+        """Leave out lines for which too few items are left of a stock, by arrival; or all of their orders."""
+        left, self.lacking = {sku: items for sku, items in stock.items() if items is not None}, []
+        query = "SELECT first, name, sku, quantity, row FROM packed ORDER BY tick, first, row"
+        for _, of_order in groupby(self._base.execute(query), itemgetter(0)):
+            rows = [row[1:] for row in of_order]
+            lacking = [row for row in rows if stock.get(row[1], 0) is not None and left.get(row[1], 0) < row[2]]
+            self.lacking += [row[:3] for row in lacking]
+            for row in [] if whole and lacking else rows:
+                if row not in lacking and row[1] in left:
+                    left[row[1]] -= row[2]
+        if len({sku for _, sku, _ in self.lacking}) == len(self.skus()) and len(self.lacking) == self.n_lines:
+            raise InputError("--in-stock", "found no item there for any of the order lines; expected the same SKUs")
+        self._base.executemany("DELETE FROM packed WHERE name = ? AND sku = ?", [one[:2] for one in self.lacking])
+        self._base.executemany("INSERT INTO lost VALUES (?, 1)", {one[:1] for one in self.lacking})
         self._base.execute("DELETE FROM whole WHERE name NOT IN (SELECT name FROM packed)")
 
     def _leave_out_shortened(self, whole: bool) -> None:
@@ -268,6 +294,11 @@ class OrderLines:
     def joined(self) -> int:
         """Rows that went into another row of the same order and SKU."""
         return self._count("SELECT ifnull(sum(rows - 1), 0) FROM packed")
+
+    @property
+    def cancelled(self) -> int:
+        """Number of orders that are cancelled."""
+        return self._count("SELECT count(*) FROM whole WHERE cancelled IS NOT NULL")
 
     def names(self) -> Iterator[str]:
         """Yield the names of the orders that are kept."""

@@ -54,10 +54,39 @@ def _zone(_ctx: click.Context, _param: click.Parameter, name: str | None) -> Zon
     return ZoneInfo(name)
 
 
-def _pattern(_ctx: click.Context, _param: click.Parameter, text: str | None) -> str | None:
+def _patterns(_ctx: click.Context, _param: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...] | None:
     from rmfs_commands.convert.time_formats import checked_pattern
 
-    return None if text is None else checked_pattern(text)
+    return tuple(map(checked_pattern, texts)) or None
+
+
+def _opens(_ctx: click.Context, _param: click.Parameter, texts: tuple[str, ...]) -> tuple[tuple[str, str], ...] | None:
+    from rmfs_core.timetable import read_spans
+    from rmfs_core.wording import shown_short
+
+    spans = []
+    for text in texts:
+        begin, _, end = text.partition("-")
+        try:
+            read_spans([(begin, end)])
+        except ValueError:
+            found = f"found {shown_short(text)}; expected two times of the day, such as 06:00-22:00"
+            raise InputError("--open", found) from None
+        spans.append((begin, end))
+    return tuple(spans) or None
+
+
+def open_option(command: F) -> F:
+    """Add ``--open``: when stations are open."""
+    option = click.option(
+        "--open",
+        multiple=True,
+        metavar="SPAN",
+        callback=_opens,
+        help="Hours in which stations are open every day, such as 06:00-22:00, for scenario.toml; may be repeated. "
+        "[default: all day]",
+    )
+    return option(command)
 
 
 def table_options(command: F) -> F:
@@ -101,9 +130,10 @@ def time_options(command: F) -> F:
     pattern = click.option(
         "--time-format",
         metavar="FORMAT",
-        callback=_pattern,
-        help="How times are written: as %d.%m.%Y %H:%M, or seconds, unix, unix-ms or spreadsheet. "
-        "[default: ISO 8601, or seconds]",
+        multiple=True,
+        callback=_patterns,
+        help="How times are written: as %d.%m.%Y %H:%M, or seconds, unix, unix-ms or spreadsheet. May be repeated: a "
+        "time is read by the first that fits. [default: ISO 8601, or seconds]",
     )
     zone = click.option(
         "--zone",

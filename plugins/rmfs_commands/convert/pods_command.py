@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from rmfs_commands.cli.options import OutPath
-from rmfs_commands.convert.options import needs, number_options, quantities_of, table_options
+from rmfs_commands.convert.options import needs, number_options, open_option, quantities_of, table_options
 
 
 @click.command(short_help="Make pods.csv from a table of stock.")
@@ -22,6 +22,7 @@ from rmfs_commands.convert.options import needs, number_options, quantities_of, 
 @click.option(
     "--start", metavar="TIME", help="Time 0 of the orders, as `rmfs convert orders` says it; for scenario.toml."
 )
+@open_option
 @table_options
 @number_options
 @click.option("--force", is_flag=True, help="Replace files, and write also where most rows are left out.")
@@ -48,4 +49,4 @@ def pods(table: Path, out: Path, **given: Any) -> None:
         folder = writable_folder(out, ("pods.csv",), force=given["force"])
         stock.read(Table(table, given["separator"], given["encoding"]))
         check_share(table, stock, force=given["force"])
-        write_pods(stock, folder, given["start"])
+        write_pods(stock, folder, given["start"], given["open"] or ())

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from math import ceil, isfinite, sqrt
 from textwrap import fill
 
 from attrs import evolve, field, frozen
 
-from rmfs_commands.cli.loads import Demand, Load, loads_of
+from rmfs_commands.cli.loads import MINUTE, Demand, Load, loads_of
 from rmfs_commands.cli.serving import serving_lines
 from rmfs_core.scenario.model import (
     InstanceSection,
@@ -19,14 +20,20 @@ from rmfs_core.scenario.model import (
     Scenario,
     StationsSection,
 )
-from rmfs_core.scenario.tomltext import toml_text
-from rmfs_core.world import make_layout
+from rmfs_core.scenario.tomltext import toml_text, toml_value
+from rmfs_core.timetable import DAY
+from rmfs_core.world import Calendar, make_layout
+
+Opens = tuple[str, str]
+"""From when until when stations are open: ``"HH:MM"``."""
 
 MOST_PERCENT, MOST_PEAK_PERCENT = 80, 100
 """Load that stations and robots are to have, at most, over all the time and in the peak hour."""
 SHIFT_H = 8
 """Hours in which orders are to be picked that are all there at once."""
 MOST_STATIONS = 60
+QUIET_H, QUIET_SHARE = 5, 0.01
+"""Hours of the day on end, with so small a share of the items, that make nights in which stations may be closed."""
 ROBOTS_PER_STATION = 4
 """Robots that bring pods to a station without a break, at least, where their load asks for fewer."""
 
@@ -72,18 +79,38 @@ def size_without_orders(pods: int, least_rows: int = 3) -> Size:
     return Size(rows, max(ceil(blocks / rows), 2), stations, 8 * stations)
 
 
-def size_for(pods: int, demand: Demand, start: str | None = None) -> tuple[Size, list[Load]]:
+def size_for(
+    pods: int, demand: Demand, start: str | None = None, opens: Sequence[Opens] = ()
+) -> tuple[Size, list[Load]]:
     """Return a size with room for so many pods, whose stations and robots can do what orders want, and its loads."""
     size = evolve(size_without_orders(pods), stations=1, robots=1)
-    pickers, _ = _loads(size, demand, start)
+    pickers, _ = _loads(size, demand, start, opens)
     stations = min(needed := _needed(pickers), MOST_STATIONS)
     size = evolve(size_without_orders(pods, 2 * ceil(stations / 2) + 1), stations=stations, robots=1)
-    pickers, robots = _loads(size, demand, start)
+    pickers, robots = _loads(size, demand, start, opens)
     of_load = ceil(stations * robots.wanted_h / pickers.wanted_h) if robots.percent is None else _needed(robots)
     number = min(max(of_load, ROBOTS_PER_STATION * stations), max(size.locations // 2, 1))
     wanted = {"stations": (needed, stations), "robots": (of_load, number)}
     size = evolve(size, robots=number, capped={what: n for what, (n, most) in wanted.items() if n > most})
-    return size, _loads(size, demand, start)
+    return size, _loads(size, demand, start, opens)
+
+
+def quiet_hours(demand: Demand, start: str | None) -> tuple[int, int] | None:
+    """Return begin and end, in hours of the day, of nights in which hardly anything is ordered; None: there are none.
+
+    Orders that all come within a day have no night between them.
+    """
+    if demand.last - demand.first <= DAY:
+        return None
+    of_hour = Counter[int]()
+    for minute, items in demand.items.items():
+        of_hour[(minute * MINUTE + Calendar(start).zero()) % DAY // (60 * MINUTE)] += items
+    most, found = QUIET_SHARE * of_hour.total(), None
+    for begin in range(24):
+        hours = next((h for h in range(24) if sum(of_hour[(begin + i) % 24] for i in range(h + 1)) > most), 24)
+        if hours >= QUIET_H and (found is None or hours > found[1]):
+            found = begin, hours
+    return None if found is None else (found[0], sum(found) % 24)
 
 
 def _needed(load: Load) -> int:
@@ -94,19 +121,25 @@ def _needed(load: Load) -> int:
     return max(1, *(ceil(percent / most) for percent, most in shares if isfinite(percent)))
 
 
-def _loads(size: Size, demand: Demand, start: str | None) -> list[Load]:
+def _loads(size: Size, demand: Demand, start: str | None, opens: Sequence[Opens]) -> list[Load]:
     east, west = size.sides
     scenario = Scenario(
         rules=RulesSection(poa=RuleChoice("pod-match"), pps=RuleChoice("demand")),
         instance=InstanceSection(start=start),
         layout=LayoutSection(block_rows=size.rows, block_columns=size.columns, stations_east=east, stations_west=west),
         robots=RobotsSection(count=size.robots),
-        stations=StationsSection(),
+        stations=StationsSection(open=tuple(opens) or None),
     )
     return loads_of(scenario, make_layout(scenario), demand)
 
 
-def scenario_of(pods: int, start: str | None = None, learned: str | None = None, size: Size | None = None) -> str:
+def scenario_of(
+    pods: int,
+    start: str | None = None,
+    learned: str | None = None,
+    size: Size | None = None,
+    opens: Sequence[Opens] = (),
+) -> str:
     """Return a scenario with a block layout that has room for the pods.
 
     Parameters
@@ -119,6 +152,8 @@ def scenario_of(pods: int, start: str | None = None, learned: str | None = None,
         What SKUs stand on pods by, for the comment.
     size
         How large it is; None: as large as for pods whose orders nobody knows.
+    opens
+        When stations are open; all day, where that is empty.
     """
     size = size or size_without_orders(pods)
     east, west = size.sides
@@ -130,6 +165,7 @@ def scenario_of(pods: int, start: str | None = None, learned: str | None = None,
     comment = fill(
         told, 80, initial_indent="# ", subsequent_indent="# ", break_on_hyphens=False, break_long_words=False
     )
+    open_ = f"open = {toml_value([list(span) for span in opens])}\n" if opens else ""
     stations_west = f"stations_west = {west}\n" if west else ""
     return f"""{comment}
 
@@ -149,7 +185,7 @@ count = {size.robots}
 
 [stations]
 item_capacity = 100
-
+{open_}
 [rules]
 {serving_lines()}
 """

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from datetime import timedelta
 from functools import lru_cache
 from zoneinfo import ZoneInfo
 
 from rmfs_commands.convert.numeric_dates import NumericDates
-from rmfs_commands.convert.time_formats import ABSOLUTE, EPOCH, LOCAL, OF_DAY, SECONDS, Moment, date_reader, reader_of
+from rmfs_commands.convert.time_formats import (
+    ABSOLUTE,
+    EPOCH,
+    LOCAL,
+    OF_DAY,
+    SECONDS,
+    Moment,
+    Read,
+    date_reader,
+    reader_of,
+)
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
 from rmfs_core.timetable import DAY
@@ -23,9 +34,9 @@ class Clock:
 
     Parameters
     ----------
-    pattern
-        How a time is written: as `datetime.datetime.strptime` has it, or one of `NUMBERS`; None: ISO 8601, or a number
-        of seconds.
+    patterns
+        How a time is written: as `datetime.datetime.strptime` has it, or one of `NUMBERS`; the first that fits counts.
+        None: ISO 8601, or a number of seconds.
     zone
         Time zone of times without an offset, by whose clock all times are shown; None: they stay as they are.
 
@@ -35,12 +46,14 @@ class Clock:
         What the numbers look like that were read without a pattern.
     """
 
-    def __init__(self, pattern: str | None = None, zone: ZoneInfo | None = None) -> None:
-        self.pattern = pattern
+    def __init__(self, patterns: str | Sequence[str] | None = None, zone: ZoneInfo | None = None) -> None:
+        self.patterns = (patterns,) if isinstance(patterns, str) else patterns
         self.numbers = NumericDates()
         self._zone = zone
         self._kind: str | None = None
-        self._read = lru_cache(4096)(reader_of(pattern, zone))  # lines of an order have the same time
+        read = _first_of([reader_of(one, zone) for one in patterns or (None,)])
+        read = _first_of([reader_of(one, zone) for one in self.patterns or (None,)])
+        self._read = lru_cache(4096)(read)  # lines of an order have the same time
 
     @property
     def dated(self) -> bool:
@@ -69,7 +82,7 @@ class Clock:
             if self._kind is not None:
                 raise ClockError(f"found {kind} where the rows before have {self._kind}; expected one kind of time")
             self._kind = kind
-        if kind == SECONDS and self.pattern is None:
+        if kind == SECONDS and self.patterns is None:
             self.numbers.note(text, row)
         return moment
 
@@ -118,6 +131,19 @@ class Clock:
         if self._kind == OF_DAY:
             return shown.time().isoformat()
         return shown.isoformat() + (offset(moment.ahead) if self._kind == ABSOLUTE else "")
+
+
+def _first_of(readers: Sequence[Read]) -> Read:
+    """Return what reads times with the first reader that can."""
+    *first, last = readers
+
+    def read(text: str) -> tuple[str, Moment]:
+        for one in first:
+            with suppress(ValueError, OverflowError):
+                return one(text)
+        return last(text)
+
+    return read
 
 
 def offset(ahead: int) -> str:

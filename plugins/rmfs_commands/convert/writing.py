@@ -20,7 +20,9 @@ from rmfs_commands.convert.scenarios import (
     MOST_PEAK_PERCENT,
     MOST_PERCENT,
     SHIFT_H,
+    Opens,
     Size,
+    quiet_hours,
     scenario_of,
     size_for,
 )
@@ -39,6 +41,9 @@ LARGEST = 5
 """Lines that are named, those with most items."""
 
 SCENARIO = "scenario.toml"
+
+LEFT_OUT = "left-out.csv"
+"""Order lines that stock cannot serve."""
 
 _DIFFERENT = (
     ("times", "times", "the earliest"),
@@ -77,19 +82,20 @@ def check_start(start: str | None) -> None:
         raise InputError("--start", error.problem) from None
 
 
-def write_pods(stock: StockTable, folder: Path, start: str | None = None) -> None:
+def write_pods(stock: StockTable, folder: Path, start: str | None = None, opens: Sequence[Opens] = ()) -> None:
     """Write pods.csv, and a scenario where there is none and pods stand anywhere; say what is in them."""
     own, scenario = stock.columns.row is not None, folder / SCENARIO
     made = not own and not scenario.exists()
-    if start is not None and not made:
-        why = f"{scenario} is there already" if not own else "pods with places get no scenario.toml"
-        raise InputError("--start", f"{why}; expected no --start (`instance.start` of a scenario is time 0)")
+    for option, given, key in (("--start", start, "instance.start"), ("--open", opens, "stations.open")):
+        if given and not made:
+            why = f"{scenario} is there already" if not own else "pods with places get no scenario.toml"
+            raise InputError(option, f"{why}; expected no {option} (a scenario has it as `{key}`)")
     with staged(folder) as place:
         _write_csv(place / "pods.csv", stock.lines())
         if made:
             demand = _demand_of(folder / "orders.csv")
-            size, found = (None, []) if demand is None else size_for(len(stock.pods), demand, start)
-            write_text(place / SCENARIO, scenario_of(len(stock.pods), start, size=size))
+            size, found = (None, []) if demand is None else size_for(len(stock.pods), demand, start, opens)
+            write_text(place / SCENARIO, scenario_of(len(stock.pods), start, size=size, opens=opens))
     for sentence in stock.sentences():
         tell(sentence)
     warn_of_share(stock.file, stock)
@@ -97,14 +103,16 @@ def write_pods(stock: StockTable, folder: Path, start: str | None = None) -> Non
     if made:
         orders = "" if (folder / "orders.csv").exists() else f"; it needs {folder / 'orders.csv'}"
         tell(f"Wrote {scenario}; run it with: rmfs run {scenario}{orders}")
-        for sentence in [] if size is None else _reckoning(size, found):
+        for sentence in [] if size is None or demand is None else _reckoning(size, found, demand, start, opens):
             tell(sentence)
         if start is None:
             tell("Its time 0 is a midnight; for orders with dates, give --start (`instance.start`).")
 
 
-def _reckoning(size: Size, found: Sequence[Load]) -> list[str]:
-    """Say what stations and robots were guessed, and what for."""
+def _reckoning(
+    size: Size, found: Sequence[Load], demand: Demand, start: str | None, opens: Sequence[Opens]
+) -> list[str]:
+    """Say what stations and robots were guessed, and what for, and where they are open in quiet nights."""
     guess = f"Guessed {counted(size.stations, 'station')} and {counted(size.robots, 'robot')}"
     aim = f"for loads of at most {MOST_PERCENT} %, and of {MOST_PEAK_PERCENT} % in the peak hour"
     if found[0].percent is None:
@@ -113,7 +121,12 @@ def _reckoning(size: Size, found: Sequence[Load]) -> list[str]:
     capped = [
         f"The load asks for {wanted:,} {what}; {limits[what]} are guessed." for what, wanted in size.capped.items()
     ]
-    return [f"{guess} {aim}.", *capped, *load_sentences(found)]
+    said = [f"{guess} {aim}.", *capped, *load_sentences(found)]
+    if not opens and (night := quiet_hours(demand, start)) is not None:
+        begin, end = (f"{hour:02}:00" for hour in night)
+        quiet = f"though little is ordered from {begin} to {end}"
+        said.append(f"Stations are open all day, {quiet}: --open {end}-{begin} says when they are.")
+    return said
 
 
 def _demand_of(file: Path) -> Demand | None:
@@ -128,21 +141,24 @@ def _demand_of(file: Path) -> Demand | None:
     return demand if demand.lines else None
 
 
-def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) -> None:
+def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None, opens: Sequence[Opens] = ()) -> None:
     """Write the files, all of them or none, and say what is in them and what is not."""
     with staged(folder) as place:
         with AtomicFile(place / "orders.csv") as stream:
             text = io.TextIOWrapper(stream, encoding="utf-8", newline="", write_through=True)
             totals, demand = lines.write(text, zero.tick)
             text.detach()
-        told = [] if stock is None else _write_stock(stock, demand, place, folder, _start(lines, zero))
-    _tell_left_out(lines)
+        told = [] if stock is None else _write_stock(stock, demand, place, folder, _start(lines, zero), opens)
+        if lines.lacking is not None:
+            _write_csv(place / LEFT_OUT, [("order", "sku", "quantity"), *lines.lacking])
+    _tell_left_out(lines, folder)
     _tell_kept(lines, totals)
     clock, skus = lines.cleaner.reader.clock, len(lines.skus())
     start = " (`instance.start`)" if clock.dated else ""
     tell(
         f"Wrote {folder / 'orders.csv'}: {counted(lines.n_orders, 'order')}, {counted(lines.n_lines, 'line')}, "
         f"{counted(totals['items'], 'item')} of {counted(skus, 'SKU')}; "
+        f"{f'{lines.cancelled:,} of the orders may be cancelled; ' if lines.cancelled else ''}"
         f"time 0 is {clock.iso(zero)}{start}, the last order arrives {demand.last / 3_600_000:.1f} hours later."
     )
     for sentence in told:
@@ -163,12 +179,14 @@ def _start(lines: OrderLines, zero: Moment) -> str | None:
     return f"2000-01-01T{clock.iso(zero)}" if clock.of_day and zero.tick % DAY else None
 
 
-def _write_stock(stock: Stock, demand: Demand, place: Path, folder: Path, start: str | None) -> list[str]:
+def _write_stock(
+    stock: Stock, demand: Demand, place: Path, folder: Path, start: str | None, opens: Sequence[Opens]
+) -> list[str]:
     number, raised = items_on(stock.skus, stock.held, stock.items)
     pods = [(f"P{i}", stock.skus[sku].name, number[sku]) for i, pod in enumerate(stock.held, 1) for sku in pod]
     _write_csv(place / "pods.csv", [("pod", "sku", "quantity"), *pods])
-    size, found = size_for(len(stock.held), demand, start)
-    write_text(place / SCENARIO, scenario_of(len(stock.held), start, stock.learned.sentence(), size))
+    size, found = size_for(len(stock.held), demand, start, opens)
+    write_text(place / SCENARIO, scenario_of(len(stock.held), start, stock.learned.sentence(), size, opens))
     wanted = "since the orders want more"
     more = f"; of {raised:,} SKUs more than {stock.items:,} on a pod, {wanted}" if raised else ""
     places = sum(map(len, stock.held))
@@ -177,7 +195,7 @@ def _write_stock(stock: Stock, demand: Demand, place: Path, folder: Path, start:
         *([] if learned is None else [learned]),
         f"Wrote {folder / 'pods.csv'}: {counted(len(stock.held), 'pod')} with {counted(places, 'place')}{more}.",
         f"Wrote {folder / SCENARIO}; run it with: rmfs run {folder / SCENARIO}",
-        *_reckoning(size, found),
+        *_reckoning(size, found, demand, start, opens),
     ]
 
 
@@ -188,7 +206,7 @@ def tell_history(past: OrderLines) -> None:
     warn_of_share(past.file, past.cleaner)
 
 
-def _tell_left_out(lines: OrderLines) -> None:
+def _tell_left_out(lines: OrderLines, folder: Path) -> None:
     if lines.heads is not None:
         for sentence in lines.heads.sentences():
             tell(sentence)
@@ -197,6 +215,11 @@ def _tell_left_out(lines: OrderLines) -> None:
         tell(sentence)
     for reason, number in lines.left_out.items():
         tell(f"Left out: {counted(number, 'order')} with {reason}.")
+    if lines.lacking:
+        orders, skus, quantities = zip(*lines.lacking, strict=True)
+        of = f"{counted(sum(quantities), 'item')} of {counted(len({*skus}), 'SKU')}"
+        found = f"{counted(len(skus), 'line')} of {counted(len({*orders}), 'order')}, {of}"
+        tell(f"Left out for lack of stock: {found}; {folder / LEFT_OUT} names them.")
     if lines.shortened:
         tell(f"Shortened: {counted(lines.shortened, 'order')} without a line that is left out (--whole-orders).")
     warn_of_share(lines.file, lines.cleaner)

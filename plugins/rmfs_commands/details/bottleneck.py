@@ -27,9 +27,11 @@ from numpy.typing import NDArray
 from rmfs_commands.details.delays import Delays
 from rmfs_commands.details.packing import Packing
 from rmfs_commands.details.robots import Robots
+from rmfs_commands.details.slots import at_work
 from rmfs_commands.details.spans import Number, Span, ratio
 from rmfs_commands.details.stations import Followed, Stations
 from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.simulation.services import Services
 from rmfs_core.simulation.setup import hours_of, shifts_of
 
 if TYPE_CHECKING:
@@ -63,12 +65,11 @@ LIMITS: Mapping[str, tuple[str, str]] = {
 """Causes that there could be less of: what happened meanwhile, and what would help. Those besides are ``driving`` and
 ``picking``, the work on an order itself."""
 
-MADE_BY: Mapping[str, tuple[str, ...]] = {"spread": ("pickers",), "pods": ("room",)}
-"""Causes that a limit may be behind: stations of which one has more to pick than the others have all their pickers at
-work, and orders whose pods are elsewhere take up room."""
-
 WORTH_SAYING = 10
 """Percent of the orders' time from which on a cause is said besides the limit."""
+
+_NO_LESS: Mapping[str, float | None] = {"time_s": None, "time_percent": None}
+"""Of a gain that no time is known of."""
 
 LINE = 72
 """Characters of a sentence, so that a summary takes ten lines of a terminal: causes are named as far as they fit."""
@@ -335,7 +336,8 @@ class Bottleneck:
             says = [*_says(limit, percent, gain)]
         if (packed := self._packing) is not None:
             if (named := packed.limit(ratio(self.causes[largest], self._orders * TICKS_PER_S) or 0.0)) is not None:
-                limit, gain, says = named, packed.one_more(named), [*packed.says(named)]
+                limit, gain = named, packed.one_more(named)
+                says = [*packed.says(named, gain)]
             says.append(packed.covers())
         return {
             "turnover_parts_s": self._parts(),
@@ -398,22 +400,39 @@ class Bottleneck:
         return {does: _percent(ticks[does], ticks.total()) for does in dict.fromkeys((*DOES.values(), "low"))}
 
     def _one_more(self, limit: str) -> dict[str, float | None]:
-        """Return about what one more of the limit brings: less time per order, and at most so many more picks or trips.
+        """Return what more of the limit brings at most: less time per order; where orders are refilled, more picks.
 
-        Of orders that are all there at once, or are refilled, n + 1 serve no more than (n + 1) / n as many in a time as
-        n do, so that at most 1 / (n + 1) of the time goes away.
+        The least time is that of pickers and robots who are always at work on the orders with the least left.
         """
-        number = {"pickers": len(self._stations), "robots": len(self._run.warehouse.robots)}.get(limit)
-        whole, most = fsum(self.causes.values()), self.causes[limit]
-        most += fsum(self.causes[cause] for cause in MADE_BY.get(limit, ()))
-        arrivals = {order.arrival_tick for order in self._run.instance.orders}
-        if number is not None and (len(arrivals) == 1 or self._run.scenario.instance.arrivals.backlog is not None):
-            most = min(most, whole / (number + 1))
+        stations, robots = len(self._stations) + (limit == "pickers"), len(self._run.warehouse.robots)
+        if self._run.scenario.instance.arrivals.backlog is not None:  # when orders arrive depends on the rules
+            share = (self._of_pickers()["handling"] or 0.0) * len(self._stations)
+            return {**_NO_LESS, "throughput_percent": _more(stations, share)}
+        whole = fsum(self.causes.values())
+        less = whole - self._least(stations, robots + (limit == "robots"))
         return {
-            "time_s": round(most / self._orders / TICKS_PER_S, 3),
-            "time_percent": _percent(most, whole),
-            "throughput_percent": None if number is None else round(100 / number, 3),
+            "time_s": round(less / self._orders / TICKS_PER_S, 3) + 0.0,  # not -0.0
+            "time_percent": _percent(less, whole),
+            "throughput_percent": None,
         }
+
+    def _least(self, stations: int, robots: int) -> int:
+        """Return the least ticks that the orders spend until the end, with so many stations and robots.
+
+        Orders that may be cancelled count as nothing.
+        """
+        scenario, orders = self._run.scenario, self._run.instance.orders
+        end = min(self._end, self._run.warehouse.now_tick)
+        arrivals = np.array([order.arrival_tick for order in orders], dtype=np.int64)
+        stay = np.array([order.cancelled_tick is None for order in orders])
+        counted = (arrivals >= self._begin) & (arrivals <= end) & stay
+        if not counted.any():
+            return 0
+        arrived = arrivals[counted]
+        services = Services(scenario.stations, scenario.seed, stations)
+        workers = at_work(scenario, orders, services, np.full(stations, arrived.min()), robots)
+        done = np.maximum(*(one.completions(units[counted], arrived) for one, units in workers))
+        return int(np.minimum(done, end).sum() - arrived.sum())
 
 
 @frozen
@@ -466,21 +485,23 @@ class _Packed:
         return "packers" if (self.wait_s or 0.0) > after_s / 2 else None
 
     def one_more(self, limit: str) -> dict[str, float | None]:
-        """Return about what one more of the limit brings, as `Bottleneck` does; of packers at most so many more."""
-        number = self.packers if limit == "packers" else self.boxes
-        return {"time_s": None, "time_percent": None, "throughput_percent": round(100 / number, 3)}
+        """Return what one more of the limit brings at most."""
+        shares = {"packers": (self.packers, self.packers_percent), "boxes": (self.boxes, self.boxes_percent)}
+        number, percent = shares[limit]
+        return {**_NO_LESS, "throughput_percent": _more(number + 1, number * (percent or 0.0))}
 
-    def says(self, limit: str) -> Iterator[str]:
-        """Yield what limits the run, as sentences."""
+    def says(self, limit: str, gain: Mapping[str, float | None]) -> Iterator[str]:
+        """Yield what limits the run, and what one more of it brings at most, as sentences."""
         after = f"from the last pick to packed {_seconds(self.after_s or 0.0)} on average"
-        share, number = (
-            (f"{self.packers_percent or 0.0:.0f} % at work", self.packers)
+        share = (
+            f"{self.packers_percent or 0.0:.0f} % at work"
             if limit == "packers"
-            else (f"{self.boxes_percent or 0.0:.0f} % reserved", self.boxes)
+            else f"{self.boxes_percent or 0.0:.0f} % reserved"
         )
         yield f"{limit.capitalize()}, {share}: {after}."
-        unit, more = ("packer", "orders packed") if limit == "packers" else ("box", "split orders at a time")
-        yield f"One more {unit}: up to {100 / number:.3g} % more {more}."
+        if (most := gain["throughput_percent"]) is not None:
+            unit, more = ("packer", "orders packed") if limit == "packers" else ("box", "split orders at a time")
+            yield f"One more {unit}: at most {most:.3g} % more {more}."
 
     def covers(self) -> str:
         """Return how long packing takes, which the rest is not about."""
@@ -496,19 +517,17 @@ class _Packed:
 def _says(
     limit: str | None, percent: Mapping[str, float | None], gain: Mapping[str, float | None] | None
 ) -> Iterator[str]:
-    """Yield what limits the run, and about what one more of it brings, as sentences."""
+    """Yield what limits the run, and what more of it brings at most, as sentences."""
     if limit is None or gain is None:
         work = (percent["driving"] or 0) + (percent["picking"] or 0)
         yield _with_others(f"No single limit: {work:.0f} % driving and picking", limit, percent)
         return
     told = f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}"
     yield _with_others(told, limit, percent)
-    more = {"pickers": "picks", "robots": "trips"}.get(limit)
-    if more is not None:
-        brings = f"at most {gain['throughput_percent']:.3g} % more {more}"
-    else:
-        brings = f"about {_seconds(gain['time_s'] or 0.0)} ({gain['time_percent']:.0f} %) less time"
-    yield f"{LIMITS[limit][1].capitalize()}: {brings}."
+    if (seconds := gain["time_s"]) is not None:
+        yield f"{LIMITS[limit][1].capitalize()}: at most {_seconds(seconds)} ({gain['time_percent']:.0f} %) less time."
+    elif (more := gain["throughput_percent"]) is not None:
+        yield f"{LIMITS[limit][1].capitalize()}: at most {more:.3g} % more picks per hour."
 
 
 def _with_others(told: str, limit: str | None, percent: Mapping[str, float | None]) -> str:
@@ -525,6 +544,11 @@ def _with_others(told: str, limit: str | None, percent: Mapping[str, float | Non
 
 def _seconds(seconds: float) -> str:
     return f"{seconds:,.{seconds < 10:d}f} s"
+
+
+def _more(number: int, percent: float) -> float | None:
+    """Return by how many percent so many do at most more than those whose shares of time at work add up to percent."""
+    return round(100 * (100 * number / percent - 1), 3) if percent else None
 
 
 def _percent(part: float, whole: float) -> float | None:

@@ -75,6 +75,7 @@ def compare(
 
     from rmfs_commands.cli.compiling import compile_searches
     from rmfs_commands.experiments import load_experiment, run_experiment, shipped_experiments
+    from rmfs_commands.experiments.compare import BOUND
     from rmfs_commands.experiments.progress import experiment_display
     from rmfs_commands.experiments.report import REPORT_FILE, print_comparison, write_report
     from rmfs_core.errors import RunError
@@ -108,6 +109,9 @@ def compare(
         raise
     if not result.computed:
         say(notes, f"{loaded.name}: all {len(result.rows):,} runs are stored already")
+    if bounds and not any(name.startswith(BOUND) and row[name] is not None for row in result.rows for name in row):
+        why = "runs that end at run.until_s or fail have none, nor have orders that may be cancelled (`cancelled_s`)"
+        say(notes, f"No bounds: {why}.")
     comparison = result.comparison()
     write_report(result, comparison, folder, width_cm)
     if as_json:

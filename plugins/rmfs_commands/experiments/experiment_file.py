@@ -237,11 +237,20 @@ def _axes(table: Mapping[str, Any]) -> Iterator[Axis]:
         if key.split(".")[0] not in SCENARIO_KEYS:
             yield _group(key, value)
             continue
-        for dotted, values in changes_of({key: value}).items():
+        for dotted, values in _flat(changes_of({key: value})):
             if not isinstance(values, list):
                 raise KeyProblem(f"expected a list of values, found {shown(values)}", ("axes", key))
             _check_storable(values, ("axes", key))
             yield Axis(dotted, tuple(_point(dotted, entry) for entry in values))
+
+
+def _flat(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values, of tables in a table (``instance.parameters``) as well."""
+    for key, value in table.items():
+        if isinstance(value, Mapping) and value:
+            yield from _flat({f"{key}.{inner}": entry for inner, entry in value.items()})
+        else:
+            yield key, value
 
 
 def _point(key: str, value: Any) -> AxisPoint:

@@ -146,6 +146,16 @@ def line_of(orders_file: Path, order: str, sku: str | None = None) -> int:
     return next(line for line, row in rows if row["order"] == order and sku in (None, row["sku"]))
 
 
+def read_stock(file: Path) -> dict[str, int | None]:
+    """Read how many items of each SKU there are on all pods of a CSV ``pod,sku,quantity``; None: they never run out."""
+    stock: dict[str, int | None] = {}
+    for _, contents in _read_pods(file, refuse).values():
+        for sku, items in contents.items():
+            held = stock.get(sku, 0)
+            stock[sku] = None if held is None or items is None else held + items
+    return stock
+
+
 def read_profile(file: Path) -> tuple[float, ...]:
     """Read the weights of the hours of a day from a CSV with the columns ``hour,weight``; hours left out have 0."""
     weights = dict.fromkeys(map(str, range(24)), 0.0)

@@ -64,6 +64,10 @@ def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
             remedy = "on pods or in bundles" if instance.bundles else "on pods, or `instance.replenishment`"
             problem = f"from order {order_name} on, the orders want more than all {all_there} hold: {named}"
             problem += f"; expected more items {remedy}"
+        if scenario.instance.orders_file is not None:
+            how = "--in-stock` leaves out what stock cannot serve"
+            how = how if scenario.instance.scale is None else "--items` puts more items of each SKU on a pod"
+            problem += f" (`rmfs convert orders {how})"
         yield InputError(_place(scenario, order_name, name), problem)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.warehouse import Order, WarehouseView
+    from rmfs_core.warehouse import Order, Station, WarehouseView
 
 OVERSIZE_WAIT_S = 600.0
 """How long an order that is larger than any station waits for an empty one before one is emptied for it, by default."""
@@ -26,16 +26,23 @@ def late(warehouse: WarehouseView, max_wait_s: float | None) -> list[int]:
     warehouse
         The warehouse now.
     max_wait_s
-        How long an order may wait. None: as long as it takes, but for an order that is larger than any station, which
-        waits `OVERSIZE_WAIT_S`.
+        How long an order may wait. None: as long as it takes, but for the oldest order if it is larger than any
+        station: it waits `OVERSIZE_WAIT_S`, and as long as a station picks another one as large. Under overload such
+        orders would else take all stations, and all others wait.
     """
-    lines, limit_s, least = warehouse.lines, max_wait_s, 0
-    if limit_s is None:
-        limit_s, least = OVERSIZE_WAIT_S, warehouse.largest_capacity
-        if lines.items.max(initial=0) <= least:
-            return []  # nobody's arrival matters
-    waited_s = warehouse.now_s - lines.arrival_s
-    return [*np.flatnonzero((lines.items > least) & (waited_s >= limit_s)).tolist()]
+    lines, largest = warehouse.lines, warehouse.largest_capacity
+    shown, waited_s = lines.items > 0, warehouse.now_s - lines.arrival_s
+    if max_wait_s is not None:
+        return [*np.flatnonzero(shown & (waited_s >= max_wait_s)).tolist()]
+    oldest = int(shown.argmax()) if len(shown) else 0
+    if not shown.any() or lines.items[oldest] <= largest or waited_s[oldest] < OVERSIZE_WAIT_S:
+        return []
+    return [] if any(_picks_larger(station, largest) for station in warehouse.stations) else [oldest]
+
+
+def _picks_larger(station: Station, items: int) -> bool:
+    """Whether a station picks an order of more items."""
+    return any(request.order.items > items for request in station.open_requests)
 
 
 def assign_late(
@@ -47,7 +54,7 @@ def assign_late(
     """Assign the orders that are `late`, oldest first.
 
     Each that fits nowhere keeps one station, that with most room of those that could take it, from taking anything
-    else. Without ``max_wait_s`` one order at a time does.
+    else.
 
     Parameters
     ----------
@@ -58,14 +65,15 @@ def assign_late(
     assign
         Assigns the order at a row if it fits anywhere, and says whether it does.
     """
-    lines, largest = warehouse.lines, warehouse.largest_capacity
-    kept: dict[int, bool] = {}  # stations that are kept, and whether for an order that is larger than any station
+    lines = warehouse.lines
+    kept: set[int] = set()
     for row in late(warehouse, max_wait_s):
-        if not assign(row) and (max_wait_s is not None or not any(kept.values())):
+        if not assign(row):
             order = warehouse.order(int(lines.order_id[row]))
             at = station_to_keep(warehouse, order, dict(enumerate(free)), kept)
             if at is not None:
-                kept[at], free[at] = bool(lines.items[row] > largest), SHUT
+                kept.add(at)
+                free[at] = SHUT
         if len(kept) == sum(station.open for station in warehouse.stations):
             break
 

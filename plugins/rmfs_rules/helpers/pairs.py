@@ -153,8 +153,7 @@ class Pairs:
         take, prefer
             See there.
         max_wait_s
-            How long an order may wait. Left out: as long as it takes, but for an order that is larger than any station,
-            which waits `OVERSIZE_WAIT_S`; of these one at a time keeps a station.
+            How long an order may wait. Left out: see `late`.
         """
 
         told = self.lines, self._scores, self._order, self._at
@@ -209,7 +208,7 @@ def waiting_limit() -> Any:
         validators.optional(NOT_NEGATIVE),
         "Seconds in the backlog after which an order goes first; while it fits nowhere, the station with "
         "most room of those that could take it takes nothing else. Left out: never, except for orders larger than any "
-        f"station, after {OVERSIZE_WAIT_S:g} s, one at a time",
+        f"station, after {OVERSIZE_WAIT_S:g} s, the oldest first; one station at a time picks such orders",
     )
 
 

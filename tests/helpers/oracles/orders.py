@@ -120,10 +120,18 @@ class Greedy:
         return not self.now.stations[0].counts_orders and order.open_items > max(s.capacity for s in self.now.stations)
 
     def late(self) -> list[Order]:
-        """Orders that have waited too long: with a limit all, without one those larger than any station."""
+        """Orders that have waited too long: without a limit the oldest, if it is larger than any station and none picks
+        such an order."""
         limit_s = OVERSIZE_WAIT_S if self.max_wait_s is None else self.max_wait_s
         waited = [order for order in self.waiting() if self.now.now_s - order.arrival_s >= limit_s]
-        return [order for order in waited if self.max_wait_s is not None or self.large(order)]
+        if self.max_wait_s is not None:
+            return waited
+        picked = {request.order for station in self.now.stations for request in station.open_requests}
+        most = max((station.capacity for station in self.now.stations), default=0)
+        counts = self.now.stations[0].counts_orders
+        if not counts and any(sum(line.quantity for line in order.lines) > most for order in picked):
+            return []
+        return [order for order in waited[:1] if order == self.waiting()[0] and self.large(order)]
 
     def room(self, station: Station) -> int:
         """Free capacity of a station."""
@@ -134,7 +142,7 @@ class Greedy:
         for order in self.late():
             if (pair := self.best([order])) is not None:
                 self.take(*pair)
-            elif self.max_wait_s is not None or not any(self.large(other) for other in self.kept.values()):
+            else:
                 lacking = [
                     (self.now.world.size_at(order, station) - self.room(station), station.id)
                     for station in self.now.stations

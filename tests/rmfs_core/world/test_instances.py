@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from attrs import evolve
 
 from cases import cases
 from rmfs_core import run
@@ -44,14 +45,20 @@ oversize = "refuse"
 poa = "pod-match"
 pps = "demand"
 """
+SERVED = " (`rmfs convert orders --in-stock` leaves out what stock cannot serve)"
 WRONG = [
-    ("1,0,a,1\n2,0,a,1\n2,0,b,1\n", "p,a,\n", "{}", "{orders}, line 4: order 2 wants SKU b, which is on no pod"),
+    (
+        "1,0,a,1\n2,0,a,1\n2,0,b,1\n",
+        "p,a,\n",
+        "{}",
+        "{orders}, line 4: order 2 wants SKU b, which is on no pod" + SERVED,
+    ),
     (
         "1,0,a,2\n2,0,a,2\n",
         "p,a,1\nq,a,2\n",
         "{}",
         "{orders}, line 3: from order 2 on, the orders want more than all pods hold: SKU a (4 wanted, 3 there); "
-        "expected more items on pods, or `instance.replenishment`",
+        "expected more items on pods, or `instance.replenishment`" + SERVED,
     ),
     (
         "1,0,a,3\n2,0,a,4\n",
@@ -241,8 +248,11 @@ same_sku = _made((OrderData("1", arrival_tick=0, lines=((0, 1), (0, 2))),))
 same_name = _made((OrderData("1", arrival_tick=0, lines=((0, 1),)),) * 2)
 no_name = _made((OrderData(1, arrival_tick=0, lines=((0, 1),)),))
 bad_pod = _made(pods=(PodData("p", ((0, 1.5),)),))
+
+def beside(section, seed, *, file: "Path"):
+    return paced(section, seed, pace_s=int(file.read_text()))
 """
-NAMES = "singles paced at_times copied fails fails_deep nothing ends no_tuple early half"
+NAMES = "beside singles paced at_times copied fails fails_deep nothing ends no_tuple early half"
 NAMES += " unsorted no_sku no_items no_lines same_sku same_name no_name bad_pod"
 GENERATORS = {name: f"acme_days:{name}" for name in NAMES.split()}
 WITH = "returned a wrong Instance:"
@@ -267,11 +277,15 @@ def test_a_scenario_names_the_generator_of_its_instance(install: Callable[..., N
     assert "acme" not in run("examples/small", overrides=["instance.orders=1"]).versions
 
 
-def test_a_generator_takes_parameters(install: Callable[..., None]) -> None:
+def test_a_generator_takes_parameters(install: Callable[..., None], tmp_path: Path) -> None:
+    """Of the type `Path` the name of a file beside the scenario."""
     install("acme", GENERATORS, group="rmfs.instances", acme_days=SINGLES)
     keys = ["instance.generator=paced", "instance.orders=3", "instance.parameters={pace_s=5, lines=2}"]
     instance = make_instance(load_scenario("examples/small", keys))
     assert [(order.arrival_tick, order.items) for order in instance.orders] == [(0, 2), (5000, 2), (10_000, 2)]
+    (tmp_path / "pace.txt").write_text("7", encoding="utf-8")
+    scenario = load_scenario("examples/small", ["instance.generator=beside", "instance.parameters={file='pace.txt'}"])
+    assert make_instance(evolve(scenario, folder=str(tmp_path))).orders[1].arrival_tick == 7000
     keys = ["instance.generator=copied", "instance.orders=3", "instance.due={allowance_s=5}"]
     assert make_instance(load_scenario("examples/small", keys)).orders[-1].arrival_tick == 10_000
 

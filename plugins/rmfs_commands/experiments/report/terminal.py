@@ -29,6 +29,9 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         console.print(f"and {len(result.failed) - MOST_ERRORS} more failed runs.", highlight=False)
     if result.failed:
         console.print()
+    if len(result.failed) == len(result.rows):
+        console.print("All runs failed: there is nothing to compare.", style="yellow", highlight=False)
+        return
     for metric in comparison.metrics:
         print_named(console, _metric(comparison, metric, shown))
         pairs = (one for name in shown for one in comparison.of(name, metric))

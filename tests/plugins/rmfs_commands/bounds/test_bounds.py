@@ -17,8 +17,8 @@ from calling import exit_code
 from cases import cases
 from rmfs_commands.bounds import BOUNDED, bounds_of, find_bounds
 from rmfs_commands.bounds.cover import cheapest_cover
-from rmfs_commands.bounds.slots import Servers, shortest_remaining_first
 from rmfs_commands.bounds.ways import find_ways
+from rmfs_commands.details.slots import Servers, shortest_remaining_first
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_instance, small_layout
 from rmfs_core import Scenario, run

@@ -205,7 +205,8 @@ def test_short_skus_and_large_orders_are_named_together(tmp_path: Path) -> None:
     assert problems(file) == [
         f"{tmp_path}/orders.csv, line 2: from order 1 on, the orders want more than all pods hold: "
         "SKU a (2 wanted, 1 there), SKU c (on no pod), SKU s3 (on no pod), SKU s4 (on no pod), SKU s5 (on no pod) "
-        "and 4 more; expected more items on pods, or `instance.replenishment`",
+        "and 4 more; expected more items on pods, or `instance.replenishment`"
+        " (`rmfs convert orders --in-stock` leaves out what stock cannot serve)",
         f"{tmp_path}/orders.csv, line 4: order 2 has 9 items, order 3 has 8 items, order 4 has 8 items, "
         "order 5 has 8 items, order 6 has 8 items and 3 more, more than any station takes at a time (7); "
         'expected a larger `stations.item_capacity` or `stations.oversize` = "alone"',
@@ -407,6 +408,9 @@ def test_what_may_be_a_surprise_is_noted(tmp_path: Path, capsys: pytest.CaptureF
     hours = ('stations.open=[["06:00", "10:00"]]', 'robots.available=[["12:00", "16:00"]]')
     (note,) = check_scenario("examples/small", hours, None, allow_inline=False).notes[-1:]
     assert note.startswith("Note: no robot is on duty while a station is open (`robots.available`, `stations.open`)")
+    ends = ("run.until_s=60", "run.warmup_s=60")
+    (note,) = check_scenario("examples/small", ends, None, allow_inline=False).notes[:1]
+    assert note.startswith("Note: the run ends (`run.until_s` = 60) no later than its warm-up (`run.warmup_s` = 60)")
     met = (hours[0], 'robots.available=[["09:59", "16:00"]]')
     assert not any("on duty" in one for one in check_scenario("examples/small", met, None, allow_inline=False).notes)
 

@@ -99,6 +99,57 @@ def test_orders_that_are_due(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert [(order["due_s"], order["priority"]) for order in orders] == [(60.0, 2), (None, 0), (0.0, 0)]
 
 
+def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """By arrival: five a's are there, b never runs out, and nothing holds c. Orders left out take nothing."""
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,2\nq,a,3\nq,b,\n", encoding="utf-8")
+    file = table(tmp_path, "o,s,n,t\n3,a,2,9\n3,b,9,9\n1,a,3,1\n2,a,1,2\n2,c,4,2\n4,a,2,10\n5,a,1,11\n")
+    options = f"--order o --sku s --quantity n --time t --out {tmp_path}".split()
+    (tmp_path / "scenario.toml").write_text(scenario_of(2), encoding="utf-8")
+    main(["convert", "orders", str(file), *options])
+    assert refused(capsys, main, ["scenario", "check", str(tmp_path / "scenario.toml")]).endswith(
+        "(`rmfs convert orders --in-stock` leaves out what stock cannot serve)\n"
+    )
+    for whole, kept in (
+        ([], ["1,1,a,3", "2,2,a,1", "3,9,b,9", "5,11,a,1"]),
+        (["--whole-orders"], ["1,1,a,3", "3,9,a,2", "3,9,b,9"]),
+    ):
+        capsys.readouterr()
+        main(["convert", "orders", str(file), *options, "--force", "--in-stock", str(tmp_path / "pods.csv"), *whole])
+        assert (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()[1:] == kept
+    assert "Left out for lack of stock: 3 lines of 3 orders, 7 items of 2 SKUs; " in capsys.readouterr().out
+    assert (tmp_path / "left-out.csv").read_text(encoding="utf-8") == "order,sku,quantity\n2,c,4\n4,a,2\n5,a,1\n"
+    assert rmfs_core.run(tmp_path / "scenario.toml").status == "complete"
+
+
+def test_several_formats_of_times(tmp_path: Path) -> None:
+    file = table(tmp_path, "o,s,t\n1,a,01.03.2024\n2,a,2024-03-01 06:00\n3,a,03/01/2024\n")
+    formats = [text for pattern in ("%Y-%m-%d %H:%M", "%d.%m.%Y", "%m/%d/%Y") for text in ("--time-format", pattern)]
+    main(["convert", "orders", str(file), *f"--order o --sku s --time t --out {tmp_path}".split(), *formats])
+    written = (tmp_path / "orders.csv").read_text(encoding="utf-8")
+    assert written.splitlines()[1:] == ["1,0,a,1", "3,0,a,1", "2,21600,a,1"]
+
+
+def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nights are named where orders come on two days; --open writes the hours, and the load counts them."""
+    rows = [f"{day}{hour},a,2024-03-0{day}T{hour:02}:00,{cancelled}" for day in (1, 2) for hour in range(6, 22)
+            for cancelled in (f"2024-03-0{day}T23:00" if hour == 8 else "",)]  # fmt: skip
+    file = table(tmp_path, "\n".join(("o,s,t,c", *rows)))
+    options = f"--order o --sku s --time t --cancelled c --pods 9 --skus-per-pod 1 --out {tmp_path}".split()
+    main(["convert", "orders", str(file), *options])
+    told = capsys.readouterr().out
+    night = "though little is ordered from 22:00 to 06:00: --open 06:00-22:00 says when they are."
+    assert f"Stations are open all day, {night}" in told
+    assert "2 of the orders may be cancelled; " in told
+    main(["convert", "orders", str(file), *options, "--force", "--open", "06:00-14:00", "--open", "14:30-22:00"])
+    told = capsys.readouterr().out
+    assert "little is ordered" not in told
+    assert "in 31.0 h of 1" in told
+    scenario = tomllib.loads((tmp_path / "scenario.toml").read_text(encoding="utf-8"))
+    assert scenario["stations"]["open"] == [["06:00", "14:00"], ["14:30", "22:00"]]
+    found = "--open: found '6-22'; expected two times of the day, such as 06:00-22:00"
+    assert found in refused(capsys, main, ["convert", "orders", str(file), *options, "--force", "--open", "6-22"])
+
+
 def test_a_span_of_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     span = ["--from", "2024-03-01T06:06", "--until", "2024-03-01T12:00", "--start", "2024-03-01T06:00"]
     main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path), *span])

@@ -133,6 +133,7 @@ by = ["scenario", "hall"]
 
 [axes]
 instance.orders = [4, 5]
+instance.parameters.pace_s = [10]
 "rules.poa" = ["pod-match", { rule = "first-come" }]
 hall = [
   { label = "small", "robots.count" = 2, layout.block_rows = 3 },
@@ -155,9 +156,9 @@ def test_everything_that_a_file_can_say(experiment: Write) -> None:
     read = experiment(FULL)
     assert (read.name, read.seeds, read.by) == ("full", (5, 6, 7), ("scenario", "hall"))
     assert [base.name for base in read.bases] == ["tiny", "examples/small"]
-    assert [axis.name for axis in read.axes] == ["instance.orders", "rules.poa", "hall"]
-    assert read.axes[2].points[0].changes == {"robots.count": 2, "layout.block_rows": 3}
-    assert read.axes[2].points[1].changes == {"robots.count": 3, "layout.block_rows": 4}
+    assert [axis.name for axis in read.axes] == ["instance.orders", "instance.parameters.pace_s", "rules.poa", "hall"]
+    assert read.axes[3].points[0].changes == {"robots.count": 2, "layout.block_rows": 3}
+    assert read.axes[3].points[1].changes == {"robots.count": 3, "layout.block_rows": 4}
     assert read.rule_sets[1].changes == {
         "rules.pps": "nearest-pod",
         "rules.filters": [{"rule": "most-covered", "n": 5}],
@@ -166,11 +167,12 @@ def test_everything_that_a_file_can_say(experiment: Write) -> None:
     jobs = read.jobs()
     assert len(jobs) == 2 * (2 * 2 * 2) * 2 * 3
     last = jobs[-1]
-    assert last.instance == 'examples/small, orders=5, poa={ rule = "first-come" }, hall=large'
+    assert last.instance == 'examples/small, orders=5, pace_s=10, poa={ rule = "first-come" }, hall=large'
     assert (last.rule_set, last.seed, last.scenario.seed) == ("b", 7, 7)
     assert last.axes == {
         "scenario": "examples/small",
         "instance.orders": 5,
+        "instance.parameters.pace_s": 10,
         "rules.poa": '{ rule = "first-come" }',
         "hall": "large",
     }

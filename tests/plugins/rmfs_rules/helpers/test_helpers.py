@@ -60,15 +60,21 @@ def test_default_check_meaning_and_unit() -> None:
 
 
 def test_who_waits_too_long() -> None:
-    """With a limit all who reach it; without, only orders larger than any station, after ten minutes."""
-    world = small_world({"1": ["a"], "2": {"a": 4}}, {"p": ["a"]}, capacities=[3])
+    """With a limit all who reach it; without, only the oldest if it is larger than any station, after ten minutes."""
+    world = small_world({"1": ["a"], "2": {"a": 4}, "3": {"a": 5}}, {"p": ["a"]}, capacities=[3, 3])
     view = WarehouseView(world)
     world.now = 599_999
     assert late(view, 600) == []
+    world.now = 600_000
+    assert late(view, 600) == [0, 1, 2]
+    assert late(view, None) == []  # an older one waits
+    world.assign(world.orders[0], world.stations[0], [0])
+    world.now = 599_999
     assert late(view, None) == []
     world.now = 600_000
-    assert late(view, 600) == [0, 1]
     assert late(view, None) == [1]
+    world.assign(world.orders[1], world.stations[1], [0])
+    assert late(view, None) == []  # one station at a time picks such orders
 
 
 def free_after(world: Warehouse, max_wait_s: float | None, *fitting: int) -> tuple[list[int], list[int]]:

@@ -346,6 +346,14 @@ def test_not_all_failures_are_listed(result: ExperimentResult) -> None:
     assert "and 2 more failed runs." in text
 
 
+def test_where_all_runs_failed_there_are_no_empty_tables(result: ExperimentResult) -> None:
+    failed = evolve(result, rows=[row | {"status": "failed", "error": "no idea"} for row in result.rows])
+    text, page = printed(failed, 100), page_of(failed)
+    assert "All runs failed: there is nothing to compare." in text
+    assert "18 of 18 runs failed: there is nothing to compare." in page
+    assert "Turn-over time" not in text + page.partition("<h2>What was run</h2>")[0]
+
+
 def test_how_many_times_the_bound_is_shown(bounded: ExperimentResult) -> None:
     text = printed(bounded, 120)
     assert re.search(r"Rule set +Seeds +Mean +x bound +Difference ", text)

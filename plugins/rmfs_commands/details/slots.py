@@ -6,11 +6,17 @@ done, which is picked or handled, ``lasts`` after its start. All times are ticks
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from heapq import heappop, heappush
 
 import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
+
+from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.scenario import Scenario
+from rmfs_core.simulation.services import Services
+from rmfs_core.world import OrderData
 
 Ticks = NDArray[np.int64]
 
@@ -36,6 +42,9 @@ class Servers:
 
         The smallest start before which, itself included, there are as many starts as items: a search in halves.
         """
+        if self.opens[0] == self.opens[-1]:  # each takes the next item when all have one
+            first: Ticks = np.maximum(released, self.opens[0])
+            return first + self.spacing * ((items - 1) // len(self.opens)) + self.lasts
         opens = np.maximum(np.asarray(released)[..., None], self.opens)
         low = np.broadcast_to(opens.min(axis=-1), items.shape).copy()
         high = low + self.spacing * (items - 1)
@@ -61,6 +70,9 @@ class Servers:
 
     def _work_until(self, ticks: Ticks) -> Ticks:
         """Ticks of work that all together can have done."""
+        if self.opens[0] == self.opens[-1]:
+            alike: Ticks = len(self.opens) * np.maximum(ticks - self.opens[0], 0)
+            return alike
         work: Ticks = np.maximum(ticks[:, None] - self.opens, 0).sum(axis=1)
         return work
 
@@ -101,3 +113,47 @@ def shortest_remaining_first(released: Ticks, work: Ticks) -> Ticks:
             heappush(left, shortest - (until - now))
             now = until
     return np.array(done, dtype=np.int64)
+
+
+def at_work(
+    scenario: Scenario, orders: Sequence[OrderData], services: Services, opens: Ticks, robots: int
+) -> tuple[tuple[Servers, Ticks], tuple[Servers, Ticks]]:
+    """Return pickers and robots, each with the work of every order for them.
+
+    Robots hold a pod while an item is picked. Work is the number of items. To both an item is done when it is picked,
+    or handled where orders are complete only then. Where times vary, work is ticks, the least that the draws of an
+    order's items come to.
+
+    Parameters
+    ----------
+    scenario, orders, services
+        What the work is, and how long it takes.
+    opens
+        Tick from which on each picker can start. Ascending, shape (stations,).
+    robots
+        Number of robots.
+    """
+    pick, handle = to_ticks(scenario.stations.pick_s), to_ticks(scenario.stations.handle_s)
+    done = handle if scenario.stations.release == "handled" else pick
+    items = np.array([order.items for order in orders], dtype=np.int64)
+    free = np.full(robots, opens[0])
+    if not services.vary:
+        return (Servers(opens, handle, done), items), (Servers(free, pick, done), items)
+    work = np.array([_least_ticks(services, number, order.lines) for number, order in enumerate(orders)])
+    picking, handling, in_hand = work.T
+    if scenario.stations.release == "picked":  # each picker may have one of the items in hand yet
+        handling = np.maximum(handling - in_hand * np.minimum(items, len(opens)), 1)
+    return (Servers(opens, 1, 1), handling), (Servers(free, 1, 1), picking)
+
+
+def _least_ticks(services: Services, order: int, lines: Sequence[tuple[int, int]]) -> tuple[int, int, int]:
+    """Return the least ticks of picking and of handling an order of lines (SKU, items), whatever is decided.
+
+    The third is the most that an item is handled for after it was picked.
+    """
+    items = np.array([services.item_s(order, sku, n) for sku, quantity in lines for n in range(quantity)])
+    begun_s = min(services.begin_order_s(order, station) for station in range(len(services.speeds)))
+    begun_s += sum(services.begin_line_s(order, sku) for sku, _ in lines)
+    ticks = (items.sum(axis=0) + begun_s) / max(services.speeds) * TICKS_PER_S - 2 * len(items)  # each is rounded
+    in_hand = np.diff(items).max() / min(services.speeds) * TICKS_PER_S
+    return max(int(ticks[0]), 1), max(int(ticks[1]), 1), int(in_hand) + 2
