@@ -18,8 +18,7 @@ Row = dict[str, Any]
 def tables() -> Any:
     """Return the module that says what tables a result has, the entry point ``tables`` of the group ``rmfs.formats``.
 
-    It has ``Tables``, an observer with the rows of each table as an attribute, and ``TABLE_FILES``, the name of its
-    file and its columns by table.
+    It has ``Tables``, an observer with each table's rows as an attribute, and ``TABLE_FILES``, its file and columns.
     """
     return format_module("tables")
 

@@ -54,10 +54,14 @@ def content(result: Result) -> dict[str, Any]:
 def save(result: Result, folder: str | Path) -> None:
     """Write result.json and the tables, all of them or none; `Result.save`."""
     with staged(output_folder(folder)) as path:
-        for table, (name, columns) in TABLE_FILES.items():
-            rows = getattr(result, table)
-            write_text(path / name, to_csv([*(rows[0] if rows else columns)], rows))
-        write_text(path / RESULT_FILE, to_json(content(result), indent=2) + "\n")
+        for name, text in (table_files(result) | {RESULT_FILE: to_json(content(result), indent=2) + "\n"}).items():
+            write_text(path / name, text)
+
+
+def table_files(result: Result) -> dict[str, str]:
+    """Return the text of each table by the name of its file."""
+    given = [(name, columns, getattr(result, table)) for table, (name, columns) in TABLE_FILES.items()]
+    return {name: to_csv([*(rows[0] if rows else columns)], rows) for name, columns, rows in given}
 
 
 @contextmanager

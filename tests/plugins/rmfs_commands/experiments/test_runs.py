@@ -276,11 +276,22 @@ def test_a_whole_run_is_stored_once_and_read_back_as_its_row(job: Job, runs: Run
     row = runs.row(job)
     assert (row["rule_set"], row["seed"], row["status"], row["key"]) == ("pod-match", 1, "complete", job.key)
     assert (row["run_s"], row["picks"]) == (outcome.run_s, outcome.result.metrics["picks"])
-    assert json.loads((runs.folder / job.key / "run.json").read_text(encoding="utf-8"))["run"] == str(job)
-    runs.save(job, evolve(outcome, run_s=99.0))
-    assert runs.row(job) == row
+    assert json.loads((runs.place(job) / "run.json").read_text(encoding="utf-8"))["run"] == str(job)
+    assert runs.save(job, evolve(outcome, run_s=99.0)) == row == runs.row(job)
     RunStore(runs.folder)
-    assert [path.name for path in runs.folder.iterdir()] == [job.key]
+    assert [*runs.folder.rglob("*.part"), *runs.folder.glob("*/*")] == [runs.place(job)]
+
+
+def test_runs_of_earlier_versions_take_their_places(experiment: Write, runs: RunStore) -> None:
+    """They were beside each other; one that is stored anew already stays as it is."""
+    one, other = experiment().jobs()[:2]
+    rows = [runs.save(job, simulate(job)) for job in (one, other)]
+    runs.place(one).rename(runs.folder / one.key)
+    shutil.copytree(runs.place(other), runs.folder / other.key)
+    (runs.folder / "bounds").mkdir()
+    again = RunStore(runs.folder)
+    assert [again.row(job) for job in (one, other)] == rows
+    assert not (runs.folder / one.key).exists()
 
 
 def test_what_is_not_stored_leaves_nothing(job: Job, runs: RunStore, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -289,11 +300,11 @@ def test_what_is_not_stored_leaves_nothing(job: Job, runs: RunStore, monkeypatch
     outcome = simulate(job)
     for error in (OSError("no space left"), KeyboardInterrupt()):
 
-        def fail(path: Path, text: str, error: BaseException = error) -> None:
+        def fail(path: Path, content: bytes, error: BaseException = error) -> None:
             raise error
 
-        monkeypatch.setattr("rmfs_commands.experiments.store.write_text", fail)
-        with pytest.raises(type(error)):
+        monkeypatch.setattr(Path, "write_bytes", fail)
+        with pytest.raises((InputError, KeyboardInterrupt), match=r"runs: cannot be written: no space left|^$"):
             runs.save(job, outcome)
         assert list(runs.folder.iterdir()) == []
 
@@ -328,13 +339,13 @@ def changed(folder: Path, name: str, text: str | None) -> None:
 def test_a_run_that_was_changed_is_noticed(job: Job, runs: RunStore, name: str, text: str | None, problem: str) -> None:
     outcome = simulate(job)
     runs.save(job, outcome)
-    changed(runs.folder / job.key, name, text)
-    sentence = f"{runs.folder / job.key}: is not as it was stored{problem.format(key=job.key)}"
+    changed(runs.place(job), name, text)
+    sentence = f"{runs.place(job)}: is not as it was stored{problem.format(key=job.key)}"
     assert runs.problem(job) == sentence
     assert refusal(lambda: runs.row(job)) == sentence
     runs.save(job, outcome)
     assert runs.problem(job) is None
-    assert [path.name for path in runs.folder.iterdir()] == [job.key]
+    assert [*runs.folder.rglob("*.part"), *runs.folder.glob("*/*")] == [runs.place(job)]
 
 
 def test_other_versions_or_code_at_a_worker_are_no_result(job: Job) -> None:
