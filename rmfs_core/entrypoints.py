@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from copy import deepcopy
 from functools import lru_cache
-from importlib.metadata import Distribution, EntryPoint, EntryPoints, entry_points
+from importlib.metadata import Distribution, EntryPoint, entry_points
 from inspect import signature
 from pathlib import Path
 from typing import Any, TypeVar
@@ -56,7 +56,9 @@ def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
     return dict(_offers(group, tuple(stamps)))
 
 
-_all = lru_cache(maxsize=1)(lambda _stamps: entry_points())  # of all groups: one costs as much, by reading them all
+@lru_cache(maxsize=1)
+def _all(_stamps: tuple[tuple[str, int], ...]) -> Any:
+    return entry_points()  # of all groups: one costs as much, by reading them all
 
 
 @lru_cache(maxsize=16)
@@ -89,14 +91,13 @@ def format_module(name: str) -> Any:
     """Return the module that reads or makes some files, by its name in the entry-point group ``rmfs.formats``.
 
     ``csv`` is described by `rmfs_core.world.instance_making.reader`, ``tables`` by `rmfs_core.results.result.tables`;
-    ``results`` writes and shows a `Result`, ``files`` has what `rmfs_core.results.files` has, ``problems`` says what
-    keeps an instance from being run, ``drawing`` shows a layout, ``reaching``
-    checks that all of it can be reached, ``toml`` finds the line of a key.
+    ``results`` writes and shows a `Result`, ``problems`` says what keeps an instance from being run, ``drawing`` shows a
+    layout, ``reaching`` checks that all of it can be reached, ``toml`` finds the line of a key.
     """
     return load(chosen(FORMATS, None, name), f"format {name}", "format")
 
 
-def _entries(group: str, known: EntryPoints) -> list[EntryPoint]:
+def _entries(group: str, known: Any) -> list[EntryPoint]:
     """Return a group's entry points, with those under its old name but for what a distribution offers under both."""
     entries = [*known.select(group=group)]
     if group in RENAMED and (old := known.select(group=RENAMED[group])):

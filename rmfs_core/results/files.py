@@ -1,13 +1,11 @@
-"""Files that are whole or not there, JSON and CSV: what the entry point ``files`` of ``rmfs.formats`` leads to."""
+"""The old place of `rmfs_commands.results.files`, until 0.3.0."""
 
-from __future__ import annotations
+import warnings
 
 from rmfs_core.entrypoints import format_module
 
 
 def __getattr__(name: str) -> object:
-    return getattr(format_module("files"), name)
-
-
-def __dir__() -> list[str]:
-    return dir(format_module("files"))
+    found = getattr(format_module("files"), name)
+    warnings.warn("rmfs_core.results.files is rmfs_commands.results.files now", FutureWarning, stacklevel=2)
+    return found

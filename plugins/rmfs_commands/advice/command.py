@@ -103,8 +103,8 @@ def advise(
     from rmfs_commands.experiments import run_experiment
     from rmfs_commands.experiments.progress import experiment_display
     from rmfs_commands.experiments.report.numbers import fixed
+    from rmfs_commands.results.files import json_ready, output_folder, to_json, write_text
     from rmfs_core.errors import RunError
-    from rmfs_core.results.files import json_ready, output_folder, to_json, write_text
     from rmfs_core.rules import RuleSet
     from rmfs_core.scenario import located
 

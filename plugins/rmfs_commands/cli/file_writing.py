@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from rmfs_commands.results.files import AtomicFile, output_folder, staged
 from rmfs_core.errors import InputError
-from rmfs_core.results.files import AtomicFile, output_folder, staged
 
 
 def writable_folder(folder: str | Path, names: Iterable[str], *, force: bool) -> Path:

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rmfs_commands.cli.grids import Grid, grid_csv
-from rmfs_core.results.files import write_text
+from rmfs_commands.results.files import write_text
 
 COLUMN_PT, TEXT_PT = 220.0, 345.0
 """How wide a column of a page of two is at least, and the text of `article`."""

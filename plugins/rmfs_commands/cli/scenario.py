@@ -113,7 +113,7 @@ def _write_page(name: str, loaded: Scenario, out: Path | None) -> None:
     from rmfs_commands.cli.hall import hall
     from rmfs_commands.cli.notes import notes_console
     from rmfs_commands.cli.pages import check_target
-    from rmfs_core.results.files import write_text
+    from rmfs_commands.results.files import write_text
 
     file = out or Path(f"{name}-map.html")
     check_target(file)

@@ -130,7 +130,7 @@ def print_json(value: Any) -> None:
     import attrs
 
     from rmfs_commands.cli.streams import answer
-    from rmfs_core.results.files import json_ready, to_json
+    from rmfs_commands.results.files import json_ready, to_json
 
     def plain(value: Any) -> Any:
         if isinstance(value, dict):

@@ -136,7 +136,7 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     from rmfs_commands.convert.shares import check_emptied, check_share
     from rmfs_commands.convert.times import Clock
     from rmfs_commands.convert.writing import tell_history, write
-    from rmfs_core.results.files import removed_if_empty
+    from rmfs_commands.results.files import removed_if_empty
 
     _check_options(given)
     _span(Clock(given["time_format"], given["zone"]), given)  # what is no time is refused before a table is read

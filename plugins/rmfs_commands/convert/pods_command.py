@@ -38,7 +38,7 @@ def pods(table: Path, out: Path, **given: Any) -> None:
     from rmfs_commands.convert.stock_table import StockColumns, StockTable
     from rmfs_commands.convert.tables import Table
     from rmfs_commands.convert.writing import check_start, write_pods
-    from rmfs_core.results.files import removed_if_empty
+    from rmfs_commands.results.files import removed_if_empty
 
     needs(given, "row", "column", "both, or neither")
     needs(given, "column", "row", "both, or neither")

@@ -23,10 +23,10 @@ from rmfs_commands.details.replenishment import BUNDLE_COLUMNS, STOCK_COLUMNS, R
 from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.spans import Number, ratio
 from rmfs_commands.details.stations import Stations
+from rmfs_commands.results.files import to_csv, write_text
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import Event, QueueJoined, VisitStarted
 from rmfs_core.hookspecs import hookimpl
-from rmfs_core.results.files import to_csv, write_text
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo

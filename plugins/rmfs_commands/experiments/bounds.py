@@ -18,8 +18,8 @@ from rmfs_commands.experiments.keys import run_key
 from rmfs_commands.experiments.rows import Row
 from rmfs_commands.experiments.sources import digest_of, sources_of_generator
 from rmfs_commands.experiments.watching import Watcher
+from rmfs_commands.results.files import output_folder, to_json, write_text
 from rmfs_core.errors import InputError
-from rmfs_core.results.files import output_folder, to_json, write_text
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 
 BOUNDS_FOLDER = "bounds"

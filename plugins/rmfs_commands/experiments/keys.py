@@ -15,8 +15,8 @@ from functools import reduce
 from operator import getitem
 from pathlib import Path
 
+from rmfs_commands.results.files import json_ready
 from rmfs_core.errors import InputError
-from rmfs_core.results.files import json_ready
 from rmfs_core.scenario import Scenario, scenario_to_dict
 from rmfs_core.scenario.overrides import data_files
 

@@ -43,7 +43,7 @@ def import_(files: tuple[Path, ...], asked: str | None, out: Path, seed: int, fo
     from rmfs_commands.import_.kinds import sorted_out
     from rmfs_commands.import_.rawsimo import import_rawsimo
     from rmfs_commands.import_.trips import import_lorr, import_movingai, import_rhcr
-    from rmfs_core.results.files import to_json
+    from rmfs_commands.results.files import to_json
 
     chosen, found = sorted_out(files, asked)
     if chosen == "rawsim-o":

@@ -12,8 +12,8 @@ from rmfs_commands.import_.settings import DEFAULT_SIZE, OrderList, Setting, rea
 from rmfs_commands.import_.stock import Contents, Orders, drawn_contents, drawn_orders, stock_of, stored_bundles
 from rmfs_commands.import_.warehouses import Picking, Warehouse, commonest, read_instance_file, read_layout_file
 from rmfs_commands.import_.xml_reading import document
+from rmfs_commands.results.files import to_csv
 from rmfs_core.errors import InputError
-from rmfs_core.results.files import to_csv
 from rmfs_core.scenario.tomltext import toml_text, toml_value
 
 RULES = {"poa": "pod-match", "pps": "demand", "pr": "nearest", "ta": "balanced"}

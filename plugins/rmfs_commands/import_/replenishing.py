@@ -11,9 +11,9 @@ from rmfs_commands.import_.notes import Notes
 from rmfs_commands.import_.settings import Setting, Sku
 from rmfs_commands.import_.warehouses import Storing, commonest
 from rmfs_commands.import_.xml_reading import Element
+from rmfs_commands.results.files import to_csv
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
-from rmfs_core.results.files import to_csv
 
 Bundle = tuple[float, str, int]
 """Arrival in seconds, SKU and items."""

@@ -17,8 +17,8 @@ from tempfile import TemporaryDirectory
 
 from rmfs_commands.kit.kinds import COMMAND, KINDS, Kind
 from rmfs_commands.kit.names import NewRule
+from rmfs_commands.results.files import output_folder
 from rmfs_core.errors import InputError
-from rmfs_core.results.files import output_folder
 from rmfs_core.roles import Role
 
 

@@ -82,9 +82,9 @@ def plan(
     from rmfs_commands.cli.file_writing import writable_folder
     from rmfs_commands.cli.pages import check_target
     from rmfs_commands.plan import collisions, find_planner, random_trips, read_map, read_trips, roads_of_map
+    from rmfs_commands.results.files import removed_if_empty
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import rule_stream, stream
-    from rmfs_core.results.files import removed_if_empty
     from rmfs_core.roles import Role
     from rmfs_core.scenario import RuleChoice
     from rmfs_core.scenario.rulenames import rule_name_from
@@ -117,7 +117,7 @@ def plan(
         _write(folder, roads, plans, hits, about)
     if html is not None:
         from rmfs_commands.plan.page import plan_page
-        from rmfs_core.results.files import write_text
+        from rmfs_commands.results.files import write_text
 
         rows = [row for robot, one in enumerate(plans, 1) for row in _legs(roads, robot, one)]
         ends = [(one.trip.start, one.trip.goal) for one in plans]
@@ -243,7 +243,7 @@ def _write(
     folder: Path, roads: Roads, plans: Sequence[Plan], hits: Sequence[Collision], about: Mapping[str, Any]
 ) -> None:
     """Write both files, or none."""
-    from rmfs_core.results.files import json_ready, staged, to_csv, to_json, write_text
+    from rmfs_commands.results.files import json_ready, staged, to_csv, to_json, write_text
 
     rows = [row for robot, one in enumerate(plans, 1) for row in _legs(roads, robot, one)]
     columns = ("robot", "leg", "start_s", "wait_s", "turn_s", "run_s", "from_x", "from_y", "to_x", "to_y", "end_s")

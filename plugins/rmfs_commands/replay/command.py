@@ -59,9 +59,9 @@ def replay(
     from rmfs_commands.cli.pages import check_target
     from rmfs_commands.replay.page import page
     from rmfs_commands.replay.reading import read_replay
+    from rmfs_commands.results.files import write_text
     from rmfs_commands.trace import fitting
     from rmfs_core.errors import InputError
-    from rmfs_core.results.files import write_text
 
     if frames is not None and video is not None:
         raise InputError("--video", "found with --frames; expected one of them")

@@ -19,7 +19,7 @@ from typing import Any
 from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.replay.reading import Replay
 from rmfs_commands.replay.telling import told
-from rmfs_core.results.files import json_ready, to_json
+from rmfs_commands.results.files import json_ready, to_json
 
 VIEW = Path(__file__).parent / "view"
 RECORDED, LIVE = "main.mjs", "watch.mjs"

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from PIL import Image
 
+from rmfs_commands.results.files import AtomicFile, output_folder, staged
 from rmfs_core.errors import InputError
-from rmfs_core.results.files import AtomicFile, output_folder, staged
 
 RATES = {".gif": 10, ".mp4": 30}
 """Pictures a second, of each kind of video."""

@@ -33,8 +33,8 @@ def report(folder: Path, out: Path | None, limit: int, quiet: bool) -> None:
     from rmfs_commands.cli.pages import check_target
     from rmfs_commands.report.page import run_page
     from rmfs_commands.report.reading import read_run
+    from rmfs_commands.results.files import AtomicFile, write_text
     from rmfs_commands.trace import fitting
-    from rmfs_core.results.files import AtomicFile, write_text
 
     target = out or folder / PAGE
     beside = target.with_name(f"{target.stem}-{REPLAY}" if out else REPLAY)

@@ -13,7 +13,7 @@ from rmfs_commands.experiments.report.tables import write_parquet
 from rmfs_commands.reproduction.html import to_html
 from rmfs_commands.reproduction.markdown import to_markdown
 from rmfs_commands.reproduction.report import Report
-from rmfs_core.results.files import AtomicFile, output_folder, write_text
+from rmfs_commands.results.files import AtomicFile, output_folder, write_text
 
 HTML_FILE = "report.html"
 MARKDOWN_FILE = "report.md"

@@ -11,12 +11,12 @@ from typing import Any
 from attrs import fields_dict, frozen
 
 from rmfs_commands.cli.choices import option_named, parse_choice, with_parameters
+from rmfs_commands.results.files import to_json
 from rmfs_commands.serve.warehouses import StaleError, Warehouses
 from rmfs_commands.states import Decider, state_from_dict
 from rmfs_commands.states.state import DECIDES
 from rmfs_commands.states.state_json import parse_json
 from rmfs_core.errors import InputError, RmfsError
-from rmfs_core.results.files import to_json
 from rmfs_core.roles import Role
 from rmfs_core.scenario.checks import key
 from rmfs_core.scenario.source import Source

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rmfs_commands.cli.serving import SERVING, serving_options
+from rmfs_commands.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
 from rmfs_commands.sizing.judging import Verdict
 from rmfs_commands.sizing.searching import BOXES
-from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
 from rmfs_core.wording import listed
 
 if TYPE_CHECKING:

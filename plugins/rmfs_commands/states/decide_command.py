@@ -20,8 +20,8 @@ DECIDING = (
 def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
     if not wanted:
         return
+    from rmfs_commands.results.files import to_json
     from rmfs_commands.states import state_schema
-    from rmfs_core.results.files import to_json
 
     click.echo(to_json(state_schema(), indent=2))
     ctx.exit()

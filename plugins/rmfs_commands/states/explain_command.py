@@ -60,9 +60,9 @@ def explain(
     Shows the state that the rule saw, its decision, the objective and bound of its model, and what other rules would
     have decided there. Without an option it counts the decisions.
     """
+    from rmfs_commands.results.files import to_json, write_text
     from rmfs_commands.states import explain_tables as tables
     from rmfs_commands.states import read_recording
-    from rmfs_core.results.files import to_json, write_text
 
     chosen = [
         name

@@ -27,13 +27,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from rmfs_commands.results.files import json_ready
 from rmfs_commands.states.answers import answer_to_dict
 from rmfs_commands.states.snapshots import Snapshots
 from rmfs_commands.states.state import DECIDING
 from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results
 from rmfs_core.events import Event
 from rmfs_core.hookspecs import hookimpl
-from rmfs_core.results.files import json_ready
 from rmfs_core.roles import Role
 from rmfs_core.scenario import scenario_to_dict
 

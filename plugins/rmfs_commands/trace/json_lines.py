@@ -11,9 +11,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from rmfs_commands.results.files import AtomicFile, to_json
 from rmfs_core.errors import InputError
 from rmfs_core.info import RunInfo
-from rmfs_core.results.files import AtomicFile, to_json
 
 MOST_OF_A_LINE = 50_000_000
 MOST_OF_A_FILE = 5_000_000_000

@@ -63,12 +63,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import attrs
 
 from rmfs_commands.instances.tables import finite
+from rmfs_commands.results.files import json_ready
 from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results
 from rmfs_core import events
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import DecisionMade, Event
 from rmfs_core.hookspecs import hookimpl
-from rmfs_core.results.files import json_ready
 from rmfs_core.scenario import scenario_to_dict
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ from attrs import asdict, evolve, frozen
 from rmfs_commands.experiments import Base, Experiment, ExperimentResult, RuleSetChoice, run_experiment
 from rmfs_commands.experiments.compare import Comparison
 from rmfs_commands.experiments.report import numbers, print_comparison, write_report
+from rmfs_commands.results.files import json_ready, output_folder, to_csv, to_json, write_text
 from rmfs_commands.tuning.searching import Search, Trial
 from rmfs_commands.tuning.space import Space
-from rmfs_core.results.files import json_ready, output_folder, to_csv, to_json, write_text
 from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import counted, listed
 

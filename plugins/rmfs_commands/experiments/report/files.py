@@ -10,7 +10,7 @@ from rmfs_commands.experiments.report.html import report_html
 from rmfs_commands.experiments.report.plots import make_plots
 from rmfs_commands.experiments.report.tables import grids, summary_csv, write_parquet
 from rmfs_commands.experiments.running import ExperimentResult
-from rmfs_core.results.files import AtomicFile, output_folder, write_text
+from rmfs_commands.results.files import AtomicFile, output_folder, write_text
 
 SUMMARY_FILE = "summary.csv"
 PARQUET_FILE = "runs.parquet"

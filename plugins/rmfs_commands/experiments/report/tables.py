@@ -12,7 +12,7 @@ from rmfs_commands.experiments.experiment import LABELS
 from rmfs_commands.experiments.report import numbers
 from rmfs_commands.experiments.report.plots import front_name, plot_name, shown_sets
 from rmfs_commands.experiments.running import ExperimentResult
-from rmfs_core.results.files import AtomicFile, to_csv
+from rmfs_commands.results.files import AtomicFile, to_csv
 
 SUMMARY_COLUMNS = (
     "instances",

@@ -22,7 +22,7 @@ from rmfs_commands.replay import notebook
 from rmfs_commands.replay.page import LIVE, RECORDED, VIEW, live_page, packed, page, script
 from rmfs_commands.replay.reading import Replay, read_replay
 from rmfs_commands.replay.telling import metrics_of, rules_of, summaries, told
-from rmfs_core.results.files import to_json
+from rmfs_commands.results.files import to_json
 
 
 def test_the_page_is_packed_whole_and_needs_nothing_else(replay: Replay) -> None:

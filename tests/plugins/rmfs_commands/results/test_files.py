@@ -15,9 +15,7 @@ import numpy as np
 import pytest
 
 from rmfs_commands.results.figures import TIMING
-from rmfs_commands.results.timing import timing
-from rmfs_core import InputError
-from rmfs_core.results.files import (
+from rmfs_commands.results.files import (
     AtomicFile,
     clean,
     json_ready,
@@ -28,6 +26,8 @@ from rmfs_core.results.files import (
     to_json,
     write_text,
 )
+from rmfs_commands.results.timing import timing
+from rmfs_core import InputError
 from saying import said
 
 not_root = pytest.mark.skipif(
@@ -110,7 +110,7 @@ def test_links_pipes_and_devices_are_followed(tmp_path: Path) -> None:
 WRITER = """
 import sys, time
 from pathlib import Path
-from rmfs_core.results.files import AtomicFile, staged
+from rmfs_commands.results.files import AtomicFile, staged
 folder = Path(sys.argv[1])
 with AtomicFile(folder / "file.txt") as stream, staged(folder) as hidden:
     (hidden / "orders.csv").write_text("new")

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cases import cases
+from rmfs_commands.results.files import to_json
 from rmfs_commands.serve.app import MOST_WAITING, app_of
 from rmfs_commands.serve.process import BusyError, EndedError, LateError, RuleProcess
 from rmfs_commands.serve.service import SMALL, Reply, Service
@@ -18,7 +19,6 @@ from rmfs_commands.serve.warehouses import MOST_KEPT, StaleError, Warehouses
 from rmfs_commands.states import decide, state_from_dict
 from rmfs_commands.states.state import DECIDING
 from rmfs_core.errors import InputError, RmfsError
-from rmfs_core.results.files import to_json
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 

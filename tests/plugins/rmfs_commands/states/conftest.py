@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 import rmfs_core
+from rmfs_commands.results.files import to_json
 from rmfs_commands.states import Recording, read_recording
-from rmfs_core.results.files import to_json
 
 Record = Callable[..., Recording]
 SMALL = ("instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", "rules.pp=free-flow")

@@ -13,6 +13,7 @@ import rmfs_core
 from calling import refusal
 from cases import cases
 from rmfs_commands.cli.single_rule import load_rule
+from rmfs_commands.results.files import to_json
 from rmfs_commands.states import Recording, decide, read_recording, state_from_dict, state_to_dict
 from rmfs_commands.states.deciding import ask, outcome_of
 from rmfs_commands.states.patches import patched
@@ -25,7 +26,6 @@ from rmfs_core import InputError, RuleError, hookimpl
 from rmfs_core.events import OrderArrived, OrderAssigned, PodLifted, PodStored, TripDecided
 from rmfs_core.info import Question, RunInfo
 from rmfs_core.motion import Motion
-from rmfs_core.results.files import to_json
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario import RuleChoice

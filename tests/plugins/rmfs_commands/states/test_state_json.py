@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from cases import cases
+from rmfs_commands.results.files import to_json
 from rmfs_commands.states import read_state, state_from_dict, state_json, state_schema, state_to_dict
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.patches import difference, patched
@@ -22,7 +23,6 @@ from rmfs_commands.states.state import (
 )
 from rmfs_core import InputError
 from rmfs_core.motion import Motion
-from rmfs_core.results.files import to_json
 from rmfs_core.scenario.model import LayoutSection
 
 

@@ -13,6 +13,7 @@ import rmfs_core
 from cases import cases
 from replenished import scenario_of
 from rmfs_commands.details.catalogue import REPLENISHMENT
+from rmfs_commands.results.files import to_csv
 from rmfs_commands.trace import Trace, read_trace
 from rmfs_commands.validation import check_trace, faults_of, validate_trace
 from rmfs_commands.validation.details import HANDLED, recompute_details
@@ -23,7 +24,6 @@ from rmfs_commands.validation.robots import recompute_robots
 from rmfs_core import StandstillError
 from rmfs_core.errors import InputError
 from rmfs_core.events import BundleStored, PodMoveDecided
-from rmfs_core.results.files import to_csv
 
 
 def test_every_metric_is_recomputed_and_an_altered_one_is_found(recorded, recorded_result) -> None:

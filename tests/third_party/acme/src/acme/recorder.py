@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rmfs import Question, RunInfo, hookimpl
-from rmfs_core.results.files import write_text
+from rmfs_commands.results.files import write_text
 
 
 class Log:
