@@ -505,20 +505,9 @@ def test_scenarios_as_toml() -> None:
 
 @cases(
     "overrides note",
-    (
-        ['instance.departures={times=["00:00"], cutoff_s=60}'],
-        "Note: 9 orders go with a truck of a later day than they arrive on.",
-    ),
-    (["costs.packer_per_h=1"], "Note: `costs.packer_per_h` is paid to nobody: there are no packing stations."),
-    (
-        ["costs.replenisher_per_h=1"],
-        "`costs.replenisher_per_h` is paid to nobody: there are no replenishment stations.",
-    ),
-    (["costs.late_h=1"], "Note: `costs.late_order` and `costs.late_h` count nothing: no order has a due time."),
-    (
-        ["costs.picker_per_h=1", "instance.arrivals={process='poisson', orders_per_hour=0.05}"],
-        " h before the first order arrives; `stations.open` says when stations open",
-    ),
+    (['instance.departures={times=["00:00"], cutoff_s=60}'], "Note: 9 orders go with a truck of a later day than"),
+    (["costs={packer_per_h=1}"], "Note: `costs.packer_per_h` is paid to nobody: there are no packing stations."),
+    (["costs={late_h=1}"], "Note: `costs.late_order` and `costs.late_h` count nothing: no order has a due time."),
 )
 def test_departures_and_costs_that_may_be_slips_are_noted(overrides: list[str], note: str) -> None:
     found = check_scenario("examples/small", ["instance.orders=9", *overrides], None, allow_inline=False)
