@@ -104,7 +104,7 @@ export class Panel {
       ["Backlog", String(world.backlog)],
       ["Picks", String(world.picks)],
       ["Visits", String(world.visits)],
-      ["Picks a visit", world.visits ? (world.picks / world.visits).toFixed(2) : "–"],
+      ["Picks per visit", world.visits ? (world.picks / world.visits).toFixed(2) : "–"],
       ["Driven", `${(view.distance(world.tick) / 1000).toFixed(1)} km`],
       ["Robots", this.robots(view)],
       ...where(has.packing, "Packed", `${world.packing.reduce((sum, { packed }) => sum + packed, 0)} of ${run.orders.name.length} orders`),

@@ -17,7 +17,7 @@ export function binTicks(end) {
 }
 
 /**
- * Picks an hour in each bin, orders in the backlog at the end of each, and the times of decisions.
+ * Picks per hour in each bin, orders in the backlog at the end of each, and the times of decisions.
  * @param {Run} run
  * @returns {Series}
  */

@@ -1,5 +1,5 @@
 // @ts-check
-// The time line: picks an hour as bars, backlog as a line, decisions as ticks; where the clock is.
+// The time line: picks per hour as bars, backlog as a line, decisions as ticks; where the clock is.
 
 import { clockTime } from "./clock.mjs";
 import { penOf } from "./draw.mjs";
@@ -102,7 +102,7 @@ export class Timeline {
       x += pen.measureText(text).width + 14;
     };
     if (this.label) say(this.label, p.ink);
-    say(`picks an hour, up to ${Math.round(this.mostPicks)}`, p.soft, p.levels[1]);
+    say(`picks per hour, up to ${Math.round(this.mostPicks)}`, p.soft, p.levels[1]);
     say(`backlog, up to ${this.mostBacklog}`, p.soft, p.ink);
     if (this.width > 560) say("decisions below", p.soft);
   }
@@ -132,6 +132,6 @@ export class Timeline {
    */
   says(tick) {
     const bin = Math.min(Math.floor(tick / this.series.width), this.series.perHour.length - 1);
-    return `${clockTime(tick)}: ${Math.round(this.series.perHour[bin])} picks an hour, backlog ${this.series.backlog[bin]}`;
+    return `${clockTime(tick)}: ${Math.round(this.series.perHour[bin])} picks per hour, backlog ${this.series.backlog[bin]}`;
   }
 }
