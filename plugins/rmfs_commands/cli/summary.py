@@ -7,6 +7,7 @@ from textwrap import wrap
 from typing import Any
 
 from rich.console import Console, Group, RenderableType
+from rich.measure import Measurement
 from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
@@ -98,7 +99,8 @@ def print_bottleneck(console: Console, result: Result) -> None:
             told += ", picking only"
         console.print(Text(f"Where the turn-over time {told}", style="bold cyan"))
         cells = [
-            (PARTS[part], f"{seconds:,.1f} s", f"{100 * seconds / whole:.0f} %") for part, seconds in parts.items()
+            (PARTS[part], f"{seconds:,.{seconds < 10_000:d}f} s", f"{100 * seconds / whole:.0f} %")
+            for part, seconds in parts.items()
         ]
         grid = Table.grid(padding=(0, 2, 0, 0))
         rows = [(one,) for one in cells] if console.width < NARROW else zip(cells[:4], cells[4:], strict=True)
@@ -108,6 +110,8 @@ def print_bottleneck(console: Console, result: Result) -> None:
             column.justify = "right"
         for column in grid.columns[::3]:
             column.justify = "left"
+        if Measurement.get(console, console.options.update(max_width=200), grid).maximum > console.width:
+            grid.padding = (0, 1, 0, 0)
         console.print(grid)
     lines = Table.grid(padding=(0, 1, 0, 0))
     lines.add_column(style="bold cyan", no_wrap=True)

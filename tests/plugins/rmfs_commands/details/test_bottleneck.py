@@ -189,6 +189,15 @@ def test_where_orders_are_refilled_the_bound_is_on_picks() -> None:
     assert found["says"][1].startswith("One more station: at most 5")
 
 
+def test_days_of_waiting_take_no_more_lines() -> None:
+    result = rmfs_core.run("examples/small", overrides=SMALL)
+    parts = result.summary["bottleneck"]["turnover_parts_s"]
+    parts |= {part: 999.9 * seconds for part, seconds in parts.items()}
+    console = Console(width=80, file=StringIO())
+    print_bottleneck(console, result)
+    assert len(console.file.getvalue().strip().splitlines()) == 9
+
+
 def test_stations_that_a_rule_closes_are_no_matter_of_hours() -> None:
     found = bottleneck(*MANY, "rules.activate=constant-ratio")
     assert found["causes_percent"]["hours"] == 0
