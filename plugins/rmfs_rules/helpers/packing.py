@@ -43,10 +43,9 @@ def packing_work_s(warehouse: WarehouseView) -> float:
     work_s, crew = 0.0, 0
     for station in warehouse.packing_stations:
         one, orders = station.section, station.orders
-        packing, split = sum(order.items for order in orders), [order.items for order in orders if order.split]
-        work_s += (
-            one.pack_s * len(orders) + one.pack_item_s * packing + one.tote_s * len(split) + one.put_s * sum(split)
-        )
+        whole, split = [order.items for order in orders], [order.items for order in orders if order.split]
+        work_s += one.pack_s * len(whole) + one.pack_item_s * sum(whole)
+        work_s += one.tote_s * len(split) + one.put_s * sum(split)
         crew += one.packers + one.sorters
     return work_s / crew if crew else 0.0
 
