@@ -18,6 +18,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.wording import listed, nearest, one_line, raised, shown_short
 
 T = TypeVar("T")
+_all = lru_cache(maxsize=1)(lambda _stamps: entry_points())  # of all groups: to read those of one takes as long
 
 RULES = "rmfs.rules"
 COMMANDS = "rmfs.commands"
@@ -54,11 +55,6 @@ def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
         with suppress(OSError):
             stamps.append((place, os.stat(place or ".").st_mtime_ns))  # noqa: PTH116 (a text that may be empty)
     return dict(_offers(group, tuple(stamps)))
-
-
-@lru_cache(maxsize=1)
-def _all(_stamps: tuple[tuple[str, int], ...]) -> Any:
-    return entry_points()  # of all groups: one costs as much, by reading them all
 
 
 @lru_cache(maxsize=16)
