@@ -302,7 +302,7 @@ def station_queue(
         urgent = due(order) <= now.now_s + urgent_s
         return urgent, wants(order) <= at_station[station], wants(order) <= available[station]
 
-    greedy.score = score
+    greedy.score, greedy.orders = score, [order for order in now.backlog if order.id in queue_of or greedy.large(order)]
     return greedy.decide()
 
 

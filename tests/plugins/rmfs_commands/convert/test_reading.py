@@ -259,7 +259,7 @@ def test_without_options() -> None:
     (("--encoding", "UTF8"), "utf-8"),
     (("--encoding", "latin-1"), "iso8859-1"),
     (("--zone", "Europe/Berlin"), ZoneInfo("Europe/Berlin")),
-    (("--time-format", "unix"), "unix"),
+    (("--time-format", "unix"), ("unix",)),
     (("--decimal", ","), ","),
 )
 def test_values(arguments: tuple[str, str], value: object) -> None:
