@@ -39,7 +39,8 @@ def make_layout(scenario: Scenario, text: str | None = None) -> Layout:
     if section.map_file is not None:
         path = Path(scenario.folder) / section.map_file
         place, text = str(path), _text_of(path) if text is None else text
-    return _layout(layout_maker(section), section, text, scenario.stations.queue_length, place)
+    make = _layout.__wrapped__ if section.parameters else _layout  # parameters may name files
+    return make(layout_maker(section), section, text, scenario.stations.queue_length, place, scenario.folder)
 
 
 def layout_maker(section: LayoutSection) -> tuple[EntryPoint, ...]:
@@ -60,10 +61,15 @@ def _text_of(path: Path) -> str:
 
 @lru_cache(maxsize=16)
 def _layout(
-    entries: tuple[EntryPoint, ...], section: LayoutSection, text: str | None, queue_length: int | None, place: str
+    entries: tuple[EntryPoint, ...],
+    section: LayoutSection,
+    text: str | None,
+    queue_length: int | None,
+    place: str,
+    folder: str,
 ) -> Layout:
     handed = {"section": section, "text": text, "queue_length": queue_length, "place": place}
-    layout = entrypoints.generated(entries, Layout, _malformed, "", **handed)
+    layout = entrypoints.generated(entries, Layout, _malformed, folder, **handed)
     layout.kind.setflags(write=False)  # runs share it
     layout.moves.setflags(write=False)
     check_size(layout.width, layout.height, place)

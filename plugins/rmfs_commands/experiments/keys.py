@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os.path
 import uuid
 from collections.abc import Callable, Mapping
 from functools import reduce
@@ -41,9 +42,13 @@ def run_key(scenario: Scenario, versions: Mapping[str, str], sources: Mapping[st
     InputError
         When a file that the scenario names cannot be read.
     """
-    tables = scenario_to_dict(scenario)
+    tables, folder = scenario_to_dict(scenario), Path(scenario.folder)
     for (*sections, name), file in data_files(scenario).items():
-        reduce(getitem, sections, tables)[name] = _digest(Path(scenario.folder) / file, ".".join([*sections, name]))
+        reduce(getitem, sections, tables)[name] = _digest(folder / file, ".".join([*sections, name]))
+    for section in (tables["instance"], tables["layout"]):  # a text among a generator's parameters may be a file's name
+        given = section["parameters"].items()
+        texts = {name: folder / text for name, text in given if isinstance(text, str) and "\0" not in text}
+        section["parameters"] |= {name: _digest(file) for name, file in texts.items() if os.path.isfile(file)}  # noqa: PTH113
 
     seed = uuid.uuid4().hex  # where the seed goes: the rest is written once for all seeds
     content = {"scenario": {**tables, "seed": seed}, "versions": dict(versions), "sources": dict(sources)}

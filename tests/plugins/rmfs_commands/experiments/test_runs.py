@@ -96,6 +96,18 @@ def test_the_files_of_parameters_count(folder: Path) -> None:
     assert keys[0] == keys[2] == keys[3]
 
 
+@cases("section", ("instance",), ("layout",))
+def test_the_files_of_generators_count(folder: Path, section: str) -> None:
+    tiny = load_scenario(folder / "tiny.toml")
+    parameters = {"history": "w.txt", "name": "none such", "level": 3}
+    given = evolve(tiny, **{section: evolve(getattr(tiny, section), parameters=parameters)})
+    keys = []
+    for number in ("1", "2", "1"):
+        (folder / "w.txt").write_text(number, encoding="utf-8")
+        keys.append(key_of(given))
+    assert keys[0] == keys[2] != keys[1]
+
+
 def test_place_and_order_do_not_count(scenario: Scenario, tmp_path: Path) -> None:
     before = key_of(scenario)
     elsewhere = tmp_path / "elsewhere"
