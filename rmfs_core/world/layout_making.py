@@ -39,7 +39,8 @@ def make_layout(scenario: Scenario, text: str | None = None) -> Layout:
     if section.map_file is not None:
         path = Path(scenario.folder) / section.map_file
         place, text = str(path), _text_of(path) if text is None else text
-    make = _layout.__wrapped__ if section.parameters else _layout  # parameters may name files
+    named = any(isinstance(one, str) for one in section.parameters.values())  # a file, perhaps, which may change
+    make = _layout.__wrapped__ if named else _layout
     return make(layout_maker(section), section, text, scenario.stations.queue_length, place, scenario.folder)
 
 

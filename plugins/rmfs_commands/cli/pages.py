@@ -38,7 +38,7 @@ def check_target(file: Path | None) -> None:
     try:
         with file.open("rb") as stream:
             page = stream.read(15).lower().startswith(b"<!doctype html")
-    except (FileNotFoundError, NotADirectoryError):
+    except (FileNotFoundError, IsADirectoryError, NotADirectoryError):  # the last two are refused as it is written
         return
     except OSError as error:
         raise InputError(str(file), f"cannot be written: {error.strerror}; expected the name of a new file") from None

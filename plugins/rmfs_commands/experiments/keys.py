@@ -46,9 +46,9 @@ def run_key(scenario: Scenario, versions: Mapping[str, str], sources: Mapping[st
     for (*sections, name), file in data_files(scenario).items():
         reduce(getitem, sections, tables)[name] = _digest(folder / file, ".".join([*sections, name]))
     for section in (tables["instance"], tables["layout"]):  # a text among a generator's parameters may be a file's name
-        given = section["parameters"].items()
-        texts = {name: folder / text for name, text in given if isinstance(text, str) and "\0" not in text}
-        section["parameters"] |= {name: _digest(file) for name, file in texts.items() if os.path.isfile(file)}  # noqa: PTH113
+        given = section.get("parameters", {})
+        texts = {name: folder / text for name, text in given.items() if isinstance(text, str) and "\0" not in text}
+        given |= {name: _digest(file) for name, file in texts.items() if os.path.isfile(file)}  # noqa: PTH113
 
     seed = uuid.uuid4().hex  # where the seed goes: the rest is written once for all seeds
     content = {"scenario": {**tables, "seed": seed}, "versions": dict(versions), "sources": dict(sources)}

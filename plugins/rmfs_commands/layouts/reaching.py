@@ -31,7 +31,7 @@ def check_layout(layout: Layout, place: str) -> None:
         raise InputError(place, "the layout has no floor; expected aisles (`.` in a map)")
     storage = layout.storage_locations
     open_to_floor = {cell for cell in storage if _floor_beside(layout, cell)}
-    _refuse(layout, place, storage, open_to_floor, "have no floor beside them, so no pod gets in or out")
+    _refuse(layout, place, storage, open_to_floor, "have no floor next to them, so no pod gets in or out")
     start = _floor_beside(layout, storage[0])[0]
     steps = {int(cell): _steps(layout, int(cell)) for cell in floor}
     backward: dict[int, list[int]] = {cell: [] for cell in steps}
@@ -53,7 +53,7 @@ def check_layout(layout: Layout, place: str) -> None:
 
 def _check_station(layout: Layout, place: str, station: int, entry: int, aisles: set[int]) -> None:
     if not layout.moves[station]:
-        raise InputError(f"{place}, {layout.where(station)}", "no floor beside the station to leave it")
+        raise InputError(f"{place}, {layout.where(station)}", "no floor next to the station to leave it")
     entered = any(
         beside in aisles and layout.may_step(beside, (heading + 2) % 4) for heading, beside in layout.beside(entry)
     )

@@ -96,7 +96,7 @@ def test_the_files_of_parameters_count(folder: Path) -> None:
     assert keys[0] == keys[2] == keys[3]
 
 
-@cases("section", ("instance",), ("layout",))
+@cases("section", "instance", "layout")
 def test_the_files_of_generators_count(folder: Path, section: str) -> None:
     tiny = load_scenario(folder / "tiny.toml")
     parameters = {"history": "w.txt", "name": "none such", "level": 3}
