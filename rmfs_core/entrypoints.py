@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from copy import deepcopy
 from functools import lru_cache
-from importlib.metadata import Distribution, EntryPoint, entry_points
+from importlib.metadata import Distribution, EntryPoint, EntryPoints, entry_points
 from inspect import signature
 from typing import Any, TypeVar
 
@@ -55,10 +55,13 @@ def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
     return dict(_offers(group, tuple(stamps)))
 
 
+_all = lru_cache(maxsize=1)(lambda _stamps: entry_points())  # of all groups: one costs as much, by reading them all
+
+
 @lru_cache(maxsize=16)
-def _offers(group: str, _stamps: tuple[tuple[str, int], ...]) -> dict[str, tuple[EntryPoint, ...]]:
+def _offers(group: str, stamps: tuple[tuple[str, int], ...]) -> dict[str, tuple[EntryPoint, ...]]:
     found: dict[str, list[EntryPoint]] = {}
-    for entry in sorted(_entries(group), key=lambda entry: entry.name):
+    for entry in sorted(_entries(group, _all(stamps)), key=lambda entry: entry.name):
         found.setdefault(entry.name, []).append(entry)
     for name, same in list(found.items()):
         if len(same) > 1:  # who offers an entry point is read from files: only where it matters
@@ -89,10 +92,10 @@ def format_module(name: str) -> Any:
     return load(chosen(FORMATS, None, name), f"format {name}", "format")
 
 
-def _entries(group: str) -> list[EntryPoint]:
+def _entries(group: str, known: EntryPoints) -> list[EntryPoint]:
     """Return a group's entry points, with those under its old name but for what a distribution offers under both."""
-    entries = [*entry_points(group=group)]
-    if group in RENAMED and (old := entry_points(group=RENAMED[group])):
+    entries = [*known.select(group=group)]
+    if group in RENAMED and (old := known.select(group=RENAMED[group])):
         both = {(*origin(entry), entry.name) for entry in entries}
         entries += [entry for entry in old if (*origin(entry), entry.name) not in both]
     return entries

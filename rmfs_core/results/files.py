@@ -190,12 +190,9 @@ def to_csv(columns: Sequence[str], rows: Iterable[Mapping[str, object]]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows([_field(row[column]) for column in columns] for row in rows)
+    fields = ([row[column] for column in columns] for row in rows)
+    writer.writerows([str(one).lower() if isinstance(one, bool) else one for one in row] for row in fields)
     return text.getvalue()
-
-
-def _field(value: object) -> object:
-    return ("true" if value else "false") if isinstance(value, bool) else value
 
 
 @contextmanager

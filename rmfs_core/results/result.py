@@ -20,8 +20,7 @@ Row = dict[str, Any]
 def tables() -> Any:
     """Return the module that says what tables a result has, the entry point ``tables`` of the group ``rmfs.formats``.
 
-    It has ``Tables``, an observer with the rows of each table as an attribute, and ``TABLE_FILES``, the name of its
-    file and its columns by table.
+    It has ``Tables``, an observer with each table's rows as an attribute, and ``TABLE_FILES``, its file and columns.
     """
     return format_module("tables")
 
@@ -125,7 +124,10 @@ class Result:
             When the folder is a file, or cannot be written to.
         """
         with staged(output_folder(folder)) as path:
-            for table, (name, columns) in tables().TABLE_FILES.items():
-                rows = getattr(self, table)
-                write_text(path / name, to_csv([*(rows[0] if rows else columns)], rows))
-            write_text(path / RESULT_FILE, to_json(self.to_dict(), indent=2) + "\n")
+            for name, text in (self.table_files() | {RESULT_FILE: to_json(self.to_dict(), indent=2) + "\n"}).items():
+                write_text(path / name, text)
+
+    def table_files(self) -> dict[str, str]:
+        """Return the text of each table by the name of its file."""
+        given = [(name, columns, getattr(self, table)) for table, (name, columns) in tables().TABLE_FILES.items()]
+        return {name: to_csv([*(rows[0] if rows else columns)], rows) for name, columns, rows in given}

@@ -44,7 +44,7 @@ def marked_methods(plugin: object) -> dict[str, str]:
 
 
 def _marked(plugin: object) -> Iterator[tuple[str, Any]]:
-    for method in dir(plugin):
+    for method in [name for name in dir(plugin) if not name.startswith("__")]:  # of Python's own there are dozens
         with suppress(Exception, SystemExit):  # a property that raises is no hook
             if (options := _reader.parse_hookimpl_opts(plugin, method)) is not None:
                 yield method, options

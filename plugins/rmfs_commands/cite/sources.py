@@ -125,9 +125,9 @@ def _of_experiment(one: str, allow_inline: bool) -> Iterator[Scenario]:
 def _stored(runs: Path) -> Iterator[Scenario]:
     """Yield a scenario with each choice of rules in a folder of finished runs."""
     found: dict[str, Scenario] = {}
-    for folder in sorted(path for path in runs.iterdir() if (path / RESULT_FILE).is_file()):
-        if result := read_result(folder / RESULT_FILE):
-            scenario = scenario_from_dict(result["scenario"], name=str(folder / RESULT_FILE))
+    for file in sorted(file for below in ("*", "*/*") for file in runs.glob(f"{below}/{RESULT_FILE}")):
+        if result := read_result(file):
+            scenario = scenario_from_dict(result["scenario"], name=str(file))
             found.setdefault(repr(scenario.rules), scenario)
     yield from found.values()
 

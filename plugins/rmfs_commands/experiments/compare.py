@@ -313,8 +313,11 @@ def summary(
         sets[OVERALL] = list(rows)
     paired: list[Paired] = []
     for name, members in sets.items():
+        by_rule_set: dict[str, list[Mapping[str, Any]]] = {rule_set: [] for rule_set in rule_sets}
+        for row in members:
+            by_rule_set[row["rule_set"]].append(row)
         for metric in metrics:
-            paired += _family(name, members, metric, rule_sets, baseline)
+            paired += _family(name, by_rule_set, metric, baseline)
     counted = tuple(_count(name, members, rule_set) for name, members in sets.items() for rule_set in rule_sets)
     return Comparison(
         baseline,
@@ -336,12 +339,11 @@ def _label(row: Mapping[str, Any], by: Sequence[str]) -> str:
     return ", ".join(f"{name.rpartition('.')[2]}={row[name]}" for name in by)
 
 
-def _figures(rows: Iterable[Mapping[str, Any]], rule_set: str, metric: str) -> dict[tuple[str, int], float | None]:
+def _figures(rows: Rows, metric: str, *, defined: bool = True) -> dict[tuple[str, int], float | None]:
     """Return a rule set's figure by instance and seed; None where the run does not count or has none."""
     return {
-        (row["instance"], row["seed"]): row.get(metric) if row["status"] in COUNTED else None
+        (row["instance"], row["seed"]): row.get(metric) if defined and row["status"] in COUNTED else None
         for row in rows
-        if row["rule_set"] == rule_set
     }
 
 
@@ -357,10 +359,10 @@ Pairs = Sequence[_Pair]
 """Those of a seed, an instance each."""
 
 
-def _by_seed(rows: Rows, metric: str, rule_set: str, baseline: str) -> tuple[list[Pairs], Counter[str]]:
+def _by_seed(own_rows: Rows, base_rows: Rows, metric: str, *, defined: bool) -> tuple[list[Pairs], Counter[str]]:
     """Return the pairs of each seed that counts, and the number of pairs left out for each reason."""
-    ours, theirs = _figures(rows, rule_set, metric), _figures(rows, baseline, metric)
-    bounds = _figures(rows, rule_set, f"{BOUND}{metric}")
+    ours, theirs = (_figures(rows, metric, defined=defined) for rows in (own_rows, base_rows))
+    bounds = _figures(own_rows, f"{BOUND}{metric}")
     all_of_them = ours.keys() | theirs.keys()
     pairs = {
         key: _Pair(own, other, bounds[key])
@@ -374,45 +376,46 @@ def _by_seed(rows: Rows, metric: str, rule_set: str, baseline: str) -> tuple[lis
         if seed not in broken:
             seeds.setdefault(seed, []).append(pair)
     left = [key for key in sorted(all_of_them) if key not in pairs or key[1] in broken]
-    both = {(row["instance"], row["seed"], row["rule_set"]): row for row in rows} if left else {}
-    sides = ([row for name in (rule_set, baseline) if (row := both.get((*key, name))) is not None] for key in left)
-    return list(seeds.values()), Counter(_why(side, metric) for side in sides)
+    both = [{(row["instance"], row["seed"]): row for row in rows} for rows in (own_rows, base_rows) if left]
+    sides = ([row for side in both if (row := side.get(key)) is not None] for key in left)
+    return list(seeds.values()), Counter(_why(side, metric, defined=defined) for side in sides)
 
 
-def _why(runs: Rows, metric: str) -> str:
+def _why(runs: Rows, metric: str, *, defined: bool) -> str:
     """Say why a pair of runs does not count."""
     status = [run["status"] for run in runs]
     if "failed" in status:
         return "a run failed"
     if "partial" in status:
         return "a run was interrupted"
-    lacking = [run for run in runs if run.get(metric) is None]
+    lacking = [run for run in runs if not defined or run.get(metric) is None]
     if not lacking:
         return "a pair of another instance of the seed is left out"
-    if metric in MAKESPANS and all(metric in run for run in lacking):
+    if metric in MAKESPANS and (not defined or all(metric in run for run in lacking)):
         return "runs of the instance set leave orders at the horizon, so that there is no mean makespan"
     if not all(run.get("orders_completed", 1) for run in lacking):
         return "a run completes no order in the time that counts"
     return "a run has no such figure"
 
 
-def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseline: str) -> list[Paired]:
+def _family(name: str, by_rule_set: Mapping[str, Rows], metric: str, baseline: str) -> list[Paired]:
     """Compare the rule sets with the baseline in one metric on one instance set."""
-    if metric in MAKESPANS and any(row["status"] == "horizon" and row.get(metric, 0) is None for row in rows):
-        rows = [{**row, metric: None} for row in rows]
+    defined = metric not in MAKESPANS or not any(
+        row["status"] == "horizon" and row.get(metric, 0) is None for rows in by_rule_set.values() for row in rows
+    )
     found, differences, relative, amounts, bases = [], [], [], [], []
-    for rule_set in rule_sets:
-        seeds, why = _by_seed(rows, metric, rule_set, baseline)
+    for rule_set, rows in by_rule_set.items():
+        seeds, why = _by_seed(rows, by_rule_set[baseline], metric, defined=defined)
         number = sum(map(len, seeds))
         own = _mean([fmean(pair.own for pair in pairs) for pairs in seeds])
         other = _mean([fmean(pair.base for pair in pairs) for pairs in seeds])
         one = Paired(name, metric, rule_set, len(seeds), number, why.total(), own, other, why=why)
         found.append(_with_bound(one, seeds))
         compared = seeds if rule_set != baseline else []
-        defined = all(_tells_of_ratios(pairs) for pairs in zip(*seeds, strict=True))
+        of_ratios = all(_tells_of_ratios(pairs) for pairs in zip(*seeds, strict=True))
         bases.append(interval([fmean(pair.base for pair in pairs) for pairs in compared]))
         differences.append([fmean(figure - base for figure, base, _ in pairs) for pairs in compared])
-        relative.append([fmean(figure / base - 1 for figure, base, _ in pairs) for pairs in compared if defined])
+        relative.append([fmean(figure / base - 1 for figure, base, _ in pairs) for pairs in compared if of_ratios])
         amounts.append(all(own >= 0 and base >= 0 for pairs in compared for own, base, _ in pairs))
     compared_all = []
     of_all = zip(found, intervals(differences), intervals(relative), bases, amounts, strict=True)

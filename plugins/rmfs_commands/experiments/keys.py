@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import uuid
 from collections.abc import Callable, Mapping
 from functools import reduce
 from operator import getitem
@@ -44,12 +45,11 @@ def run_key(scenario: Scenario, versions: Mapping[str, str], sources: Mapping[st
     for (*sections, name), file in data_files(scenario).items():
         reduce(getitem, sections, tables)[name] = _digest(Path(scenario.folder) / file, ".".join([*sections, name]))
 
-    def key(seed: int) -> str:
-        content = {"scenario": {**tables, "seed": seed}, "versions": dict(versions), "sources": dict(sources)}
-        text = json.dumps(json_ready(content), sort_keys=True, ensure_ascii=False, default=repr)
-        return hashlib.sha256(text.encode()).hexdigest()[:KEY_LENGTH]
-
-    return key
+    seed = uuid.uuid4().hex  # where the seed goes: the rest is written once for all seeds
+    content = {"scenario": {**tables, "seed": seed}, "versions": dict(versions), "sources": dict(sources)}
+    text = json.dumps(json_ready(content), sort_keys=True, ensure_ascii=False, default=repr)
+    before, after = (part.encode() for part in text.split(f'"{seed}"'))
+    return lambda seed: hashlib.sha256(before + b"%d" % seed + after).hexdigest()[:KEY_LENGTH]
 
 
 def _digest(file: Path, place: str | None = None) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -32,7 +33,7 @@ def row_of(job: Job, content: Mapping[str, Any], note: Mapping[str, Any]) -> Row
     # What an observer measures under a name that something else has is no less there, and hides nothing.
     taken = row.keys() | figures.keys()
     metrics = {f"metrics.{name}" if name in taken else name: value for name, value in content["metrics"].items()}
-    return row | metrics | figures
+    return {sys.intern(name): value for name, value in (row | metrics | figures).items()}  # the same in every row
 
 
 def _flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

@@ -13,10 +13,11 @@ from rmfs_commands.experiments.bounds import add_bounds
 from rmfs_commands.experiments.compare import CATALOGUE, LEFT, Comparison, summary
 from rmfs_commands.experiments.experiment import Experiment, Job
 from rmfs_commands.experiments.outcome import Outcome
-from rmfs_commands.experiments.rows import Row, row_without_result
+from rmfs_commands.experiments.rows import Row, labels, row_without_result
 from rmfs_commands.experiments.store import RunStore
 from rmfs_commands.experiments.watching import Watcher
 from rmfs_commands.experiments.workers import WorkerDiedError, Workers
+from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric
 
 
@@ -136,50 +137,48 @@ def run_experiment(
     all_jobs = experiment.jobs(allow_inline_rules=allow_inline_rules)
     different = {job.key: job for job in all_jobs}
     runs = RunStore(store)
-    todo = [job for job in different.values() if not _is_stored(job, runs, watcher)]
-    todo.sort(key=lambda job: experiment.seeds.index(job.seed))  # so that the first tell how long all take
-    missing = {job.key for job in todo}
+    rows: dict[str, Row] = {}
     expected = _Expected(experiment, all_jobs)
     for job in different.values():
-        if expected.waits_for(job) and job.key not in missing:
-            expected.see(job, runs.row(job))
-    not_stored: dict[str, Outcome] = {}
+        row = _stored(job, runs, watcher)
+        if row is not None:
+            rows[job.key] = row
+            expected.see(job, row)
+    order = {seed: place for place, seed in enumerate(experiment.seeds)}
+    todo = [job for job in different.values() if job.key not in rows]
+    todo.sort(key=lambda job: order[job.seed])  # so that the first tell how long all take
     if todo:
         with (
             nullcontext(workers) if workers else closing(open_workers(jobs, dask, len(todo))) as slots,
             closing(_outcomes(todo, slots, watcher)) as outcomes,
         ):
-            watcher.started(len(different), len(different) - len(todo), slots.count)
+            watcher.started(len(different), len(rows), slots.count)
             try:
                 for job, outcome in outcomes:
-                    if outcome.result is None:
-                        not_stored[job.key] = outcome
-                    else:
-                        runs.save(job, outcome)
-                    row = _row(job, runs, not_stored)
+                    rows[job.key] = row = _row(job, runs, outcome)
                     watcher.run_finished(job, row)
-                    if expected.waits_for(job):
-                        expected.see(job, row)
+                    expected.see(job, row)
             finally:
                 watcher.ended()
-    rows = [_row(job, runs, not_stored) for job in all_jobs]
+    all_rows = [rows[job.key] if different[job.key] is job else rows[job.key] | labels(job) for job in all_jobs]
     if bounds:
-        add_bounds(all_jobs, rows, runs.folder, watcher)
+        add_bounds(all_jobs, all_rows, runs.folder, watcher)
     versions = {name: version for job in all_jobs for name, version in job.versions.items()}
     measures = {name: metric for job in all_jobs for name, metric in job.measures.items()}
     files = [(job.instance, job.scenario.instance) for job in all_jobs]
     fixed = frozenset(name for name, given in files if given.orders_file is not None and given.scale is None)
-    return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo), measures, fixed)
+    return ExperimentResult(experiment, all_rows, dict(sorted(versions.items())), len(todo), measures, fixed)
 
 
-def _is_stored(job: Job, runs: RunStore, watcher: Watcher) -> bool:
-    """Whether a run is there as it was stored; who watches is told of one that is not."""
+def _stored(job: Job, runs: RunStore, watcher: Watcher) -> Row | None:
+    """Return the row of a run that is there as it was stored; who watches is told of one that is not."""
     if job not in runs:
-        return False
-    problem = runs.problem(job)
-    if problem is not None:
-        watcher.run_dropped(job, problem)
-    return problem is None
+        return None
+    try:
+        return runs.row(job)
+    except InputError as problem:
+        watcher.run_dropped(job, str(problem))
+        return None
 
 
 class _Expected:
@@ -190,13 +189,9 @@ class _Expected:
         self._unseen = {repr(job.scenario.rules) for job in jobs if job.observed}
         self._known = {*CATALOGUE, *(name for job in jobs for name in job.measures)}
 
-    def waits_for(self, job: Job) -> bool:
-        """Whether no run with a job's observers was seen."""
-        return bool(self._unseen) and job.observed and repr(job.scenario.rules) in self._unseen
-
     def see(self, job: Job, row: Row) -> None:
         """Look at a finished run; when it is the last that was waited for, raise InputError for an unknown metric."""
-        if row["status"] == "failed":
+        if row["status"] == "failed" or not job.observed or repr(job.scenario.rules) not in self._unseen:
             return
         self._unseen.discard(repr(job.scenario.rules))
         self._known |= _metrics([row])
@@ -255,7 +250,8 @@ def _given_up(died: WorkerDiedError) -> Outcome:
     return Outcome(None, f"{died}; given up after the repetition", type(died).__name__)
 
 
-def _row(job: Job, runs: RunStore, not_stored: dict[str, Outcome]) -> Row:
-    """Return the row of a run: from the store, so that it is the same whenever it was computed."""
-    outcome = not_stored.get(job.key)
-    return runs.row(job) if outcome is None else row_without_result(job, outcome.error or "", outcome.error_kind or "")
+def _row(job: Job, runs: RunStore, outcome: Outcome) -> Row:
+    """Store what came of a run, if it has a result; return its row, the same as if it were read from the store."""
+    if outcome.result is not None:
+        return runs.save(job, outcome)
+    return row_without_result(job, outcome.error or "", outcome.error_kind or "")

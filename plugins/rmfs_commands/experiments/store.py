@@ -1,7 +1,11 @@
 """Finished runs on disk: one folder each, named by the run's key, there whole or not at all.
 
+They are spread over folders named by the first two digits of their keys: a folder with 100,000 others in it is slow.
+Each run stays a folder of plain files, which other commands read like what `rmfs run` writes.
+
 The result.json of a stored run has the key inside and the digests of all its files: that of itself is of all the rest
-of it. So a run that was changed by hand, or copied from another place, is not taken for one that was computed.
+of it. So a run that was changed by hand, or copied from another place, or cut short by a power failure is not taken for
+one that was computed; and storing a run need not wait for the disk.
 """
 
 from __future__ import annotations
@@ -9,17 +13,19 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import shutil
 import uuid
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from rmfs_commands.experiments.experiment import Job
+from rmfs_commands.experiments.keys import KEY_LENGTH
 from rmfs_commands.experiments.outcome import Outcome
 from rmfs_commands.experiments.rows import Row, row_of
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
-from rmfs_core.results.files import hold, output_folder, to_json, write_text
+from rmfs_core.results.files import hold, output_folder, to_json
 
 NOTE_FILE = "run.json"
 PART = ".part"
@@ -34,7 +40,8 @@ class RunStore:
     Parameters
     ----------
     folder
-        Where the runs are; made when it is not there.
+        Where the runs are; made when it is not there. Runs that earlier versions stored directly in it take their
+        places.
 
     Raises
     ------
@@ -44,45 +51,81 @@ class RunStore:
 
     def __init__(self, folder: str | Path) -> None:
         self.folder = output_folder(folder)
+        for run in [path for path in self.folder.iterdir() if re.fullmatch(f"[0-9a-f]{{{KEY_LENGTH}}}", path.name)]:
+            with suppress(OSError):  # it is there already, or another process has moved it
+                self._put(run, run.name)
 
     def __contains__(self, job: Job) -> bool:
-        return (self.folder / job.key).is_dir()
+        return self.place(job).is_dir()
+
+    def place(self, job: Job) -> Path:
+        """Return the folder of a run, whether it is stored or not."""
+        return self._place(job.key)
 
     def problem(self, job: Job) -> str | None:
         """Say what is wrong with a stored run: its files are not those that were stored, or are another run's."""
         try:
-            self._read(job)
+            self.row(job)
         except InputError as error:
             return str(error)
         return None
 
-    def save(self, job: Job, outcome: Outcome) -> None:
-        """Store a run that has a result. It is written beside its place and renamed: a kill leaves no half run.
+    def save(self, job: Job, outcome: Outcome) -> Row:
+        """Store a run that has a result, and return its row.
 
-        What is there already stays, unless something is wrong with it.
+        It is written beside its place and renamed: a kill leaves no half run. What is there already stays, unless
+        something is wrong with it.
+
+        Raises
+        ------
+        InputError
+            When it cannot be written.
         """
         if outcome.result is None:
             raise ValueError("a run without a result has nothing to be stored")
+        if job in self and self.problem(job) is None:
+            return self.row(job)
+        about = {"run": str(job), "error_kind": outcome.error_kind, "run_s": outcome.run_s}
+        note = to_json(about | {"sources": dict(job.sources)}, indent=2) + "\n"
+        sealed = to_json(outcome.result.to_dict())
+        files = {name: _bytes(text) for name, text in (outcome.result.table_files() | {NOTE_FILE: note}).items()}
+        digests = {name: _digest(content) for name, content in sorted((files | {RESULT_FILE: _bytes(sealed)}).items())}
+        content = json.loads(sealed)
+        whole = to_json(content | {SEAL: {"key": job.key, "files": digests}}, indent=2) + "\n"
+        self._write(job, files | {RESULT_FILE: _bytes(whole)})
+        return row_of(job, content, about)
+
+    def _write(self, job: Job, files: dict[str, bytes]) -> None:
         beside = self.folder / f".{job.key}.{uuid.uuid4().hex[:12]}{PART}"
-        beside.mkdir()
-        held = os.open(beside, os.O_RDONLY)
-        hold(held)
         try:
-            outcome.result.save(beside)
-            note = {"run": str(job), "error_kind": outcome.error_kind, "run_s": outcome.run_s}
-            write_text(beside / NOTE_FILE, to_json(note | {"sources": dict(job.sources)}, indent=2) + "\n")
-            _seal(beside, job.key)
-            if job in self and self.problem(job) is not None:
-                aside = beside.with_name(f"{beside.name}.old{PART}")
-                (self.folder / job.key).rename(aside)
-                shutil.rmtree(aside, ignore_errors=True)
-            beside.rename(self.folder / job.key)
+            beside.mkdir()
+            held = os.open(beside, os.O_RDONLY)
+            hold(held)
+            try:
+                for name, content in files.items():
+                    (beside / name).write_bytes(content)
+                if job in self:  # with something wrong
+                    aside = beside.with_name(f"{beside.name}.old{PART}")
+                    self.place(job).rename(aside)
+                    shutil.rmtree(aside, ignore_errors=True)
+                self._put(beside, job.key)
+            finally:
+                os.close(held)
         except BaseException as error:  # Ctrl-C as well
             shutil.rmtree(beside, ignore_errors=True)
-            if not isinstance(error, OSError) or job not in self:  # else another process has stored the same run
+            if not isinstance(error, OSError):
                 raise
-        finally:
-            os.close(held)
+            if job not in self:  # else another process has stored the same run
+                raise InputError(str(self.folder), f"cannot be written: {error.strerror or error}") from error
+
+    def _put(self, run: Path, key: str) -> None:
+        """Give a folder with a run its place."""
+        place = self._place(key)
+        place.parent.mkdir(exist_ok=True)
+        run.rename(place)
+
+    def _place(self, key: str) -> Path:
+        return self.folder / key[:2] / key
 
     def row(self, job: Job) -> Row:
         """Read a stored run as a row.
@@ -92,36 +135,26 @@ class RunStore:
         InputError
             When its files are not what was stored.
         """
-        content, note = self._read(job)
-        return row_of(job, content, note)
-
-    def _read(self, job: Job) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return a stored run's result.json and note; raise `InputError` when they are not what was stored."""
-        folder = self.folder / job.key
+        folder = self.place(job)
         try:
             content, note = (json.loads((folder / name).read_text("utf-8")) for name in (RESULT_FILE, NOTE_FILE))
             seal = content.pop(SEAL)
             found = {name: _digest((folder / name).read_bytes()) for name in seal["files"]}
-            found[RESULT_FILE] = _digest(to_json(content).encode())
+            found[RESULT_FILE] = _digest(_bytes(to_json(content)))
             changed = [name for name, digest in seal["files"].items() if found[name] != digest]
             problem = f"{changed[0]} was changed" if changed else ""
             if seal["key"] != job.key:
                 problem = f"it is the run {seal['key']}"
-            if not problem:
-                row_of(job, content, note)
+            row = row_of(job, content, note) if not problem else {}
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
             raise InputError(str(folder), NOT_AS_STORED) from error
         if problem:
             raise InputError(str(folder), f"{NOT_AS_STORED}: {problem}")
-        return content, note
+        return row
 
 
-def _seal(folder: Path, key: str) -> None:
-    """Put the key of a run and the digests of its files into its result.json."""
-    content = json.loads((folder / RESULT_FILE).read_text("utf-8"))
-    files = {file.name: _digest(file.read_bytes()) for file in sorted(folder.iterdir())}
-    files[RESULT_FILE] = _digest(to_json(content).encode())
-    write_text(folder / RESULT_FILE, to_json(content | {SEAL: {"key": key, "files": files}}, indent=2) + "\n")
+def _bytes(text: str) -> bytes:
+    return text.encode("utf-8", "backslashreplace")
 
 
 def _digest(content: bytes) -> str:

@@ -170,7 +170,8 @@ def write_parquet(result: ExperimentResult, path: Path) -> None:
     import pyarrow
     from pyarrow import parquet
 
-    columns = {name: _array(pyarrow, name, values) for name, values in result.table().items()}
+    names = dict.fromkeys(name for row in result.rows for name in row)
+    columns = {name: _array(pyarrow, name, [row.get(name) for row in result.rows]) for name in names}
     with AtomicFile(path) as stream:
         parquet.write_table(pyarrow.table(columns), stream)
 

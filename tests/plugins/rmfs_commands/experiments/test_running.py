@@ -27,6 +27,7 @@ from rmfs_commands.experiments.local import LocalWorkers
 from rmfs_commands.experiments.outcome import simulate
 from rmfs_commands.experiments.progress import ExperimentLines, ExperimentPanel, experiment_display
 from rmfs_commands.experiments.running import open_workers
+from rmfs_commands.experiments.store import RunStore
 from rmfs_commands.experiments.workers import WorkerDiedError
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results.catalogue import Metric
@@ -130,8 +131,8 @@ def test_rows_are_what_single_runs_measure(experiment: Write, folder: Path, tmp_
 def test_each_run_is_stored_under_its_key(experiment: Write, tmp_path: Path) -> None:
     one = experiment()
     run_experiment(one, store=tmp_path / "runs", jobs=2)
-    assert {path.name for path in (tmp_path / "runs").iterdir()} == {job.key for job in one.jobs()}
-    files = {path.name for path in (tmp_path / "runs" / one.jobs()[0].key).iterdir()}
+    assert {path.name for path in (tmp_path / "runs").glob("*/*")} == {job.key for job in one.jobs()}
+    files = {path.name for path in RunStore(tmp_path / "runs").place(one.jobs()[0]).iterdir()}
     assert {"result.json", "orders.csv", "visits.csv", "periods.csv", "run.json"} <= files
 
 
@@ -204,7 +205,7 @@ def test_equal_rule_sets_are_computed_once(experiment: Write, tmp_path: Path) ->
 def test_a_stored_run_that_was_changed_is_computed_again(experiment: Write, tmp_path: Path) -> None:
     first = run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
     job = experiment().jobs()[1]
-    file = tmp_path / "runs" / job.key / "result.json"
+    file = RunStore(tmp_path / "runs").place(job) / "result.json"
     file.write_text(file.read_text(encoding="utf-8").replace('"picks": ', '"picks": 9', 1), encoding="utf-8")
     recorder = Recorder()
     again = run_experiment(experiment(), store=tmp_path / "runs", jobs=1, watcher=recorder)
@@ -378,7 +379,7 @@ def test_a_metric_that_nobody_measured_is_named(metric: str, experiment: Write, 
         ) as caught:
             run_experiment(one, store=tmp_path / "runs", jobs=1)
         assert f"`{metric}`" not in caught.value.problem  # it is no hint to itself
-        assert 2 <= len(list((tmp_path / "runs").iterdir())) < 6
+        assert 2 <= len(list((tmp_path / "runs").glob("*/*"))) < 6
     fixed = run_experiment(evolve(one, metrics=("legs_driven",)), store=tmp_path / "runs", jobs=1)
     assert 0 < fixed.computed <= 4
     assert fixed.comparison().metrics == ("legs_driven",)
@@ -608,7 +609,7 @@ def test_a_killed_worker_costs_nothing(cluster: Cluster, experiment: Write, tmp_
     local = run_experiment(one, store=tmp_path / "local-runs")
     assert (len(result.rows), result.failed, result.computed) == (12, [], 12)
     for job in one.jobs():
-        ours, theirs = (load_result(tmp_path / name / job.key) for name in ("cluster-runs", "local-runs"))
+        ours, theirs = (load_result(RunStore(tmp_path / name).place(job)) for name in ("cluster-runs", "local-runs"))
         assert ours.metrics == theirs.metrics
         assert (ours.orders, ours.visits) == (theirs.orders, theirs.visits)
         assert ours.to_dict().keys() == theirs.to_dict().keys()
@@ -626,7 +627,7 @@ def test_a_worker_of_several_threads_writes_the_same_bytes(cluster: Cluster, exp
     assert (len(far.rows), far.failed, near.failed) == (30, [], [])
     for job in one.jobs():
         for file in ("orders.csv", "visits.csv"):
-            ours, theirs = (tmp_path / name / job.key / file for name in ("cluster-runs", "local-runs"))
+            ours, theirs = (RunStore(tmp_path / name).place(job) / file for name in ("cluster-runs", "local-runs"))
             assert ours.read_bytes() == theirs.read_bytes(), (job.rule_set, job.seed, file)
 
 
@@ -654,7 +655,7 @@ def test_a_killed_scheduler_is_told_in_a_sentence(
     killer = KillerAfter(cluster.processes[0], runs=2)
     with pytest.raises(RunError, match=f"the Dask scheduler at {cluster.address} is lost; what finished is kept"):
         run_experiment(experiment(LONGER), store=tmp_path / "runs", dask=cluster.address, watcher=killer)
-    assert len(list((tmp_path / "runs").iterdir())) >= 2
+    assert len(list((tmp_path / "runs").glob("*/*"))) >= 2
     assert capfd.readouterr().err == ""
 
 

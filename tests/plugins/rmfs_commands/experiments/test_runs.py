@@ -285,7 +285,7 @@ def test_half_a_run_does_not_count(experiment: Write, tmp_path: Path) -> None:
     assert job in runs
     assert runs.row(job)["status"] == "complete"
     RunStore(tmp_path / "runs")
-    assert [path.name for path in runs.folder.iterdir()] == [job.key]
+    assert [*runs.folder.rglob("*.part"), *runs.folder.glob("*/*")] == [runs.place(job)]
 
 
 def test_a_run_that_another_process_stored_meanwhile_stays(experiment: Write, tmp_path: Path) -> None:
@@ -294,8 +294,8 @@ def test_a_run_that_another_process_stored_meanwhile_stays(experiment: Write, tm
     runs.save(job, simulate(job))
     before = runs.row(job)
     runs.save(job, simulate(job))
-    assert runs.row(job) == before
-    assert len(list((tmp_path / "runs").iterdir())) == 1
+    assert runs.save(job, simulate(job)) == before == runs.row(job)
+    assert list((tmp_path / "runs").glob("*/*")) == [runs.place(job)]
 
 
 def test_a_run_is_read_back_as_its_row(experiment: Write, tmp_path: Path) -> None:
@@ -304,10 +304,11 @@ def test_a_run_is_read_back_as_its_row(experiment: Write, tmp_path: Path) -> Non
     outcome = simulate(job)
     runs.save(job, outcome)
     row = runs.row(job)
+    assert runs.save(job, outcome) == row
     assert outcome.result is not None
     assert (row["rule_set"], row["seed"], row["key"]) == ("pod-match", 1, job.key)
     assert (row["run_s"], row["picks"]) == (outcome.run_s, outcome.result.metrics["picks"])
-    assert json.loads((runs.folder / job.key / "run.json").read_text(encoding="utf-8"))["run"] == str(job)
+    assert json.loads((runs.place(job) / "run.json").read_text(encoding="utf-8"))["run"] == str(job)
 
 
 def test_a_run_without_a_result_is_not_stored(experiment: Write, tmp_path: Path) -> None:
@@ -326,11 +327,11 @@ def test_what_cannot_be_written_leaves_nothing(
     outcome = simulate(job)
     for error in (OSError("no space left"), KeyboardInterrupt()):
 
-        def fail(path: Path, text: str, error: BaseException = error) -> None:
+        def fail(path: Path, content: bytes, error: BaseException = error) -> None:
             raise error
 
-        monkeypatch.setattr("rmfs_commands.experiments.store.write_text", fail)
-        with pytest.raises(type(error)):
+        monkeypatch.setattr(Path, "write_bytes", fail)
+        with pytest.raises((InputError, KeyboardInterrupt), match=r"runs: cannot be written: no space left|^$"):
             runs.save(job, outcome)
         assert list(runs.folder.iterdir()) == []
 
@@ -371,21 +372,35 @@ def test_a_run_that_was_changed_is_noticed(
     runs = RunStore(tmp_path / "runs")
     outcome = simulate(job)
     runs.save(job, outcome)
-    changed(runs.folder / job.key, name, text)
-    sentence = f"{runs.folder / job.key}: is not as it was stored{problem.format(key=job.key)}"
+    changed(runs.place(job), name, text)
+    sentence = f"{runs.place(job)}: is not as it was stored{problem.format(key=job.key)}"
     assert runs.problem(job) == sentence
     assert refusal(lambda: runs.row(job)) == sentence
     runs.save(job, outcome)
     assert runs.problem(job) is None
-    assert [path.name for path in runs.folder.iterdir()] == [job.key]
+    assert [*runs.folder.rglob("*.part"), *runs.folder.glob("*/*")] == [runs.place(job)]
 
 
 def test_the_run_of_another_key_is_noticed(experiment: Write, tmp_path: Path) -> None:
     one, other = experiment().jobs()[:2]
     runs = RunStore(tmp_path / "runs")
     runs.save(one, simulate(one))
-    (runs.folder / one.key).rename(runs.folder / other.key)
+    runs.place(other).parent.mkdir(exist_ok=True)
+    runs.place(one).rename(runs.place(other))
     assert str(runs.problem(other)).endswith(f": is not as it was stored: it is the run {one.key}")
+
+
+def test_runs_of_earlier_versions_take_their_places(experiment: Write, tmp_path: Path) -> None:
+    """They were beside each other; one that is stored anew already stays as it is."""
+    one, other = experiment().jobs()[:2]
+    runs = RunStore(tmp_path / "runs")
+    rows = [runs.save(job, simulate(job)) for job in (one, other)]
+    runs.place(one).rename(runs.folder / one.key)
+    shutil.copytree(runs.place(other), runs.folder / other.key)
+    (runs.folder / "bounds").mkdir()
+    again = RunStore(tmp_path / "runs")
+    assert [again.row(job) for job in (one, other)] == rows
+    assert not (runs.folder / one.key).exists()
 
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
