@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from copy import deepcopy
 from functools import lru_cache
-from importlib.metadata import Distribution, EntryPoint, EntryPoints, entry_points
+from importlib.metadata import Distribution, EntryPoint, entry_points
 from inspect import signature
 from typing import Any, TypeVar
 
@@ -17,6 +17,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.wording import listed, nearest, one_line, raised, shown_short
 
 T = TypeVar("T")
+_all = lru_cache(maxsize=1)(lambda _stamps: entry_points())  # of all groups: to read those of one takes as long
 
 RULES = "rmfs.rules"
 COMMANDS = "rmfs.commands"
@@ -55,9 +56,6 @@ def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
     return dict(_offers(group, tuple(stamps)))
 
 
-_all = lru_cache(maxsize=1)(lambda _stamps: entry_points())  # of all groups: one costs as much, by reading them all
-
-
 @lru_cache(maxsize=16)
 def _offers(group: str, stamps: tuple[tuple[str, int], ...]) -> dict[str, tuple[EntryPoint, ...]]:
     found: dict[str, list[EntryPoint]] = {}
@@ -92,7 +90,7 @@ def format_module(name: str) -> Any:
     return load(chosen(FORMATS, None, name), f"format {name}", "format")
 
 
-def _entries(group: str, known: EntryPoints) -> list[EntryPoint]:
+def _entries(group: str, known: Any) -> list[EntryPoint]:
     """Return a group's entry points, with those under its old name but for what a distribution offers under both."""
     entries = [*known.select(group=group)]
     if group in RENAMED and (old := known.select(group=RENAMED[group])):
