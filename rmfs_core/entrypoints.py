@@ -27,6 +27,7 @@ OBSERVERS = "rmfs.observers"
 INSTANCES = "rmfs.instances"
 LAYOUTS = "rmfs.layouts"
 FORMATS = "rmfs.formats"
+PROCESSES = "rmfs.processes"
 SECTIONS = {INSTANCES: "instance", LAYOUTS: "layout"}  # of a scenario, whose key `generator` names an entry point
 
 RENAMED = {RULES: "rmfs"}

@@ -35,12 +35,16 @@ __all__ = [
     "PodMoveDecided",
     "PodStored",
     "QueueJoined",
+    "RobotDown",
     "RobotMoved",
     "RobotRested",
     "RobotSent",
+    "RobotUp",
     "RobotsOnDuty",
     "StationClosed",
+    "StationDown",
     "StationOpened",
+    "StationUp",
     "TaskAssigned",
     "TripDecided",
     "VisitEnded",
@@ -302,17 +306,28 @@ class BundleStored(Event):
 
 
 @frozen
-class StationOpened(Event):
-    """A station takes orders from now on. Stations are open when a run starts, until the first events say otherwise."""
-
+class _OfStation(Event):
     station: int
 
 
 @frozen
-class StationClosed(Event):
+class StationOpened(_OfStation):
+    """A station takes orders from now on. Stations are open when a run starts, until the first events say otherwise."""
+
+
+@frozen
+class StationClosed(_OfStation):
     """A station takes no new orders from now on; it finishes those that it has."""
 
-    station: int
+
+@frozen
+class StationDown(_OfStation):
+    """A station has failed: nothing is begun there from now on; the pick in hand is finished."""
+
+
+@frozen
+class StationUp(_OfStation):
+    """A station is in service again."""
 
 
 @frozen
@@ -320,6 +335,21 @@ class RobotsOnDuty(Event):
     """Robots 1 to ``number`` take tasks from now on, the others none. At first all do."""
 
     number: int
+
+
+@frozen
+class RobotDown(Event):
+    """A robot without a task is out of service from now on: it has failed, or its maintenance (``planned``) begins."""
+
+    robot: int
+    planned: bool
+
+
+@frozen
+class RobotUp(Event):
+    """A robot is in service again."""
+
+    robot: int
 
 
 @frozen

@@ -56,13 +56,6 @@ def within(least: float, most: float) -> Check:
     return Check(expected, lambda value: bool(least <= value <= most), {"minimum": least, "maximum": most})
 
 
-def by_name(check: Check) -> Check:
-    """Return the check for a table whose values are right."""
-    expected = f"a table of names, each with {check.expected}"
-    schema = {"additionalProperties": {"type": "number", **check.schema}}
-    return Check(expected, lambda value: all(map(check.holds, value.values())), schema)
-
-
 class OneOf:
     """attrs validator: one of some words."""
 

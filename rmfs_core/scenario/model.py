@@ -27,11 +27,10 @@ from rmfs_core.scenario.checks import (
     OneOf,
     Spans,
     at_least,
-    by_name,
     key,
     within,
 )
-from rmfs_core.scenario.service import ServiceTime
+from rmfs_core.scenario.service import SPEEDS, ServiceTime, Speed
 from rmfs_core.scenario.source import Source
 from rmfs_core.timetable import Span
 
@@ -258,6 +257,14 @@ class BatterySection:
 
 
 @frozen
+class FailuresSection:
+    """Failures and repairs: exponential times, drawn for each robot or station by the seed and their number."""
+
+    mtbf_h: float = key("Mean time in service until a failure", unit="h", check=within(0.001, 1e6))
+    mttr_s: float = key("Mean time from there until it is repaired", unit="s", check=within(0.001, 1e7))
+
+
+@frozen
 class RobotsSection:
     """The robots and how they move."""
 
@@ -266,7 +273,7 @@ class RobotsSection:
     acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=MOVING)
     top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=MOVING)
     full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=DURATION)
-    lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=MAYBE_NO_TIME)
+    lift_s: float | ServiceTime = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=MAYBE_NO_TIME)
     available: tuple[Span, ...] | None = key(
         'When robots take tasks, every day: `[["06:00", "22:00"], ["22:00", "06:00", 4]]`, by night robots 1 to 4; '
         "where spans overlap, the larger number counts, `count` at most. Left out: always",
@@ -274,6 +281,15 @@ class RobotsSection:
         check=Spans(MOST_PODS),
     )
     battery: BatterySection | None = key("Batteries; left out: they never run down", None)
+    failures: FailuresSection | None = key(
+        "How often robots fail: they finish their task, are out of service where they then stand, and make way there",
+        None,
+    )
+    maintenance: Mapping[str, tuple[Span, ...]] | None = key(
+        'When robots are maintained, every day, by robot: `{ 3 = [["02:00", "04:00"]] }`. One finishes its task first',
+        None,
+        check=Spans(),
+    )
 
 
 @frozen
@@ -323,10 +339,15 @@ class StationsSection:
         unit="s",
         check=MAYBE_NO_TIME,
     )
-    speed: Mapping[str, float] = key(
-        "How fast a station's picker is, by station name: all times there are divided by it; left out: 1",
+    speed: Mapping[str, Speed] = key(
+        "How fast a station's picker is, by station name: all times there are divided by it; left out: 1. Or that of "
+        'each shift, every day: `{ 2 = [["06:00", "14:00", 1.1], ["14:00", "22:00", 0.9]] }`; outside of them 1',
         factory=dict,
-        check=by_name(within(0.01, 100)),
+        check=SPEEDS,
+    )
+    outages: FailuresSection | None = key(
+        "How often picking stations fail: the item in hand is handled, the rest waits, no orders are taken until then",
+        None,
     )
     release: str = key(
         "An order is complete, and its place free, when its last item is `picked` or, as in RAWSim-O, `handled`",
@@ -377,10 +398,10 @@ class PackingSection:
         "part",
         check=OneOf("part", "visit"),
     )
-    tote_s: float = key("Time of putting a part into a box, items aside", 3.0, unit="s", check=MAYBE_NO_TIME)
-    put_s: float = key("Time for each of its items", 4.0, unit="s", check=MAYBE_NO_TIME)
-    pack_s: float = key("Time of packing an order, items aside", 30.0, unit="s", check=MAYBE_NO_TIME)
-    pack_item_s: float = key("Time for each of its items", 5.0, unit="s", check=MAYBE_NO_TIME)
+    tote_s: float | ServiceTime = key("Time of boxing a part, items aside", 3.0, unit="s", check=MAYBE_NO_TIME)
+    put_s: float | ServiceTime = key("Time for each of its items", 4.0, unit="s", check=MAYBE_NO_TIME)
+    pack_s: float | ServiceTime = key("Time of packing an order, items aside", 30.0, unit="s", check=MAYBE_NO_TIME)
+    pack_item_s: float | ServiceTime = key("Time for each of its items", 5.0, unit="s", check=MAYBE_NO_TIME)
     packing_from: str = key(
         "An order has its box until it is `packed`, or, as the paper counts, `picked`",
         "packed",

@@ -28,7 +28,7 @@ DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("instance", "replenishment", "file"): frozenset(),
     ("layout", "map_file"): DRAWN,
     ("robots", "file"): frozenset(),
-    **{("stations", key, "file"): frozenset((key,)) for key in MAY_SPREAD},
+    **{(section, key, "file"): frozenset((key,)) for section, keys in MAY_SPREAD.items() for key in keys},
 }
 """Path of the key of every file with data that a scenario may name, and the keys that it takes the place of."""
 

@@ -15,14 +15,21 @@ from attrs import frozen
 from rmfs_core.entrypoints import format_module
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.checks import Check, OneOf, key, within
+from rmfs_core.timetable import read_spans
 
 if TYPE_CHECKING:
     import numpy as np
 
+Speed = float | tuple[tuple[str | float, ...], ...]
+"""Of a picker: a number, or one for each of some spans of the day."""
 NO_SPREAD = 1e-6
 """A coefficient of variation below this is none."""
-MAY_SPREAD = ("pick_s", "handle_s", "store_s", "line_s", "order_s")
-"""Keys of the section of stations whose times may vary."""
+MAY_SPREAD = {
+    "stations": ("pick_s", "handle_s", "store_s", "line_s", "order_s"),
+    "packing": ("tote_s", "put_s", "pack_s", "pack_item_s"),
+    "robots": ("lift_s",),
+}
+"""Keys whose times may vary, by section."""
 TIMES = Check("times from 0 to 3600, at least one", lambda value: bool(value) and 0 <= min(value) <= max(value) <= 3600)
 
 
@@ -107,6 +114,24 @@ def drawn(seconds: float | None, rng: np.random.Generator) -> float:
     return float(rng.lognormal(log(mean) - variance / 2, sqrt(variance)))
 
 
+def speeds_of(speed: Speed) -> tuple[tuple[tuple[int, int, int], ...], tuple[float, ...]]:
+    """Return spans that number the speeds beside, from 1; the first is that of no span. ValueError for wrong ones."""
+    shifts = speed if isinstance(speed, tuple) else ()
+    speeds = [1.0 if isinstance(speed, tuple) else speed, *(span[-1] for span in shifts if len(span) == 3)]
+    numbers = tuple(float(one) for one in speeds if not isinstance(one, str) and 0.01 <= one <= 100)
+    if len(numbers) <= len(shifts):
+        spans = 'spans such as ["06:00", "14:00", 0.9]'
+        raise ValueError(f"expected a table of names, each with a number from 0.01 to 100, or with {spans}")
+    return read_spans([(*map(str, span[:2]), n) for n, span in enumerate(shifts, 1)], len(shifts)), numbers
+
+
+SPEEDS = Check(
+    "speeds",
+    lambda table: all(map(speeds_of, table.values())),
+    {"additionalProperties": {"anyOf": [{"type": "number", "minimum": 0.01, "maximum": 100}, {"type": "array"}]}},
+)
+
+
 def with_times(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
     """Return the tables of a scenario with the times in place of the files that hold them.
 
@@ -115,10 +140,12 @@ def with_times(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
     InputError
         When a file is wrong.
     """
-    if not isinstance(table := data.get("stations"), Mapping):
-        return data
-    times = {key: _read(table[key], folder, f"stations.{key}.file") for key in MAY_SPREAD if key in table}
-    return {**data, "stations": {**table, **times}}
+    changed = dict(data)
+    for section, keys in MAY_SPREAD.items():
+        if isinstance(table := data.get(section), Mapping):
+            times = {key: _read(table[key], folder, f"{section}.{key}.file") for key in keys if key in table}
+            changed[section] = {**table, **times}
+    return changed
 
 
 def _read(value: Any, folder: Path, key: str) -> Any:

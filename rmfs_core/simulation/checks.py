@@ -188,7 +188,7 @@ def task(warehouse: Warehouse, given: decisions.TaskAssignment) -> tuple[Robot, 
     robot = known("robot", given.robot, warehouse.robots)
     pod = known("pod", given.pod, warehouse.pods)
     if not robot.idle:
-        state = "busy" if robot.on_duty else "off duty"
+        state = "out of service" if not robot.in_service else "busy" if robot.on_duty else "off duty"
         raise ImpossibleError(f"gave pod {pod.label} to robot {robot.label}, which is {state}")
     if pod.id not in warehouse.waiting:
         raise ImpossibleError(f"gave pod {pod.label} to robot {robot.label}, but the pod does not wait for a robot")
@@ -200,7 +200,8 @@ def rest(warehouse: Warehouse, given: decisions.RobotMove) -> tuple[Robot, int, 
     layout, share = warehouse.travel.layout, given.charge or 0.0
     robot, cell = known("robot", given.robot, warehouse.robots), whole("cell", given.cell)
     if not robot.resting:
-        raise ImpossibleError(f"sent robot {robot.label} to rest, which is busy")
+        state = "busy" if robot.in_service else "out of service"
+        raise ImpossibleError(f"sent robot {robot.label} to rest, which is {state}")
     charges, problem = cell in layout.chargers, ""
     if not charges and cell not in layout.storage_locations:
         problem = "no storage location or charger"

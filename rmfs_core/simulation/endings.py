@@ -58,6 +58,7 @@ def standstill(warehouse: Warehouse, rules: RuleSet, skus: Sequence[str]) -> str
     unpacked = sum(order.complete for station in warehouse.packing for order in station.orders)
     low = sum(robot.low for robot in warehouse.robots)
     off = sum(not robot.on_duty for robot in warehouse.robots)
+    down = sum(not robot.in_service for robot in warehouse.robots)
     details = (
         f"{len(warehouse.backlog):,} in the backlog",
         _lacking(warehouse, skus),
@@ -66,6 +67,7 @@ def standstill(warehouse: Warehouse, rules: RuleSet, skus: Sequence[str]) -> str
         f"{counted(uncovered, 'open request')} that no inbound pod can serve",
         f"{counted(len(warehouse.waiting), 'pod')} waiting for a robot",
         f"{counted(off, 'robot')} off duty" if off else "",
+        f"{counted(down, 'robot')} out of service" if down else "",
         f"{counted(low, 'robot')} with too little charge for a task" if low else "",
     )
     return (

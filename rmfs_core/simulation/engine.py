@@ -14,6 +14,7 @@ import simpy
 
 from rmfs_core import events
 from rmfs_core.clock import to_ticks
+from rmfs_core.entrypoints import PROCESSES, chosen, load
 from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.info import RunInfo
 from rmfs_core.rules import RuleSet
@@ -79,7 +80,7 @@ class Simulation:
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
         self.motion = opening.warehouse.travel.motion
-        self._services = opening.services
+        self._services, self._outages = opening.services, self._make_outages()
         self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
         self._at_stations, self._hours = opening.at_stations, opening.hours
@@ -87,7 +88,7 @@ class Simulation:
         self._visits = self._completed = 0
         self._coming = [*reversed(self.warehouse.orders)] if scenario.instance.arrivals.backlog is not None else []
         self._supply = Supply(scenario, instance) if instance.restocked else None
-        self._packing = Packing(self.context, self._packed) if opening.warehouse.packing else None
+        self._packing = Packing(self.context, opening.services, self._packed) if opening.warehouse.packing else None
         self.status, self.interrupted = "partial", False
 
     @property
@@ -102,6 +103,8 @@ class Simulation:
         if self._hours:
             self._keep_hours()
             self.env.process(self._follow_hours())
+        if self._outages is not None:
+            self.env.process(self._outages.follow(partial(self.decisions.round, by_clock=True)))
         self.env.process(self._arrivals())
         if self._supply is not None:
             self.env.process(self._bundles(self._supply))
@@ -201,7 +204,7 @@ class Simulation:
 
     def _lift(self, robot: Robot, pod: Pod) -> Process:
         start = self.now
-        yield self.context.after(self.motion.lift_ticks)
+        yield self.context.after(self._services.lift(pod.id))
         cell = robot.cell
         self.warehouse.lift(robot, pod)
         self._tell(events.PodLifted(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=cell))
@@ -227,6 +230,8 @@ class Simulation:
                 break
             if (free := self.warehouse.picker_free(station)) > self.now:
                 yield self._until(free)
+            if not station.in_service:
+                yield self._outages.repaired(station)
             if request is not None:
                 yield from self._pick(request, pod, station, visit)
                 picks += 1
@@ -240,7 +245,8 @@ class Simulation:
         return following
 
     def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
-        pick_ticks, handle_ticks, expected = self._services.pick(station.id, visit, request.order.id, request.sku)
+        item = station.id, visit, request.order.id, request.sku
+        pick_ticks, handle_ticks, expected = self._services.pick(*item, self.now)
         start, picker_free = self.now, self.now + handle_ticks
         self.warehouse.occupy_picker(station, picker_free, start + expected)
         yield self.context.after(pick_ticks)
@@ -258,7 +264,7 @@ class Simulation:
 
     def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, visit: int) -> Process:
         start = self.now
-        ticks, expected = self._services.store(station.id, bundle.id)
+        ticks, expected = self._services.store(station.id, bundle.id, self.now)
         self.warehouse.occupy_picker(station, start + ticks, start + expected)
         yield self._until(self.warehouse.picker_free(station))
         served = self.warehouse.store_bundle(bundle, pod)
@@ -289,9 +295,10 @@ class Simulation:
     def _set_down(self, robot: Robot, pod: Pod, cell: int) -> Process:
         yield from self.driving.to_location(robot, cell)
         start = self.now
-        yield self.context.after(self.motion.lift_ticks)
+        yield self.context.after(self._services.lift(pod.id))
         self.warehouse.store(robot, pod)
         self._tell(events.PodStored(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=robot.cell))
+        self._is_free(robot)
 
     def _move(self, robot: Robot, pod: Pod, cell: int) -> Process:
         """Carry a stored pod elsewhere, without a visit. Whatever was decided for it in the meantime comes next."""
@@ -309,9 +316,23 @@ class Simulation:
         if ticks := self.warehouse.ticks_to_charge(robot, share):
             yield self.context.after(ticks)
         self.warehouse.send(robot, None)
+        self._is_free(robot)
         self.decisions.round(by_clock=True)
 
     # Between the processes
+
+    def _make_outages(self) -> Any:
+        """Return what takes robots and stations out of service; None where nothing does."""
+        robots, stations = self.scenario.robots, self.scenario.stations
+        if not (robots.failures or robots.maintenance or stations.outages):
+            return None
+        made: Any = load(chosen(PROCESSES, None, "outages"), "robots.failures", "process")
+        return made(self.scenario, self.warehouse, self.env, self._tell)
+
+    def _is_free(self, robot: Robot) -> None:
+        """Let a robot without a task be out of service, if it has failed or shall be maintained."""
+        if self._outages is not None:
+            self._outages.update(robot)
 
     def _arrive(self, order: Order) -> bool:
         self.warehouse.order_arrives(order, self.now)

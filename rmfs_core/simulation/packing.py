@@ -12,6 +12,7 @@ from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Process
+from rmfs_core.simulation.services import Services
 from rmfs_core.warehouse import Order, PackingStation, PackingTask, Request
 
 
@@ -22,11 +23,11 @@ class Packing:
     conveyor has room for any number of totes.
     """
 
-    def __init__(self, run: RunContext, packed: Callable[[bool], None]) -> None:
-        self._run, self._warehouse, self._packed = run, run.warehouse, packed
+    def __init__(self, run: RunContext, services: Services, packed: Callable[[bool], None]) -> None:
+        self._run, self._warehouse, self._services, self._packed = run, run.warehouse, services, packed
         self._section = run.warehouse.packing[0].section
         self._totes: list[dict[Order, int]] = [{} for _ in run.warehouse.picking]  # how many items are in each so far
-        self._number = 0
+        self._number, self._puts = 0, dict[int, int]()
 
     def released(self, request: Request, handled_tick: int) -> None:
         """Put an item into its order's tote, which leaves with the last of its part once that is handled."""
@@ -43,6 +44,7 @@ class Packing:
             self._run.env.process(self._convey(order, totes.pop(order), station, handled_tick))
 
     def _ticks(self, kind: str, items: int) -> int:
+        """Return what a task is expected to take."""
         section = self._section
         base, each = (section.tote_s, section.put_s) if kind == "put" else (section.pack_s, section.pack_item_s)
         return to_ticks(base + each * items)
@@ -60,6 +62,7 @@ class Packing:
         yield self._run.after(ticks)
         if self._warehouse.packing_of(order).first_part_s is None:
             self._warehouse.pack(order, first_part_s=to_seconds(self._warehouse.now))
+        self._puts[tote] = self._services.packs("put", order.id, items)
         self._run.tell(events.PartArrived(self._warehouse.now, order.id, packing.station, tote, items))
         self._wait(order, "pack" if packing.box is None else "put", tote, items)
 
@@ -93,9 +96,10 @@ class Packing:
 
     def _work(self, at: int, task: PackingTask) -> Process:
         """Put a part into its box, or pack an order."""
-        start, order, ticks = self._warehouse.now, task.order, to_ticks(task.duration_s)
+        start, order = self._warehouse.now, task.order
+        ticks = self._services.packs("pack", order.id, task.items) if task.kind == "pack" else self._puts.pop(task.tote)
         if task.kind == "pack":
-            self._warehouse.pack(order, expected_s=to_seconds(start + ticks))
+            self._warehouse.pack(order, expected_s=to_seconds(start + to_ticks(task.duration_s)))
             self._run.tell(events.PackingStarted(start, order.id, at))
         yield self._run.after(ticks)
         station, end = self._warehouse.packing[at], self._warehouse.now

@@ -1,4 +1,4 @@
-"""How long services at stations take: as the scenario says, or drawn for each by what it is for."""
+"""How long services take: as the scenario says, or drawn for each by what it is for."""
 
 from __future__ import annotations
 
@@ -7,17 +7,20 @@ from collections import Counter
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import keyed_stream
-from rmfs_core.scenario import StationsSection
-from rmfs_core.scenario.service import drawn
+from rmfs_core.scenario.model import PackingSection, StationsSection
+from rmfs_core.scenario.service import drawn, speeds_of
+from rmfs_core.timetable import Timetable
 
 STORE_S = 10.0
+_P = PackingSection | None
 
 
 class Services:
     """Ticks of services, told in the order in which each station does them.
 
     Draws depend on the seed and on what a service is for, never on what was drawn before: the n-th item of a line, the
-    n-th visit in which a line is begun, an order at a station, a bundle. So all rules meet the same.
+    n-th visit in which a line is begun, an order at a station, a bundle, the n-th tote of an
+    order, the n-th lift of a pod. So all rules meet the same.
 
     Parameters
     ----------
@@ -27,6 +30,8 @@ class Services:
         The seed of the run.
     stations
         Number of picking stations.
+    zero, lift_s, packing
+        Tick of the day at which the run starts; times of lifting, and of packing stations.
 
     Raises
     ------
@@ -34,22 +39,30 @@ class Services:
         When ``section.speed`` names another station.
     """
 
-    def __init__(self, section: StationsSection, seed: int, stations: int) -> None:
-        self._section, self._seed = section, seed
+    def __init__(
+        self, section: StationsSection, seed: int, stations: int, zero: int = 0, lift_s: float = 0, packing: _P = None
+    ) -> None:
+        self._section, self._seed, self._lift_s, self._packing = section, seed, lift_s, packing or PackingSection()
         self._fixed = to_ticks(section.pick_s), to_ticks(section.handle_s), to_ticks(section.handle_s)
         spread = any(hasattr(seconds, "spread") for seconds in (section.pick_s, section.handle_s))
         self.vary = bool(spread or section.line_s or section.order_s or section.speed)
-        self.speeds = [1.0] * stations
+        self.speeds: list[tuple[float, ...]] = [(1.0,)] * stations  # of each outside of all shifts, and in each
+        self._shifts = [Timetable((), zero)] * stations
         for name, speed in section.speed.items():
             if name not in map(str, range(1, stations + 1)):
                 raise InputError(f"stations.speed.{name}", f"no station {name}; expected 1 to {stations}")
-            self.speeds[int(name) - 1] = speed
-        self._begun: Counter[tuple[int, ...]] = Counter()  # items of a line, visits to it, orders at a station
+            spans, self.speeds[int(name) - 1] = speeds_of(speed)
+            self._shifts[int(name) - 1] = Timetable(spans, zero)
+        self._begun: Counter[tuple[int | str, ...]] = Counter()  # items of a line, visits to it, orders at a station
         self._last: dict[int, tuple[int, int, int]] = {}  # of each station: visit, order, SKU
 
-    def pick(self, station: int, visit: int, order: int, sku: int) -> tuple[int, int, int]:
-        """Return ticks of the next item of a line: picking it, handling it (picking included), and what may be expected
-        for that before it is over."""
+    def speed(self, station: int, tick: int) -> float:
+        """Return how fast the picker of a station is; bundles are stored at speed 1 where nothing is picked."""
+        return self.speeds[station][self._shifts[station].at(tick)] if station < len(self.speeds) else 1.0
+
+    def pick(self, station: int, visit: int, order: int, sku: int, tick: int = 0) -> tuple[int, int, int]:
+        """Return ticks of the next item of a line, begun at a tick: picking it, handling it (picking included), and
+        what may be expected for that before it is over."""
         if not self.vary:
             return self._fixed
         section, before_s, expected_s = self._section, 0.0, float(self._section.handle_s)
@@ -62,7 +75,8 @@ class Services:
             before_s += self.begin_order_s(order, station)
             expected_s += section.order_s or 0
         times = before_s + pick_s, before_s + handle_s, expected_s
-        pick, handle, expected = (max(to_ticks(seconds / self.speeds[station]), 1) for seconds in times)
+        speed = self.speed(station, tick)
+        pick, handle, expected = (max(to_ticks(seconds / speed), 1) for seconds in times)
         return pick, handle, expected
 
     def begin_line_s(self, order: int, sku: int, visits: int = 0) -> float:
@@ -81,14 +95,28 @@ class Services:
         )
         return pick_s, max(pick_s, handle_s)
 
-    def store(self, station: int, bundle: int) -> tuple[int, int]:
-        """Return ticks of storing a bundle at a station, and what may be expected for it."""
-        given, speed = self._section.store_s, self.speeds[station] if station < len(self.speeds) else 1.0
+    def store(self, station: int, bundle: int, tick: int = 0) -> tuple[int, int]:
+        """Return ticks of storing a bundle at a station, begun at a tick, and what may be expected for it."""
+        given, speed = self._section.store_s, self.speed(station, tick)
         times = STORE_S if given is None else given, self._one(given or STORE_S, "bundles", bundle)
         expected, ticks = (max(to_ticks(seconds / speed), 1) for seconds in times)
         return ticks, expected
 
-    def _next(self, *what: int) -> int:
+    def lift(self, pod: int) -> int:
+        """Return the ticks of lifting a pod or setting it down, the next time that this happens."""
+        return to_ticks(self._one(self._lift_s, "lifts", pod, self._next(pod)))
+
+    def packs(self, kind: str, order: int, items: int) -> int:
+        """Return the ticks of a packer's task: ``"put"`` the next tote of an order, of so many items, or ``"pack"``."""
+        given, number = self._packing, self._begun[kind, order, 0]
+        base, each = (given.tote_s, given.put_s) if kind == "put" else (given.pack_s, given.pack_item_s)
+        self._begun[kind, order, 0] += items
+        total = self._one(base, f"{kind} order", order, self._next(kind, order))
+        if hasattr(each, "spread"):
+            each, items = sum(self._one(each, f"{kind} item", order, number + n) for n in range(items)), 1
+        return to_ticks(total + each * items)
+
+    def _next(self, *what: int | str) -> int:
         """Count something; return how many there were before."""
         self._begun[what] += 1
         return self._begun[what] - 1

@@ -52,7 +52,7 @@ def motion_of(robots: RobotsSection) -> Motion:
         acceleration_m_per_s2=robots.acceleration_m_per_s2,
         top_speed_m_per_s=robots.top_speed_m_per_s,
         full_turn_s=robots.full_turn_s,
-        lift_s=robots.lift_s,
+        lift_s=float(robots.lift_s),
     )
 
 
@@ -101,7 +101,8 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
         expected = "expected `I` in the map, `layout.replenishment_east` or `_west`, or `stations.also_replenish`"
         raise InputError("instance.replenishment", f"found no replenishment station; {expected}")
     picking = len(warehouse.picking)
-    services = Services(scenario.stations, scenario.seed, picking)
+    zero, lift_s = Calendar(scenario.instance.start).time_of_day(), scenario.robots.lift_s
+    services = Services(scenario.stations, scenario.seed, picking, zero, lift_s, scenario.packing)
     return Opening(warehouse, at_stations, hours_of(scenario, picking), services)
 
 
@@ -160,6 +161,7 @@ def battery_of(scenario: Scenario, travel: Travel) -> Callable[[Callable[[], int
         return None
     lacking = [] if layout.chargers else ["a charger (`layout.chargers`, or `C` in a map)"]
     lacking += [] if scenario.rules.idle else ['a rule that sends robots there (rules.idle = "charge-when-low")']
+    lacking += ["a number of seconds as `robots.lift_s`"] if hasattr(scenario.robots.lift_s, "spread") else []
     if lacking:
         raise InputError("robots.battery", f"expected {' and '.join(lacking)}")
     hub = layout.nearest({*np.flatnonzero(layout.kind == CellKind.FLOOR).tolist()}, layout.storage_locations)[0]

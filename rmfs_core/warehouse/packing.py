@@ -13,7 +13,7 @@ from rmfs_core.warehouse.parts import Order
 
 class PackingTask(NamedTuple):
     """A waiting task of a packer: ``"put"`` the items of a tote into the order's box, or ``"pack"`` the order (``tote``
-    is then the one that came last); how many items, how long it takes, and since when it waits."""
+    is then the one that came last); how many items, its expected time, and since when it waits."""
 
     kind: str
     order: Order
@@ -38,7 +38,7 @@ class PackingStation:
     orders
         Orders that are bound for it and not packed, in the order in which that was decided.
     tasks, working
-        What waits for a packer, longest waiting first; what is being done, and when that is finished in seconds.
+        What waits for a packer, longest waiting first; what is being done, and when that should end, in seconds.
     free_boxes
         How many more split orders it has room for.
     """

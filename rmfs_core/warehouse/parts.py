@@ -393,6 +393,7 @@ class Station(ReadOnly):
         "_by_sku",
         "_claimed_slots",
         "_in_hand",
+        "_in_service",
         "_inbound",
         "_line",
         "_load",
@@ -440,14 +441,19 @@ class Station(ReadOnly):
         self._claimed_slots = 0
         self._in_hand: Request | None = None
         self._picker_free = self._picker_expected = 0
-        self._staffed = self._active = True
+        self._staffed = self._active = self._in_service = True
         self._until: int | None = None  # tick at which its timetable opens or closes it next
         self._now: Callable[[], int] = int  # 0, until a warehouse has it
 
     @property
     def open(self) -> bool:
-        """Whether it takes new orders: it is staffed, and active."""
-        return self._staffed and self._active
+        """Whether it takes new orders: it is staffed, active, and in service."""
+        return self._staffed and self._active and self._in_service
+
+    @property
+    def in_service(self) -> bool:
+        """Whether items are picked there now; False from a failure (``stations.outages``) to its repair."""
+        return self._in_service
 
     @property
     def staffed(self) -> bool:
@@ -492,7 +498,7 @@ class Station(ReadOnly):
     @property
     def free_capacity(self) -> int:
         """Items (or orders, with order capacity) that can still be assigned now; none while it is closed."""
-        return max(self.capacity - self._load, 0) if self._staffed and self._active else 0
+        return max(self.capacity - self._load, 0) if self._staffed and self._active and self._in_service else 0
 
     @property
     def bundles(self) -> tuple[Bundle, ...]:
@@ -551,7 +557,10 @@ class Station(ReadOnly):
 class Robot(ReadOnly):
     """A robot: where it is, what it does."""
 
-    __slots__ = ("_battery", "_cell", "_charging", "_goal", "_heading", "_on_duty", "_pod", "_task", "id", "name")
+    __slots__ = (
+        *("_battery", "_cell", "_charging", "_goal", "_heading", "_in_service", "_on_duty", "_pod", "_task"),
+        *("id", "name"),
+    )
 
     def __init__(self, robot_id: int, cell: int, heading: int, name: str | None = None, on_duty: bool = True) -> None:
         self.id = robot_id
@@ -562,7 +571,7 @@ class Robot(ReadOnly):
         self._task: int | None = None
         self._on_duty = on_duty
         self._goal: int | None = None
-        self._charging = False
+        self._charging, self._in_service = False, True
         self._battery: Battery | None = None
 
     @property
@@ -591,14 +600,19 @@ class Robot(ReadOnly):
         return self._on_duty
 
     @property
+    def in_service(self) -> bool:
+        """Whether it works; False from when it fails, or its maintenance begins, until that is over."""
+        return self._in_service
+
+    @property
     def goal(self) -> int | None:
         """Cell that it was sent to without a task, until it has come to rest and is charged; None otherwise."""
         return self._goal
 
     @property
     def resting(self) -> bool:
-        """Whether it has no task and was not sent anywhere."""
-        return self._task is None and self._goal is None
+        """Whether it is in service, has no task and was not sent anywhere."""
+        return self._task is None and self._goal is None and self._in_service
 
     @property
     def charge(self) -> float | None:
@@ -615,8 +629,8 @@ class Robot(ReadOnly):
 
     @property
     def idle(self) -> bool:
-        """Whether it can take a task: it is on duty, has none and was not sent anywhere, and has charge enough."""
-        free = self._task is None and self._goal is None and self._on_duty
+        """Whether it can take a task: it is on duty and in service, has none and no goal, and has charge enough."""
+        free = self._task is None and self._goal is None and self._on_duty and self._in_service
         return free and (self._battery is None or not self.low)
 
     def __repr__(self) -> str:

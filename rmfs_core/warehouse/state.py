@@ -161,7 +161,7 @@ class Warehouse:
             return False
         smallest, alone = min(sizes), max(self.backlog.sizes) > self.largest_capacity
         for s in self.picking:
-            if s._staffed and s._active:
+            if s._staffed and s._active and s._in_service:
                 fits = s.capacity - s._load >= (1 if s.counts_orders else smallest)
                 if fits or (alone and not s._load):
                     return True
@@ -440,6 +440,12 @@ class Warehouse:
         """Let the first robots take tasks, and the others none."""
         for robot in self.robots:
             robot._on_duty = robot.id < number
+
+    def put_in_service(self, one: Robot | Station, in_service: bool) -> None:
+        """Let a robot or a station work, or no longer."""
+        one._in_service = in_service
+        if isinstance(one, Station):
+            self._book(one)
 
     def occupy_picker(self, station: Station, until: int, expected: int | None = None) -> None:
         """Let a picker have an item in hand until a tick; rules see when that is expected instead, if it is given."""

@@ -186,7 +186,7 @@ class WarehouseView(ReadOnly):
 
     @property
     def resting_robots(self) -> tuple[Robot, ...]:
-        """Robots without a task that were not sent anywhere, by id: idle ones, and those whose charge is too low."""
+        """Robots in service without a task or goal, by id: idle ones, those off duty or whose charge is too low."""
         return tuple(robot for robot in self._state.robots if robot.resting)
 
     @property

@@ -106,7 +106,7 @@ class _Start:
         self.picking, self.known = len(warehouse.picking), not (moved or instance.restocked)
         self.ways: Ways = find_ways(warehouse.travel)
         self.packing, self.services = tuple(warehouse.packing), opening.services
-        self.lift_ticks = warehouse.travel.motion.lift_ticks
+        self.lift_ticks = np.array([self.services.lift(pod) for pod in range(len(warehouse.homes))])  # once
         self.cells = list(warehouse.homes)
         self.carried = [False] * len(self.cells)
         in_line = [0] * len(warehouse.stations)
@@ -199,22 +199,23 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
     yield Bound("makespan_s", to_seconds(last), "pickers and robots always at work since some order's arrival")
     if start.packing:
         first = 0 if start.services.vary else to_ticks(scenario.stations.handle_s)
-        yield _of_packers(start.packing, items, np.maximum(arrivals, opens[0]), first, last)
+        packs = np.array([start.services.packs("pack", order, int(n)) for order, n in enumerate(items)], dtype=np.int64)
+        yield _of_packers(start.packing, packs, np.maximum(arrivals, opens[0]), first, last)
 
 
 def _of_packers(
     stations: Sequence[PackingStation],
-    items: NDArray[np.int64],
+    work: NDArray[np.int64],
     begun: NDArray[np.int64],
     first: int,
     picked: int,
 ) -> Bound:
-    """Return the bound on the makespan to packed; an order's first item takes ``first`` ticks once it is ``begun``.
+    """Return the bound on the makespan to packed; an order's first item takes ``first`` ticks once it is ``begun``, and
+    packing it takes its ``work``.
 
     Putting, waiting for other parts and hours in which packers are away come on top.
     """
     section = stations[0].section
-    work = np.array([to_ticks(section.pack_s + section.pack_item_s * int(n)) for n in items], dtype=np.int64)
     way = min(to_ticks(seconds) for station in stations for seconds in station.conveyor_s)
     order = np.argsort(begun, kind="stable")
     later = np.cumsum(work[order][::-1])[::-1]  # of all orders that are begun then or later

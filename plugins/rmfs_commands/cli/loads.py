@@ -20,6 +20,7 @@ from attrs import asdict, define, evolve, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.cli.screen import say
+from rmfs_commands.details.spans import mean_speed
 from rmfs_core import hookimpl
 from rmfs_core.clock import TICKS_PER_S, UNREACHABLE
 from rmfs_core.scenario.model import Replenishment, Scenario
@@ -198,7 +199,7 @@ class _Reckoning:
         own = self._layout.replenishing
         items, lines = demand.items.total(), demand.lines.total()
         begun = ((demand.lines, "line", stations.line_s or 0.0), (demand.orders, "order", stations.order_s or 0.0))
-        speed = 1.0 + sum(one - 1 for one in stations.speed.values()) / max(self._picking, 1)  # a mean
+        speed = 1.0 + sum(mean_speed(one) - 1 for one in stations.speed.values()) / max(self._picking, 1)  # a mean
         storing_s = 0.0 if own else self._bundles * store_s / speed
         work = f"{counted(items, 'item')} of {stations.handle_s:g} s"
         work += "".join(f", {counted(which.total(), what)} of {each:.3g} s" for which, what, each in begun if each)

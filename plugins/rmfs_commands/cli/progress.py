@@ -373,13 +373,24 @@ def robots_by_state(run: RunInfo, moving: Collection[int] = ()) -> dict[str, int
     """Return how many robots do what.
 
     They fetch a pod, carry one, or stand in a station's line with it; they carry one elsewhere without a visit
-    (``moving`` has their ids), are on their way to rest, charge, are too low for a task, off duty, or idle.
+    (``moving`` has their ids), are on their way to rest, charge, are too low for a task, off duty, out of
+    service, or idle.
     """
     warehouse = run.warehouse
     in_line = {robot.id for station in (*warehouse.stations, *only_storing(run)) for robot in station.line}
-    states = dict.fromkeys(
-        ("fetch", "carry", "in line", "move pods", "go to rest", "charge", "low", "off duty", "idle"), 0
+    names = (
+        "fetch",
+        "carry",
+        "in line",
+        "move pods",
+        "go to rest",
+        "charge",
+        "low",
+        "off duty",
+        "out of service",
+        "idle",
     )
+    states = dict.fromkeys(names, 0)
     for robot in warehouse.robots:
         states[_state(robot, robot.id in in_line, robot.id in moving, run.layout.chargers)] += 1
     return states
@@ -390,6 +401,8 @@ def _state(robot: Robot, in_line: bool, moves: bool, chargers: Collection[int]) 
         return "move pods" if moves else "in line" if in_line else "fetch" if robot.pod is None else "carry"
     if robot.goal is not None:
         return "charge" if robot.charge is not None and robot.cell == robot.goal in chargers else "go to rest"
+    if not robot.in_service:
+        return "out of service"
     return "off duty" if not robot.on_duty else "low" if robot.low else "idle"
 
 

@@ -116,7 +116,8 @@ def print_bottleneck(console: Console, result: Result) -> None:
     lines = Table.grid(padding=(0, 1, 0, 0))
     lines.add_column(style="bold cyan", no_wrap=True)
     lines.add_column()
-    for label, text in bottleneck_lines(found):
+    outages = result.summary.get("outages")
+    for label, text in (*bottleneck_lines(found), *([("Outages", outages)] if outages else [])):
         # Rich breaks lines at no-break spaces too, textwrap does not
         wrapped = wrap(text.replace(" %", "\N{NO-BREAK SPACE}%"), max(console.width - 8, 20), break_long_words=False)
         lines.add_row(label, Text("\n".join(wrapped).replace("\N{NO-BREAK SPACE}", " ")))
@@ -160,6 +161,7 @@ ROBOTS = {
     "charging": "charging",
     "low": "with a low battery",
     "off": "off duty",
+    "down": "out of service",
 }
 PROFILE = {
     "tables": "Tables of travel times",

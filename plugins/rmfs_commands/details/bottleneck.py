@@ -28,7 +28,7 @@ from rmfs_commands.details.delays import Delays
 from rmfs_commands.details.packing import Packing
 from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.slots import at_work
-from rmfs_commands.details.spans import Number, Span, ratio
+from rmfs_commands.details.spans import Number, Span, mean_speed, ratio
 from rmfs_commands.details.stations import Followed, Stations
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.simulation.services import Services
@@ -85,6 +85,7 @@ DOES = {
     "station": "at_station",
     "charging": "charging",
     "off": "off",
+    "down": "down",
 }
 """Activities of robots, by the columns of robots.csv. Waiting under a pod for room at a station is queueing, too."""
 
@@ -213,7 +214,7 @@ class Bottleneck:
     def _picking(self, station: int, items: int) -> int:
         """Return the ticks of picking items of an order one after the other, by mean times."""
         section = self._run.scenario.stations
-        speed = section.speed.get(str(station + 1), 1)
+        speed = mean_speed(section.speed.get(str(station + 1), 1.0))
         begun_s = (section.order_s or 0) + (section.line_s or 0) + section.pick_s
         return to_ticks((begun_s + (items - 1) * section.handle_s) / speed)
 
@@ -397,7 +398,8 @@ class Bottleneck:
         ticks["queueing"] += for_room
         ticks["low"] = round(self._robots.low.mean(self._begin, self._end) * (self._end - self._begin))
         ticks["idle"] -= ticks["low"]
-        return {does: _percent(ticks[does], ticks.total()) for does in dict.fromkeys((*DOES.values(), "low"))}
+        named = [does for does in dict.fromkeys((*DOES.values(), "low")) if does != "down" or ticks["down"]]
+        return {does: _percent(ticks[does], ticks.total()) for does in named}
 
     def _one_more(self, limit: str) -> dict[str, float | None]:
         """Return what more of the limit brings at most: less time per order; where orders are refilled, more picks.

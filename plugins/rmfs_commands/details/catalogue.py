@@ -235,6 +235,17 @@ UNBUSY: tuple[Metric, ...] = (
 """Metrics of runs with rules for robots without a task: one with `idle`, two with `move`, three with batteries."""
 
 
+OUTAGES: tuple[Metric, ...] = (
+    Metric(
+        "robot_failures", "Failures of robots", "", 0, "Times that a robot failed; planned maintenance not counted."
+    ),
+    Metric("robots_down_percent", "Robots out of service", "%", 1, "Share of the robots' time, maintenance included."),
+    Metric("station_failures", "Failures of stations", "", 0, "Times that a station failed."),
+    Metric("orders_held", "Orders held", "", 0, "Orders with items left to pick at a station when that failed."),
+    Metric("stations_down_percent", "Stations out of service", "%", 1, "Share of the stations' time."),
+)
+"""Metrics of runs in which robots fail or are maintained, and of those in which stations fail."""
+
 PACKING: tuple[Metric, ...] = (
     Metric("orders_packed", "Orders packed", "", 0, "Orders that were packed."),
     Metric("packed_s", "Time to packed", "s", 1, "Arrival until the order is packed, mean over packed orders."),
@@ -343,6 +354,7 @@ MEASURES = (
     *_grouped(REPLENISHMENT, "Replenishment"),
     *_grouped(UNBUSY, "Robots without a task"),
     *_grouped(PACKING, "Packing"),
+    *_grouped(OUTAGES, "Outages"),
     *_grouped((*LATENESS, *map(on_time, range(10))), "Due times"),
     *_grouped(DEPARTURES, "Departures"),
     *_grouped(COSTS, "Costs"),
@@ -357,6 +369,7 @@ CATALOGUE: dict[str, tuple[Metric, ...]] = {
     "Replenishment": REPLENISHMENT,
     "Robots without a task": UNBUSY,
     "Packing": PACKING,
+    "Outages": OUTAGES,
     "Departures": DEPARTURES,
     "Costs": COSTS,
 }
@@ -396,7 +409,16 @@ MORE_IS_BETTER = frozenset(
 FROM_ORDERS = frozenset({"orders_total", "picks", "items_per_line"})
 """Metrics that depend on the orders alone, not on robots, stations or rules."""
 
-_NO_AIM = FROM_ORDERS | {"periods", "simulated_s", "pods_moved", "charges", "totes", "station_open_h"}
+_NO_AIM = (
+    FROM_ORDERS
+    | {"periods", "simulated_s", "pods_moved", "charges", "totes", "station_open_h"}
+    | {
+        "robot_failures",
+        "station_failures",
+        "robots_down_percent",
+        "stations_down_percent",
+    }
+)
 _DESCRIBED = {
     metric.name for metric in (*MEASURES, *TIMING, *HOOK_TIMES, *(one for of in METRICS.values() for one in of))
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from rmfs_commands.details.spans import Count, Handlers
@@ -95,15 +96,16 @@ class Hours:
             self._rows.append(self._row)
             self._over = len(self._rows) * _HOUR
 
-    def rows(self, end: int) -> list[dict[str, Any]]:
+    def rows(self, end: int, more: Mapping[str, Count] | None = None) -> list[dict[str, Any]]:
         """Return a row for each hour that the run has seen; ``backlog`` is that at the end of the hour.
 
-        ``stations_open`` and ``robots_on_duty``, where stations or robots come and go, are means over the hour.
+        ``stations_open`` and ``robots_on_duty``, where stations or robots come and go, are means over the hour, and so
+        are ``more``.
         """
         self._until(max(end - 1, 0) // _HOUR)
         self._rows[-1]["backlog"] = self._backlog
         for row in self._rows:
             begin = row["hour"] * _HOUR
-            for column, number in self._there.items():
+            for column, number in {**self._there, **(more or {})}.items():
                 row[column] = round(number.mean(begin, max(min(begin + _HOUR, end), begin)), 3)
         return self._rows

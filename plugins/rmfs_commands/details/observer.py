@@ -17,6 +17,7 @@ from rmfs_commands.details.delays import Delays
 from rmfs_commands.details.energy import Energy
 from rmfs_commands.details.hours import Hours
 from rmfs_commands.details.measures import Measures
+from rmfs_commands.details.outages import Outages
 from rmfs_commands.details.packing import COLUMNS as PACKING_COLUMNS
 from rmfs_commands.details.packing import Packing
 from rmfs_commands.details.replenishment import BUNDLE_COLUMNS, STOCK_COLUMNS, Replenishment
@@ -64,7 +65,8 @@ class Details:
         self._handlers: dict[type[Event], list[Callable[[Any], None]]] = {}
         self._replenishment = Replenishment(run, self._begin)
         self._packing = Packing(run, self._begin)
-        more = self._replenishment, self._energy, self._packing
+        self._outages = Outages(run, self._begin)
+        more = self._replenishment, self._energy, self._packing, self._outages
         picking, last = (self._hours, self._stations, self._measures), len(run.warehouse.stations)
         for part in (self._hours, self._stations, self._robots, self._delays, self._measures, *more):
             for kind, handler in part.handlers.items():
@@ -88,10 +90,12 @@ class Details:
         self._over, self._end = tick, max(tick, self._begin)
         followed = self._stations, self._robots, self._delays, self._packing
         self._run.summary["bottleneck"] = Bottleneck(self._run, self._begin, self._end, *followed).summary()
+        if (said := self._outages.says(self._end)) is not None:
+            self._run.summary["outages"] = said
         if self._out is None:
             return
         write_text(self._out / DELAYS, to_csv(("order", "turnover_s", *self._delays.columns), self._delays.rows()))
-        self._packing.hourly(hours := self._hours.rows(tick), tick)
+        self._packing.hourly(hours := self._hours.rows(tick, self._outages.hourly()), tick)
         for name, rows in (
             (HOURS, hours),
             (STATIONS, self._stations.rows(self._begin, self._end)),
@@ -127,6 +131,7 @@ class Details:
             **self._packing.left(self._over),
             **self._energy.values(self._measures.completed),
             **self._robots.values(self._end, self._measures.completed),
+            **self._outages.values(self._end),
             **self._departed(),
             **self._costs(),
         }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
+from rmfs_commands.details.outages import robots_may_fail
 from rmfs_commands.details.spans import Count, Handlers, Number, Span, ratio
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
@@ -13,10 +14,12 @@ from rmfs_core.events import (
     PodMoveDecided,
     PodStored,
     QueueJoined,
+    RobotDown,
     RobotMoved,
     RobotRested,
     RobotSent,
     RobotsOnDuty,
+    RobotUp,
     TaskAssigned,
     VisitEnded,
     VisitStarted,
@@ -30,9 +33,9 @@ queue; stand at the station; carry it to its storage location, until it has set 
 OFF = "off"
 """Nothing, off duty; only where `robots.available` says when robots are on duty."""
 
-TO_REST, CHARGING, MOVING = "to_rest", "charging", "moving_pods"
-"""And where the scenario has rules for that, or batteries: drive to where it rests; stand at a charger; carry a pod
-elsewhere, without a visit."""
+TO_REST, CHARGING, MOVING, DOWN = "to_rest", "charging", "moving_pods", "down"
+"""And where the scenario has rules for that, batteries, or failures: drive to where it rests; stand at a charger; carry
+a pod elsewhere, without a visit; be out of service."""
 
 _UNDER_WAY = ("to_pod", "to_station", "storing")
 
@@ -44,7 +47,7 @@ class _Robot:
         self.state = state
         self.begin = begin
         self.since = self.free = 0
-        self.ticks = dict.fromkeys((*STATES, TO_REST, CHARGING, MOVING, "waiting", OFF), 0)
+        self.ticks = dict.fromkeys((*STATES, TO_REST, CHARGING, MOVING, DOWN, "waiting", OFF), 0)
         self.metres = dict.fromkeys((TO_REST, MOVING), 0)
         self.distance_m = self.loaded_m = 0
 
@@ -90,6 +93,7 @@ class Robots:
         self._warehouse = run.warehouse
         rules, self._battery = run.scenario.rules, run.scenario.robots.battery is not None
         used = {TO_REST: rules.idle is not None, CHARGING: self._battery, MOVING: rules.move is not None}
+        used[DOWN] = robots_may_fail(run.scenario.robots)
         self._more = [state for state, there in used.items() if there]
         self._charges = self._moved_pods = 0
         self._lowest = 1.0
@@ -126,6 +130,8 @@ class Robots:
             RobotsOnDuty: self._duty,
             RobotSent: self._sent_off,
             RobotRested: self._rested,
+            RobotDown: lambda event: self._turn(event.robot, DOWN, event.tick),
+            RobotUp: lambda event: self._turn(event.robot, self._resting(event.robot), event.tick),
             PodMoveDecided: lambda event: self._turn(event.robot, MOVING, event.tick),
             **({DecisionMade: self._decided} if self._battery else {}),
         }
@@ -256,7 +262,7 @@ class Robots:
         picking = sum(robot.distance_m for robot in self._robots) - sum(metres.values())
         return {
             "picking_distance_per_order_m": ratio(picking, completed),
-            **{name: value for state in self._more for name, value in found[state].items()},
+            **{name: value for state in self._more for name, value in found.get(state, {}).items()},
         }
 
     def picked(self, tick: int) -> None:

@@ -153,7 +153,8 @@ def _least_ticks(services: Services, order: int, lines: Sequence[tuple[int, int]
     """
     items = np.array([services.item_s(order, sku, n) for sku, quantity in lines for n in range(quantity)])
     begun_s = min(services.begin_order_s(order, station) for station in range(len(services.speeds)))
+    speeds = [speed for shifts in services.speeds for speed in shifts]
     begun_s += sum(services.begin_line_s(order, sku) for sku, _ in lines)
-    ticks = (items.sum(axis=0) + begun_s) / max(services.speeds) * TICKS_PER_S - 2 * len(items)  # each is rounded
-    in_hand = np.diff(items).max() / min(services.speeds) * TICKS_PER_S
+    ticks = (items.sum(axis=0) + begun_s) / max(speeds) * TICKS_PER_S - 2 * len(items)  # each is rounded
+    in_hand = np.diff(items).max() / min(speeds) * TICKS_PER_S
     return max(int(ticks[0]), 1), max(int(ticks[1]), 1), int(in_hand) + 2

@@ -38,6 +38,7 @@ ROBOTS = {
     "moving_pods": ("moving pods", 7),
     "idle": ("idle", 8),
     "off": ("off duty", 11),
+    "down": ("out of service", 12),
 }
 """Activities of pickers and robots, with the number of their colour, by the columns of stations.csv and robots.csv."""
 SLOWEST_PERCENT = 5
@@ -64,12 +65,14 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
     names = dict.fromkeys(row["order"] for _, rows in listed for row in rows)
     told = {} if run.recording is None else order_stories(run.recording, names)
     delays = {row["order"]: row for row in run.delays}
+    said = run.result.summary.get("outages")
+    outages = {} if said is None else {"Outages": said}
     return render(
         TEMPLATE,
         run=run,
         result=run.result,
         lead=_lead(run),
-        limits=dict(bottleneck_lines(run.result.summary.get("bottleneck", {}))),
+        limits=dict(bottleneck_lines(run.result.summary.get("bottleneck", {}))) | outages,
         went=_went(run),
         figures=_hours(run),
         peak=_peak(run),

@@ -29,9 +29,9 @@ from rmfs_commands.cli.options import (
 from rmfs_commands.cli.screen import output_console, print_json, say
 
 if TYPE_CHECKING:
+    from rmfs_commands.sizing.sizing import Answer
     from rmfs_commands.sizing.target import Target
 
-RUNS_FOLDER = "runs"
 MOST_SEEDS = 1_000
 ABOVE_0 = NumberRange(min=0, min_open=True)
 
@@ -93,6 +93,11 @@ class RangeType(click.ParamType):  # type: ignore[type-arg]  # which only the ne
     metavar="PERCENT",
     help="How sure a size has to be enough, or not to be.",
 )
+@click.option(
+    "--robust",
+    is_flag=True,
+    help="Give the answer once more with times that spread, and robots and stations that fail.",
+)
 @set_option
 @seed_option
 @jobs_option
@@ -114,6 +119,7 @@ def size(
     station_cost: float | None,
     seeds: int,
     confidence: float,
+    robust: bool,
     overrides: tuple[str, ...],
     seed: int | None,
     jobs: int | None,
@@ -160,38 +166,39 @@ def size(
     name = scenario_name(scenario)
     folder = out or Path("rmfs-runs") / f"size-{name}"
     compile_searches(notes, loaded)
+    answers: list[Answer] = []
     try:
         with closing(open_workers(jobs, dask)) as workers:
-            answer = search(
-                loaded,
-                name,
-                target,
-                store=folder / RUNS_FOLDER,
-                workers=workers,
-                stations=stations,
-                robots=robots,
-                packers=packers,
-                boxes=boxes,
-                watcher=Notices(notes),
-                tell=lambda one: say(
-                    notes, f"{things.counted(one.first, one.second)}: {report.verdict_of(one, target)}"
-                ),
-                allow_inline_rules=not no_inline_rules,
-            )
+            for which, store in report.asked(loaded, folder, robust=robust, notes=notes):
+                answer = search(
+                    which,
+                    name,
+                    target,
+                    store=store,
+                    workers=workers,
+                    stations=stations,
+                    robots=robots,
+                    packers=packers,
+                    boxes=boxes,
+                    watcher=Notices(notes),
+                    tell=lambda one: say(
+                        notes, f"{things.counted(one.first, one.second)}: {report.verdict_of(one, target)}"
+                    ),
+                    allow_inline_rules=not no_inline_rules,
+                )
+                answers.append(answer)
     except KeyboardInterrupt:
-        say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
+        say(notes, f"Finished runs are kept in {folder / report.RUNS_FOLDER}; the same command goes on from there.")
         raise
-    report.write_answer(answer, costs, folder)
+    report.write_answers(answers, costs, folder)
     if as_json:
-        print_json(report.content_of(answer, costs))
+        print_json(report.content_of_all(answers, costs))
     else:
         console = output_console(quiet=quiet)
-        console.print(report.table_of(answer))
-        for sentence in report.sentences_of(answer, costs):
-            console.print(sentence, markup=False)
-        say(console, f"\nIn {folder}: {report.ANSWER_FILE}, {report.CANDIDATES_FILE}, {RUNS_FOLDER}/")
-    if answer.failed:
-        raise RunError(f"{counted(answer.failed, 'run')} failed; {folder / report.ANSWER_FILE} says why.")
+        report.print_answers(console, answers, costs)
+        say(console, f"\nIn {folder}: {', '.join(report.files_of(answers))}")
+    if failed := sum(answer.failed for answer in answers):
+        raise RunError(f"{counted(failed, 'run')} failed; {folder / report.ANSWER_FILE} says why.")
 
 
 def _target(

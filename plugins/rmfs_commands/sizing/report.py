@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rmfs_commands.cli.screen import say
 from rmfs_commands.cli.serving import SERVING, serving_options
 from rmfs_commands.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
 from rmfs_commands.sizing.judging import Verdict
+from rmfs_commands.sizing.robust import UNDER, under_spread_and_failures
 from rmfs_commands.sizing.searching import BOXES
 from rmfs_core.wording import listed
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
     from rmfs_commands.sizing.sizing import Answer, OtherRules
     from rmfs_commands.sizing.target import Target
     from rmfs_commands.sizing.trials import Candidate
+    from rmfs_core.scenario import Scenario
 
-ANSWER_FILE, CANDIDATES_FILE = "answer.json", "candidates.csv"
+ANSWER_FILE, CANDIDATES_FILE, ROBUST_FILE = "answer.json", "candidates.csv", "robust-candidates.csv"
+RUNS_FOLDER, ROBUST_FOLDER = "runs", "robust-runs"
 COLUMNS = ("mean", "low", "high", "seeds", "verdict", "fewest", "reason")
 
 Costs = tuple[float, float]
@@ -167,9 +172,41 @@ def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
     return content
 
 
-def write_answer(answer: Answer, costs: Costs | None, folder: Path) -> None:
-    """Write answer.json and candidates.csv, both or none."""
+def asked(scenario: Scenario, folder: Path, *, robust: bool, notes: Console) -> Iterator[tuple[Scenario, Path]]:
+    """Yield what is sized, and where its runs are kept: the scenario, then perhaps under spread and failures."""
+    yield scenario, folder / RUNS_FOLDER
+    if robust:
+        say(notes, f"{UNDER}:")
+        yield under_spread_and_failures(scenario), folder / ROBUST_FOLDER
+
+
+def print_answers(console: Console, answers: Sequence[Answer], costs: Costs | None) -> None:
+    """Print each answer; the second is that under spread and failures."""
+    for answer, heading in zip(answers, ("", f"\n{UNDER}\n"), strict=False):
+        if heading:
+            console.print(heading, markup=False)
+        console.print(table_of(answer))
+        for sentence in sentences_of(answer, costs):
+            console.print(sentence, markup=False)
+
+
+def files_of(answers: Sequence[Answer]) -> list[str]:
+    """Return the files that are written for one answer, or for two, and the folders of their runs."""
+    several = len(answers) > 1
+    files = [ANSWER_FILE, CANDIDATES_FILE, *[ROBUST_FILE] * several]
+    return [*files, f"{RUNS_FOLDER}/", *[f"{ROBUST_FOLDER}/"] * several]
+
+
+def content_of_all(answers: Sequence[Answer], costs: Costs | None) -> dict[str, Any]:
+    """Return the answer as plain values; a second one, under spread and failures, as `robust`."""
+    first, *others = (content_of(answer, costs) for answer in answers)
+    return first | ({"robust": others[0]} if others else {})
+
+
+def write_answers(answers: Sequence[Answer], costs: Costs | None, folder: Path) -> None:
+    """Write answer.json and the candidates of each answer, all or none."""
     with staged(output_folder(folder)) as path:
-        more = () if answer.least_per_order is None else ("cost_per_order",)
-        write_text(path / CANDIDATES_FILE, to_csv((*_names(answer), *COLUMNS, *more), rows_of(answer)))
-        write_text(path / ANSWER_FILE, to_json(json_ready(content_of(answer, costs)), indent=2) + "\n")
+        for answer, file in zip(answers, (CANDIDATES_FILE, ROBUST_FILE), strict=False):
+            more = () if answer.least_per_order is None else ("cost_per_order",)
+            write_text(path / file, to_csv((*_names(answer), *COLUMNS, *more), rows_of(answer)))
+        write_text(path / ANSWER_FILE, to_json(json_ready(content_of_all(answers, costs)), indent=2) + "\n")

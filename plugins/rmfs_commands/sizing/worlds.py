@@ -16,6 +16,7 @@ from rmfs_commands.sizing.target import Target
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario
 from rmfs_core.scenario.model import PackingSection
+from rmfs_core.scenario.service import speeds_of
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.wording import listed
 from rmfs_core.world import Instance, make_instance, make_layout
@@ -132,7 +133,7 @@ class Worlds:
         That can be said of arrivals at one rate for ever, which is what `poisson` without a profile is.
         """
         section, orders = self.scenario.stations, self.orders_per_hour
-        fastest = max([1.0, *section.speed.values()])
+        fastest = max([1.0, *(one for speed in section.speed.values() for one in speeds_of(speed)[1])])
         work = (
             (orders * self.items_per_order, "items", section.handle_s),
             (orders * self.lines_per_order, "lines", section.line_s or 0.0),  # more where a line takes several visits

@@ -227,6 +227,8 @@ def _free(station: Station) -> str:
     if not station.picks:
         return "-"
     unit = "orders" if station.counts_orders else "items"
+    if not station.in_service:
+        return "out of service"
     return f"{station.free_capacity} of {station.capacity} {unit}" if station.open else "closed"
 
 

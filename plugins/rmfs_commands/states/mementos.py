@@ -211,6 +211,7 @@ def _stations(state: State, names: Names, layout: Layout, numbered: int) -> tupl
             in_hand=None if (held := given.in_hand) is None else (names.orders[held.order], names.skus[held.sku]),
             picker_free=None if given.picker_free_s is None else to_ticks(given.picker_free_s),
             staffed=given.staffed,
+            in_service=given.in_service,
             active=given.active,
             changes=None if given.changes_s is None else to_ticks(given.changes_s),
             bundle_capacity=given.bundle_capacity or 0,
@@ -266,7 +267,7 @@ def _robots(state: State, names: Names, layout: Layout, stations: Sequence[Stati
             if given.cell is not None:
                 names.wrong(("robots", name, "cell"), "found a cell, but the state has no layout")
             cell = 0 if task is None else slots.get(task, 0)
-        battery = given.charge, bool(given.low)
+        battery = given.charge, bool(given.low), given.in_service
         robots.append(RobotMemento(name, cell, given.heading, task, given.on_duty, given.goal, *battery))
     tasks = {robot.task for robot in robots}
     for pod, slot in slots.items():

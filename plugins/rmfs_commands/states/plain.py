@@ -164,6 +164,7 @@ class StationMemento:
     changes: int | None = None
     bundle_capacity: int = 0
     picks: bool = True
+    in_service: bool = True
 
     @classmethod
     def of(cls, station: Station, now: int) -> StationMemento:
@@ -178,7 +179,7 @@ class StationMemento:
         free, changes_s = to_ticks(station.picker_free_s), station.closes_s if station.staffed else station.opens_s
         busy = free if free > now else None
         hours = station.staffed, station.active, None if changes_s is None else to_ticks(changes_s)
-        line, stores = station.pods_in_line, (station.bundle_capacity, station.picks)
+        line, stores = station.pods_in_line, (station.bundle_capacity, station.picks, station.in_service)
         return cls(*kind, requests, inbound, line, station.queue_room, station.in_hand, busy, *hours, *stores)
 
 
@@ -194,12 +195,13 @@ class RobotMemento:
     goal: int | None = None
     charge: float | None = None
     low: bool = False
+    in_service: bool = True
 
     @classmethod
     def of(cls, robot: Robot) -> RobotMemento:
         """Return what a robot is now."""
         doing = robot.task, robot.on_duty, robot.goal
-        return cls(robot.name, robot.cell, robot.heading, *doing, robot.charge, robot.low)
+        return cls(robot.name, robot.cell, robot.heading, *doing, robot.charge, robot.low, robot.in_service)
 
 
 @frozen

@@ -73,6 +73,9 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         warehouse.occupy_picker(station, told.picker_free or 0)
         warehouse.staff(station, told.staffed, told.changes)
         warehouse.activate(station, told.active)
+        warehouse.put_in_service(station, told.in_service)
+    for robot, given_robot in zip(warehouse.robots, memento.robots, strict=True):
+        warehouse.put_in_service(robot, given_robot.in_service)
     if not warehouse.unlimited_stock:
         warehouse.begin_to_wait({i: o.waits for i, o in enumerate(memento.orders) if o.waits is not None})
     _bind(warehouse, memento)

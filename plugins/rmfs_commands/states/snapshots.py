@@ -242,7 +242,7 @@ class Snapshots:
         if station.in_hand is not None:
             order, sku = station.in_hand
             written["in_hand"] = {"order": self._orders[order], "sku": self._skus[sku]}
-        written |= {key: False for key in ("staffed", "active") if not getattr(station, key)}
+        written |= {key: False for key in ("staffed", "active", "in_service") if not getattr(station, key)}
         for key, tick in (("picker_free_s", station.picker_free), ("changes_s", station.changes)):
             if tick is not None:
                 written[key] = to_seconds(tick)
@@ -255,10 +255,10 @@ class Snapshots:
             state["task"] = self._pods[robot.task]
         told = {"goal": robot.goal, "charge": robot.charge, "low": int(robot.low) or None}
         state |= {name: value for name, value in told.items() if value is not None}
-        return state if robot.on_duty else state | {"on_duty": False}
+        return state | {key: False for key in ("on_duty", "in_service") if not getattr(robot, key)}
 
 
 def _needs_version_2(stations: Mapping[str, Mapping[str, Any]], robots: Mapping[str, Mapping[str, Any]]) -> bool:
     """Whether stations or robots tell what version 1 does not know."""
     told = {key for one in (*stations.values(), *robots.values()) for key in one}
-    return bool(told & {"in_hand", "picker_free_s", "staffed", "active", "changes_s", "on_duty"})
+    return bool(told & {"in_hand", "picker_free_s", "staffed", "active", "changes_s", "on_duty", "in_service"})

@@ -154,6 +154,7 @@ class StationState:
         "When the picker will have handled the item in hand; left out: now", None, unit="s", check=_TIME
     )
     staffed: bool = key("Whether it is open by its timetable; false: it takes no new orders", True)
+    in_service: bool = key("Whether it works; false: it has failed, and takes no new orders", True)
     active: bool = key("Whether the activation rule has it take orders; false: it takes no new orders", True)
     changes_s: float | None = key(
         "When its timetable closes it next, or opens it, where it is not staffed; left out: never",
@@ -166,7 +167,7 @@ class StationState:
     def needs_version_2(self) -> bool:
         """Whether it tells what version 1 does not know."""
         others = (self.in_hand, self.picker_free_s, self.changes_s)
-        return any(other is not None for other in others) or not (self.staffed and self.active)
+        return any(other is not None for other in others) or not (self.staffed and self.active and self.in_service)
 
     bundle_capacity: int | None = key(
         "Bundles that may be assigned at a time; left out: nothing is stored there", None, check=_number(1)
@@ -288,6 +289,7 @@ class RobotState:
     heading: int = key("0 east, 1 north, 2 west, 3 south", 1, check=_one_of(0, 1, 2, 3))
     task: str | None = key("Pod it carries or is on its way to fetch; left out: none", None)
     on_duty: bool = key("Whether it takes tasks; false: it finishes the one that it has", True)
+    in_service: bool = key("Whether it works; false: it has failed, or is maintained", True)
     goal: int | None = key(
         "Cell that it was sent to without a task, or charges in; left out: none", None, check=_number(0)
     )
@@ -395,7 +397,7 @@ class State:
         if self.version == VERSIONS[0] and any(s.in_hand is not None for s in self.stations.values()):
             raise ValueError("found `in_hand` in a state of version 1; expected version 2 with it")
         hours = [s.needs_version_2 for s in self.stations.values()]
-        hours += [not robot.on_duty for robot in (self.robots or {}).values()]
+        hours += [not (robot.on_duty and robot.in_service) for robot in (self.robots or {}).values()]
         if self.version == VERSIONS[0] and any(hours):
             raise ValueError(
                 "found opening hours, or a busy picker, in a state of version 1; expected version 2 with them"

@@ -17,7 +17,7 @@ from rmfs_core.world.grid import where
 
 Content = Mapping[str, Any]
 
-_OF_STATIONS = {"item_capacity", "order_capacity", "in_hand", "staffed", "active"}
+_OF_STATIONS = {"item_capacity", "order_capacity", "in_hand", "staffed", "active", "in_service"}
 """Attributes of a station that determine its free capacity, besides its requests."""
 
 

@@ -11,9 +11,11 @@ from rmfs_commands.validation.fault import KINDS, Fault
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event, RobotMoved
-from rmfs_core.scenario import StationsSection
+from rmfs_core.scenario.model import PackingSection, RobotsSection, StationsSection
+from rmfs_core.scenario.service import MAY_SPREAD
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.simulation.services import Services
+from rmfs_core.timetable import Calendar
 from rmfs_core.world import CellKind
 
 Handlers = Mapping[type[Event], Callable[[Any], None]]
@@ -57,13 +59,21 @@ class Case:
         self.lane = trace.layout.lane.tolist()
         self.run_ticks = cache(trace.motion.run_ticks)
         self.turn_ticks = cache(trace.motion.turn_ticks)
+        section = "stations"
         try:
-            stations = trace.scenario["stations"]
+            stations, robots = trace.scenario["stations"], trace.scenario.get("robots", {})
             times = {key: stations[key] for key in ("pick_s", "handle_s")}
             times |= {key: stations[key] for key in ("line_s", "order_s", "speed", "store_s") if key in stations}
             picking = len(trace.layout.stations) - trace.layout.replenishing
             seed = int(trace.scenario.get("seed", 1))
-            self.services = Services(structure_as(StationsSection, times), seed, picking)
+            zero = Calendar(trace.scenario.get("instance", {}).get("start")).time_of_day()
+            own, section = structure_as(StationsSection, times), "packing"
+            given = trace.scenario.get("packing") or {}
+            packs = {key: given[key] for key in MAY_SPREAD["packing"] if key in given}
+            packing = structure_as(PackingSection, packs)
+            section, varies = "robots", isinstance(robots.get("lift_s"), Mapping)
+            lift_s = structure_as(RobotsSection, {"lift_s": robots["lift_s"]}).lift_s if varies else trace.motion.lift_s
+            self.services = Services(own, seed, picking, zero, lift_s, packing)
             self.keeps_places = stations.get("release", "picked") == "handled"
             shortest = min((own.places for own in trace.layout.stations), default=12)
             self.queue_length = int(stations.get("queue_length", min(12, shortest)))
@@ -71,7 +81,7 @@ class Case:
             raise InputError("header of the trace", f"the scenario lacks {error} among its stations") from error
         except KeyProblem as problem:
             raise InputError(
-                f"header of the trace, stations.{'.'.join(map(str, problem.path))}", problem.problem
+                f"header of the trace, {section}.{'.'.join(map(str, problem.path))}", problem.problem
             ) from None
 
     def add(self, kind: str, tick: int, sentence: str) -> None:

@@ -20,6 +20,7 @@ from rmfs_commands.validation.tables import (
     may_cancel,
     measured_from,
     none_free,
+    recompute_outages,
     stations_of,
     waiting_ticks,
 )
@@ -85,6 +86,7 @@ def recompute_details(trace: Trace) -> dict[str, float | None]:
         | _opening(trace)
         | _lateness(trace, begin, done)
         | recompute_robots(trace, begin, len(after))
+        | recompute_outages(trace)
     )
 
 

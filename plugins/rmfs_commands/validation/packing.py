@@ -70,6 +70,7 @@ class PackingCheck:
         self.cancelled: set[int] = set()
         self.totes: dict[int, PartSent] = {}
         self.come: dict[int, tuple[int, bool]] = {}  # when a tote came, and whether it was put
+        self.puts: dict[int, int] = {}  # what putting it takes
         self.work: dict[tuple[int, str], list[tuple[int, int]]] = defaultdict(list)
         self.parts: dict[int, set[tuple[int, int]]] = defaultdict(set)
         self.open: dict[int, bool] = {}  # whether lines are left in the backlog
@@ -92,10 +93,6 @@ class PackingCheck:
 
     def _add(self, kind: str, event: Any, what: str) -> None:
         self.case.add(kind, event.tick, f"{self.case.order(event.order)} {what}")
-
-    def _time(self, kind: str, items: int) -> int:
-        base, each = ("tote_s", "put_s") if kind == "put" else ("pack_s", "pack_item_s")
-        return to_ticks(self.section[base] + self.section[each] * items)
 
     def assigned(self, event: OrderAssigned) -> None:
         """Note the part."""
@@ -180,6 +177,7 @@ class PackingCheck:
             self._add("conveyor-time", event, f"comes in tote {event.tote} with {items}, which was not sent")
             return
         self.come[event.tote] = event.tick, False
+        self.puts[event.tote] = self.case.services.packs("put", event.order, event.items)
         order.come += event.items
         taken, ticks = event.tick - sent.tick, self._conveyor(sent.station, event.packing)
         if taken != ticks:
@@ -198,7 +196,7 @@ class PackingCheck:
         if event.start_tick < since or done or order.box is None or self.totes[event.tote].items != event.items:
             why = "again" if done else "before it has come" if event.start_tick < since else "though it needs no box"
             self._add("put", event, f"is put into a box {why}, tote {event.tote} with {counted(event.items, 'item')}")
-        if event.tick - event.start_tick != (ticks := self._time("put", event.items)):
+        if event.tick - event.start_tick != (ticks := self.puts.get(event.tote, 0)):
             took = f"{seconds(event.tick - event.start_tick)}; expected {seconds(ticks)}"
             self._add("put", event, f"is put into its box in {took}")
         self.come[event.tote] = since, True
@@ -232,7 +230,7 @@ class PackingCheck:
 
     def packed(self, event: OrderPacked) -> None:
         """Check that packing took as long as it does; the box is free then."""
-        order, ticks = self._order(event), self._time("pack", self._items(event.order))
+        order, ticks = self._order(event), self.case.services.packs("pack", event.order, self._items(event.order))
         if order.packed or order.begun != event.start_tick or event.tick - event.start_tick != ticks:
             begun = "never" if order.begun is None else seconds(order.begun)
             told = f"is packed{' again' if order.packed else ''} from {seconds(event.start_tick)}"

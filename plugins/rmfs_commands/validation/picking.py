@@ -79,7 +79,7 @@ class PickCheck:
         if (event.order, event.station) not in self._begun:
             before_s += services.begin_order_s(event.order, event.station)
         self._begun.add((event.order, event.station))
-        speed = services.speeds[event.station] if event.station < len(services.speeds) else 1.0
+        speed = services.speed(event.station, event.start_tick)
         return [max(to_ticks((before_s + one_s) / speed), 1) for one_s in seconds]
 
     def _stock(self, event: ItemPicked, item: str) -> None:

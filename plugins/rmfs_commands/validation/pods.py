@@ -99,8 +99,10 @@ class PodCheck:
         case, end = self.case, self.case.trace.tick
         for i, robot in enumerate(self.state.robots):
             pod = None if robot.pod is None else self.state.pods[robot.pod]
-            if pod is not None and pod.to_storage and case.is_storage(robot.cell):
-                since = robot.free_tick + case.motion.lift_ticks
+            if robot.pod is None or pod is None:
+                continue
+            if pod.to_storage and case.is_storage(robot.cell):
+                since = robot.free_tick + case.services.lift(robot.pod)
                 if since < end:
                     stands = f"{case.robot(i)} with {case.pod(robot.pod)} stands at {case.where(robot.cell)}"
                     case.add("not-stored", end, f"{stands} since {seconds(robot.free_tick)} and does not set it down")
@@ -117,7 +119,7 @@ class PodCheck:
                 f"{doing} from {seconds(event.start_tick)} on, "
                 f"but what it did before lasted until {seconds(robot.free_tick)}",
             )
-        taken, needed = event.tick - event.start_tick, self.case.motion.lift_ticks
+        taken, needed = event.tick - event.start_tick, self.case.services.lift(event.pod)
         if taken != needed:
             self.case.add("lift-time", event.tick, f"{doing} in {seconds(taken)}; that takes {seconds(needed)}")
         robot.free_tick = event.tick

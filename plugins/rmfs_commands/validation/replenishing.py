@@ -179,7 +179,9 @@ class BundleCheck:
             or event.start_tick < visit.start_tick
         ):
             case.add("no-visit", event.tick, f"{doing} in visit {event.visit}, which was not under way")
-        if event.tick - event.start_tick != (ticks := case.services.store(event.station, event.bundle)[0]):
+        if event.tick - event.start_tick != (
+            ticks := case.services.store(event.station, event.bundle, event.start_tick)[0]
+        ):
             taken = seconds(event.tick - event.start_tick)
             case.add("store-time", event.tick, f"{doing} in {taken}; that takes {seconds(ticks)}")
         if event.start_tick < station.picker_free_tick:

@@ -7,7 +7,15 @@ from collections.abc import Mapping
 from rmfs_commands.validation.case import Case, Handlers, seconds
 from rmfs_commands.validation.state import State
 from rmfs_core.errors import InputError
-from rmfs_core.events import OrderAssigned, RobotsOnDuty, StationClosed, StationOpened, TaskAssigned
+from rmfs_core.events import (
+    OrderAssigned,
+    RobotsOnDuty,
+    StationClosed,
+    StationDown,
+    StationOpened,
+    StationUp,
+    TaskAssigned,
+)
 from rmfs_core.scenario import scenario_from_dict
 from rmfs_core.simulation.setup import hours_of
 from rmfs_core.timetable import Timetable
@@ -24,7 +32,10 @@ class ShiftCheck:
         self.told: dict[int | None, list[tuple[int, int]]] = {i: [(-1, 1)] for i in range(len(case.trace.stations))}
         """Of each station when it opened (1) and closed (0); of None, how many robots were on duty from when on."""
         self.told[None] = [(-1, len(case.trace.robots))]
+        self.down: list[tuple[int, int, bool]] = []  # stations that failed, or were repaired: tick, station, which
         self.handlers: Handlers = {
+            StationDown: lambda event: self.down.append((event.tick, event.station, True)),
+            StationUp: lambda event: self.down.append((event.tick, event.station, False)),
             StationOpened: lambda event: self.changed(event, 1),
             StationClosed: lambda event: self.changed(event, 0),
             RobotsOnDuty: self.duty,
@@ -36,12 +47,17 @@ class ShiftCheck:
         """Check that a station opens or closes when it may."""
         told, hours = self.told[event.station], self.hours.get(event.station)
         does = f"{self.case.station(event.station)} {'opens' if opened else 'closes'}"
-        staffed = 1 if hours is None else hours.at(event.tick)
+        staffed = 0 if self._fails(event.station, event.tick) else 1 if hours is None else hours.at(event.tick)
         if told[-1][1] == opened:
             self.case.add("station-hours", event.tick, f"{does}, but is {'open' if opened else 'closed'} already")
         elif staffed < opened or (staffed > opened and not self.by_load):
             self.case.add("station-hours", event.tick, f"{does}, which `stations.open` does not say")
         told.append((event.tick, opened))
+
+    def _fails(self, station: int | None, tick: int) -> bool:
+        """Whether a station is out of service after what was told at a tick."""
+        told = [down for at, which, down in self.down if which == station and at <= tick]
+        return bool(told) and told[-1]
 
     def duty(self, event: RobotsOnDuty) -> None:
         """Check that as many robots are on duty as should be."""
@@ -74,7 +90,9 @@ class ShiftCheck:
             tick: int | None = 0
             while tick is not None and tick < self.case.trace.tick:
                 number = next(number for told, number in reversed(self.told[whose]) if told <= tick)
-                if number > hours.at(tick) or (number < hours.at(tick) and not (self.by_load and whose is not None)):
+                if self._fails(whose, tick):
+                    pass
+                elif number > hours.at(tick) or (number < hours.at(tick) and not (self.by_load and whose is not None)):
                     self._missed(whose, tick, hours.at(tick), number)
                     break
                 tick = hours.next_change(tick)

@@ -27,12 +27,16 @@ from rmfs_core.events import (
     PodMoveDecided,
     PodStored,
     QueueJoined,
+    RobotDown,
     RobotMoved,
     RobotRested,
     RobotSent,
     RobotsOnDuty,
+    RobotUp,
     StationClosed,
+    StationDown,
     StationOpened,
+    StationUp,
     TaskAssigned,
     VisitEnded,
     VisitStarted,
@@ -124,18 +128,51 @@ def hours_of(trace: Trace) -> Iterator[Row]:
 def _there(trace: Trace) -> dict[str, list[tuple[int, int]]]:
     """Return how many stations are open, and robots on duty, from when on; empty where they never come or go."""
     opened, on_duty = [(0, len(trace.stations) - trace.layout.replenishing)], [(0, len(trace.robots))]
+    robots_down, stations_down = [(0, 0)], [(0, 0)]
     for event in trace.events:
         match event:
             case StationOpened() | StationClosed():
                 opened.append((event.tick, opened[-1][1] + (1 if isinstance(event, StationOpened) else -1)))
             case RobotsOnDuty():
                 on_duty.append((event.tick, event.number))
+            case RobotDown() | RobotUp():
+                robots_down.append((event.tick, robots_down[-1][1] + (1 if isinstance(event, RobotDown) else -1)))
+            case StationDown() | StationUp():
+                stations_down.append((event.tick, stations_down[-1][1] + (1 if isinstance(event, StationDown) else -1)))
     found = {"stations_open": opened} if has_hours(trace) else {}
     if trace.scenario.get("packing"):
         found["boxes"] = boxes_of(trace)
         if trace.scenario["packing"].get("open"):
             found["packers_on_duty"] = _packers(trace)
+    if robots_may_fail(trace):
+        found["robots_down"] = robots_down
+    if trace.scenario.get("stations", {}).get("outages"):
+        found["stations_down"] = stations_down
     return found | ({"robots_on_duty": on_duty} if trace.scenario.get("robots", {}).get("available") else {})
+
+
+def recompute_outages(trace: Trace) -> dict[str, float | None]:
+    """Return the metrics of what was out of service."""
+    begin, wanted = measured_from(trace), Counter[tuple[int, int]]()
+    failures, held, end = Counter[str](), 0, max(trace.tick, measured_from(trace))
+    for event in trace.events:
+        match event:
+            case OrderAssigned():
+                wanted[event.station, event.order] += event.items
+            case ItemPicked():
+                wanted[event.station, event.order] -= 1
+            case RobotDown() if event.tick >= begin and not event.planned:
+                failures["robots"] += 1
+            case StationDown() if event.tick >= begin:
+                failures["stations"] += 1
+                held += sum(station == event.station and items > 0 for (station, _), items in wanted.items())
+    there, found = _there(trace), dict[str, float | None]()
+    numbers = {"robots": len(trace.robots), "stations": len(trace.stations) - trace.layout.replenishing}
+    for kind, number in numbers.items():
+        if (steps := there.get(f"{kind}_down")) is not None:
+            share = 100 * _mean(steps, begin, end) / number if end > begin else None
+            found |= {f"{kind[:-1]}_failures": failures[kind], f"{kind}_down_percent": share}
+    return found | ({"orders_held": held} if "stations_down" in there else {})
 
 
 def _mean(steps: list[tuple[int, int]], begin: int, end: int) -> float:
@@ -254,10 +291,17 @@ def has_batteries(trace: Trace) -> bool:
     return "battery" in trace.scenario.get("robots", {})
 
 
+def robots_may_fail(trace: Trace) -> bool:
+    """Whether robots of a trace may be out of service."""
+    robots = trace.scenario.get("robots", {})
+    return bool(robots.get("failures") or robots.get("maintenance"))
+
+
 def states_of(trace: Trace) -> tuple[str, ...]:
     """Return what robots of a trace may do: what its scenario has no rules for is left out."""
     rules = trace.scenario.get("rules", {})
     more = {"to_rest": "idle" in rules, "charging": has_batteries(trace), "moving_pods": "move" in rules}
+    more["down"] = robots_may_fail(trace)
     return (*STATES, *(state for state, there in more.items() if there))
 
 
@@ -318,6 +362,7 @@ def _turns(trace: Trace) -> list[list[tuple[int, str]]]:
         TaskAssigned: "to_pod",
         PodMoveDecided: "moving_pods",
         RobotSent: "to_rest",
+        RobotDown: "down",
         QueueJoined: "queue",
         VisitStarted: "station",
     }
@@ -328,7 +373,7 @@ def _turns(trace: Trace) -> list[list[tuple[int, str]]]:
             case RobotRested():
                 rests = "idle" if event.robot < on_duty else OFF
                 state = "charging" if event.cell in chargers else rests
-            case PodStored():
+            case PodStored() | RobotUp():
                 state = "idle" if event.robot < on_duty else OFF
             case RobotsOnDuty():
                 on_duty = event.number

@@ -18,6 +18,7 @@ from rmfs_commands.validation.metrics import compare
 from rmfs_commands.validation.motion import MotionCheck, WayCheck
 from rmfs_commands.validation.opening import check_opening, made_alike
 from rmfs_commands.validation.orders import DecisionCheck, OrderCheck
+from rmfs_commands.validation.outages import OutageCheck
 from rmfs_commands.validation.packing import PackingCheck
 from rmfs_commands.validation.picking import PickCheck
 from rmfs_commands.validation.pods import PodCheck
@@ -68,7 +69,7 @@ def faults_of(
     lines, orders = LineCheck(case, state, collisions=collisions), OrderCheck(case, state, packing)
     pods = PodCheck(case, state)
     picks, bundles, shifts = PickCheck(case, state), BundleCheck(case, state), ShiftCheck(case, state)
-    stock, decisions = StockCheck(case, state), DecisionCheck(case, state)
+    stock, decisions, outages = StockCheck(case, state), DecisionCheck(case, state), OutageCheck(case)
     # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity,
     # and which orders wait for stock before what is on order for them.
     checks = (
@@ -84,6 +85,7 @@ def faults_of(
         orders,
         RestCheck(case, state),
         packing,
+        outages,
     )
     handlers: dict[type[Event], list[Callable[[Any], None]]] = {kind: [] for kind in EVENTS.values()}
     for check in checks:
@@ -97,6 +99,7 @@ def faults_of(
     stock.at_end()
     shifts.at_end()
     packing.at_end()
+    outages.at_end()
     if whole:
         if collisions:
             find_collisions(case, state)

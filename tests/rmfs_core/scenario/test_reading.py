@@ -41,7 +41,7 @@ WRONG_VALUES = [
     ("seed", "true", f"{WHOLE}, found true"),
     ("stations.also_replenish", "1", "expected true or false, found 1"),
     ("instance.orders_file", "1", "expected a text in quotes, found 1"),
-    ("robots.lift_s", '"x"', f'{NUMBER}, found "x"'),
+    ("robots.full_turn_s", '"x"', f'{NUMBER}, found "x"'),
     ("instance.pods_at_stations", "[]", "expected a table, found []"),
     ("rules.filters", "{ a = 1 }", "expected a list, found { a = 1 }"),
     ("robots.count", "2.0", f"{WHOLE}, found 2.0"),
@@ -235,8 +235,12 @@ RULES = {"poa": "pod-match", "pps": "demand"}
     "data path problem",
     ({"rules": RULES, "folder": "x"}, ("folder",), "unknown key; expected one of "),  # no key of the file
     ({"rules": RULES, "seed": None}, ("seed",), "expected a whole number, found null"),
-    ({"rules": RULES, "robots": {"lift_s": float("nan")}}, ("robots", "lift_s"), "expected a finite number, found"),
-    ({"rules": RULES, "robots": {"lift_s": True}}, ("robots", "lift_s"), "expected a number, found true"),
+    (
+        {"rules": RULES, "robots": {"full_turn_s": float("nan")}},
+        ("robots", "full_turn_s"),
+        "expected a finite number, found",
+    ),
+    ({"rules": RULES, "robots": {"full_turn_s": True}}, ("robots", "full_turn_s"), "expected a number, found true"),
     (
         {"rules": RULES, "instance": {"pods_at_stations": {"1": ["a", 2]}}},
         ("instance", "pods_at_stations", "1", 1),

@@ -16,7 +16,7 @@ from rmfs_commands.testing import small_instance, small_layout
 from rmfs_commands.validation import validate_trace
 from rmfs_core import hookimpl
 from rmfs_core.errors import InputError
-from rmfs_core.events import ItemPicked
+from rmfs_core.events import ItemPicked, OrderPacked, PodLifted, PodStored
 from rmfs_core.randomness import keyed_stream
 from rmfs_core.scenario import Scenario, StationsSection, load_scenario, scenario_from_dict, scenario_to_dict
 from rmfs_core.scenario.service import ServiceTime, Spread, drawn
@@ -106,6 +106,56 @@ def test_times_by_line_order_and_station(
     assert lasts(run.of(ItemPicked)) == expected
 
 
+def test_a_shift_has_its_speed(tiny_run: Prepare) -> None:
+    """Picks take 7 s: until 10 s past the start at half the speed, from then on at twice, outside of both at 1."""
+    shifts = (("00:00", "00:01", 0.5), ("00:01", "00:02", 2.0))
+    orders = small_instance({str(i): ["a"] for i in range(12)}, {"p": ["a"]})
+    run = tiny_run(orders, layout=small_layout(1), change=stations(speed={"1": shifts})).done()
+    picks = {(e.start_tick // 60_000, e.tick - e.start_tick) for e in run.of(ItemPicked)}
+    assert picks == {(0, 14_000), (1, 3_500), (2, 7_000)}
+
+
+def test_lifts_and_packing_are_drawn_by_what_they_are_for_and_expected_by_their_means(tmp_path: Path) -> None:
+    """Rules see mean times of tasks, and compared rules meet the same times."""
+    over = (
+        "robots.lift_s={mean=3.0, cv=1.0}",
+        "packing.pack_s={mean=30.0, cv=0.5}",
+        "packing.pack_item_s={times=[4.0, 6.0]}",
+        "packing.tote_s={mean=3.0, distribution='exponential'}",
+        "packing.put_s={mean=4.0, cv=0.5, distribution='gamma'}",
+    )
+    found: list[dict[str, dict[Any, list[int]]]] = []
+    for number, pps in enumerate(("demand", "completes")):
+        lasts: dict[str, dict[Any, list[int]]] = {"lift": {}, "pack": {}}
+
+        class Watcher:
+            @hookimpl
+            def run_started(self, run: Any) -> None:
+                self.view = run.warehouse
+
+            @hookimpl
+            def on_event(self, event: Any, lasts: Any = lasts) -> None:
+                for station in self.view.packing_stations:
+                    for task in (*station.tasks, *(task for task, _ in station.working)):
+                        base, each = (3, 4) if task.kind == "put" else (30, 5)
+                        assert task.duration_s == base + each * task.items
+                if isinstance(event, PodLifted | PodStored):
+                    lasts["lift"].setdefault(event.pod, []).append(event.tick - event.start_tick)
+                if isinstance(event, OrderPacked):
+                    lasts["pack"][event.order] = [event.tick - event.start_tick]
+
+        out = tmp_path / str(number)
+        rules = [f"rules.pps={pps}", "rules.poa=pod-match", "rules.poa_pps="]
+        rmfs_core.run("examples/packing", overrides=[*over, *rules], observers=[Watcher()], out=out, record=["trace"])
+        assert validate_trace(out) == []
+        found.append(lasts)
+    one, other = found
+    assert one["pack"] == other["pack"]
+    assert len({ticks for times in one["pack"].values() for ticks in times}) > 10
+    for pod in one["lift"].keys() & other["lift"].keys():
+        assert all(a == b for a, b in zip(one["lift"][pod], other["lift"][pod], strict=False))
+
+
 def test_rules_see_what_is_expected_and_no_draw(tiny_run: Prepare) -> None:
     varying = ServiceTime(Spread(times=(20.0, 30.0)))  # 25 s on average, never
     run, seen = tiny_run(LINES, layout=small_layout(1), change=stations(handle_s=varying)), list[float]()
@@ -167,6 +217,8 @@ def test_measured_times_of_a_file_become_part_of_the_scenario(tmp_path: Path) ->
     ({"pick_s": {"times": []}}, "stations.pick_s.times: expected times from 0 to 3600, at least one, found []"),
     ({"pick_s": {"mean": 20, "cv": 1}}, "stations: expected handle_s >= pick_s, found 13.0 < 20.0"),
     ({"speed": {"1": 0}}, "stations.speed: expected a table of names, each with a number from 0.01 to 100"),
+    ({"speed": {"1": [["06:00", "14:00"]]}}, 'or with spans such as ["06:00", "14:00", 0.9]'),
+    ({"speed": {"1": [["06:00", "6", 1.0]]}}, "stations.speed: expected spans of two times of the day"),
 )
 def test_wrong_times_are_said(keys: dict[str, Any], sentence: str) -> None:
     table = {"rules": {"poa": "pod-match", "pps": "demand"}, "stations": keys}
@@ -176,3 +228,9 @@ def test_wrong_times_are_said(keys: dict[str, Any], sentence: str) -> None:
 def test_an_unknown_station_has_no_speed() -> None:
     with pytest.raises(InputError, match=r"stations.speed.9: no station 9; expected 1 to 2"):
         rmfs_core.run("examples/small", overrides=["stations.speed={9=2}"])
+
+
+def test_lifts_that_vary_need_robots_without_batteries() -> None:
+    """What a battery keeps back for the longest task has to be enough."""
+    with pytest.raises(InputError, match=r"expected a number of seconds as `robots.lift_s`"):
+        rmfs_core.run("examples/charging", overrides=["robots.lift_s={mean=2, cv=1}"])

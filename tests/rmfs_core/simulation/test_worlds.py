@@ -3,6 +3,7 @@
 import tempfile
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from rmfs_core.events import Event, QueueJoined
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import (
     BatterySection,
+    FailuresSection,
     InstanceSection,
     LayoutSection,
     RobotsSection,
@@ -235,6 +237,30 @@ def attacks(
         run=RunSection(until_s=1_000_000.0),
     )
     return scenario, make_instance(scenario), layout
+
+
+@st.composite
+def outages(draw: st.DrawFn) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Failures of robots and stations from once in a minute on, maintenance, lifts and shifts: keys of two sections."""
+
+    def failures() -> FailuresSection | None:
+        often, long = draw(st.sampled_from([0.01, 0.1, 1.0])), draw(st.sampled_from([1.0, 60.0, 3600.0]))
+        return FailuresSection(often, long) if draw(st.booleans()) else None
+
+    spans = (("00:00", "00:05"), ("00:07", "00:10"))
+    shifts = {"1": (("00:00", "00:04", 0.5), ("00:02", "00:20", 2.0))}
+    robots = {"failures": failures(), "maintenance": draw(st.sampled_from([None, {"1": spans}]))}
+    robots["lift_s"] = draw(st.sampled_from([2.2, ServiceTime(Spread(mean=3.0, cv=1.0))]))
+    return robots, {"outages": failures(), "speed": draw(st.sampled_from([{}, shifts]))}
+
+
+def failing(
+    attack: tuple[Scenario, Instance, Layout], more: tuple[dict[str, Any], dict[str, Any]], pp: str
+) -> tuple[Scenario, Instance, Layout]:
+    scenario, *rest = attack
+    robots, stations = evolve(scenario.robots, **more[0]), evolve(scenario.stations, **more[1])
+    rules = evolve(scenario.rules, pp=RuleChoice(pp))
+    return evolve(scenario, robots=robots, stations=stations, rules=rules), *rest
 
 
 class LinesInOrder:
@@ -458,3 +484,18 @@ def test_moved_pods_leave_room_for_those_that_come_back(attack: tuple[Scenario, 
     often = evolve(RESTLESS, parameters={"often": 1.0})
     full = evolve(scenario, layout=evolve(scenario.layout, pod_fill=0.97), rules=evolve(scenario.rules, move=often))
     completes(evolve(full, run=RunSection(until_s=1_000_000.0)), instance, layout)
+
+
+@given(attack=attacks(max_robots=8), more=outages(), pp=st.sampled_from(["sipp", "pbs", "free-flow", "whca-n"]))
+@settings(max_examples=16, **ANYTHING_GOES)
+def test_no_run_stands_still_for_what_fails(
+    attack: tuple[Scenario, Instance, Layout], more: tuple[dict[str, Any], dict[str, Any]], pp: str
+) -> None:
+    """Robots fail or are maintained, stations fail, lifts and shifts vary: all orders are completed, but where a run
+    under `whca-n` ends with the error that says who waits for whom."""
+    scenario, instance, layout = failing(attack, more, pp)
+    try:
+        completes(evolve(scenario, run=evolve(scenario.run, standstill_s=600.0)), instance, layout)
+    except StandstillError as error:
+        assert pp == "whca-n"
+        assert " waits for row " in str(error)

@@ -143,10 +143,11 @@ export class Panel {
       const phase = phaseOf(view.run, view.history, robot, view.world.tick, view.world);
       const names = { to_pod: "fetch", lifting: "fetch", to_station: "bring", queue: "queue", station: "serve", storing: "store", setting_down: "store", idle: "idle", moving: "move", to_rest: "rest", charging: "charge" };
       const off = phase.phase === "idle" && robot >= view.world.onDuty;
-      const name = off ? "off duty" : waitsOn(phase, here, view.run.legs[robot]) ? "wait" : names[phase.phase];
+      const down = view.world.robotsDown.has(robot);
+      const name = down ? "out of service" : off ? "off duty" : waitsOn(phase, here, view.run.legs[robot]) ? "wait" : names[phase.phase];
       counts.set(name, (counts.get(name) ?? 0) + 1);
     });
-    const order = ["fetch", "bring", "queue", "serve", "store", "move", "rest", "charge", "wait", "idle", "off duty"];
+    const order = ["fetch", "bring", "queue", "serve", "store", "move", "rest", "charge", "wait", "idle", "off duty", "out of service"];
     const said = order.filter((name) => counts.has(name)).map((name) => make("span", {}, `${counts.get(name)} ${name}`));
     return make("span", { class: "links" }, ...said);
   }
@@ -191,6 +192,7 @@ export class Panel {
   picker({ world, scene }, id) {
     const { items, bundles } = world.stations[id];
     if (scene.isPicking(id, world.tick)) return scene.isStoring(id, world.tick) ? "stores" : "picks";
+    if (world.stationsDown.has(id)) return "out of service";
     if (items || bundles.size) return "waits";
     return world.closed.has(id) ? "closed" : "idle";
   }
@@ -234,6 +236,7 @@ export class Panel {
         ["Since", `${clockTime(phase.since)}, ${duration(world.tick - phase.since)} ago`],
         ["At", view.names.cell(Math.round(here.y) * view.run.layout.width + Math.round(here.x))],
         charge === null ? null : ["Charge", percent(charge)],
+        world.robotsDown.has(id) ? ["Service", "out: it takes no tasks until it is repaired"] : null,
         id >= world.onDuty ? ["Duty", "off: it takes no tasks"] : null,
         phase.pod >= 0 ? ["Pod", this.link(view, "pod", phase.pod, view.run.pods.name[phase.pod])] : null,
         phase.station >= 0 ? ["Station", this.link(view, "station", phase.station, view.run.stations.name[phase.station])] : null,
@@ -281,6 +284,8 @@ export class Panel {
     const busy = view.scene.isStoring(id, world.tick) ? `${worker} stores a bundle` : `${worker} handles an item`;
     const said = picks ? busy : station.items || station.bundles.size ? waits : nothing;
     /** @type {Row | null} */
+    const down = world.stationsDown.has(id) ? ["Service", "out: it has failed"] : null;
+    /** @type {Row | null} */
     const closed = world.closed.has(id) ? ["Closed", "takes no new orders"] : null;
     /** @param {number[]} ids */
     const pods = (ids) => (ids.length ? make("span", { class: "links" }, ...ids.map((pod) => this.link(view, "pod", pod, view.run.pods.name[pod]))) : "none");
@@ -292,6 +297,7 @@ export class Panel {
     return [
       make("p", { class: "now" }, `${said}.`),
       facts([
+        down,
         closed,
         capacity[id] ? ["Load", loadSaid(unit === "orders" ? station.open.size : station.items, capacity[id], unit)] : null,
         bundle_capacity[id] ? ["Room", `${plural(station.bundles.size, "bundle")} of ${bundle_capacity[id]}`] : null,

@@ -11,13 +11,16 @@ import { ORDER } from "./world.mjs";
 const OF = {
   robot: [
     "task_assigned", "pod_move_decided", "pod_lifted", "queue_joined", "visit_started", "visit_ended", "pod_stored", "robot_sent",
-    "robot_rested",
+    "robot_rested", "robot_down", "robot_up",
   ],
   pod: [
     "trip_decided", "bundle_bound", "task_assigned", "pod_move_decided", "pod_lifted", "queue_joined", "visit_started",
     "bundle_stored", "visit_ended", "pod_stored",
   ],
-  station: ["station_opened", "station_closed", "order_assigned", "bundle_assigned", "visit_started", "bundle_stored", "visit_ended"],
+  station: [
+    "station_opened", "station_closed", "station_down", "station_up", "order_assigned", "bundle_assigned", "visit_started",
+    "bundle_stored", "visit_ended",
+  ],
   order: [
     "order_arrived", "order_assigned", "packing_assigned", "item_picked", "order_completed", "order_cancelled", "part_sent",
     "part_arrived", "part_put", "order_consolidated", "packing_started", "order_packed",
@@ -197,6 +200,13 @@ export function tell(run, names, at, kind) {
       return "opened";
     case "station_closed":
       return "closed: takes no new orders";
+    case "robot_down":
+      return events.robot_down.planned[i] ? "out of service: maintenance" : "out of service: it failed";
+    case "station_down":
+      return "out of service: it failed";
+    case "robot_up":
+    case "station_up":
+      return "in service again";
     case "pod_move_decided": {
       const e = events.pod_move_decided;
       return isRobot ? `told to carry ${names.pod(e.pod[i])} to ${names.cell(e.cell[i])}` : `${names.robot(e.robot[i])} comes to carry it to ${names.cell(e.cell[i])}`;

@@ -47,6 +47,10 @@ export type ToldEvents = {
   station_opened: Told<"station">;
   station_closed: Told<"station">;
   robots_on_duty: Told<"number">;
+  robot_down: Told<"robot" | "planned">;
+  robot_up: Told<"robot">;
+  station_down: Told<"station">;
+  station_up: Told<"station">;
   robot_sent: Told<"robot" | "cell">;
   robot_rested: Told<"robot" | "cell">;
   pod_move_decided: Told<"robot" | "pod" | "cell">;

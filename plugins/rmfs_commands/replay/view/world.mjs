@@ -40,6 +40,10 @@ export class World {
   stored = 0;
   /** @type {Set<number>} */
   closed = new Set();
+  /** @type {Set<number>} */
+  robotsDown = new Set();
+  /** @type {Set<number>} */
+  stationsDown = new Set();
   onDuty = 0;
   /** @type {PackingNow[]} */
   packing = []; // by packing station
@@ -77,6 +81,8 @@ export class World {
     this.waitingBundles = new Set();
     this.stored = 0;
     this.closed = new Set();
+    this.robotsDown = new Set();
+    this.stationsDown = new Set();
     this.onDuty = run.robots.cell.length;
     this.packing = Array.from({ length: run.packing?.stations ?? 0 }, () => ({ coming: 0, waiting: 0, packing: 0, packed: 0 }));
     this.packs = new Map();
@@ -271,6 +277,26 @@ export class World {
   /** @param {number} i */
   station_closed(i) {
     this.closed.add(this.run.events.station_closed.station[i]);
+  }
+
+  /** @param {number} i */
+  robot_down(i) {
+    this.robotsDown.add(this.run.events.robot_down.robot[i]);
+  }
+
+  /** @param {number} i */
+  robot_up(i) {
+    this.robotsDown.delete(this.run.events.robot_up.robot[i]);
+  }
+
+  /** @param {number} i */
+  station_down(i) {
+    this.stationsDown.add(this.run.events.station_down.station[i]);
+  }
+
+  /** @param {number} i */
+  station_up(i) {
+    this.stationsDown.delete(this.run.events.station_up.station[i]);
   }
 
   /** @param {number} i */

@@ -189,6 +189,8 @@ def test_keys_and_values_of_overrides() -> None:
         "robots.lift_s=",
         "robots.available=",
         "robots.battery=",
+        "robots.failures=",
+        "robots.maintenance=",
     ]
     assert completed("run", "x", "--set", "rules.poa=pod-m") == ["rules.poa=pod-match"]
     assert completed("run", "x", "--set", "rules.poa.rule=pod-m") == ["rules.poa.rule=pod-match"]

@@ -171,8 +171,8 @@ def test_everything_that_is_wrong_is_named_with_its_place(tmp_path: Path) -> Non
     assert problems(file, "rules.pps=demnd", "robots", "stations.foo=") == [
         "--set robots: expected key=value, such as instance.orders=50",
         "--set stations.foo=: unknown key `foo`; expected one of `also_replenish`, `bundle_capacity`, `handle_s`, "
-        "`item_capacity`, `line_s`, `open`, `order_capacity`, `order_s`, `oversize`, `pick_s`, `queue_length`, "
-        "`release`, `speed`, `store_s`",
+        "`item_capacity`, `line_s`, `open`, `order_capacity`, `order_s`, `outages`, `oversize`, `pick_s`, "
+        "`queue_length`, `release`, `speed`, `store_s`",
         f"{file}, line 1, sed: unknown key (did you mean `seed`?)",
         f"{file}, line 7, stations: expected handle_s >= pick_s, found 2.0 < 7.0",
         f'{file}, line 12, robots.count: expected a whole number, found "many"',

@@ -11,7 +11,7 @@ from calling import exit_code
 from cases import cases
 from rmfs_commands.cli.screen import output_console
 from rmfs_commands.sizing.judging import Estimate, Verdict
-from rmfs_commands.sizing.report import content_of, sentences_of, table_of, verdict_of, write_answer
+from rmfs_commands.sizing.report import content_of, sentences_of, table_of, verdict_of, write_answers
 from rmfs_commands.sizing.searching import Found
 from rmfs_commands.sizing.sizing import Answer
 from rmfs_commands.sizing.target import Target
@@ -186,7 +186,7 @@ def test_the_answer_in_one_sentence() -> None:
 
 
 def test_files_have_the_same(tmp_path: Path) -> None:
-    write_answer(ANSWER, (1, 10), tmp_path)
+    write_answers([ANSWER], (1, 10), tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"answer.json", "candidates.csv"}
     with (tmp_path / "candidates.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))

@@ -21,6 +21,7 @@ from rmfs_commands.experiments.resolving import resolve
 from rmfs_commands.sizing.judging import Estimate, Verdict, estimate, looks
 from rmfs_commands.sizing.notices import Notices
 from rmfs_commands.sizing.report import content_of, sentences_of
+from rmfs_commands.sizing.robust import FAILURES, under_spread_and_failures
 from rmfs_commands.sizing.searching import Found, fewest, frontier, search
 from rmfs_commands.sizing.sizing import Answer, size
 from rmfs_commands.sizing.target import KNOWN, Target
@@ -29,6 +30,7 @@ from rmfs_commands.sizing.worlds import Worlds
 from rmfs_core import Scenario, load_scenario, run
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.scenario.model import Arrivals, RuleChoice, RunSection, StationsSection
+from rmfs_core.scenario.service import ServiceTime, Spread
 from rmfs_core.world import make_instance
 
 SEEDS = (1, 2, 3)
@@ -426,3 +428,11 @@ def test_only_what_is_out_of_the_ordinary_is_said() -> None:
         f"Computed again: {job}: is not as it was stored",
         f"Repeated: {job}: its worker process died",
     ]
+
+
+def test_robust_keeps_what_the_scenario_says() -> None:
+    given = load_scenario("examples/poisson", ["stations.pick_s={mean=5, cv=2}", "robots.failures={mtbf_h=1,mttr_s=9}"])
+    robust = under_spread_and_failures(given)
+    assert (robust.stations.pick_s, robust.robots) == (given.stations.pick_s, given.robots)
+    assert robust.stations.handle_s == ServiceTime(Spread(mean=13.0, cv=0.5))
+    assert robust.stations.outages == FAILURES

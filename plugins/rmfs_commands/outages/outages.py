@@ -1,0 +1,140 @@
+"""Robots and stations that are out of service for a time. Why no run stands still: docs/explanation/traffic.md."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from typing import Any
+
+import simpy
+from attrs import define
+
+from rmfs_core import events
+from rmfs_core.clock import to_ticks
+from rmfs_core.errors import InputError
+from rmfs_core.randomness import keyed_stream
+from rmfs_core.scenario import Scenario
+from rmfs_core.scenario.model import FailuresSection
+from rmfs_core.simulation.applying import tell_open
+from rmfs_core.timetable import Calendar, Timetable, read_spans
+from rmfs_core.warehouse import Robot, Station, Warehouse
+
+
+@define(eq=False)
+class _State:
+    """When something fails next and how long that lasts, when it is maintained; how often it was out of service, and
+    until when it is, None while it works; and what happens when it works again."""
+
+    failures: FailuresSection | None
+    hours: Timetable
+    repaired: simpy.Event
+    fails: float = math.inf
+    repair: int = 0
+    number: int = 0
+    until: float | None = None
+
+
+class Outages:
+    """Takes robots and stations out of service and back.
+
+    How long one works, and how long the repair takes that follows, are drawn when it begins to work: by the seed, by
+    which one it is, and by how often it has been out of service before.
+
+    Parameters
+    ----------
+    scenario, warehouse
+        What may fail, and what there is of it.
+    env
+        The clock.
+    tell
+        Is handed what happens.
+
+    Raises
+    ------
+    InputError
+        When ``robots.maintenance`` names another robot.
+    """
+
+    def __init__(
+        self, scenario: Scenario, warehouse: Warehouse, env: simpy.Environment, tell: Callable[[events.Event], None]
+    ) -> None:
+        self._seed, self._warehouse, self._env, self._tell = scenario.seed, warehouse, env, tell
+        self._states, self._changed = dict[Robot | Station, _State](), env.event()
+        zero, given = Calendar(scenario.instance.start).time_of_day(), scenario.robots.maintenance or {}
+        for name in given.keys() - {robot.name for robot in warehouse.robots}:
+            raise InputError(f"robots.maintenance.{name}", f"no robot {name}; expected 1 to {scenario.robots.count}")
+        for robot in warehouse.robots:
+            self._add(robot, scenario.robots.failures, Timetable(read_spans(given.get(robot.name, ())), zero))
+        for station in warehouse.picking:
+            self._add(station, scenario.stations.outages, Timetable(()))
+
+    def _add(self, one: Robot | Station, failures: FailuresSection | None, hours: Timetable) -> None:
+        if failures is not None or hours.spans:
+            self._states[one] = _State(failures, hours, self._env.event())
+            self._begin(one)
+
+    def follow(self, decide: Callable[[], None]) -> Generator[simpy.Event, Any, None]:
+        """Let failures, repairs and maintenance happen; end when nothing else does and all work."""
+        for one in self._states:  # whose maintenance may have begun
+            self.update(one)
+        while ticks := [*map(self._next, self._states.values())]:
+            alone, tick = self._env.peek() == math.inf, min(ticks)
+            if tick == math.inf or (alone and all(one.in_service for one in self._states)):
+                return
+            yield self._env.timeout(int(tick) - self._warehouse.now) | self._changed
+            if self._warehouse.now == tick:
+                for one in self._states:
+                    self.update(one)
+                decide()
+
+    def repaired(self, station: Station) -> simpy.Event:
+        """Return what happens when a station works again."""
+        return self._states[station].repaired
+
+    def _next(self, state: _State) -> float:
+        """Return the tick at which something may change; infinite where that is when a robot has ended its task."""
+        if state.until is not None:
+            return state.until
+        now = self._warehouse.now
+        return min(state.fails if state.fails > now else math.inf, state.hours.next_change(now) or math.inf)
+
+    def update(self, one: Robot | Station) -> None:
+        """Take something out of service or back if it is time; a robot only when it has ended its task."""
+        if (state := self._states.get(one)) is None:
+            return
+        now = self._warehouse.now
+        if state.until is not None and state.until <= now:
+            state.until, state.number = None, state.number + 1
+            self._begin(one)
+            self._change(one, in_service=True)
+            repaired, state.repaired = state.repaired, self._env.event()
+            repaired.succeed()
+        if state.until is None and not (isinstance(one, Robot) and not one.resting):
+            if failed := state.fails <= now:
+                state.until = now + state.repair
+            elif state.hours.at(now):
+                state.until = state.hours.next_change(now) or math.inf
+            if state.until is not None:
+                self._change(one, in_service=False, planned=not failed)
+                changed, self._changed = self._changed, self._env.event()  # its repair may come next
+                changed.succeed()
+
+    def _begin(self, one: Robot | Station) -> None:
+        """Draw how long something works from now on, and how long it is repaired then."""
+        state, purpose = self._states[one], f"failures of {'robots' if isinstance(one, Robot) else 'stations'}"
+        if state.failures is not None:
+            rng = keyed_stream(self._seed, purpose, one.id, state.number)
+            works_s, repair_s = rng.exponential((3600 * state.failures.mtbf_h, state.failures.mttr_s)).tolist()
+            state.fails = self._warehouse.now + max(to_ticks(works_s), 1)
+            state.repair = max(to_ticks(repair_s), 1)
+
+    def _change(self, one: Robot | Station, *, in_service: bool, planned: bool = False) -> None:
+        warehouse, tell = self._warehouse, self._tell
+        was_open = isinstance(one, Station) and one.open
+        warehouse.put_in_service(one, in_service)
+        if isinstance(one, Station):
+            tell((events.StationUp if in_service else events.StationDown)(warehouse.now, one.id))
+            tell_open(warehouse, one, was_open, tell)
+        else:
+            up = events.RobotUp(warehouse.now, one.id)
+            tell(up if in_service else events.RobotDown(warehouse.now, one.id, planned))

@@ -1,0 +1,171 @@
+"""Failures, repairs and maintenance: when the seed and the timetables say, and nothing is begun in between."""
+
+from __future__ import annotations
+
+import math
+
+from attrs import define
+
+from rmfs_commands.validation.case import Case, Handlers, seconds
+from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.events import (
+    BundleStored,
+    Event,
+    ItemPicked,
+    PodMoveDecided,
+    PodStored,
+    RobotDown,
+    RobotRested,
+    RobotSent,
+    RobotUp,
+    StationDown,
+    StationUp,
+    TaskAssigned,
+)
+from rmfs_core.randomness import keyed_stream
+from rmfs_core.timetable import Calendar, Timetable, read_spans
+
+
+@define
+class _One:
+    """A robot or station.
+
+    ``fails`` and ``repair`` are as drawn, ``up`` is the tick since which it works, ``free`` that since which it has no
+    task (None while it has one), ``charges`` whether it may have charged for a while yet, ``out`` the time out of
+    service under way or else the last one: from when until when it lasts; ``down`` whether it is under way.
+    """
+
+    name: str
+    hours: Timetable
+    fails: float = math.inf
+    repair: int = 0
+    up: int = 0
+    free: int | None = 0
+    charges: bool = False
+    out: tuple[float, float] = (-1, -1)
+    down: bool = False
+    number: int = 0
+
+    def due(self) -> tuple[float, bool]:
+        """Return the tick at which it is to be out of service next, and whether that is planned."""
+        if self.free is None:
+            return math.inf, False
+        since = max(self.up, self.free)
+        planned = since if self.hours.at(since) else self.hours.next_change(since)
+        fails = max(self.fails, since)
+        return (fails, False) if planned is None or fails <= planned else (planned, True)
+
+
+class OutageCheck:
+    """Robots and stations are out of service as the seed draws it, and robots as their maintenance is planned."""
+
+    def __init__(self, case: Case) -> None:
+        scenario, trace = case.trace.scenario, case.trace
+        self.case, self.seed = case, int(scenario.get("seed", 1))
+        robots, zero = scenario.get("robots", {}), Calendar(scenario.get("instance", {}).get("start")).time_of_day()
+        given = robots.get("maintenance") or {}
+        self.laws = {"robots": robots.get("failures"), "stations": scenario["stations"].get("outages")}
+        hours = [Timetable(read_spans(given.get(str(i + 1), ())), zero) for i in range(len(trace.robots))]
+        self.robots = [_One(case.robot(i), one) for i, one in enumerate(hours)]
+        picking = len(trace.stations) - trace.layout.replenishing
+        self.stations = [_One(case.station(i), Timetable(())) for i in range(picking)]
+        for pod in trace.pods:
+            if pod["robot"] is not None:
+                self.robots[pod["robot"]].free = None
+        for kind, ones in (("robots", self.robots), ("stations", self.stations)):
+            for i in range(len(ones)):
+                self._draw(kind, i)
+        self.handlers: Handlers = {
+            RobotDown: lambda event: self.goes("robots", event.robot, event, planned=event.planned),
+            RobotUp: lambda event: self.comes("robots", event.robot, event),
+            StationDown: lambda event: self.goes("stations", event.station, event, planned=False),
+            StationUp: lambda event: self.comes("stations", event.station, event),
+            TaskAssigned: self.begins,
+            PodMoveDecided: self.begins,
+            RobotSent: self.begins,
+            PodStored: self.ends,
+            RobotRested: self.ends,
+            ItemPicked: self.works,
+            BundleStored: self.works,
+        }
+
+    def _of(self, kind: str) -> list[_One]:
+        return self.robots if kind == "robots" else self.stations
+
+    def _draw(self, kind: str, number: int) -> None:
+        law, one = self.laws[kind], self._of(kind)[number]
+        if law is not None:
+            rng = keyed_stream(self.seed, f"failures of {kind}", number, one.number)
+            works, repair = (max(round(rng.exponential(mean) * TICKS_PER_S), 1) for mean in _means(law))
+            one.fails, one.repair = one.up + works, repair
+
+    def goes(self, kind: str, number: int, event: Event, *, planned: bool) -> None:
+        """Check that something goes out of service when it is due."""
+        if number >= len(self._of(kind)):
+            self.case.add("outage", event.tick, f"{self.case.station(number)} fails, where no orders are picked")
+            return
+        one, why = self._of(kind)[number], "is maintained" if planned else "fails"
+        tick, expected = one.due()
+        later = one.charges and event.tick >= tick  # when it was charged nobody has told
+        if one.down or planned != expected or not (event.tick == tick or later):
+            due = "nothing was due" if one.down or tick == math.inf else f"due: {_what(expected)} at {seconds(tick)}"
+            self.case.add("outage", event.tick, f"{one.name} {why} from {seconds(event.tick)} on; {due}")
+        until = (one.hours.next_change(event.tick) or math.inf) if planned else event.tick + one.repair
+        one.down, one.out = True, (event.tick, until)
+
+    def comes(self, kind: str, number: int, event: Event) -> None:
+        """Check that something comes back when it is repaired."""
+        if number >= len(self._of(kind)):
+            return
+        one = self._of(kind)[number]
+        if not one.down or event.tick != one.out[1]:
+            due = f"expected at {seconds(one.out[1])}" if one.down else "it was not out of service"
+            self.case.add("outage", event.tick, f"{one.name} is in service again from {seconds(event.tick)} on; {due}")
+        one.down, one.up, one.number = False, event.tick, one.number + 1
+        self._draw(kind, number)
+
+    def begins(self, event: TaskAssigned | PodMoveDecided | RobotSent) -> None:
+        """Check that a robot which gets something to do is in service."""
+        one = self.robots[event.robot]
+        self._missed(one, event.tick)
+        if one.down:
+            self.case.add("out-of-service", event.tick, f"{one.name} gets a task, but is out of service")
+        one.free, one.charges = None, False
+
+    def ends(self, event: PodStored | RobotRested) -> None:
+        """Note that a robot has nothing to do."""
+        one = self.robots[event.robot]
+        one.free = event.tick
+        one.charges = event.cell in self.case.layout.chargers
+
+    def works(self, event: ItemPicked | BundleStored) -> None:
+        """Check that work at a station was not begun while that was out of service."""
+        if event.station < len(self.stations):
+            one = self.stations[event.station]
+            if one.out[0] < event.start_tick < (math.inf if one.down else one.out[1]):
+                what = f"{one.name} begins at {seconds(event.start_tick)}, while it is out of service"
+                self.case.add("out-of-service", event.tick, f"work at {what}")
+
+    def _missed(self, one: _One, tick: int) -> None:
+        due, planned = one.due()
+        if not one.down and due < tick:
+            one.fails, one.hours = math.inf, Timetable(())  # say it once
+            self.case.add("outage", tick, f"{one.name} works at {seconds(due)}; expected: {_what(planned)}")
+
+    def at_end(self) -> None:
+        """Check that whatever was due has been told."""
+        end = self.case.trace.tick
+        for one in (*self.robots, *self.stations):
+            if one.down and one.out[1] < end:
+                self.case.add("outage", end, f"{one.name} is not in service again at {seconds(one.out[1])}")
+            elif not one.charges:
+                self._missed(one, end)
+
+
+def _means(law: dict[str, float]) -> tuple[float, float]:
+    """Return the means of working and of a repair in seconds."""
+    return 3600 * law["mtbf_h"], law["mttr_s"]
+
+
+def _what(planned: bool) -> str:
+    return "maintenance" if planned else "a failure"

@@ -1,0 +1,226 @@
+"""Robots and stations that fail or are maintained: when, what they finish, what rules and files tell of it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attrs import define, evolve
+
+import rmfs_core
+from cases import cases
+from damage import change, drop
+from rmfs_commands.states import read_recording
+from rmfs_commands.states.rebuilding import open_state
+from rmfs_commands.trace import Trace, read_trace
+from rmfs_commands.validation import faults_of, validate_trace
+from rmfs_core import TaskAssignment, hookimpl
+from rmfs_core.errors import InputError, RuleError, StandstillError
+from rmfs_core.events import (
+    Event,
+    ItemPicked,
+    OrderAssigned,
+    PodStored,
+    RobotDown,
+    RobotSent,
+    RobotUp,
+    StationDown,
+    StationUp,
+    TaskAssigned,
+)
+from rmfs_core.randomness import keyed_stream
+from rmfs_core.scenario import load_scenario
+from rmfs_core.scenario.model import RuleChoice
+
+ROBOTS, STATIONS = "robots.failures={mtbf_h=0.1,mttr_s=60}", "stations.outages={mtbf_h=0.1,mttr_s=60}"
+SEED = load_scenario("examples/small").seed
+MAINTAINED = 'robots.maintenance={1=[["00:00","00:02"]], 2=[["00:01","00:04"],["00:06","00:07"]]}'
+
+
+class Told:
+    """Keeps what happens, and runs a look at each event."""
+
+    def __init__(self, look: Callable[[Any, Event], None] = lambda *_: None) -> None:
+        self.events: list[Any] = []
+        self.look = look
+
+    @hookimpl
+    def run_started(self, run: Any) -> None:
+        self.view = run.warehouse
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        self.events.append(event)
+        self.look(self.view, event)
+
+
+@define
+class ToAnyone:
+    """Gives the first pod to the first robot, whatever that does."""
+
+    @hookimpl
+    def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
+        return [TaskAssignment(0, pod.id) for pod in warehouse.waiting_pods[:1]]
+
+
+def told(*overrides: str, name: str = "examples/small", look: Callable[[Any, Event], None] = lambda *_: None) -> Told:
+    observer = Told(look)
+    rmfs_core.run(name, overrides=overrides, observers=[observer])
+    return observer
+
+
+def drawn(kind: str, which: int, number: int) -> tuple[int, int]:
+    """Return the ticks of working and of the repair of `examples/small`, whose seed is 1."""
+    rng = keyed_stream(SEED, f"failures of {kind}", which, number)
+    return round(1000 * rng.exponential(360)), round(1000 * rng.exponential(60))
+
+
+def test_a_robot_fails_when_drawn_or_when_its_task_ends_and_is_back_when_repaired() -> None:
+    events = told(ROBOTS).events
+    times = {robot: [0] for robot in range(4)}
+    for event in events:
+        if isinstance(event, RobotDown | RobotUp):
+            times[event.robot].append(event.tick)
+    assert sum(map(len, times.values())) > 10
+    late = 0
+    for robot, ticks in times.items():
+        for number, (up, down) in enumerate(zip(ticks[::2], ticks[1::2], strict=False)):
+            works, repair = drawn("robots", robot, number)
+            ends = [e.tick for e in events if isinstance(e, PodStored) and e.robot == robot and e.tick >= up + works]
+            late += down > up + works
+            assert down == up + works or down == ends[0]
+            if 2 * number + 2 < len(ticks):
+                assert ticks[2 * number + 2] == down + repair
+    assert late
+    down = set()
+    for event in events:
+        if isinstance(event, RobotDown | RobotUp):
+            (down.add if isinstance(event, RobotDown) else down.discard)(event.robot)
+        assert not (isinstance(event, TaskAssigned | RobotSent) and event.robot in down)
+
+
+def test_a_station_that_fails_handles_the_item_in_hand_and_begins_nothing() -> None:
+    events, begun = told(STATIONS).events, 0
+    for place, event in enumerate(events):
+        if isinstance(event, StationDown):
+            ups = (e.tick for e in events[place:] if isinstance(e, StationUp) and e.station == event.station)
+            until = next(ups, 10**9)
+            if event.station == 0 and until < 10**9:
+                assert until == event.tick + drawn("stations", 0, begun)[1]
+            begun += event.station == 0
+            for other in events:
+                at = isinstance(other, ItemPicked | OrderAssigned) and other.station == event.station
+                start = getattr(other, "start_tick", other.tick)
+                assert not (at and event.tick < start < until)
+    assert begun
+
+
+def test_maintenance_is_planned_and_what_is_down_takes_no_task() -> None:
+    found = told(MAINTAINED).events
+    downs = [(e.tick, e.robot, e.planned) for e in found if isinstance(e, RobotDown)]
+    assert downs[0] == (0, 0, True)
+    assert all(planned for *_, planned in downs)
+    assert next((e.tick, e.robot) for e in found if isinstance(e, RobotUp)) == (120_000, 0)
+    late = 'robots.maintenance={1=[["00:00","24:00"]]}'
+    with pytest.raises(StandstillError, match="1 robot out of service"):
+        told(late, "robots.count=1")
+
+
+def test_all_rules_meet_the_same_failures_and_see_them_only_when_they_happen() -> None:
+    """A robot that never has a task fails at the same times under other rules; ``in_service`` says what is told."""
+    down: set[tuple[str, int]] = set()
+
+    def look(view: Any, event: Event) -> None:
+        match event:
+            case RobotDown() | StationDown():
+                kind = "robot" if isinstance(event, RobotDown) else "station"
+                down.add((kind, getattr(event, kind)))
+            case RobotUp() | StationUp():
+                kind = "robot" if isinstance(event, RobotUp) else "station"
+                down.discard((kind, getattr(event, kind)))
+        now = {("robot", one.id) for one in view.robots if not one.in_service}
+        assert now | {("station", one.id) for one in view.stations if not one.in_service} == down
+        assert not {robot.id for robot in (*view.idle_robots, *view.resting_robots)} & {n for k, n in now}
+        assert not any(one.open or one.free_capacity for one in view.stations if not one.in_service)
+
+    found = []
+    for rule in ("pod-match", "first-come"):
+        down.clear()
+        events = told(ROBOTS, STATIONS, f"rules.poa={rule}", look=look).events
+        found.append([(e.tick, e.station) for e in events if isinstance(e, StationDown | StationUp)])
+    least = min(map(len, found))
+    assert least >= 4
+    assert found[0][:least] == found[1][:least]
+
+
+def test_a_task_for_a_robot_that_is_down_is_refused() -> None:
+    rules = RuleChoice(f"{__file__}:ToAnyone")
+    scenario = load_scenario("examples/small", ['robots.maintenance={1=[["00:00","01:00"]]}'])
+    with pytest.raises(RuleError, match=r"gave pod .* to robot 1 .*, which is out of service"):
+        rmfs_core.run(evolve(scenario, rules=evolve(scenario.rules, ta=rules)))
+
+
+@cases(
+    "override sentence",
+    ("robots.failures={mtbf_h=0,mttr_s=1}", "robots.failures.mtbf_h: expected a number from 0.001 to 1e+06"),
+    ("robots.failures={mtbf_h=1}", "robots.failures.mttr_s: this part is missing"),
+    ("stations.outages={mtbf_h=1,mttr_s=1,where='anywhere'}", "stations.outages.where: unknown key"),
+    ('robots.maintenance={9=[["00:00","00:01"]]}', "robots.maintenance.9: no robot 9; expected 1 to 4"),
+    ('robots.maintenance={1=[["00:00"]]}', ": expected spans of two times of the day"),
+    ("chargers.failures={mtbf_h=1,mttr_s=1}", "chargers: unknown key"),
+)
+def test_wrong_failures_are_said(override: str, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence.replace("+", r"\+").replace(".", r"\.")):
+        rmfs_core.run("examples/small", overrides=[override])
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run with all that can fail, its trace and its decisions."""
+    folder = tmp_path_factory.mktemp("run")
+    rmfs_core.run("examples/small", overrides=[ROBOTS, STATIONS, MAINTAINED], out=folder, record=["trace", "decisions"])
+    return folder
+
+
+def test_tables_and_metrics_tell_of_it(run: Path) -> None:
+    assert validate_trace(run) == []
+    result = json.loads((run / "result.json").read_text())
+    trace = read_trace(run / "trace.jsonl.gz")
+    down = [event for event in trace.events if isinstance(event, RobotDown)]
+    assert result["metrics"]["robot_failures"] == sum(not event.planned for event in down) > 0
+    with (run / "robots.csv").open() as file:
+        seconds = [float(row["down_s"]) for row in csv.DictReader(file)]
+    share = 100 * sum(seconds) / 4 / result["metrics"]["simulated_s"]
+    assert result["metrics"]["robots_down_percent"] == pytest.approx(share)
+    with (run / "hours.csv").open() as file:
+        assert {"robots_down", "stations_down"} <= next(csv.DictReader(file)).keys()
+    assert "orders waited for them; " in result["summary"]["outages"]
+
+
+@cases(
+    "damage",
+    drop(RobotDown),
+    drop(RobotUp),
+    drop(StationDown),
+    change(RobotDown, lambda t, e: {"planned": not e.planned}),
+    change(RobotUp, lambda t, e: {"tick": e.tick + 1}),
+    change(StationUp, lambda t, e: {"tick": e.tick + 1}),
+)
+def test_the_validator_draws_for_itself(damage: Callable[[Trace], Trace], run: Path) -> None:
+    damaged = damage(read_trace(run / "trace.jsonl.gz"))
+    assert {"outage", "out-of-service"} & {fault.kind for fault in faults_of(damaged)}
+
+
+def test_decision_states_keep_what_is_down(run: Path) -> None:
+    seen = 0
+    for recorded in read_recording(run):
+        state = recorded.state()
+        down = [name for name, robot in (state.robots or {}).items() if not robot.in_service]
+        view = open_state(state).view
+        assert [robot.name for robot in view.robots if not robot.in_service] == down
+        seen += len(down)
+    assert seen
