@@ -16,6 +16,7 @@ from rmfs_commands.validation.tables import (
     Row,
     arrivals_of,
     cancelled_in,
+    has_batteries,
     has_hours,
     may_cancel,
     measured_from,
@@ -144,7 +145,10 @@ def _percentile(values: list[int], percent: float) -> float | None:
 
 
 def delays_of(trace: Trace) -> list[Row]:
-    """Return the rows of delays.csv: what the turn-over time of each order went to."""
+    """Return the rows of delays.csv: what the turn-over time of each order went to.
+
+    With batteries ``robot_s`` and ``pod_s`` are one: no event tells when a robot has too little charge to be free.
+    """
     steps: dict[int, list[tuple[int, int, str]]] = defaultdict(list)  # pod -> place in the trace, tick, kind
     assigned: dict[int, list[int]] = defaultdict(list)
     last_pick: dict[int, tuple[int, int, int]] = {}
@@ -152,6 +156,8 @@ def delays_of(trace: Trace) -> list[Row]:
     handled = trace.scenario.get("stations", {}).get("release") == "handled"
     waits = lets_wait(trace)
     columns = (*((WAITED,) if waits else ()), *(HANDLED if handled else PARTS))
+    if charged := has_batteries(trace):
+        columns = tuple("robot_s + pod_s" if name == "robot_s" else name for name in columns if name != "pod_s")
     arrivals, joined, without = arrivals_of(trace), joined_at(trace), none_free(trace)
     found: list[Row] = []
     for place, event in enumerate(trace.events):
@@ -184,8 +190,7 @@ def delays_of(trace: Trace) -> list[Row]:
             *([joined.get(i, arrivals[i]) - arrivals[i]] if waits else []),
             assigned[i][0] - joined.get(i, arrivals[i]),
             last - assigned[i][0],
-            robot,
-            at["asked"] - last - robot,
+            *([at["asked"] - last] if charged else [robot, at["asked"] - last - robot]),
             at["PodLifted"] - at["asked"] - room,
             room,
             at["QueueJoined"] - at["PodLifted"],

@@ -64,7 +64,18 @@ def _differences(name: str, key: str, rows: list[dict[str, Any]], expected: list
     found = []
     for row, worked_out in zip(rows, expected, strict=True):
         for column, value in worked_out.items():
-            if row.get(column) != ("" if value is None else str(value)):
-                tells = f"{name} has {row.get(column) or 'nothing'} as {column} of {key} {row[key]}"
+            if (told := _told(row, column)) != ("" if value is None else str(value)):
+                tells = f"{name} has {told or 'nothing'} as {column} of {key} {row[key]}"
                 found.append(f"{tells}; the trace amounts to {'nothing' if value is None else value}")
     return found
+
+
+def _told(row: Mapping[str, Any], column: str) -> str | None:
+    """Return the text of a column, or the sum of two: ``robot_s + pod_s``."""
+    texts = [row.get(part) for part in column.split(" + ")]
+    if len(texts) == 1 or not all(texts):
+        return texts[0]
+    try:
+        return str(round(sum(map(float, filter(None, texts))), 3))
+    except ValueError:
+        return " + ".join(map(str, texts))

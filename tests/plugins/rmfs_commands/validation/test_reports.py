@@ -156,8 +156,8 @@ def test_a_trace_that_ends_in_thousands_of_years_takes_no_time(copy: Path) -> No
 
 OVERRIDES = (
     "instance.orders=30",
-    "robots.count=6",
-    "layout.chargers=2",
+    "robots.count=3",
+    "layout.chargers=1",
     "rules.idle=charge-when-low",
     "rules.move=utility",
     "robots.battery={capacity_wh=55, loaded_w=900, charging_w=20000, detour=1.2}",
