@@ -418,7 +418,7 @@ class PackingSection:
 
 @frozen
 class Costs:
-    """What things cost, in any currency. People are paid while their stations are open, or finish what they have."""
+    """Costs, in any currency. People are paid while their stations are open, or finish what they have."""
 
     picker_per_h: float = key("A picker, one at each picking station", 0.0, unit="1/h", check=COST)
     packer_per_h: float = key("A packer or sorter", 0.0, unit="1/h", check=COST)

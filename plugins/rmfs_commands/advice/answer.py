@@ -23,7 +23,7 @@ SO_FAR = {
     "turnover_s": Metric("turnover_so_far_s", "Turn-over time so far", "s", 1, _SO_FAR.format("completion")),
     "packed_s": Metric("packed_so_far_s", "Time to packed so far", "s", 1, _SO_FAR.format("packed")),
 }
-"""What is compared in place of a mean over orders that are done, where a horizon leaves some."""
+"""The metric that takes the place of a mean over orders that are done, where a horizon leaves some."""
 SURE = 0.05
 """A difference whose p-value is no more than this is told from none."""
 HEADINGS = ("Visits", "Time", "95th")

@@ -1,4 +1,4 @@
-"""What a run costs, by the section ``costs`` of its scenario: in all, and by its parts for each order.
+"""The cost of a run by the section ``costs`` of its scenario: in all, and by its parts for each order.
 
 With T the hours of the run after its warm-up, the parts are
 

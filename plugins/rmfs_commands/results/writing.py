@@ -1,4 +1,4 @@
-"""What a result is in files and in a notebook: the entry point ``results`` of the group ``rmfs.formats``."""
+"""Results in files and in a notebook: the entry point ``results`` of the group ``rmfs.formats``."""
 
 from __future__ import annotations
 

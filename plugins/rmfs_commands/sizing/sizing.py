@@ -115,7 +115,7 @@ class Answer:
 
     @cached_property
     def costs(self) -> dict[tuple[int, int], float]:
-        """What an order costs in each size that is enough; empty where the scenario names no costs."""
+        """The cost of an order in each size that is enough; empty where the scenario names no costs."""
         return costs_of(self.candidates)
 
     @property

@@ -1,7 +1,8 @@
-"""What a search found, for people and as files."""
+"""The answer of a search, for people and as files."""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,8 +11,17 @@ from attrs import asdict, evolve, frozen
 
 from rmfs_commands.experiments import Base, Experiment, ExperimentResult, RuleSetChoice, run_experiment
 from rmfs_commands.experiments.compare import Comparison
-from rmfs_commands.experiments.report import numbers, print_comparison, write_report
-from rmfs_commands.results.files import json_ready, output_folder, to_csv, to_json, write_text
+from rmfs_commands.experiments.report import (
+    PARQUET_FILE,
+    PLOTS_FOLDER,
+    REPORT_FILE,
+    SUMMARY_FILE,
+    TABLES_FOLDER,
+    numbers,
+    print_comparison,
+    write_report,
+)
+from rmfs_commands.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
 from rmfs_commands.tuning.searching import Search, Trial
 from rmfs_commands.tuning.space import Space
 from rmfs_core.scenario.tomltext import shown
@@ -28,7 +38,7 @@ MOST_OF_FRONT = 5
 
 @frozen(eq=False)
 class Found:
-    """What a search found, and what is left of it on seeds that it never saw.
+    """The answer of a search, and what is left of its gain on seeds that it never saw.
 
     Parameters
     ----------
@@ -76,7 +86,9 @@ def judge(search: Search, trials: Sequence[Trial], held_back: int) -> Found:
     ran = sum(one.seeds for one in trials)
     about = f"{counted(len(trials) - 1, 'trial')} in {counted(ran, 'run')} on {counted(len(search.seeds), 'seed')}"
     if not winners:
-        return Found(search, trials, {}, None, None, (f"Nothing is better than the scenario's own values: {about}.",))
+        finished = any(one.seeds == len(search.seeds) and one.problem is None for one in trials[1:])
+        none = "Nothing is better than the scenario's own values" if finished else "No trial was run on all seeds"
+        return Found(search, trials, {}, None, None, (f"{none}: {about}.",))
     names = [TUNED] if len(winners) == 1 else [f"{TUNED} {number}" for number in range(1, len(winners) + 1)]
     best = dict(zip(names, winners, strict=True))
     first = search.seeds[-1] + 1
@@ -125,21 +137,31 @@ def _kept(comparison: Comparison, own: Trial, name: str, one: Trial) -> Iterator
         yield f"{label}: {saw} in the search, {left} on the seeds held back."
 
 
-def write(found: Found, folder: Path) -> None:
-    """Write the section of the scenario, the trials, the answer and the comparison."""
-    output_folder(folder)
-    rows = list(_rows(found))
-    write_text(folder / TRIALS_FILE, to_csv(list(rows[0]), rows))
-    write_text(folder / ANSWER_FILE, to_json(json_ready(content_of(found)), indent=2) + "\n")
+def write(found: Found, folder: Path) -> list[str]:
+    """Write the section of the scenario, the trials, the answer and the comparison; return the names of the files."""
     about = "".join(f"# {line}\n" for line in found.told)
     sections = (found.search.space.fragment(one.values) for one in found.best.values())
     first, *others = sections if found.best else ("",)
     commented = "".join(
         f"\n# or:\n{''.join(f'# {line}' for line in text.splitlines(keepends=True))}" for text in others
     )
-    write_text(folder / FRAGMENT_FILE, f"{about}{first}{commented}")
-    if found.result is not None and found.comparison is not None:
-        write_report(found.result, found.comparison, folder)
+    rows = list(_rows(found))
+    texts = {
+        FRAGMENT_FILE: f"{about}{first}{commented}",
+        TRIALS_FILE: to_csv(list(rows[0]), rows),
+        ANSWER_FILE: to_json(json_ready(content_of(found)), indent=2) + "\n",
+    }
+    with staged(output_folder(folder)) as path:
+        for name, text in texts.items():
+            write_text(path / name, text)
+    for name in (REPORT_FILE, SUMMARY_FILE, PARQUET_FILE):  # of an earlier search
+        (folder / name).unlink(missing_ok=True)
+    for name in (PLOTS_FOLDER, TABLES_FOLDER):
+        shutil.rmtree(folder / name, ignore_errors=True)
+    if found.result is None or found.comparison is None:
+        return list(texts)
+    write_report(found.result, found.comparison, folder)
+    return [*texts, REPORT_FILE, SUMMARY_FILE, PARQUET_FILE]
 
 
 def _rows(found: Found) -> Iterator[dict[str, Any]]:

@@ -113,7 +113,7 @@ def tune(
     from rmfs_commands.experiments.running import open_workers
     from rmfs_commands.sizing.notices import Notices
     from rmfs_commands.tuning import answer
-    from rmfs_commands.tuning.searching import Search, objectives_of
+    from rmfs_commands.tuning.searching import BATCH, Search, objectives_of
     from rmfs_commands.tuning.space import make_space
     from rmfs_core.errors import InputError
     from rmfs_core.rules import RuleSet
@@ -131,6 +131,9 @@ def tune(
     with located(loaded):
         rules = RuleSet.load(loaded.rules, loaded.folder, allow_inline=not no_inline_rules)
     keys = [key.strip() for key in searched.split(",")] if searched else []
+    if runs < (least := (BATCH + 1) * seeds):
+        needs = f"the scenario's own values and {BATCH} trials, each on {seeds} seeds"
+        raise InputError("--runs", f"found {runs}; expected at least {least}: {needs}")
     space = make_space(rules, loaded.rules, keys, given)
     notes, name = notes_console(quiet=quiet), scenario_name(scenario)
     for file in rules.inline_files:
@@ -161,10 +164,10 @@ def tune(
     except KeyboardInterrupt:
         say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
         raise
-    answer.write(found, folder)
+    files = answer.write(found, folder)
     if as_json:
         print_json(answer.content_of(found))
         return
     console = output_console(quiet=quiet)
     answer.show(console, found)
-    say(console, f"\nIn {folder}: {answer.FRAGMENT_FILE}, {answer.TRIALS_FILE}, report.html, {RUNS_FOLDER}/")
+    say(console, f"\nIn {folder}: {', '.join(files)}, {RUNS_FOLDER}/")

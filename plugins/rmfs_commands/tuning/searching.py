@@ -11,7 +11,7 @@ trials, and none of its runs twice.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
@@ -22,11 +22,12 @@ from rmfs_commands.details.catalogue import better
 from rmfs_commands.experiments import Base, Experiment, RuleSetChoice, Watcher, run_experiment
 from rmfs_commands.experiments.compare import CATALOGUE, COUNTED
 from rmfs_commands.experiments.workers import Workers
+from rmfs_commands.results.figures import TIMING
 from rmfs_commands.sizing.judging import looks
 from rmfs_commands.tuning.space import Parameter, Space, Values
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.scenario import Scenario
-from rmfs_core.wording import nearest
+from rmfs_core.wording import did_you_mean
 
 if TYPE_CHECKING:
     import optuna
@@ -81,7 +82,7 @@ class Trial:
 
 @frozen(eq=False)
 class Search:
-    """What is searched for, and by what.
+    """A search for values of parameters.
 
     Parameters
     ----------
@@ -136,9 +137,12 @@ class Search:
             raise RunError(f"the scenario's own values give nothing to compare with: {own.problem}")
         self.tell(own)
         found, used, repeats = [own], len(self.seeds), 0
-        done: dict[str, Trial] = {}
-        study = self._study()
         distributions = {one.key: _distribution(one) for one in self.space.parameters}
+        study, done = self._study(), dict[str, Trial]()
+        if all(one.holds_now for one in self.space.parameters):
+            now = {one.key: _alike(one.now, one) for one in self.space.parameters}
+            done[repr(now)] = own
+            study.add_trial(_told(now, distributions, len(self.objectives)))
         first = looks(len(self.seeds))[0]
         while used + BATCH * first <= self.runs and repeats < MOST_REPEATS:
             asked = [study.ask(distributions) for _ in range(BATCH)]
@@ -146,7 +150,7 @@ class Search:
             for one in asked:
                 values = {key: _rounded(value) for key, value in one.params.items()}
                 if (key := repr(values)) not in done:
-                    done[key] = Trial(len(done) + 1, values)
+                    done[key] = Trial(len(found) + len(batch), values)
                     batch.append(done[key])
             used += self._race(batch, found, self.runs - used)
             repeats = 0 if batch else repeats + 1
@@ -192,26 +196,16 @@ class Search:
 
     def _run(self, trials: Sequence[Trial], n_seeds: int) -> None:
         """Run the first seeds of trials, and keep their figures, or why there are none."""
-        named = {str(trial.number): trial for trial in trials}
+        named = {str(trial.number): trial for trial in trials if self._fits(trial)}
         if not named:
             return
-        try:
-            rows = run_experiment(
-                self._experiment(named, n_seeds),
-                store=self.store,
-                workers=self.workers,
-                watcher=self.watcher,
-                allow_inline_rules=self.allow_inline_rules,
-            ).rows
-        except InputError as error:  # a rule refuses the values of one of them together
-            if not trials[0].values:
-                raise
-            if len(trials) == 1:
-                trials[0].problem = str(error)
-            else:
-                for trial in trials:
-                    self._run([trial], n_seeds)
-            return
+        rows = run_experiment(
+            self._experiment(named, n_seeds),
+            store=self.store,
+            workers=self.workers,
+            watcher=self.watcher,
+            allow_inline_rules=self.allow_inline_rules,
+        ).rows
         for name, trial in named.items():
             own = [row for row in rows if row["rule_set"] == name]
             for row in own:
@@ -222,6 +216,15 @@ class Search:
                     break
             else:
                 trial.figures = [[row[metric] for row in own] for metric in self.objectives]
+
+    def _fits(self, trial: Trial) -> bool:
+        """Whether the rules take a trial's values together; if not, keep why."""
+        if trial.values and not trial.seeds:
+            try:
+                self._experiment({str(trial.number): trial}, 1).jobs(allow_inline_rules=self.allow_inline_rules)
+            except InputError as error:
+                trial.problem = str(error)
+        return trial.problem is None
 
     def _experiment(self, trials: dict[str, Trial], n_seeds: int) -> Experiment:
         return Experiment(
@@ -245,16 +248,13 @@ class Search:
             sampler = optuna.samplers.TPESampler(
                 n_startup_trials=STARTING, multivariate=True, constant_liar=True, seed=self.scenario.seed
             )
-        study = optuna.create_study(directions=["minimize"] * len(self.objectives), sampler=sampler)
-        if all(one.holds_now for one in self.space.parameters):
-            study.enqueue_trial({one.key: one.now for one in self.space.parameters})
-        return study
+        return optuna.create_study(directions=["minimize"] * len(self.objectives), sampler=sampler)
 
     def _learn(self, study: optuna.Study, asked: optuna.Trial, trial: Trial, own: Trial) -> None:
         """Tell the sampler by how much a trial differs from the scenario's own values, on its seeds."""
         import optuna
 
-        if not trial.seeds:
+        if trial.problem is not None or not trial.seeds:
             study.tell(asked, state=optuna.trial.TrialState.FAIL)
             return
         pairs = zip(self.signs, trial.figures, own.figures, strict=True)
@@ -294,14 +294,18 @@ def objectives_of(texts: Iterable[str]) -> dict[str, int]:
     Raises
     ------
     InputError
-        When it is not said which way is better, and not known.
+        When it is not said which way is better, and not known, or when it is measured by the clock.
     """
     found = {}
     for text in texts:
         name, equals, way = text.partition("=")
+        if name.startswith("hook_s.") or name in (metric.name for metric in TIMING):
+            raise InputError(
+                "--objective", f"expected a metric of the simulation, found {name}, of the computer's clock"
+            )
         way = way if equals else better(name) or ""
         if way not in SIGNS:
-            near = "" if name in CATALOGUE else nearest(name, CATALOGUE)
+            near = "" if name in CATALOGUE else did_you_mean(name, CATALOGUE)
             problem = f"it is not known whether more or less of `{name}`{near} is better"
             raise InputError("--objective", f"{problem}; expected {name}=less or {name}=more, found {text}")
         found[name] = SIGNS[way]
@@ -316,6 +320,18 @@ def _distribution(one: Parameter) -> optuna.distributions.BaseDistribution:
     if one.whole:
         return distributions.IntDistribution(int(one.low), int(one.high), log=one.log)
     return distributions.FloatDistribution(one.low, one.high, log=one.log)
+
+
+def _alike(value: Any, one: Parameter) -> Any:
+    """Return a scenario's value as the sampler proposes it: a number of a range of numbers is no whole one."""
+    return value if one.low is None or one.whole else float(value)
+
+
+def _told(values: Values, distributions: Mapping[str, Any], objectives: int) -> optuna.trial.FrozenTrial:
+    """Return the scenario's own values as a trial that differs from them by 0."""
+    import optuna
+
+    return optuna.trial.create_trial(params=dict(values), distributions=dict(distributions), values=[0.0] * objectives)
 
 
 def _rounded(value: Any) -> Any:

@@ -15,7 +15,7 @@ from rmfs_core.roles import Role
 from rmfs_core.rules import RuleSet
 from rmfs_core.rules.parameters import MOST, parameters_of, type_hints
 from rmfs_core.scenario.tomltext import shown, toml_value
-from rmfs_core.wording import listed, nearest
+from rmfs_core.wording import did_you_mean, listed
 
 WIDER = 8
 """A parameter without a range is searched from its value over this to its value times this, on a log scale."""
@@ -55,7 +55,7 @@ class Parameter:
 
     @property
     def shown(self) -> str:
-        """What is tried: ``60..1200``, ``random, lowest``."""
+        """The values that are tried: ``60..1200``, ``random, lowest``."""
         return f"{self.low:g}..{self.high:g}" if self.low is not None else ", ".join(map(shown, self.choices))
 
     @property
@@ -78,7 +78,7 @@ class Parameter:
 
 @frozen
 class Space:
-    """What is searched.
+    """The parameters that are searched, and the rules that they belong to.
 
     Parameters
     ----------
@@ -132,9 +132,7 @@ def make_space(rules: RuleSet, scenario_rules: Any, searched: Sequence[str], giv
     left: list[str] = []
     for key in searched:
         if key not in tunable:
-            raise InputError(
-                "--rules", f"the scenario names no rule `{key}`{nearest(key, tunable)}; it names {listed(tunable)}"
-            )
+            raise _unknown("--rules", key, tunable)
         for name, attribute in parameters_of(type(tunable[key])).items():
             parameter = _with_known_range(tunable[key], f"{key}.{name}", attribute)
             if parameter is None:
@@ -170,18 +168,27 @@ def _given(text: str, tunable: Mapping[str, Any]) -> Parameter:
     if not (equals and tried and name):
         raise InputError(place, "expected RULE.NAME=LOW..HIGH or RULE.NAME=A,B,C, as in pps.max_wait_s=60..1200")
     if rule not in tunable:
-        raise InputError(
-            place, f"the scenario names no rule `{rule}`{nearest(rule, tunable)}; it names {listed(tunable)}"
-        )
+        raise _unknown(place, rule, tunable)
     valid = parameters_of(type(tunable[rule]))
     if name not in valid:
-        raise InputError(place, f"the rule has no parameter `{name}`{nearest(name, valid)}; it has {listed(valid)}")
+        raise InputError(
+            place, f"the rule has no parameter `{name}`{did_you_mean(name, valid)}; it has {listed(valid)}"
+        )
     cls: Any = type(tunable[rule])
     kind = type_hints(cls).get(valid[name].name)
     now = getattr(tunable[rule], valid[name].name)
     match = _RANGE.fullmatch(tried)
     if match is None:
         choices = tuple(_value(one.strip()) for one in tried.split(","))
+        words = (
+            (True, False)
+            if kind is bool
+            else typing.get_args(kind)
+            if typing.get_origin(kind) is typing.Literal
+            else ()
+        )
+        if words and not {*map(repr, choices)} <= {*map(repr, words)}:
+            raise InputError(place, f"expected some of {', '.join(map(shown, words))}, found {tried}")
         return Parameter(key, now, choices=choices).checked(valid[name], place)
     try:
         low, high = float(match["low"]), float(match["high"])
@@ -193,6 +200,16 @@ def _given(text: str, tunable: Mapping[str, Any]) -> Parameter:
         wanted = "two whole numbers" if whole else "two numbers"
         raise InputError(place, f"expected {wanted}, the lower one first, found {tried}")
     return Parameter(key, now, low, high, whole, low > 0 and high / low > WIDER).checked(valid[name], place)
+
+
+def _words(kind: Any) -> tuple[Any, ...]:
+    """Return the values that a parameter may have, if they are few."""
+    return (False, True) if kind is bool else typing.get_args(kind) if typing.get_origin(kind) is typing.Literal else ()
+
+
+def _unknown(place: str, rule: str, tunable: Mapping[str, Any]) -> InputError:
+    names = f"the scenario names no rule `{rule}`{did_you_mean(rule, tunable)}; it names {listed(tunable)}"
+    return InputError(place, names)
 
 
 def _value(text: str) -> Any:
@@ -212,8 +229,8 @@ def _with_known_range(rule: Any, key: str, attribute: attrs.Attribute[Any]) -> P
     """Return a parameter whose range its type, its check and its value tell; None for any other."""
     cls: Any = type(rule)
     kind, now = type_hints(cls).get(attribute.name), getattr(rule, attribute.name)
-    if kind is bool or typing.get_origin(kind) is typing.Literal:
-        return Parameter(key, now, choices=typing.get_args(kind) or (False, True))
+    if words := _words(kind):
+        return Parameter(key, now, choices=words)
     if kind not in (int, float) or not isinstance(now, int | float):
         return None
     if kind is float and 0 <= now <= 1 and _accepts(attribute, 1.0) and not _accepts(attribute, 1.01):  # a share

@@ -231,6 +231,6 @@ def test_an_unknown_station_has_no_speed() -> None:
 
 
 def test_lifts_that_vary_need_robots_without_batteries() -> None:
-    """What a battery keeps back for the longest task has to be enough."""
+    """A battery keeps back enough for the longest task."""
     with pytest.raises(InputError, match=r"expected a number of seconds as `robots.lift_s`"):
         rmfs_core.run("examples/charging", overrides=["robots.lift_s={mean=2, cv=1}"])

@@ -12,8 +12,10 @@ import pytest
 
 from calling import exit_code
 from cases import cases
+from rmfs_commands.experiments.store import RunStore
 from rmfs_commands.tuning.searching import Search, Trial, objectives_of
 from rmfs_commands.tuning.space import make_space
+from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import load_scenario
 
@@ -100,6 +102,12 @@ def test_ranges_that_are_known(scenario: Path) -> None:
     (("--rules", "poa_pps"), "the scenario names no rule `poa_pps`"),
     (("--rules", "pps"), "no parameter has a range"),
     ((), "expected --rules or --parameter"),
+    (("--parameter", "poa.eager=true,flase"), "expected some of false, true, found true,flase"),
+    (
+        ("--rules", "poa", "--runs", "39"),
+        "--runs: found 39; expected at least 40: the scenario's own values and 4 trials",
+    ),
+    (("--rules", "poa", "--objective", "decision_s_later"), "expected a metric of the simulation"),
     (("--rules", "poa", "--objective", "turnover=less"), 'there is no metric "turnover"'),
     (("--rules", "poa", "--objective", "periods"), "of `periods` is better; expected periods=less or periods=more"),
 )
@@ -130,6 +138,7 @@ def test_a_search_from_end_to_end(scenario: Path, capsys: pytest.CaptureFixture[
         assert refused or one["seeds"] in ("4", "5")
         if one["seeds"] == "5":
             assert (float(one["turnover_s"]) < own) == (float(one["poa.good"]) > 0.3)
+    assert len(list((out / "runs").glob("*/*"))) == sum(int(one["seeds"]) for one in trials) + 6  # none is run twice
     answer = json.loads((out / "answer.json").read_text(encoding="utf-8"))
     after = next(one for one in answer["held_back"] if one["rule_set"] == "tuned")
     assert after["difference"]["mean"] < 0
@@ -140,6 +149,22 @@ def test_a_search_from_end_to_end(scenario: Path, capsys: pytest.CaptureFixture[
     assert exit_code(*call) == 0
     assert {file: file.read_bytes() for file in out.glob("*.*")} == files
     assert {file: file.stat().st_mtime_ns for file in (out / "runs").rglob("*") if file.is_file()} == runs
+
+
+def test_a_full_disk_is_no_answer(scenario: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    out = scenario.parent / "out"
+    saved, refused = RunStore.save, InputError("runs", "cannot be written: no space left")
+
+    def save(store: RunStore, job: Any, outcome: Any) -> Any:
+        if job.rule_set not in "0":
+            raise refused
+        return saved(store, job, outcome)
+
+    monkeypatch.setattr(RunStore, "save", save)
+    call = ("tune", str(scenario), "--rules", "poa", "--runs", "10", "--seeds", "2", "-j", "1", "--out", str(out))
+    assert exit_code(*call) == 2
+    assert "no space left" in capsys.readouterr().err
+    assert not (out / "tuned.toml").exists()
 
 
 def test_fronts_and_trials_given_up() -> None:
