@@ -174,14 +174,14 @@ class Search:
             racing = [one for one in racing if one.problem is None]
             if n_seeds < len(self.seeds):
                 for one in racing:
-                    one.given_up = any(self._is_worse(one, other) for other in finished)
+                    one.given_up = any(self.is_worse(one, other) for other in finished)
                 racing = [one for one in racing if not one.given_up]
         for one in batch:
             self.tell(one)
         found += batch
         return used
 
-    def _is_worse(self, one: Trial, other: Trial) -> bool:
+    def is_worse(self, one: Trial, other: Trial) -> bool:
         """Whether one trial is surely worse than another in every objective, over the seeds of both."""
         from scipy.stats import ttest_1samp  # imported here: it takes a while
 

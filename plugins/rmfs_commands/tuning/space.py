@@ -180,13 +180,7 @@ def _given(text: str, tunable: Mapping[str, Any]) -> Parameter:
     match = _RANGE.fullmatch(tried)
     if match is None:
         choices = tuple(_value(one.strip()) for one in tried.split(","))
-        words = (
-            (True, False)
-            if kind is bool
-            else typing.get_args(kind)
-            if typing.get_origin(kind) is typing.Literal
-            else ()
-        )
+        words = _words(kind)
         if words and not {*map(repr, choices)} <= {*map(repr, words)}:
             raise InputError(place, f"expected some of {', '.join(map(shown, words))}, found {tried}")
         return Parameter(key, now, choices=choices).checked(valid[name], place)

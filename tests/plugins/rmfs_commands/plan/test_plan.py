@@ -247,7 +247,7 @@ def test_maps_of_both_kinds(tmp_path: Path) -> None:
     ("type octile\nheight 2\nwidth 2\nmap\n..\n", "room.map: found 1 row of the map; expected 2, as its height says"),
     (
         "type octile\nheight 1\nwidth 3\nmap\n..\n",
-        "room.map, line 5: found 2 cells; expected 3, as the map's width says",
+        "room.map, line 5: found 2 cells; expected 3, the map's width",
     ),
     ("type octile\nheight 1\nwidth 2\nmap\n.x\n", "room.map, line 5: unknown sign 'x'; expected one of . G S @ O T W"),
     ("", "room.map: the map is empty; expected rows of characters such as `#` and `.`"),

@@ -179,8 +179,8 @@ def test_fronts_and_trials_given_up() -> None:
     beaten = Trial(3, {}, [[11.0, 13.5, 15.0, 17.0], [4.9, 4.8, 4.9, 4.9]])
     unsure = Trial(4, {}, [[30.0, 1.0, 30.0, 1.0], [3.0, 3.0, 3.0, 3.0]])
     partial = Trial(5, {}, [[1.0, 1.0], [9.0, 9.0]])
-    assert not search._is_worse(good, good)
-    assert search._is_worse(beaten, good)
-    assert not search._is_worse(unsure, good)
+    assert not search.is_worse(good, good)
+    assert search.is_worse(beaten, good)
+    assert not search.is_worse(unsure, good)
     assert search.best([good, other, beaten, unsure, partial], 5) == [other, good]
     assert search.best([good, other], 5) == search.best([other, good], 5)
