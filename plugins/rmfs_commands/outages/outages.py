@@ -61,8 +61,9 @@ class Outages:
         self._seed, self._warehouse, self._env, self._tell = scenario.seed, warehouse, env, tell
         self._states, self._changed = dict[Robot | Station, _State](), env.event()
         zero, given = Calendar(scenario.instance.start).time_of_day(), scenario.robots.maintenance or {}
-        for name in given.keys() - {robot.name for robot in warehouse.robots}:
-            raise InputError(f"robots.maintenance.{name}", f"no robot {name}; expected 1 to {scenario.robots.count}")
+        names = {robot.name for robot in warehouse.robots}
+        if unknown := next((name for name in given if name not in names), None):
+            raise InputError(f"robots.maintenance.{unknown}", f"no robot {unknown}; expected 1 to {len(names)}")
         for robot in warehouse.robots:
             self._add(robot, scenario.robots.failures, Timetable(read_spans(given.get(robot.name, ())), zero))
         for station in warehouse.picking:
