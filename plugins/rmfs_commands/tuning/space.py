@@ -15,6 +15,7 @@ from rmfs_core.roles import Role
 from rmfs_core.rules import RuleSet
 from rmfs_core.rules.parameters import MOST, parameters_of, type_hints
 from rmfs_core.scenario.tomltext import shown, toml_value
+from rmfs_core.scenario.writing import plain
 from rmfs_core.wording import did_you_mean, listed
 
 WIDER = 8
@@ -85,13 +86,16 @@ class Space:
     parameters
         By key.
     rules
-        ``[rules]`` of the scenario: a table for each rule that has parameters here.
+        A table for each rule that has parameters here, by its key in ``[rules]`` of the scenario.
+    others
+        Everything else in that section.
     left
         Keys of parameters that have no range of their own.
     """
 
     parameters: tuple[Parameter, ...]
     rules: Mapping[str, Mapping[str, Any]]
+    others: Mapping[str, Any]
     left: tuple[str, ...] = ()
 
     def changes(self, values: Values) -> dict[str, Any]:
@@ -103,9 +107,10 @@ class Space:
         return {f"rules.{key}": table for key, table in found.items()}
 
     def fragment(self, values: Values) -> str:
-        """Return the section of a scenario file with these values."""
-        tables = self.changes(values).items()
-        return "[rules]\n" + "".join(f"{key.removeprefix('rules.')} = {toml_value(table)}\n" for key, table in tables)
+        """Return the section of a scenario file with all rules, and these values."""
+        tuned = {key.removeprefix("rules."): table for key, table in self.changes(values).items()}
+        given = {**tuned, **self.others}.items()
+        return "[rules]\n" + "".join(f"{key} = {toml_value(value)}\n" for key, value in given if value != [])
 
 
 def make_space(rules: RuleSet, scenario_rules: Any, searched: Sequence[str], given: Sequence[str]) -> Space:
@@ -149,7 +154,8 @@ def make_space(rules: RuleSet, scenario_rules: Any, searched: Sequence[str], giv
     for key in dict.fromkeys(parameter.partition(".")[0] for parameter in found):
         choice = getattr(scenario_rules, key)
         tables[key] = {"rule": choice.rule, **choice.parameters}
-    return Space(tuple(found.values()), tables, tuple(left))
+    others = {key: value for key, value in plain(scenario_rules).items() if key not in tables}
+    return Space(tuple(found.values()), tables, others, tuple(left))
 
 
 def _single(rules: RuleSet) -> Iterator[tuple[Role, Any]]:
@@ -181,6 +187,8 @@ def _given(text: str, tunable: Mapping[str, Any]) -> Parameter:
     if match is None:
         choices = tuple(_value(one.strip()) for one in tried.split(","))
         words = _words(kind)
+        if kind in (int, float) and any(isinstance(one, str) for one in choices):
+            raise InputError(place, f"expected a range such as 0..2, or numbers with commas, found {tried}")
         if words and not {*map(repr, choices)} <= {*map(repr, words)}:
             raise InputError(place, f"expected some of {', '.join(map(shown, words))}, found {tried}")
         return Parameter(key, now, choices=choices).checked(valid[name], place)

@@ -86,7 +86,9 @@ def test_ranges_that_are_known(scenario: Path) -> None:
     given = space_of(scenario, ("poa",), ("poa.odd=-1..2.5", "poa.level=2,5"))
     assert [one.shown for one in given.parameters] == ["0..1", "2, 5", "false, true", "-1..2.5"]
     fragment = given.fragment({"poa.level": 5, "poa.odd": 2.0})
-    assert tomllib.loads(fragment)["rules"] == {"poa": {"rule": "./slow.py:Slow", "level": 5, "odd": 2.0}}
+    written = tomllib.loads(fragment)["rules"]
+    assert written["poa"] == {"rule": "./slow.py:Slow", "level": 5, "odd": 2.0}
+    assert written["pps"] == "demand"
 
 
 @cases(
@@ -101,6 +103,7 @@ def test_ranges_that_are_known(scenario: Path) -> None:
     (("--parameter", "poa.level=0,1"), "the rule refuses 0 for `poa.level`"),
     (("--rules", "poa_pps"), "the scenario names no rule `poa_pps`"),
     (("--rules", "pps"), "no parameter has a range"),
+    (("--parameter", "poa.good=0-1"), "expected a range such as 0..2, or numbers with commas, found 0-1"),
     ((), "expected --rules or --parameter"),
     (("--parameter", "poa.eager=true,flase"), "expected some of false, true, found true,flase"),
     (
