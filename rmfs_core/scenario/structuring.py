@@ -90,6 +90,8 @@ def strict_converter() -> cattrs.Converter:
         if value is None and NoneType in kinds:
             return None
         listed = isinstance(value, (list, tuple))
+        if {tuple, Mapping} <= {*map(get_origin, kinds)} and not isinstance(value, (tuple, list, Mapping)):
+            raise KeyProblem(f"expected a list, or a table of lists, found {shown(value)}")
         kinds = tuple(kind for kind in kinds if kind is not NoneType)
         likely = [kind for kind in kinds if (get_origin(kind) in (list, tuple)) == listed] or [*kinds]
         likely.sort(key=lambda kind: kind is not type(value))

@@ -38,7 +38,13 @@ def lets_split(scenario: Scenario, rules: RuleSet) -> bool:
 
 
 def advice_experiment(
-    scenario: Scenario, name: str, seeds: tuple[int, ...], *, split: bool, more: tuple[str, ...] = ()
+    scenario: Scenario,
+    name: str,
+    seeds: tuple[int, ...],
+    *,
+    split: bool,
+    more: tuple[str, ...] = (),
+    more_place: str | None = None,
 ) -> Experiment:
     """Return the experiment that compares a scenario's own rules with the candidates.
 
@@ -54,6 +60,8 @@ def advice_experiment(
         Whether candidates that split orders are among them.
     more
         Metrics besides visits and times; that of costs is among them where the scenario names costs.
+    more_place
+        What messages call these.
     """
     own = _orders_and_pods(scenario)
     baseline = _name({"rule": one.rule, **one.parameters} for one in own if one is not None) + OWN
@@ -77,6 +85,7 @@ def advice_experiment(
         fronts=(("psv_per_order", times[0]),),
         folder=scenario.folder,
         place=name,
+        metrics_place=more_place,
     )
 
 

@@ -121,7 +121,7 @@ def advise(
     split = lets_split(loaded, rules)
     name = scenario_name(scenario)
     more, every = (() if limit is None else limit[:1]), tuple(range(loaded.seed, loaded.seed + seeds))
-    experiment = advice_experiment(part.scenario, name, every, split=split, more=more)
+    experiment = advice_experiment(part.scenario, name, every, split=split, more=more, more_place=f"--most {most}")
     folder = out or Path("rmfs-runs") / experiment.name
     compile_searches(notes, loaded)
     try:

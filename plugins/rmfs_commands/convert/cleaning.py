@@ -21,16 +21,16 @@ NO_QUANTITY = "a quantity that is no whole number from 1 on (returns, weights)"
 NO_TIME = "no time that can be read"
 _MOST_PRIORITY = 10**10 - 1
 
-Line = tuple[str, str, int, int, int, int | None, int | None, int | None, int]
-"""Order, SKU, tick, ticks ahead of UTC, items, tick at which it is due, priority, tick of cancellation, row."""
+Line = tuple[str, str, int, int, int, int | None, int | None, int | None, int, str | None]
+"""Order, SKU, tick, ticks ahead of UTC, items, tick at which it is due, priority, tick of cancellation, row, route."""
 
 
 @frozen
 class Columns:
     """Names of the columns of a table of order lines, or of order headers, which have no SKU.
 
-    None: the table has none. Then every line is one item, arrives at 0, is due whenever, has no priority, and is
-    not cancelled. The time of the day is in a column of its own where ``time`` is the date alone.
+    None: the table has none. Then every line is one item, arrives at 0, is due whenever, has no priority, is not
+    cancelled, and has no route. The time of the day is in a column of its own where ``time`` is the date alone.
     """
 
     order: str
@@ -41,6 +41,7 @@ class Columns:
     priority: str | None = None
     time_of_day: str | None = None
     cancelled: str | None = None
+    route: str | None = None
 
 
 @frozen
@@ -146,8 +147,8 @@ class Cleaner:
         """
         columns, clean = self.columns, self.reader.names.clean
         for row, fields in rows:
-            order, sku, time, amount, due, priority, time_of_day, cancelled = map(str.strip, fields)
-            if not (order or sku or time or amount or due or priority or time_of_day or cancelled):
+            order, sku, time, amount, due, priority, time_of_day, cancelled, route = map(str.strip, fields)
+            if not any(map(str.strip, fields)):
                 self.blank += 1
                 continue
             self.rows += 1
@@ -173,7 +174,8 @@ class Cleaner:
                 tick, ahead = moment.tick, moment.ahead
                 due_tick = self._later(file, row, columns.due, "a due time", due)
                 left = self._later(file, row, columns.cancelled, "a time of cancellation", cancelled)
-                yield name, wanted, tick, ahead, items, due_tick, self._priority(row, priority), left, row
+                urgency = self._priority(row, priority)
+                yield name, wanted, tick, ahead, items, due_tick, urgency, left, row, clean(route) or None
 
     def _drop(self, reason: str, row: int, found: str, name: str, chosen: bool = False) -> None:
         self.dropped.note(reason, row, found, chosen)

@@ -39,7 +39,7 @@ OF_DAY = (
 OF_TIMES = ("time_of_day", "time_format", "zone", "due", "cancelled", "from", "until", "start", "history_until")
 """Options that need --time."""
 
-NOT_OF_HISTORY = ("time", *OF_TIMES, "priority", "orders", "order_key", "in_stock")
+NOT_OF_HISTORY = ("time", *OF_TIMES, "priority", "route", "orders", "order_key", "in_stock")
 """Options that do not matter for a table of history."""
 
 
@@ -62,11 +62,12 @@ convert.add_command(pods_command)
 @click.option("--due", metavar="COL", help="Column with the time at which an order is due. [default: none]")
 @click.option("--priority", metavar="COL", help="Column with the priority, higher first. [default: none]")
 @click.option("--cancelled", metavar="COL", help="Column with the time at which an order is cancelled. [default: none]")
+@click.option("--route", metavar="COL", help="Column with the route of `instance.departures`. [default: none]")
 @click.option(
     "--orders",
     metavar="TABLE",
     type=click.Path(path_type=Path),
-    help="Table with a header for each order: --time, --due, --priority and --cancelled are columns of it.",
+    help="Table with a header for each order: --time, --due, --priority, --cancelled, --route are columns of it.",
 )
 @click.option("--order-key", metavar="COL", help="Column of --orders with the order. [default: as --order]")
 @time_options
@@ -176,9 +177,8 @@ def _read(stack: ExitStack, table: Path, given: dict[str, Any], past: bool = Fal
 
     clock = Clock(given["time_format"], given["zone"])
     reader = Reader(clock, quantities_of(given), quantities_of(given))
-    columns = Columns(
-        *(given[name] for name in ("order", "sku", "time", "quantity", "due", "priority", "time_of_day", "cancelled"))
-    )
+    names = ("order", "sku", "time", "quantity", "due", "priority", "time_of_day", "cancelled", "route")
+    columns = Columns(*(given[name] for name in names))
     heads = None
     if given["orders"] is not None:
         heads = evolve(columns, order=given["order_key"] or columns.order, sku=None, quantity=None)

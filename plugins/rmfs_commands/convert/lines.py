@@ -33,7 +33,7 @@ PRAGMA cache_size = -65536;
 PRAGMA temp_store = FILE;
 CREATE TABLE line (
   name TEXT NOT NULL, sku TEXT NOT NULL, tick INTEGER NOT NULL, ahead INTEGER NOT NULL, quantity INTEGER NOT NULL,
-  due INTEGER, priority INTEGER, cancelled INTEGER, row INTEGER NOT NULL
+  due INTEGER, priority INTEGER, cancelled INTEGER, row INTEGER NOT NULL, route TEXT
 );
 CREATE TABLE lost (name TEXT NOT NULL, shortens INTEGER NOT NULL);
 """
@@ -76,8 +76,8 @@ class OrderLines:
     file
         Where the table is.
     several
-        Orders whose lines differ in their times, due times and priorities, by what they differ in: the earliest time,
-        the earliest due time and the highest priority is the order's.
+        Orders whose lines differ in their times, due times, priorities and routes, by what they differ in: the earliest
+        time, the earliest due time, the highest priority and the first route by name is the order's.
     left_out
         Orders that were left out whole, by reason.
     shortened
@@ -159,7 +159,7 @@ class OrderLines:
         self._base.executescript(
             "CREATE TABLE whole AS SELECT name, min(tick) AS tick, min(rowid) AS first, min(due) AS due,"
             " max(priority) AS priority, min(tick) < max(tick) AS times, min(due) < max(due) AS dues,"
-            " min(priority) < max(priority) AS priorities,"
+            " min(priority) < max(priority) AS priorities, min(route) AS route, min(route) < max(route) AS routes,"
             " CASE count(cancelled) WHEN count(*) THEN max(cancelled) END AS cancelled FROM line GROUP BY name;"
         )
         self._choose(span)
@@ -178,7 +178,7 @@ class OrderLines:
         kept = self._base.execute("SELECT DISTINCT ahead FROM line WHERE name IN (SELECT name FROM whole)")
         self.offsets = sorted(ahead for (ahead,) in kept)
         self._base.executescript("DROP TABLE line; DROP TABLE lost;")
-        for what in ("times", "dues", "priorities"):
+        for what in ("times", "dues", "priorities", "routes"):
             of_heads = self.heads.several(what) if self.heads is not None else 0
             self.several[what] = of_heads or self._count(f"SELECT count(*) FROM whole WHERE {what}")
         return zero
@@ -335,8 +335,8 @@ class OrderLines:
     def write(self, stream: TextIO, start: int) -> tuple[Counter[str], Demand]:
         """Write the orders, by arrival, with time 0 at the tick ``start``; return totals and what they want.
 
-        The columns are ``order,arrival_s,sku,quantity``, and ``due_s``, ``priority`` and ``cancelled_s`` where the
-        table has them.
+        The columns are ``order,arrival_s,sku,quantity``, and ``due_s``, ``priority``, ``cancelled_s`` and ``route``
+        where the table has them.
 
         Returns
         -------
@@ -346,19 +346,21 @@ class OrderLines:
         """
         writer = csv.writer(stream, lineterminator="\n")
         columns = (self.cleaner if self.heads is None else self.heads.cleaner).columns
-        more = {"due_s": columns.due, "priority": columns.priority, "cancelled_s": columns.cancelled}
+        more = {"due_s": columns.due, "priority": columns.priority}
+        more |= {"cancelled_s": columns.cancelled, "route": columns.route}
         shown = [column for column, name in more.items() if name is not None]
         writer.writerow(("order", "arrival_s", "sku", "quantity", *shown))
         totals: Counter[str] = Counter()
         totals["early"] = self._count("SELECT count(*) FROM whole WHERE due < ?", start)
         query = (
-            "SELECT packed.name, packed.tick, sku, quantity, due, priority, cancelled"
+            "SELECT packed.name, packed.tick, sku, quantity, due, priority, cancelled, route"
             " FROM packed JOIN whole USING (name) ORDER BY packed.tick, packed.first, row"
         )
         demand = Demand()
-        for name, tick, sku, quantity, due, priority, cancelled in self._base.execute(query):
+        for name, tick, sku, quantity, due, priority, cancelled, route in self._base.execute(query):
             said = {"due_s": None if due is None else _seconds(max(due - start, 0)), "priority": priority}
             said["cancelled_s"] = None if cancelled is None else _seconds(max(cancelled, tick) - start)
+            said["route"] = route
             writer.writerow((name, _seconds(tick - start), sku, quantity, *(said[column] for column in shown)))
             totals["items"] += quantity
             demand.add(tick - start, quantity)

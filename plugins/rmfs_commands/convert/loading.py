@@ -24,7 +24,7 @@ def load(table: Table, cleaner: Cleaner, base: sqlite3.Connection, into: str) ->
     file, rows = str(table.file), table.rows(astuple(cleaner.columns))
     while batch := list(islice(rows, ROWS_PER_BATCH)):
         base.execute("BEGIN")
-        base.executemany(f"INSERT INTO {into} VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", cleaner.lines(file, batch))
+        base.executemany(f"INSERT INTO {into} VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", cleaner.lines(file, batch))
         keep_lost(cleaner, base)
         base.execute("COMMIT")
         cleaner.ask(file)

@@ -14,11 +14,12 @@ from rmfs_core.errors import InputError
 from rmfs_core.wording import counted, listed
 
 _HEADED = """
-CREATE TABLE headed AS SELECT name, tick, ahead, due, priority, cancelled, times, dues, priorities
+CREATE TABLE headed AS SELECT name, tick, ahead, due, priority, cancelled, route, times, dues, priorities, routes
   FROM (SELECT name, tick, ahead, row_number() OVER (PARTITION BY name ORDER BY tick, row) AS rank FROM head)
   JOIN (SELECT name, min(due) AS due, max(priority) AS priority,
     CASE count(cancelled) WHEN count(*) THEN max(cancelled) END AS cancelled, min(tick) < max(tick) AS times,
-    min(due) < max(due) AS dues, min(priority) < max(priority) AS priorities FROM head GROUP BY name) USING (name)
+    min(due) < max(due) AS dues, min(priority) < max(priority) AS priorities,
+    min(route) AS route, min(route) < max(route) AS routes FROM head GROUP BY name) USING (name)
   WHERE rank = 1;
 CREATE UNIQUE INDEX headed_name ON headed (name);
 DROP TABLE head;
@@ -90,12 +91,12 @@ class OrderHeads:
             found = f"no order of {file} has a header: found orders {there} there, and {self._without_lines} here"
             raise InputError(self.file, f"{found}; expected the same in both (--order, --order-key)")
         self._base.execute(
-            "UPDATE line SET (tick, ahead, due, priority, cancelled) ="
-            " (SELECT tick, ahead, due, priority, cancelled FROM headed WHERE headed.name = line.name)"
+            "UPDATE line SET (tick, ahead, due, priority, cancelled, route) ="
+            " (SELECT tick, ahead, due, priority, cancelled, route FROM headed WHERE headed.name = line.name)"
         )
 
     def several(self, what: str) -> int:
-        """Return how many orders that are kept have headers that differ in ``times``, ``dues`` or ``priorities``."""
+        """Return how many orders that are kept have headers that differ in ``times``, ``dues`` or another column."""
         return self._count(f"SELECT count(*) FROM headed JOIN whole USING (name) WHERE headed.{what}")
 
     def sentences(self) -> Iterator[str]:

@@ -49,6 +49,7 @@ _DIFFERENT = (
     ("times", "times", "the earliest"),
     ("dues", "due times", "the earliest"),
     ("priorities", "priorities", "the highest"),
+    ("routes", "routes", "the first by name"),
 )
 
 

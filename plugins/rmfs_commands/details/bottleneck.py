@@ -170,7 +170,7 @@ class Bottleneck:
         if packing.on and delays.all_done is not None:
             self._end = max(begin, delays.all_done)  # what packers do then is no matter of pickers and robots
         self._robots, self._delays = robots, delays
-        self._packing = _Packed.of(packing.values(end), delays, begin, run) if packing.on else None
+        self._packing = Packed.of(packing.values(end), delays, begin, run) if packing.on else None
         self._lift, self._stations = run.motion.lift_ticks, stations.followed
         self._lengths: list[tuple[int, int, int]] = []  # of each station: as `_Pieces.of`, in ticks
         self.causes: dict[str, float] = dict.fromkeys((*LIMITS, "driving", "picking"), 0.0)
@@ -438,7 +438,7 @@ class Bottleneck:
 
 
 @frozen
-class _Packed:
+class Packed:
     """Time that packing adds to orders, and how busy packers are.
 
     Parameters
@@ -451,7 +451,7 @@ class _Packed:
         Share of the time in which packers are at work.
     boxes_percent
         Share of the boxes that are reserved, mean over time.
-    packers, boxes
+    packers
         How many there are, in all.
     """
 
@@ -460,10 +460,9 @@ class _Packed:
     packers_percent: float | None
     boxes_percent: float | None
     packers: int
-    boxes: int
 
     @classmethod
-    def of(cls, measured: Mapping[str, Number], delays: Delays, begin: int, run: RunInfo) -> _Packed:
+    def of(cls, measured: Mapping[str, Number], delays: Delays, begin: int, run: RunInfo) -> Packed:
         section, stations = run.scenario.packing, len(run.warehouse.packing_stations)
         assert section is not None
         timed = [sum(times) for order, times in delays.times.items() if delays.arrival[order] >= begin]
@@ -471,9 +470,7 @@ class _Packed:
         after = None if packed is None or turnover is None else max(round(packed - turnover, 3), 0.0)
         reserved, boxes = measured["boxes_mean"] or 0.0, section.boxes * stations
         at_work = measured["packer_utilisation_percent"]
-        return cls(
-            after, measured["packing_wait_s"], at_work, _percent(reserved, boxes), section.packers * stations, boxes
-        )
+        return cls(after, measured["packing_wait_s"], at_work, _percent(reserved, boxes), section.packers * stations)
 
     def limit(self, largest_s: float) -> str | None:
         """Return who limits the run in place of the largest cause of picking, which takes an order so long, if any."""
@@ -487,10 +484,15 @@ class _Packed:
         return "packers" if (self.wait_s or 0.0) > after_s / 2 else None
 
     def one_more(self, limit: str) -> dict[str, float | None]:
-        """Return what one more of the limit brings at most."""
-        shares = {"packers": (self.packers, self.packers_percent), "boxes": (self.boxes, self.boxes_percent)}
-        number, percent = shares[limit]
-        return {**_NO_LESS, "throughput_percent": _more(number + 1, number * (percent or 0.0))}
+        """Return what one more of the limit brings at most; nothing is known of boxes.
+
+        How long an order reserves its box depends on when its parts come, and so on the rules: with one more box they
+        may decide otherwise, and each box may serve more orders.
+        """
+        if limit == "boxes":
+            return {**_NO_LESS, "throughput_percent": None}
+        more = _more(self.packers + 1, self.packers * (self.packers_percent or 0.0))
+        return {**_NO_LESS, "throughput_percent": more}
 
     def says(self, limit: str, gain: Mapping[str, float | None]) -> Iterator[str]:
         """Yield what limits the run, and what one more of it brings at most, as sentences."""
@@ -502,8 +504,7 @@ class _Packed:
         )
         yield f"{limit.capitalize()}, {share}: {after}."
         if (most := gain["throughput_percent"]) is not None:
-            unit, more = ("packer", "orders packed") if limit == "packers" else ("box", "split orders at a time")
-            yield f"One more {unit}: at most {most:.3g} % more {more}."
+            yield f"One more packer: at most {most:.3g} % more orders packed."
 
     def covers(self) -> str:
         """Return how long packing takes, which the rest is not about."""

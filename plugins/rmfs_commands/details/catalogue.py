@@ -313,8 +313,8 @@ DEPARTURES: tuple[Metric, ...] = (
         "Orders departed",
         "%",
         1,
-        "Share of orders that were done when their truck left: packed, where packing is simulated, else picked. It is "
-        "that of orders which are done, or whose truck has left, at the end of the run.",
+        "Share of orders that were done when their truck left: packed, where packing is simulated, else picked. Where "
+        "the run has a horizon, or ends with orders left, it is that of orders whose truck has left by then.",
         scale=100,
     ),
     Metric("missed_percent", "Missed their truck", "%", 1, "100 less these, in percent."),

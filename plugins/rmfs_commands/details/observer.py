@@ -108,8 +108,7 @@ class Details:
         if self._packing.on:
             write_text(self._out / PACKING, to_csv(PACKING_COLUMNS, self._packing.rows()))
         if self._run.scenario.instance.departures is not None:
-            leaving = departures.rows(self._measures.due(self._done), self._end)
-            write_text(self._out / DEPARTURES, to_csv(departures.COLUMNS, leaving))
+            write_text(self._out / DEPARTURES, to_csv(departures.COLUMNS, departures.rows(*self._leaving)))
 
     @property
     def _done(self) -> Mapping[int, int]:
@@ -139,7 +138,13 @@ class Details:
     def _departed(self) -> dict[str, Number]:
         if self._run.scenario.instance.departures is None:
             return {}
-        return departures.values(self._measures.due(self._done), self._end)
+        return departures.values(*self._leaving)
+
+    @property
+    def _leaving(self) -> tuple[departures.DueOrders, int, int | None]:
+        """Orders that trucks take or leave behind, and the end and the horizon of the run."""
+        until_s = self._run.scenario.run.until_s
+        return list(self._measures.due(self._done)), self._end, None if until_s is None else to_ticks(until_s)
 
     def _costs(self) -> dict[str, Number]:
         scenario, whole = self._run.scenario, self._end - self._begin

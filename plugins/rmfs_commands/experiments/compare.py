@@ -105,10 +105,10 @@ class Paired:
     difference
         Rule set minus baseline.
     relative
-        The same as a share of the baseline's figure, mean over the pairs of a seed. Where some of the baseline's
-        figures on an instance are close to 0 (see `AWAY_FROM_ZERO`), or so much smaller than others that the mean of
-        the ratios is far from the ratio of the means (`_tells_of_ratios`), the difference as a share of their mean, if
-        that is well away from 0; else not defined.
+        The same as a share of the baseline's figure, mean over the pairs of a seed. Where, for any rule set in the
+        metric and instance set, some of the baseline's figures on an instance are close to 0 (see `AWAY_FROM_ZERO`), or
+        so much smaller than others that the mean of the ratios is far from the ratio of the means
+        (`_tells_of_ratios`), the difference as a share of their mean, if that is well away from 0; else not defined.
     of_mean
         Whether ``relative`` is a share of the mean.
     bound
@@ -404,7 +404,8 @@ def _family(name: str, by_rule_set: Mapping[str, Rows], metric: str, baseline: s
     defined = metric not in MAKESPANS or not any(
         row["status"] == "horizon" and row.get(metric, 0) is None for rows in by_rule_set.values() for row in rows
     )
-    found, differences, relative, amounts, bases = [], [], [], [], []
+    found, differences, pairs_of, amounts, bases = [], [], [], [], []
+    of_ratios = True  # of all rule sets, so that they can be compared
     for rule_set, rows in by_rule_set.items():
         seeds, why = _by_seed(rows, by_rule_set[baseline], metric, defined=defined)
         number = sum(map(len, seeds))
@@ -413,13 +414,17 @@ def _family(name: str, by_rule_set: Mapping[str, Rows], metric: str, baseline: s
         one = Paired(name, metric, rule_set, len(seeds), number, why.total(), own, other, why=why)
         found.append(_with_bound(one, seeds))
         compared = seeds if rule_set != baseline else []
-        of_ratios = all(_tells_of_ratios(pairs) for pairs in zip(*seeds, strict=True))
+        of_ratios = of_ratios and all(_tells_of_ratios(pairs) for pairs in zip(*compared, strict=True))
         bases.append(interval([fmean(pair.base for pair in pairs) for pairs in compared]))
         differences.append([fmean(figure - base for figure, base, _ in pairs) for pairs in compared])
-        relative.append([fmean(figure / base - 1 for figure, base, _ in pairs) for pairs in compared if of_ratios])
+        pairs_of.append(compared)
         amounts.append(all(own >= 0 and base >= 0 for pairs in compared for own, base, _ in pairs))
     compared_all = []
-    of_all = zip(found, intervals(differences), intervals(relative), bases, amounts, strict=True)
+    ratios = [
+        [fmean(figure / base - 1 for figure, base, _ in pairs) for pairs in compared if of_ratios]
+        for compared in pairs_of
+    ]
+    of_all = zip(found, intervals(differences), intervals(ratios), bases, amounts, strict=True)
     for one, difference, share, base, amount in of_all:
         of_mean = share.mean is None and base.low is not None and base.high is not None and base.low * base.high > 0
         of_base = _scaled(difference, base.mean or 1.0) if of_mean else share

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -348,11 +347,11 @@ def _rule_names(key: str, value: Any) -> Iterator[str]:
 
 
 def _near(metric: str, known: Collection[str]) -> str:
-    """Return what else may be meant: of so many names, a few."""
+    """Return what else may be meant, or where to look: there are too many names for a message."""
     names = sorted(known)
-    close = [name for name in names if metric and metric in name] + get_close_matches(metric, names, cutoff=0.0)
-    few = [f"`{name}`" for name in [*dict.fromkeys(close)][:3]]
-    return did_you_mean(metric, names) or f"; expected one such as {listed(few, 'or')}"
+    close = [f"`{name}`" for name in names if metric and metric in name][:3]
+    found = f" (did you mean {listed(close, 'or')}?)" if close else "; `rmfs metrics` lists all"
+    return did_you_mean(metric, names) or found
 
 
 def _check_distinct(key: str, names: Sequence[object]) -> None:

@@ -54,7 +54,7 @@ def departing(instance: Instance, scenario: Scenario) -> Instance:
     if dated := [order.name for order in instance.orders if order.due_tick is not None]:
         raise InputError(PLACE, f"found a due time of order {dated[0]} besides; expected the one or the other")
     if given.column is not None and section.orders_file is None:
-        raise InputError(f"{PLACE}.column", "expected it together with `instance.orders_file`, where that column is")
+        raise InputError(f"{PLACE}.column", "expected it with `instance.orders_file`, where that column is")
     trucks = trucks_of(given, Calendar(section.start).time_of_day())
     wait = to_ticks(given.cutoff_s)
     due = [first_for(order, trucks, wait) for order in instance.orders]

@@ -113,10 +113,12 @@ def sentences_of(answer: Answer, costs: Costs | None) -> Iterator[str]:
     if (least := answer.least_per_order) is not None:
         one, cost = least
         size = counted(one.first, one.second, " with ")
-        one_more = (
+        unknown = [f"{first} with {second} ({why})" for (first, second), why in answer.unknown_beside_least.items()]
+        beside = (
             f"one {answer.things.first[0]} or {answer.things.second[0]} more or less costs no less, or is not enough"
         )
-        yield f"Of the sizes that are enough, an order costs least with {size}: {cost:,.4f}; {one_more}."
+        beside += f"; not known: {listed(unknown)}" if unknown else ""
+        yield f"Of the sizes tried that are enough, an order costs least with {size}: {cost:,.4f}; {beside}."
     if answer.undecided:
         sizes = [f"{one.first} with {one.second}" for one in answer.undecided]
         yield f"Undecided after {len(target.seeds)} seeds: {listed(sizes)}; more --seeds may tell."

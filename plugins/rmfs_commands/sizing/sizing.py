@@ -28,15 +28,19 @@ def costs_of(candidates: Iterable[Candidate]) -> dict[tuple[int, int], float]:
     return {(one.first, one.second): fmean(one.costs[:seeds]) for one in priced}
 
 
+def _beside(first: int, second: int) -> tuple[tuple[int, int], ...]:
+    """Return the sizes with one more or less of either."""
+    return ((first, second - 1), (first, second + 1), (first - 1, second), (first + 1, second))
+
+
 def seek_cheapest(trials: Trials, firsts: Sequence[int], seconds: Range) -> None:
-    """Judge sizes beside the one in which an order costs least, until one more or less of either is no cheaper.
+    """Judge sizes beside the one in which an order costs least, until none of them in the ranges is cheaper.
 
     The fewest robots are not always the cheapest: with more of them fewer orders are late, and people go home earlier.
     """
     while costs := costs_of(trials.judged.values()):
         first, second = min(costs, key=lambda size: (costs[size], size))
-        beside = ((first, second - 1), (first, second + 1), (first - 1, second), (first + 1, second))
-        inside = [one for one in beside if one[0] in firsts and seconds[0] <= one[1] <= seconds[1]]
+        inside = [one for one in _beside(first, second) if one[0] in firsts and seconds[0] <= one[1] <= seconds[1]]
         if not (untried := [one for one in inside if one not in trials.judged]):
             return
         for one in untried:
@@ -123,6 +127,22 @@ class Answer:
         """The size, of all that were tried and are enough, in which an order costs least, with that cost."""
         priced = [(one, self.costs[size]) for one in self.candidates if (size := (one.first, one.second)) in self.costs]
         return min(priced, key=lambda of: of[1], default=None)
+
+    @property
+    def unknown_beside_least(self) -> dict[tuple[int, int], str]:
+        """Sizes with one more or less than the one in which an order costs least that may be cheaper, and why."""
+        if (least := self.least_per_order) is None:
+            return {}
+        here, verdicts = least[0], {(one.first, one.second): one.verdict for one in self.candidates}
+        unknown = {}
+        for first, second in _beside(here.first, here.second):
+            overloaded = first != here.first and any(one.first == first for one in self.found)  # else it were judged
+            verdict = verdicts.get((first, second))
+            if verdict is Verdict.UNDECIDED:
+                unknown[first, second] = "undecided"
+            elif verdict is None and min(first, second) > 0 and not overloaded:
+                unknown[first, second] = "not tried"
+        return unknown
 
 
 def size(

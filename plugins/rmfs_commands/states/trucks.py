@@ -32,7 +32,7 @@ def truck_of(recording: Recording, order: str) -> dict[str, Any] | None:
             packed = {one["order"]: one["packed_s"] for one in csv.DictReader(stream)}
         done_s, verb = float(packed[order]) if packed.get(order) else None, "packed"
     route = row.get("route") or None
-    leaves = "leaves" if leaves_s >= end_s else "left"
+    leaves = "leaves" if leaves_s > end_s else "left"
     truck = f"the truck{f' of route {route}' if route else ''} that {leaves} at {leaves_s:,.0f} s"
     if done_s is None:
         left = f"it is not {verb} at {end_s:,.0f} s, when the run ends."

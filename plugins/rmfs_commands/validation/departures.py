@@ -4,23 +4,33 @@ from __future__ import annotations
 
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.tables import Row, arrivals_of, cancelled_in, measured_from
-from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import OrderCompleted, OrderPacked
 
+_Late = tuple[bool, int]
+"""Whether an order misses its truck, and when it was done, or the run ended, in ticks after that left."""
 
-def _lateness(trace: Trace) -> dict[tuple[int, str], list[int | None]]:
-    """Return by how many ticks the orders of each truck are late, negative if in time; None: not done, and not late."""
+
+def _lateness(trace: Trace) -> dict[tuple[int, str], list[_Late | None]]:
+    """Return how late the orders of each truck are; None where it leaves after the run has to end, or did end with
+    orders not done."""
     begin, arrivals, cancelled = measured_from(trace), arrivals_of(trace), cancelled_in(trace)
     kind = OrderPacked if trace.scenario.get("packing") else OrderCompleted
     done = {event.order: event.tick for event in trace.events if isinstance(event, kind)}
-    end = max(trace.tick, begin)
-    found: dict[tuple[int, str], list[int | None]] = {}
-    for i, order in enumerate(trace.instance.orders):
-        if order.due_tick is None or i in cancelled or arrivals.get(i, -1) < begin:
-            continue
-        late = done.get(i, end) - order.due_tick
-        known = i in done or late > 0
-        found.setdefault((order.due_tick, order.route or ""), []).append(late if known else None)
+    end, until_s = max(trace.tick, begin), trace.scenario.get("run", {}).get("until_s")
+    going = {
+        i: (order.due_tick, order.route or "")
+        for i, order in enumerate(trace.instance.orders)
+        if order.due_tick is not None and i not in cancelled and arrivals.get(i, -1) >= begin
+    }
+    over = [] if until_s is None else [to_ticks(until_s)]
+    if going.keys() - done.keys():
+        over.append(end)
+    found: dict[tuple[int, str], list[_Late | None]] = {}
+    for i, (due, route) in going.items():
+        late = done.get(i, end) - due
+        known = not any(tick < due for tick in over)
+        found.setdefault((due, route), []).append((late > 0 or i not in done, late) if known else None)
     return found
 
 
@@ -28,8 +38,8 @@ def departures_of(trace: Trace) -> list[Row]:
     """Return the rows of departures.csv."""
     rows: list[Row] = []
     for number, ((due, route), late) in enumerate(sorted(_lateness(trace).items()), 1):
-        known = [ticks for ticks in late if ticks is not None]
-        missed = [ticks for ticks in known if ticks > 0]
+        known = [one for one in late if one is not None]
+        missed = [ticks for misses, ticks in known if misses]
         counts = {"orders": len(late), "departed": len(known) - len(missed), "missed": len(missed)}
         share = (len(known) - len(missed)) / len(known) if known else None
         mean = round(sum(missed) / len(missed)) / TICKS_PER_S if missed else None
@@ -46,6 +56,6 @@ def departures_of(trace: Trace) -> list[Row]:
 
 def recompute_departures(trace: Trace) -> dict[str, float | None]:
     """Every metric of departures by name."""
-    known = [ticks for late in _lateness(trace).values() for ticks in late if ticks is not None]
-    share = sum(ticks <= 0 for ticks in known) / len(known) if known else None
+    known = [one[0] for late in _lateness(trace).values() for one in late if one is not None]
+    share = known.count(False) / len(known) if known else None
     return {"departed_share": share, "missed_percent": None if share is None else 100 - 100 * share}

@@ -67,6 +67,7 @@ WRONG_VALUES = [
     # a table where none belongs, and the other way round
     ("robots", "3", "expected a table, found 3"),
     ("instance.lines", "3", "expected a list, found 3"),
+    ("instance.departures.times", '"14:00"', 'expected a list, or a table of lists, found "14:00"'),
     # rules
     ("rules.poa", '"pod-mach"', 'there is no rule "pod-mach" (did you mean `pod-match`?)'),
     (

@@ -244,6 +244,10 @@ def test_a_generator_of_layouts_takes_parameters(install: Install) -> None:
     assert (len(first.storage_locations), first is again, first is other) == (9, True, False)
     scenario = load_scenario("examples/small", keys)
     assert make_layout(structure(plain(scenario))) is first
+    for text, same in (("wide", True), ("small.toml", False)):  # a file beside the scenario, which may change
+        named = [*keys, f"layout.parameters.gap={text}"]
+        made = [make_layout(load_scenario("examples/small", named)) for _ in range(2)]
+        assert (made[0] is made[1]) is same
     one = LayoutSection(generator="long", parameters={"a": 1, "b": 2})
     assert one == evolve(one, parameters={"b": 2, "a": 1}) != evolve(one, parameters={"a": True, "b": 2})
 

@@ -33,7 +33,11 @@ MARK = "*"
 """At the title of a metric in which orders left at a horizon are missing."""
 OF_MEAN = "\N{DAGGER}"
 """Behind a relative difference that is one of means."""
-OF_MEAN_NOTE = f"{OF_MEAN} Difference as a share of the baseline's mean, with its p: some figures are close to 0."
+OF_MEAN_WHY = (
+    "some of the baseline's figures are close to 0, or the mean of the ratios is far from the ratio of the means"
+)
+"""Why a relative difference is one of means."""
+OF_MEAN_NOTE = f"{OF_MEAN} Difference as a share of the baseline's mean, with its p: {OF_MEAN_WHY}."
 CENSORED = (
     f"{MARK} Of completed or packed orders only: what the orders left at the horizon would change is not known. They "
     "are often those that wait long, or are large; their number and age are compared, too."

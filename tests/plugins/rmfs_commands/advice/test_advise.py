@@ -277,6 +277,10 @@ def test_the_command_answers_and_goes_on_where_it_stopped(
     (("--most", "missed_percent=2"), "expected a scenario with a section `costs` with --most"),
     (("--most", "departed_share=1"), "more of `departed_share` is better; expected one of which less is"),
     (("--most", "late_percent=nan"), "expected a metric and a number, as in --most missed_percent=2, found late_per"),
+    (
+        ("--most", "nosuch=1", "--set", "costs.kwh=1"),
+        '--most nosuch=1: there is no metric "nosuch"; `rmfs metrics` lists all',
+    ),
     (("--set", "instance.orders=0"), "instance.orders=0: found no orders; expected some"),
     (
         ("--hours", "1", "--set", "run.warmup_s=100"),

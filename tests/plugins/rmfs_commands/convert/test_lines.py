@@ -163,7 +163,7 @@ def test_due_times_and_priorities(read: Read) -> None:
         "C,2,tea,1,,",
         "D,3,tea,1,0,2",
     ]
-    assert lines.several == {"times": 0, "dues": 1, "priorities": 1}
+    assert lines.several == {"times": 0, "dues": 1, "priorities": 1, "routes": 0}
 
 
 CLEANING_ALL = Columns("order", "sku", "time", "qty", "due", "prio")
@@ -174,13 +174,16 @@ def cleaned(
 ) -> tuple[Cleaner, list[tuple[object, ...]]]:
     """Return a cleaner and what it makes of rows: order, sku, time, quantity, due time, priority."""
     cleaner = Cleaner(columns, reader or Reader(), choice or Choice())
-    filled = [(*row, *[""] * (8 - len(row))) for row in rows]
+    filled = [(*row, *[""] * (9 - len(row))) for row in rows]
     return cleaner, list(cleaner.lines("lines.csv", enumerate(filled, 1)))
 
 
 def test_a_row_is_an_order_line() -> None:
     _, lines = cleaned((" A ", "tea", "5", "2.0", "60", "3"), ("B", "cafe\u0301", "6", "1"))
-    assert lines == [("A", "tea", 5000, 0, 2, 60_000, 3, None, 1), ("B", "caf\u00e9", 6000, 0, 1, None, None, None, 2)]
+    assert lines == [
+        ("A", "tea", 5000, 0, 2, 60_000, 3, None, 1, None),
+        ("B", "caf\u00e9", 6000, 0, 1, *[None] * 3, 2, None),
+    ]
 
 
 def test_each_row_left_out_has_its_reason() -> None:
@@ -223,7 +226,7 @@ def test_skus_to_leave_out_and_signs_are_looked_at() -> None:
     part = "1 row with a quantity that is no whole number from 1 on (returns, weights)"
     for given, text, end in ((".", "1,00", "; perhaps --decimal ,"), (".", "1,50", ""), (",", "x", "")):
         cleaner = Cleaner(Columns("o", "s", quantity="q"), Reader(quantities=Quantities(given)), Choice())
-        list(cleaner.lines("t.csv", [(1, ("A", "tea", "", text, "", "", "", ""))]))
+        list(cleaner.lines("t.csv", [(1, ("A", "tea", "", text, *[""] * 5))]))
         assert cleaner.left_out() == [f'{part}: row 1 "{text}"{end}']
 
 

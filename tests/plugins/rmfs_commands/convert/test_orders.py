@@ -99,6 +99,19 @@ def test_orders_that_are_due(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert [(order["due_s"], order["priority"]) for order in orders] == [(60.0, 2), (None, 0), (0.0, 0)]
 
 
+@pytest.mark.parametrize("of_heads", [False, True])
+def test_orders_that_go_with_trucks(tmp_path: Path, capsys: pytest.CaptureFixture[str], of_heads: bool) -> None:
+    file = table(tmp_path, "o,s,t,r\n1,a,06:00,south\n1,b,06:00,north\n2,a,06:05,\n3,a,06:06,south\n")
+    options = ["--order", "o", "--sku", "s", "--time", "t", "--route", "r", "--time-format", "%H:%M"]
+    options += ["--orders", str(file)] * of_heads
+    options += ["--pods", "12", "--skus-per-pod", "1", "--start", "06:00", "--out", str(tmp_path)]
+    main(["convert", "orders", str(file), *options])
+    assert "with different routes: 1 order; the first by name is the order's." in capsys.readouterr().out
+    trucks = "instance.departures={times={north=['06:10'], south=['06:20']}, column='route'}"
+    orders = rmfs_core.run(tmp_path / "scenario.toml", overrides=[trucks]).orders
+    assert [(order["due_s"], order["route"]) for order in orders] == [(600, "north"), (None, ""), (1200, "south")]
+
+
 def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """By arrival: five a's are there, b never runs out, and nothing holds c. Orders left out take nothing."""
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,2\nq,a,3\nq,b,\n", encoding="utf-8")

@@ -213,7 +213,7 @@ def loaded(file: Path, text: str) -> tuple[list[tuple[object, ...]], list[tuple[
     """Load a table of orders, SKUs and quantities; return the lines, and the orders that lost one."""
     file.write_text(text, encoding="utf-8")
     base = sqlite3.connect(":memory:", isolation_level=None)
-    base.executescript("CREATE TABLE line (a, b, c, d, e, f, g, h, i); CREATE TABLE lost (name, shortens)")
+    base.executescript("CREATE TABLE line (a, b, c, d, e, f, g, h, i, j); CREATE TABLE lost (name, shortens)")
     cleaner = Cleaner(Columns("o", "s", quantity="q"), Reader(), Choice())
     load(Table(file), cleaner, base, "line")
     assert cleaner.lost == []

@@ -17,7 +17,7 @@ import rmfs_core
 from cases import cases
 from random_worlds import random_world
 from rmfs_commands.cli.summary import print_bottleneck
-from rmfs_commands.details.bottleneck import LIMITS, LINE, PARTS
+from rmfs_commands.details.bottleneck import LIMITS, LINE, PARTS, Packed
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.details.observer import Details
@@ -166,6 +166,16 @@ def test_packers_may_be_the_limit(overrides: tuple[str, ...], limit: str | None)
     handling = found["pickers_percent"]["handling"]
     assert handling == pytest.approx(100 * result.metrics["picker_utilisation"], abs=0.5)
     assert found["robots_percent"]["idle"] < 30
+
+
+def test_nothing_is_said_of_one_more_box() -> None:
+    """How long boxes are reserved depends on the rules; how long packers work does not."""
+    packed = Packed(after_s=500, wait_s=1, packers_percent=50, boxes_percent=95, packers=4)
+    assert packed.limit(100) == "boxes"
+    assert set(packed.one_more("boxes").values()) == {None}
+    told = ["Boxes, 95 % reserved: from the last pick to packed 500 s on average."]
+    assert [*packed.says("boxes", packed.one_more("boxes"))] == told
+    assert packed.one_more("packers")["throughput_percent"] == 150  # 5 who always work for 4 who work half of the time
 
 
 def test_one_more_station_by_hand(tmp_path: Path) -> None:

@@ -35,10 +35,21 @@ def test_trucks_and_who_missed_them() -> None:
     north, south, later = departures.rows(DUE, 50_000)
     assert tuple(north.values()) == (1, "n", 10.0, 3, 1, 2, 0, 1 / 3, 20.0)  # (1 ms + 40 s) / 2, in whole ms
     assert tuple(south.values()) == (2, "s", 10.0, 1, 1, 0, 0, 1.0, None)
-    assert tuple(later.values()) == (3, "s", 60.0, 2, 1, 0, 1, 1.0, None)
-    assert departures.values(DUE, 50_000) == {"departed_share": 3 / 5, "missed_percent": 40.0}
+    assert tuple(later.values()) == (3, "s", 60.0, 2, 0, 0, 2, None, None)  # an early order would flatter the share
+    assert departures.values(DUE, 50_000) == {"departed_share": 2 / 4, "missed_percent": 50.0}
     assert departures.values([], 50_000) == {"departed_share": None, "missed_percent": None}
     assert costs.lateness(DUE, 50_000) == (2, 40_001)
+
+
+@cases(
+    "orders end until share",
+    (DUE, 60_000, 60_000, 3 / 6),  # the truck has left
+    (DUE[4:5], 20_000, None, 1.0),  # all orders are done: the run is over
+    (DUE[4:5], 20_000, 50_000, None),  # the same trucks count for all rules, also for those that are done early
+    (DUE[4:5], 20_000, 60_000, 1.0),
+)
+def test_which_trucks_count(orders, end, until, share) -> None:
+    assert departures.values(orders, end, until)["departed_share"] == share
 
 
 def test_what_an_order_costs_by_hand() -> None:
@@ -83,12 +94,14 @@ def test_a_run_costs_what_its_tables_say(tmp_path: Path, warmup_s: float, end_s:
     assert validate_trace(tmp_path) == []
     table = rows(tmp_path / "packing.csv") if more == PACKED else result.orders
     done = {row["order"]: float(at) for row in table if (at := row.get("packed_s") or row.get("completed_s"))}
-    end_s = end_s or max(done.values())
+    horizon_s, end_s = end_s or 5000, end_s or max(done.values())
     number, hours = sum(end >= warmup_s for end in done.values()), (end_s - warmup_s) / 3600
     stations = rows(tmp_path / "stations.csv")
     picker_h = sum(float(row["open_s"]) for row in stations) / 3600 if more == SHIFT else len(stations) * hours
     due = [row for row in result.orders if warmup_s <= row["arrival_s"] <= end_s]
     late_s = [late for row in due if (late := done.get(row["order"], end_s) - row["due_s"]) > 0]
+    left = [done.get(row["order"], 9999) <= row["due_s"] for row in due if row["due_s"] <= horizon_s]
+    assert result.metrics["departed_share"] == (sum(left) / len(left) if left else None)
     parts = {"pickers": 36 * picker_h, "robots": 3 * 3.6 * hours, "energy": 0.0}
     parts |= {"lateness": 2 * len(late_s) + 36 * sum(late_s) / 3600}
     parts |= {"packers": 18 * 2 * hours} if more == PACKED else {}

@@ -246,6 +246,17 @@ def test_relative_differences_are_of_baselines_well_away_from_zero(base, share, 
         assert other.relative.p_holm == other.difference.p_holm
 
 
+@cases("same of_mean", (4.0, True), (1.5, False))
+def test_all_rule_sets_have_the_same_kind_of_relative_difference(same: float, of_mean: bool) -> None:
+    """One whose ratios have another mean than the ratio of the means has all of them compared by means."""
+    base, steady = [1.0, 5.0, 5.0, 5.0], [1.1, 5.5, 5.5, 5.5]
+    figures = {"base": base, "steady": steady, "other": [same, 5.5, 5.5, 5.5]}
+    rows = [row(name, seed, figure) for name, own in figures.items() for seed, figure in enumerate(own)]
+    _, one, other = summary(rows, "base", ["m"]).paired
+    assert one.of_mean is other.of_mean is of_mean
+    assert one.relative.mean == pytest.approx(0.1)
+
+
 def test_instance_sets_and_overall() -> None:
     rows = [
         row(name, seed, 10.0 * size + (name == "other") * size, f"orders={size}, skus={skus}", size=size)

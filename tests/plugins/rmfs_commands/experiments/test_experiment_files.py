@@ -100,6 +100,8 @@ def test_a_metric_that_nobody_measures_is_named(one: Experiment) -> None:
         evolve(one, metrics=("pileon",)).jobs()
     with pytest.raises(InputError, match=r'^--most psv=3: there is no metric "psv" \(did you mean `psv_per_order`\?\)'):
         evolve(one, metrics=("psv",), metrics_place="--most psv=3").jobs()
+    with pytest.raises(InputError, match=r'"depth_s" \(did you mean `mean_depth_s_of_all`\?\)$'):
+        evolve(one, metrics=("depth_s",)).check_metrics(["mean_depth_s_of_all", "picks"])
     with pytest.raises(InputError, match=r'there is no metric "run_s"'):
         evolve(one, metrics=("run_s",)).check_metrics(["run_s", "picks"])
     evolve(one, metrics=("own",)).check_metrics(["own"])

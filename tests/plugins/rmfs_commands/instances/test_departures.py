@@ -105,7 +105,7 @@ def test_wrong_departures_are_refused_in_a_sentence(tmp_path: Path, departures: 
     "override problem",
     ("instance.due.allowance_s=9", "found a due time of order 1 besides; expected the one or the other"),
     ('instance.arrivals={process="refill",backlog=3}', 'expected none with arrivals of process "refill"'),
-    ('instance.departures.column="x"', "expected it together with `instance.orders_file`, where that column is"),
+    ('instance.departures.column="x"', "expected it with `instance.orders_file`, where that column is"),
 )
 def test_what_does_not_go_with_generated_orders(override: str, problem: str) -> None:
     with pytest.raises(InputError) as error:

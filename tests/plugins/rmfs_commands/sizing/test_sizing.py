@@ -126,6 +126,19 @@ def answer_of(*frontier: tuple[int, int], undecided: tuple[tuple[int, int], ...]
     return Answer("hall", Target("turnover_s", 1), found, best, (*best, *open_ones), at_once=False)
 
 
+def test_what_is_not_known_beside_the_cheapest() -> None:
+    """It has the most robots of the range, a station more is undecided, and one less is too busy for any robots."""
+    enough = [Candidate(2, robots, Verdict.PASSES, costs=(cost,)) for robots, cost in ((2, 1.5), (3, 1.0))]
+    found = (Found(1, None, "too busy"), Found(2, 2), Found(3, None, "undecided"))
+    asked = "hall", Target("turnover_s", 1), found, tuple(enough[:1])
+    answer = Answer(*asked, (*enough, Candidate(3, 3, Verdict.UNDECIDED, 2)), at_once=False)
+    assert answer.unknown_beside_least == {(2, 4): "not tried", (3, 3): "undecided"}
+    told = "or is not enough; not known: 2 with 4 (not tried) and 3 with 3 (undecided)."
+    assert any(sentence.endswith(told) for sentence in sentences_of(answer, None))
+    whole = (Candidate(2, 4, Verdict.FAILS), Candidate(3, 3, Verdict.FAILS))
+    assert Answer(*asked, (*enough, *whole), at_once=False).unknown_beside_least == {}
+
+
 def test_what_is_cheapest() -> None:
     answer = answer_of((2, 9), (3, 7), (4, 6))
     sizes = {costs: answer.cheapest(*costs) for costs in ((10, 1), (1, 10), (1, 2))}
