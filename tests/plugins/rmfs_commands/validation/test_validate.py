@@ -269,7 +269,7 @@ def test_what_cannot_be_read(copied: Path, tmp_path: Path, capsys: pytest.Captur
 
 
 def test_every_kind_of_fault_is_found_and_shown_by_a_test() -> None:
-    tests = "".join(file.read_text(encoding="utf-8") for file in Path(__file__).parent.glob("test_*.py"))
+    tests = "".join(file.read_text(encoding="utf-8") for file in Path(__file__).parent.parent.rglob("test_*.py"))
     assert {kind for kind in KINDS if not re.search(rf'"{kind}[":]', tests)} == set()
     folder = Path(rmfs_commands.validation.__file__).parent
     code = "".join(file.read_text(encoding="utf-8") for file in folder.glob("*.py") if file.name != "fault.py")
