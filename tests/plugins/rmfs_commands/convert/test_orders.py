@@ -129,12 +129,13 @@ def test_several_formats_of_times(tmp_path: Path) -> None:
     assert written.splitlines()[1:] == ["1,0,a,1", "3,0,a,1", "2,21600,a,1"]
 
 
-def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Nights are named where orders come on two days; --open writes the hours, and the load counts them."""
+@pytest.mark.parametrize("zone", ["", "--zone America/New_York"])
+def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone: str) -> None:
+    """Nights are named by the local clock where orders come on two days; --open writes them, and the load counts."""
     rows = [f"{day}{hour},a,2024-03-0{day}T{hour:02}:00,{cancelled}" for day in (1, 2) for hour in range(6, 22)
             for cancelled in (f"2024-03-0{day}T23:00" if hour == 8 else "",)]  # fmt: skip
     file = table(tmp_path, "\n".join(("o,s,t,c", *rows)))
-    options = f"--order o --sku s --time t --cancelled c --pods 9 --skus-per-pod 1 --out {tmp_path}".split()
+    options = f"--order o --sku s --time t --cancelled c --pods 9 --skus-per-pod 1 --out {tmp_path} {zone}".split()
     main(["convert", "orders", str(file), *options])
     told = capsys.readouterr().out
     night = "though little is ordered from 22:00 to 06:00: --open 06:00-22:00 says when they are."
