@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+import types
+import typing
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from copy import deepcopy
 from functools import lru_cache
@@ -138,15 +140,33 @@ def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
     return target
 
 
+def hints_of(annotations: Mapping[str, Any], module: str) -> dict[str, Any]:
+    """Return the types that annotations in a module stand for; one that cannot be resolved is left out."""
+    known = {
+        "Path": Path,
+        **getattr(sys.modules.get(module), "__dict__", {}),
+    }  # it may be there for type checkers alone
+    found: dict[str, Any] = {}
+    for name, hint in annotations.items():
+        with suppress(Exception):
+            found |= typing.get_type_hints(type(name, (), {"__annotations__": {name: hint}}), known)
+    return found
+
+
+def kinds_of(kind: Any) -> tuple[Any, ...]:
+    """Return the types of a union; of another type itself."""
+    return typing.get_args(kind) if typing.get_origin(kind) in (typing.Union, types.UnionType) else (kind,)
+
+
 def generated(
-    entries: tuple[EntryPoint, ...], kind: type[T], malformed: Callable[[T], Iterable[str]], folder: str, **handed: Any
+    entries: tuple[EntryPoint, ...], kind: type[T], bad: Callable[[T], Iterable[str]], folder: str = ".", **handed: Any
 ) -> T:
     """Return what a generator makes of what it is handed, in this order, and of parameters by name, files of a folder.
 
     Raises
     ------
     InputError
-        When it cannot be called so, raises, or returns what is not of that kind, or ``malformed``.
+        When it cannot be called so, raises, or returns what is not of that kind, or ``bad``.
     """
     section, parameters = SECTIONS[entries[0].group], deepcopy(dict(handed["section"].parameters))
     place, described = f"{section}.generator", describe("generator", entries[0].name, *origin(entries[0]))
@@ -156,8 +176,9 @@ def generated(
         with suppress(ValueError):  # of a function whose parameters nobody knows
             names += (takes := signature(generate)).parameters
             takes.bind(*handed.values(), **parameters)
-            files = {name for name, one in takes.parameters.items() if "Path" in str(one.annotation)}
-            parameters |= {name: Path(folder, parameters[name]) for name in files & parameters.keys()}
+            typed = {name: one.annotation for name, one in takes.parameters.items() if name in parameters}
+            for name, hint in hints_of(typed, getattr(generate, "__module__", entries[0].module)).items():
+                parameters[name] = _with_paths(parameters[name], hint, folder)
     except TypeError as error:
         expected = f"besides {listed(handed)} it takes {listed(f'`{name}`' for name in names[len(handed) :])}"
         problem = f"{described} cannot be called: {error}; {expected}"
@@ -170,6 +191,15 @@ def generated(
         raise InputError(place, f"{described} raised {raised(error, generate)}") from error
     if not isinstance(made, kind):
         raise InputError(place, f"{described} returned {shown_short(made)}; expected {kind.__name__}")
-    for problem in malformed(made):
+    for problem in bad(made):
         raise InputError(place, f"{described} returned a wrong {kind.__name__}: {problem}")
     return made
+
+
+def _with_paths(value: Any, kind: Any, folder: str) -> Any:
+    """Return a parameter; where its type has `Path`, in a union or a list, too, its texts are names of files."""
+    kinds = kinds_of(kind)
+    if isinstance(value, list | tuple):
+        inner = next((inside[0] for one in kinds if (inside := typing.get_args(one))), None)
+        return type(value)(_with_paths(entry, inner, folder) for entry in value)
+    return Path(folder, value) if isinstance(value, str) and value and Path in kinds else value

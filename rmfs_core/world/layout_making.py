@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from functools import lru_cache
 from importlib.metadata import EntryPoint
@@ -39,9 +40,9 @@ def make_layout(scenario: Scenario, text: str | None = None) -> Layout:
     if section.map_file is not None:
         path = Path(scenario.folder) / section.map_file
         place, text = str(path), _text_of(path) if text is None else text
-    named = any(isinstance(one, str) for one in section.parameters.values())  # a file, perhaps, which may change
-    make = _layout.__wrapped__ if named else _layout
-    return make(layout_maker(section), section, text, scenario.stations.queue_length, place, scenario.folder)
+    named = '"' in json.dumps([*section.parameters.values()], default=str)  # a file, perhaps, which may change
+    make, folder = (_layout.__wrapped__, scenario.folder) if named else (_layout, ".")
+    return make(layout_maker(section), section, text, scenario.stations.queue_length, place, folder)
 
 
 def layout_maker(section: LayoutSection) -> tuple[EntryPoint, ...]:
