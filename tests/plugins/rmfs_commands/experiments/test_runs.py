@@ -97,15 +97,23 @@ def test_the_files_of_parameters_count(folder: Path) -> None:
 
 
 @cases("section", "instance", "layout")
-def test_the_files_of_generators_count(folder: Path, section: str) -> None:
-    tiny = load_scenario(folder / "tiny.toml")
-    parameters = {"history": "w.txt", "name": "none such", "level": 3}
-    given = evolve(tiny, **{section: evolve(getattr(tiny, section), parameters=parameters)})
+@pytest.mark.parametrize("given", ["w.txt", ["w.txt", 1], {"deep": ["w.txt"]}])
+def test_the_files_of_generators_count(folder: Path, section: str, given: Any) -> None:
+    """Also in lists and tables, and with their names: a text that is the name of a file may be just a label."""
+    tiny, other = load_scenario(folder / "tiny.toml"), folder / "other.txt"
     keys = []
-    for number in ("1", "2", "1"):
+    for number, used in (
+        ("1", given),
+        ("2", given),
+        ("1", given),
+        ("1", json.loads(json.dumps(given).replace("w", "other"))),
+    ):
         (folder / "w.txt").write_text(number, encoding="utf-8")
-        keys.append(key_of(given))
-    assert keys[0] == keys[2] != keys[1]
+        other.write_text(number, encoding="utf-8")
+        parameters = {"history": used, "name": "none such", "level": 3}
+        keys.append(key_of(evolve(tiny, **{section: evolve(getattr(tiny, section), parameters=parameters)})))
+    assert keys[0] == keys[2]
+    assert len({*keys}) == 3
 
 
 def test_place_and_order_do_not_count(scenario: Scenario, tmp_path: Path) -> None:
