@@ -16,10 +16,11 @@ import rmfs_core
 from calling import refusal
 from cases import cases
 from rmfs_commands.experiments import Experiment, Job
+from rmfs_commands.experiments.bounds import PACKAGES
 from rmfs_commands.experiments.keys import run_key
 from rmfs_commands.experiments.outcome import Outcome, simulate
 from rmfs_commands.experiments.rows import labels, row_of
-from rmfs_commands.experiments.sources import changed_since, sources_of, sources_of_generator
+from rmfs_commands.experiments.sources import changed_since, sources_of, sources_of_world
 from rmfs_commands.experiments.store import RunStore
 from rmfs_core import RuleError, run
 from rmfs_core.errors import InputError
@@ -247,8 +248,11 @@ def test_the_selected_generator_counts_alone(install: Callable[..., None], folde
     chosen = load_scenario(folder / "tiny.toml", ["instance.generator=acme-days"])
     assert sources(chosen).keys() - before.keys() == {"acme_days", "acme_tools"}
     assert before.keys() <= sources(chosen).keys()  # ours has the tables of results besides
-    assert sources_of_generator(chosen).keys() == {"acme_days", "acme_tools", "rmfs_core"}
-    assert sources_of_generator(load_scenario("examples/from-csv")) == {}
+    read = sources_of_world(load_scenario("examples/from-csv")).keys()
+    assert (
+        sources_of_world(chosen).keys() == {*read, "acme_days", "acme_tools"} >= {"rmfs_commands.layouts", "rmfs_core"}
+    )
+    assert "rmfs_commands.details" in sources_of_world(chosen, PACKAGES)  # the bounds of hours ask when stations work
 
 
 def test_packages_of_a_collection_count_each_for_itself(folder: Path) -> None:
