@@ -315,7 +315,7 @@ def test_runs_of_earlier_versions_take_their_places(experiment: Write, runs: Run
     (runs.folder / "bounds").mkdir()
     again = RunStore(runs.folder)
     assert [again.row(job) for job in (one, other)] == rows
-    assert not (runs.folder / one.key).exists()
+    assert {path.name for path in runs.folder.iterdir()} == {"bounds", one.key[:2], other.key[:2]}
 
 
 def test_what_is_not_stored_leaves_nothing(job: Job, runs: RunStore, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -331,6 +331,33 @@ def test_what_is_not_stored_leaves_nothing(job: Job, runs: RunStore, monkeypatch
         with pytest.raises((InputError, KeyboardInterrupt), match=r"runs: cannot be written: no space left|^$"):
             runs.save(job, outcome)
         assert list(runs.folder.iterdir()) == []
+
+
+def test_a_run_that_another_process_stores_meanwhile_stays(
+    job: Job, runs: RunStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether it is there when the files are written, in place of one with something wrong, or first at the rename."""
+    outcome, rename, write = simulate(job), Path.rename, Path.write_bytes
+    other = evolve(outcome, run_s=99.0)
+
+    def meanwhile(path: Path, *given: Any) -> Any:
+        monkeypatch.undo()
+        shutil.rmtree(runs.place(job), ignore_errors=True)
+        runs.save(job, other)
+        return {"rename": rename, "write_bytes": write}[moment](path, *given)
+
+    for moment in ("rename", "write_bytes", "write_bytes"):
+        monkeypatch.setattr(Path, moment, meanwhile)
+        assert runs.save(job, outcome) == runs.row(job)
+        assert runs.row(job)["run_s"] == 99
+        assert [*runs.folder.rglob("*.part"), *runs.folder.glob("*/*")] == [runs.place(job)]
+        changed(runs.place(job), "run.json", "{}")
+    monkeypatch.setattr(shutil, "rmtree", lambda *_, **__: None)  # killed before the wrong one is deleted
+    runs.save(job, outcome)
+    monkeypatch.undo()
+    assert len([*runs.folder.glob(".*")]) == 1
+    RunStore(runs.folder)
+    assert [*runs.folder.glob("**/*")] == [runs.place(job).parent, runs.place(job), *runs.place(job).iterdir()]
 
 
 def changed(folder: Path, name: str, text: str | None) -> None:
