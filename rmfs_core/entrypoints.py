@@ -20,6 +20,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.wording import listed, nearest, one_line, raised, shown_short
 
 T = TypeVar("T")
+Entries = tuple[EntryPoint, ...]  # of one name in a group; more than one where distributions clash
 _all = lru_cache(maxsize=1)(lambda _stamps: entry_points())  # of all groups: to read those of one takes as long
 
 RULES = "rmfs.rules"
@@ -51,7 +52,7 @@ def describe(kind: str, name: str, distribution: str, version: str) -> str:
     return f'{kind} "{name}" ({distribution} {version})'
 
 
-def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
+def offers(group: str) -> dict[str, Entries]:
     """Return a group's entry points by name; several where distributions clash, each as ``DISTRIBUTION:NAME``, too."""
     stamps = []  # change where something is installed; until then the distributions' files are read once
     for place in sys.path:
@@ -61,7 +62,7 @@ def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
 
 
 @lru_cache(maxsize=16)
-def _offers(group: str, stamps: tuple[tuple[str, int], ...]) -> dict[str, tuple[EntryPoint, ...]]:
+def _offers(group: str, stamps: tuple[tuple[str, int], ...]) -> dict[str, Entries]:
     found: dict[str, list[EntryPoint]] = {}
     for entry in sorted(_entries(group, _all(stamps)), key=lambda entry: entry.name):
         found.setdefault(entry.name, []).append(entry)
@@ -72,7 +73,7 @@ def _offers(group: str, stamps: tuple[tuple[str, int], ...]) -> dict[str, tuple[
     return {name: tuple(same) for name, same in found.items()}
 
 
-def chosen(group: str, name: str | None, default: str) -> tuple[EntryPoint, ...]:
+def chosen(group: str, name: str | None, default: str) -> Entries:
     """Return the entry points of a name that a scenario gives; where it gives none, ours of the default name alone.
 
     Raises
@@ -105,7 +106,7 @@ def _entries(group: str, known: Any) -> list[EntryPoint]:
     return entries
 
 
-def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
+def load(entries: Entries, place: str, kind: str) -> object:
     """Import what the entry point of a name leads to.
 
     Parameters
@@ -159,14 +160,14 @@ def kinds_of(kind: Any) -> tuple[Any, ...]:
 
 
 def generated(
-    entries: tuple[EntryPoint, ...], kind: type[T], bad: Callable[[T], Iterable[str]], folder: str = ".", **handed: Any
+    entries: Entries, kind: type[T], malformed: Callable[[T], Iterable[str]], folder: str = ".", **handed: Any
 ) -> T:
     """Return what a generator makes of what it is handed, in this order, and of parameters by name, files of a folder.
 
     Raises
     ------
     InputError
-        When it cannot be called so, raises, or returns what is not of that kind, or ``bad``.
+        When it cannot be called so, raises, or returns what is not of that kind, or ``malformed``.
     """
     section, parameters = SECTIONS[entries[0].group], deepcopy(dict(handed["section"].parameters))
     place, described = f"{section}.generator", describe("generator", entries[0].name, *origin(entries[0]))
@@ -191,7 +192,7 @@ def generated(
         raise InputError(place, f"{described} raised {raised(error, generate)}") from error
     if not isinstance(made, kind):
         raise InputError(place, f"{described} returned {shown_short(made)}; expected {kind.__name__}")
-    for problem in bad(made):
+    for problem in malformed(made):
         raise InputError(place, f"{described} returned a wrong {kind.__name__}: {problem}")
     return made
 
