@@ -109,15 +109,21 @@ def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.Capt
     assert refused(capsys, main, ["scenario", "check", str(tmp_path / "scenario.toml")]).endswith(
         "(`rmfs convert orders --in-stock` leaves out what stock cannot serve)\n"
     )
-    for whole, kept in (
-        ([], ["1,1,a,3", "2,2,a,1", "3,9,b,9", "5,11,a,1"]),
-        (["--whole-orders"], ["1,1,a,3", "3,9,a,2", "3,9,b,9"]),
+    own, other = "lack of stock", "another line of the order"
+    for whole, kept, left in (
+        ([], ["1,1,a,3", "2,2,a,1", "3,9,b,9", "5,11,a,1"], [f"2,c,4,{own}", f"3,a,2,{own}", f"4,a,2,{own}"]),
+        (
+            ["--whole-orders"],
+            ["1,1,a,3", "3,9,a,2", "3,9,b,9"],
+            [f"2,a,1,{other}", f"2,c,4,{own}", f"4,a,2,{own}", f"5,a,1,{own}"],
+        ),
     ):
         capsys.readouterr()
         main(["convert", "orders", str(file), *options, "--force", "--in-stock", str(tmp_path / "pods.csv"), *whole])
         assert (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()[1:] == kept
+        written = (tmp_path / "left-out.csv").read_text(encoding="utf-8")
+        assert written.splitlines() == ["order,sku,quantity,reason", *left]
     assert "Left out for lack of stock: 3 lines of 3 orders, 7 items of 2 SKUs; " in capsys.readouterr().out
-    assert (tmp_path / "left-out.csv").read_text(encoding="utf-8") == "order,sku,quantity\n2,c,4\n4,a,2\n5,a,1\n"
     assert rmfs_core.run(tmp_path / "scenario.toml").status == "complete"
 
 
