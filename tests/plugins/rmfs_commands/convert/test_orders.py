@@ -303,7 +303,7 @@ def converted(folder: Path, *rows: str, pattern: str | None = None, start: str |
     """Write what rows are (order, SKU, time) and return the names of the files."""
     file = folder / "lines.csv"
     file.write_text("o,s,t\n" + "".join(f"{row}\n" for row in rows), encoding="utf-8")
-    reader = Reader(Clock(pattern))
+    reader = Reader(Clock(pattern and [pattern]))
     with OrderLines(Cleaner(Columns("o", "s", "t"), reader, Choice())) as lines:
         lines.read(Table(file))
         zero = lines.gather(Span(start=None if start is None else reader.clock.option("--start", start)))
