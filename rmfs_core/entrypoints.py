@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+import types
+import typing
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from copy import deepcopy
 from functools import lru_cache
@@ -18,6 +20,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.wording import listed, nearest, one_line, raised, shown_short
 
 T = TypeVar("T")
+Entries = tuple[EntryPoint, ...]  # of one name in a group; more than one where distributions clash
 _all = lru_cache(maxsize=1)(lambda _stamps: entry_points())  # of all groups: to read those of one takes as long
 
 RULES = "rmfs.rules"
@@ -49,7 +52,7 @@ def describe(kind: str, name: str, distribution: str, version: str) -> str:
     return f'{kind} "{name}" ({distribution} {version})'
 
 
-def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
+def offers(group: str) -> dict[str, Entries]:
     """Return a group's entry points by name; several where distributions clash, each as ``DISTRIBUTION:NAME``, too."""
     stamps = []  # change where something is installed; until then the distributions' files are read once
     for place in sys.path:
@@ -59,7 +62,7 @@ def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
 
 
 @lru_cache(maxsize=16)
-def _offers(group: str, stamps: tuple[tuple[str, int], ...]) -> dict[str, tuple[EntryPoint, ...]]:
+def _offers(group: str, stamps: tuple[tuple[str, int], ...]) -> dict[str, Entries]:
     found: dict[str, list[EntryPoint]] = {}
     for entry in sorted(_entries(group, _all(stamps)), key=lambda entry: entry.name):
         found.setdefault(entry.name, []).append(entry)
@@ -70,7 +73,7 @@ def _offers(group: str, stamps: tuple[tuple[str, int], ...]) -> dict[str, tuple[
     return {name: tuple(same) for name, same in found.items()}
 
 
-def chosen(group: str, name: str | None, default: str) -> tuple[EntryPoint, ...]:
+def chosen(group: str, name: str | None, default: str) -> Entries:
     """Return the entry points of a name that a scenario gives; where it gives none, ours of the default name alone.
 
     Raises
@@ -103,7 +106,7 @@ def _entries(group: str, known: Any) -> list[EntryPoint]:
     return entries
 
 
-def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
+def load(entries: Entries, place: str, kind: str) -> object:
     """Import what the entry point of a name leads to.
 
     Parameters
@@ -138,8 +141,26 @@ def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
     return target
 
 
+def hints_of(annotations: Mapping[str, Any], module: str) -> dict[str, Any]:
+    """Return the types that annotations in a module stand for; one that cannot be resolved is left out."""
+    known = {
+        "Path": Path,
+        **getattr(sys.modules.get(module), "__dict__", {}),
+    }  # it may be there for type checkers alone
+    found: dict[str, Any] = {}
+    for name, hint in annotations.items():
+        with suppress(Exception):
+            found |= typing.get_type_hints(type(name, (), {"__annotations__": {name: hint}}), known)
+    return found
+
+
+def kinds_of(kind: Any) -> tuple[Any, ...]:
+    """Return the types of a union; of another type itself."""
+    return typing.get_args(kind) if typing.get_origin(kind) in (typing.Union, types.UnionType) else (kind,)
+
+
 def generated(
-    entries: tuple[EntryPoint, ...], kind: type[T], malformed: Callable[[T], Iterable[str]], folder: str, **handed: Any
+    entries: Entries, kind: type[T], malformed: Callable[[T], Iterable[str]], folder: str = ".", **handed: Any
 ) -> T:
     """Return what a generator makes of what it is handed, in this order, and of parameters by name, files of a folder.
 
@@ -156,8 +177,9 @@ def generated(
         with suppress(ValueError):  # of a function whose parameters nobody knows
             names += (takes := signature(generate)).parameters
             takes.bind(*handed.values(), **parameters)
-            files = {name for name, one in takes.parameters.items() if "Path" in str(one.annotation)}
-            parameters |= {name: Path(folder, parameters[name]) for name in files & parameters.keys()}
+            typed = {name: one.annotation for name, one in takes.parameters.items() if name in parameters}
+            for name, hint in hints_of(typed, getattr(generate, "__module__", entries[0].module)).items():
+                parameters[name] = _with_paths(parameters[name], hint, folder)
     except TypeError as error:
         expected = f"besides {listed(handed)} it takes {listed(f'`{name}`' for name in names[len(handed) :])}"
         problem = f"{described} cannot be called: {error}; {expected}"
@@ -173,3 +195,12 @@ def generated(
     for problem in malformed(made):
         raise InputError(place, f"{described} returned a wrong {kind.__name__}: {problem}")
     return made
+
+
+def _with_paths(value: Any, kind: Any, folder: str) -> Any:
+    """Return a parameter; where its type has `Path`, in a union or a list, too, its texts are names of files."""
+    kinds = kinds_of(kind)
+    if isinstance(value, list | tuple):
+        inner = next((inside[0] for one in kinds if (inside := typing.get_args(one))), None)
+        return type(value)(_with_paths(entry, inner, folder) for entry in value)
+    return Path(folder, value) if isinstance(value, str) and value and Path in kinds else value

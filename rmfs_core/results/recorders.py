@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterable
-from importlib.metadata import EntryPoint
 from typing import Any, ClassVar, Protocol
 
 from rmfs_core import entrypoints
@@ -88,7 +87,7 @@ def make_observers(*, quiet: bool = False) -> list[tuple[Any, str]]:
     return made
 
 
-def _make_observer(entries: tuple[EntryPoint, ...], place: str, described: str) -> Any:
+def _make_observer(entries: entrypoints.Entries, place: str, described: str) -> Any:
     observer = _make(entrypoints.load(entries, place, "observer"), place, described)
     files = getattr(observer, "files", ())
     if not isinstance(files, tuple | list) or not all(map(_is_plain, files)):

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import inspect
 import re
-import types
 import typing
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import attrs
 
+from rmfs_core.entrypoints import hints_of, kinds_of
 from rmfs_core.errors import InputError
 from rmfs_core.rules.parts import FileProblem, find_file, parts_now
-from rmfs_core.scenario.structuring import KeyProblem, strict_converter
+from rmfs_core.scenario.structuring import strict_converter
 from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import did_you_mean, listed, one_line
 
@@ -26,25 +25,17 @@ _WORDS = {int: "a whole number", float: "a number", str: "a text", bool: "true o
 _WORDS[Path] = "the name of a file"
 
 
-def _file(value: Any, _: Any) -> Path:
-    if not isinstance(value, str):
-        raise KeyProblem(f"expected the name of a file, found {shown(value)}")
-    return find_file(value)
-
-
-def _file_or(value: Any, kind: Any) -> Any:
-    """`Path | str`, `Path | None`: a text is a file's name."""
-    others: Any = typing.Union[tuple(part for part in typing.get_args(kind) if part is not Path)]  # noqa: UP007
-    return _file(value, Path) if isinstance(value, str) else _converter.structure(value, others)
-
-
-def _may_be_file(kind: Any) -> bool:
-    return typing.get_origin(kind) in (typing.Union, types.UnionType) and Path in typing.get_args(kind)
+def _file(value: Any, kind: Any) -> Any:
+    """`Path`, `Path | str`, `Path | None`: a text is the name of a file."""
+    if isinstance(value, str):
+        return find_file(value)
+    others: Any = typing.Union[tuple(part for part in kinds_of(kind) if part is not Path) or typing.Never]  # noqa: UP007
+    return _converter.structure(value, others)
 
 
 _converter = strict_converter()
 _converter.register_structure_hook(Path, _file)
-_converter.register_structure_hook_func(_may_be_file, _file_or)
+_converter.register_structure_hook_func(lambda kind: Path in kinds_of(kind), _file)
 
 
 def parameters_of(rule: type) -> dict[str, attrs.Attribute[Any]]:
@@ -101,15 +92,8 @@ def build(rule: type, values: Mapping[str, Any], place: str, rule_name: str) -> 
 @lru_cache(maxsize=256)
 def type_hints(rule: type) -> Mapping[str, Any]:
     """Return the types of a rule's fields; one whose name is imported under TYPE_CHECKING alone is left out."""
-    found: dict[str, Any] = {}
-    for cls in reversed(rule.__mro__):
-        for name, hint in inspect.get_annotations(cls).items():
-            alone = type(name, (), {"__annotations__": {name: hint}, "__module__": cls.__module__})
-            for known in (None, {"Path": Path}):  # imported under TYPE_CHECKING alone, it counts all the same
-                with suppress(NameError):
-                    found |= typing.get_type_hints(alone, localns=known)
-                    break
-    return found
+    hints = (hints_of(inspect.get_annotations(cls), cls.__module__) for cls in reversed(rule.__mro__))
+    return {name: hint for found in hints for name, hint in found.items()}
 
 
 def _structure(field: attrs.Attribute[Any], hints: Mapping[str, Any], value: Any, place: str) -> Any:
@@ -137,8 +121,8 @@ def type_name(kind: Any) -> str:
     if kind in _WORDS:
         return _WORDS[kind]
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
-    if origin in (typing.Union, types.UnionType):
-        return listed((type_name(part) for part in arguments), "or")
+    if (kinds := kinds_of(kind)) != (kind,):
+        return listed(map(type_name, kinds), "or")
     if origin is typing.Literal:
         return f"one of {', '.join(map(shown, arguments))}"
     if origin is tuple and arguments[1:] != (...,):

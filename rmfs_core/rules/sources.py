@@ -7,7 +7,6 @@ import os
 import sys
 import types
 from contextlib import suppress
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from weakref import finalize
 
@@ -56,7 +55,7 @@ class RuleSource:
         return entrypoints.describe("rule", self.name, self.distribution, self.version)
 
 
-def load_entry(entries: tuple[EntryPoint, ...], place: str) -> RuleSource:
+def load_entry(entries: entrypoints.Entries, place: str) -> RuleSource:
     """Import the rule that a name's entry point leads to; raise `InputError` with the cause if that fails."""
     return RuleSource(entries[0].name, entrypoints.load(entries, place, "rule"), *entrypoints.origin(entries[0]))
 

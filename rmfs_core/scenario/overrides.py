@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os.path
 from collections.abc import Mapping, Sequence
 from datetime import date, time
 from functools import reduce
@@ -124,7 +125,7 @@ def anchored(override: Override, there: Path, folder: Path) -> Override:
 
     def within(value: Any, path: tuple[str, ...]) -> Any:
         """Go down to the names of files; a list's entries are where the list is."""
-        if isinstance(value, list) and path[0] == "rules":
+        if isinstance(value, list):
             return [within(entry, path) for entry in value]
         if isinstance(value, dict):
             return {key: within(entry, (*path, key)) for key, entry in value.items()}
@@ -132,7 +133,8 @@ def anchored(override: Override, there: Path, folder: Path) -> Override:
             return value
         if path[0] == "rules" and path[2:] in ((), ("rule",)):
             return rule_name_from(value, there, folder)
-        return file_name_from(value, there, folder) if path in DATA_FILES else value
+        named = path in DATA_FILES or (path[1:2] == ("parameters",) and os.path.isfile(there / value))  # noqa: PTH113
+        return file_name_from(value, there, folder) if named else value
 
     value = within(override.value, override.path)
     if override.path[0] == "rules" and not there.samefile(folder):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +79,7 @@ def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance
     return instance if plain else reader().restocked(instance, scenario, wrong)
 
 
-def generator_of(section: InstanceSection) -> tuple[EntryPoint, ...]:
+def generator_of(section: InstanceSection) -> entrypoints.Entries:
     """Return the entry points of an instance's generator (of section, seed, parameters); one, or they clash."""
     return entrypoints.chosen(entrypoints.INSTANCES, section.generator, "paper")
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from functools import lru_cache
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import numpy as np
 
 from rmfs_core import entrypoints
+from rmfs_core.entrypoints import Entries
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS, LayoutSection, Scenario
 from rmfs_core.wording import counted, shown_short
@@ -46,7 +46,7 @@ def make_layout(scenario: Scenario, text: str | None = None) -> Layout:
     return make(layout_maker(section), section, text, scenario.stations.queue_length, place, folder)
 
 
-def layout_maker(section: LayoutSection) -> tuple[EntryPoint, ...]:
+def layout_maker(section: LayoutSection) -> Entries:
     """Return the entry points of what makes a layout; one, or they clash."""
     default = "blocks" if section.map_file is None else "text-map"
     return entrypoints.chosen(entrypoints.LAYOUTS, section.generator, default)
@@ -64,12 +64,7 @@ def _text_of(path: Path) -> str:
 
 @lru_cache(maxsize=16)
 def _layout(
-    entries: tuple[EntryPoint, ...],
-    section: LayoutSection,
-    text: str | None,
-    queue_length: int | None,
-    place: str,
-    folder: str,
+    entries: Entries, section: LayoutSection, text: str | None, queue_length: int | None, place: str, folder: str
 ) -> Layout:
     handed = {"section": section, "text": text, "queue_length": queue_length, "place": place}
     layout = entrypoints.generated(entries, Layout, _malformed, folder, **handed)

@@ -91,7 +91,8 @@ convert.add_command(pods_command)
     "--in-stock",
     metavar="PODS",
     type=click.Path(path_type=Path),
-    help="Leave out lines, by arrival, for which PODS, a pods.csv, holds too few items; DIR/left-out.csv names them.",
+    help="Leave out lines, by arrival, for which PODS, a pods.csv, holds too few items; DIR/left-out.csv names them, "
+    "and with --whole-orders the other lines of their orders.",
 )
 @click.option("--pods", type=WholeNumberRange(1, 1_000_000), metavar="N", help="Put the SKUs on that many pods, too.")
 @click.option(

@@ -38,6 +38,9 @@ CREATE TABLE line (
 CREATE TABLE lost (name TEXT NOT NULL, shortens INTEGER NOT NULL);
 """
 
+LACK, WITH_ANOTHER = "lack of stock", "another line of the order"
+"""Why a line was left out with a stock: its own SKU, or that of another line with --whole-orders."""
+
 
 @frozen
 class Span:
@@ -85,7 +88,8 @@ class OrderLines:
     offsets
         Ticks by which the clocks of the kept lines are ahead of UTC.
     lacking
-        Order, SKU and items of the lines that were left out for lack of stock, by arrival; None where none may be.
+        Order, SKU, items and reason of the lines that were left out for lack of stock, and of those that were left out
+        with them, by arrival; None where none may be.
     """
 
     def __init__(self, cleaner: Cleaner) -> None:
@@ -95,7 +99,7 @@ class OrderLines:
         self.shortened = 0
         self.heads: OrderHeads | None = None
         self.offsets: list[int] = []
-        self.lacking: list[tuple[str, str, int]] | None = None
+        self.lacking: list[tuple[str, str, int, str]] | None = None
         self.file = "the table"
         self._folder = tempfile.TemporaryDirectory(prefix="rmfs-convert-")
         self._base = sqlite3.connect(Path(self._folder.name) / "lines.sqlite", isolation_level=None)
@@ -229,14 +233,16 @@ class OrderLines:
         for _, of_order in groupby(self._base.execute(query), itemgetter(0)):
             rows = [row[1:] for row in of_order]
             lacking = [row for row in rows if stock.get(row[1], 0) is not None and left.get(row[1], 0) < row[2]]
-            self.lacking += [row[:3] for row in lacking]
-            for row in [] if whole and lacking else rows:
-                if row not in lacking and row[1] in left:
+            for row in rows:
+                if row in lacking or (whole and lacking):
+                    self.lacking.append((*row[:3], LACK if row in lacking else WITH_ANOTHER))
+                elif row[1] in left:
                     left[row[1]] -= row[2]
-        if len({sku for _, sku, _ in self.lacking}) == len(self.skus()) and len(self.lacking) == self.n_lines:
+        found = [(name, sku) for name, sku, _, reason in self.lacking if reason == LACK]
+        if len({sku for _, sku in found}) == len(self.skus()) and len(found) == self.n_lines:
             raise InputError("--in-stock", "found no item there for any of the order lines; expected the same SKUs")
-        self._base.executemany("DELETE FROM packed WHERE name = ? AND sku = ?", [one[:2] for one in self.lacking])
-        self._base.executemany("INSERT INTO lost VALUES (?, 1)", {one[:1] for one in self.lacking})
+        self._base.executemany("DELETE FROM packed WHERE name = ? AND sku = ?", found)
+        self._base.executemany("INSERT INTO lost VALUES (?, 1)", {one[:1] for one in found})
         self._base.execute("DELETE FROM whole WHERE name NOT IN (SELECT name FROM packed)")
 
     def _leave_out_shortened(self, whole: bool) -> None:

@@ -102,9 +102,9 @@ def quiet_hours(demand: Demand, start: str | None) -> tuple[int, int] | None:
     """
     if demand.last - demand.first <= DAY:
         return None
-    of_hour = Counter[int]()
+    zero, of_hour = Calendar(start).time_of_day(), Counter[int]()
     for minute, items in demand.items.items():
-        of_hour[(minute * MINUTE + Calendar(start).zero()) % DAY // (60 * MINUTE)] += items
+        of_hour[(minute * MINUTE + zero) % DAY // (60 * MINUTE)] += items
     most, found = QUIET_SHARE * of_hour.total(), None
     for begin in range(24):
         hours = next((h for h in range(24) if sum(of_hour[(begin + i) % 24] for i in range(h + 1)) > most), 24)

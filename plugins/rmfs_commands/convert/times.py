@@ -35,7 +35,7 @@ class Clock:
     Parameters
     ----------
     patterns
-        How a time is written: as `datetime.datetime.strptime` has it, or one of `NUMBERS`; the first that fits counts.
+        How times are written: as `datetime.datetime.strptime` has it, or one of `NUMBERS`; the first that fits counts.
         None: ISO 8601, or a number of seconds.
     zone
         Time zone of times without an offset, by whose clock all times are shown; None: they stay as they are.
@@ -46,12 +46,11 @@ class Clock:
         What the numbers look like that were read without a pattern.
     """
 
-    def __init__(self, patterns: str | Sequence[str] | None = None, zone: ZoneInfo | None = None) -> None:
-        self.patterns = (patterns,) if isinstance(patterns, str) else patterns
+    def __init__(self, patterns: Sequence[str] | None = None, zone: ZoneInfo | None = None) -> None:
+        self.patterns = patterns
         self.numbers = NumericDates()
         self._zone = zone
         self._kind: str | None = None
-        read = _first_of([reader_of(one, zone) for one in patterns or (None,)])
         read = _first_of([reader_of(one, zone) for one in self.patterns or (None,)])
         self._read = lru_cache(4096)(read)  # lines of an order have the same time
 

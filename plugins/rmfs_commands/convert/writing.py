@@ -13,7 +13,7 @@ from attrs import frozen
 from rmfs_commands.cli.loads import Demand, Load, load_sentences
 from rmfs_commands.cli.screen import tell
 from rmfs_commands.convert.history import Learned
-from rmfs_commands.convert.lines import OrderLines, Sku
+from rmfs_commands.convert.lines import LACK, OrderLines, Sku
 from rmfs_commands.convert.names import short
 from rmfs_commands.convert.placement import items_on
 from rmfs_commands.convert.scenarios import (
@@ -151,7 +151,7 @@ def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None, op
             text.detach()
         told = [] if stock is None else _write_stock(stock, demand, place, folder, _start(lines, zero), opens)
         if lines.lacking is not None:
-            _write_csv(place / LEFT_OUT, [("order", "sku", "quantity"), *lines.lacking])
+            _write_csv(place / LEFT_OUT, [("order", "sku", "quantity", "reason"), *lines.lacking])
     _tell_left_out(lines, folder)
     _tell_kept(lines, totals)
     clock, skus = lines.cleaner.reader.clock, len(lines.skus())
@@ -217,7 +217,7 @@ def _tell_left_out(lines: OrderLines, folder: Path) -> None:
     for reason, number in lines.left_out.items():
         tell(f"Left out: {counted(number, 'order')} with {reason}.")
     if lines.lacking:
-        orders, skus, quantities = zip(*lines.lacking, strict=True)
+        orders, skus, quantities = zip(*(one[:3] for one in lines.lacking if one[3] == LACK), strict=True)
         of = f"{counted(sum(quantities), 'item')} of {counted(len({*skus}), 'SKU')}"
         found = f"{counted(len(skus), 'line')} of {counted(len({*orders}), 'order')}, {of}"
         tell(f"Left out for lack of stock: {found}; {folder / LEFT_OUT} names them.")

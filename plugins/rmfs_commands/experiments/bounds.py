@@ -16,7 +16,7 @@ from rmfs_commands.experiments.compare import BOUND
 from rmfs_commands.experiments.experiment import Job
 from rmfs_commands.experiments.keys import run_key
 from rmfs_commands.experiments.rows import Row
-from rmfs_commands.experiments.sources import digest_of, sources_of_generator
+from rmfs_commands.experiments.sources import sources_of_world
 from rmfs_commands.experiments.watching import Watcher
 from rmfs_commands.results.files import output_folder, to_json, write_text
 from rmfs_core.errors import InputError
@@ -24,7 +24,7 @@ from rmfs_core.scenario.model import RuleChoice, RulesSection
 
 BOUNDS_FOLDER = "bounds"
 PACKAGES, LIBRARIES = ("rmfs_commands.bounds", "rmfs_commands.instances", "rmfs_core"), ("highspy", "numpy")
-"""Distributions that compute bounds; other versions make other bounds."""
+"""What computes bounds, with what the packages import: other code or versions make other bounds."""
 
 _ANY = RuleChoice("any")
 _NO_RULES = RulesSection(poa=_ANY, pps=_ANY, roa=_ANY, rps=_ANY)
@@ -43,7 +43,6 @@ def add_bounds(jobs: Sequence[Job], rows: Sequence[Row], store: Path, watcher: W
         Is told how many have to be computed.
     """
     folder = output_folder(store / BOUNDS_FOLDER)
-    sources = {package: digest_of(package) for package in PACKAGES}
     versions = {name: version(name) for name in LIBRARIES}
     of_seed: dict[tuple[str, str], Callable[[int], str]] = {}
     different: dict[str, Job] = {}
@@ -53,7 +52,7 @@ def add_bounds(jobs: Sequence[Job], rows: Sequence[Row], store: Path, watcher: W
         if world not in of_seed:
             moving = None if job.scenario.rules.move is None else _ANY  # all that bounds depend on of the rules
             counted = evolve(job.scenario, rules=evolve(_NO_RULES, move=moving))
-            of_seed[world] = run_key(counted, versions, sources_of_generator(counted) | sources)
+            of_seed[world] = run_key(counted, versions, sources_of_world(counted, PACKAGES))
         keys.append(of_seed[world](job.seed))
         different.setdefault(keys[-1], job)
     found = {key: _stored(folder / f"{key}.json") for key in different}

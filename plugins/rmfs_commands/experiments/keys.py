@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping
 from functools import reduce
 from operator import getitem
 from pathlib import Path
+from typing import Any
 
 from rmfs_commands.results.files import json_ready
 from rmfs_core.errors import InputError
@@ -45,16 +46,26 @@ def run_key(scenario: Scenario, versions: Mapping[str, str], sources: Mapping[st
     tables, folder = scenario_to_dict(scenario), Path(scenario.folder)
     for (*sections, name), file in data_files(scenario).items():
         reduce(getitem, sections, tables)[name] = _digest(folder / file, ".".join([*sections, name]))
-    for section in (tables["instance"], tables["layout"]):  # a text among a generator's parameters may be a file's name
-        given = section.get("parameters", {})
-        texts = {name: folder / text for name, text in given.items() if isinstance(text, str) and "\0" not in text}
-        given |= {name: _digest(file) for name, file in texts.items() if os.path.isfile(file)}  # noqa: PTH113
+    for section in (tables["instance"], tables["layout"]):
+        if "parameters" in section:
+            section["parameters"] = _with_digests(section["parameters"], folder)
 
     seed = uuid.uuid4().hex  # where the seed goes: the rest is written once for all seeds
     content = {"scenario": {**tables, "seed": seed}, "versions": dict(versions), "sources": dict(sources)}
     text = json.dumps(json_ready(content), sort_keys=True, ensure_ascii=False, default=repr)
     before, after = (part.encode() for part in text.split(f'"{seed}"'))
     return lambda seed: hashlib.sha256(before + b"%d" % seed + after).hexdigest()[:KEY_LENGTH]
+
+
+def _with_digests(value: Any, folder: Path) -> Any:
+    """Return parameters of a generator; a text in them that may be the name of a file has the file's digest with it."""
+    if isinstance(value, Mapping):
+        return {name: _with_digests(entry, folder) for name, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_with_digests(entry, folder) for entry in value]
+    if isinstance(value, str) and "\0" not in value and os.path.isfile(folder / value):  # noqa: PTH113
+        return [value, _digest(folder / value)]
+    return value
 
 
 def _digest(file: Path, place: str | None = None) -> str:

@@ -60,25 +60,22 @@ def sources_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
     selected = {rule.name for rule in bound}
     entries = [entry for name, entry in offered.items() if name in selected or _root(entry.module) in roots]
     entries += [same[0] for same in entrypoints.offers(entrypoints.OBSERVERS).values()]
-    entries += [layout_maker(scenario.layout)[0], *_generator(scenario)]
+    entries += _makers(scenario)
     names = {*ALWAYS, *(entry.module for entry in entries)}
     names |= {kind.__module__ for cls in classes for kind in cls.__mro__}
     return _digests(names, entries, map(Path, rules.inline_files))
 
 
-def sources_of_generator(scenario: Scenario) -> dict[str, str]:
-    """Return the digests of what generates a scenario's instance; of nothing where the instance is read from files."""
-    entries = _generator(scenario)
-    return _digests((entry.module for entry in entries), entries)
+def sources_of_world(scenario: Scenario, packages: Iterable[str] = ()) -> dict[str, str]:
+    """Return the digests of what makes a scenario's layout and instance, and of packages that take part besides."""
+    entries = _makers(scenario)
+    return _digests([*packages, *(entry.module for entry in entries)], entries)
 
 
-def digest_of(package: str) -> str:
-    """Return the digest of an import package's files."""
-    return _digest(package)[0]
-
-
-def _generator(scenario: Scenario) -> list[EntryPoint]:
-    return [] if scenario.instance.orders_file is not None else [generator_of(scenario.instance)[0]]
+def _makers(scenario: Scenario) -> list[EntryPoint]:
+    """Return what makes the layout and the instance; nothing makes one that is read from files."""
+    made = [] if scenario.instance.orders_file is not None else [generator_of(scenario.instance)[0]]
+    return [layout_maker(scenario.layout)[0], *made]
 
 
 def _digests(modules: Iterable[str], entries: Iterable[EntryPoint], files: Iterable[Path] = ()) -> dict[str, str]:

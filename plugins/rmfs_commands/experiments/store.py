@@ -15,7 +15,6 @@ import json
 import os
 import re
 import shutil
-import uuid
 from contextlib import suppress
 from pathlib import Path
 
@@ -23,13 +22,12 @@ from rmfs_commands.experiments.experiment import Job
 from rmfs_commands.experiments.keys import KEY_LENGTH
 from rmfs_commands.experiments.outcome import Outcome
 from rmfs_commands.experiments.rows import Row, row_of
-from rmfs_commands.results.files import hold, output_folder, to_json
+from rmfs_commands.results.files import beside, encoded, hold, opened, output_folder, to_json
 from rmfs_commands.results.writing import table_files
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
 
 NOTE_FILE = "run.json"
-PART = ".part"
 SEAL = "stored"
 """The key of result.json under which stand the run's key and the digests of its files."""
 NOT_AS_STORED = "is not as it was stored"
@@ -53,8 +51,11 @@ class RunStore:
     def __init__(self, folder: str | Path) -> None:
         self.folder = output_folder(folder)
         for run in [path for path in self.folder.iterdir() if re.fullmatch(f"[0-9a-f]{{{KEY_LENGTH}}}", path.name)]:
-            with suppress(OSError):  # it is there already, or another process has moved it
+            try:
                 self._put(run, run.name)
+            except OSError:  # another process has moved it, or it was stored anew: nobody reads this one
+                if self._place(run.name).is_dir():
+                    shutil.rmtree(run, ignore_errors=True)
 
     def __contains__(self, job: Job) -> bool:
         return self.place(job).is_dir()
@@ -74,8 +75,8 @@ class RunStore:
     def save(self, job: Job, outcome: Outcome) -> Row:
         """Store a run that has a result, and return its row.
 
-        It is written beside its place and renamed: a kill leaves no half run. What is there already stays, unless
-        something is wrong with it.
+        It is written beside its place and renamed: a kill leaves no half run. What is there already stays, also where
+        another process has stored it meanwhile, and its row is returned, unless something is wrong with it.
 
         Raises
         ------
@@ -84,40 +85,44 @@ class RunStore:
         """
         if outcome.result is None:
             raise ValueError("a run without a result has nothing to be stored")
-        if job in self and self.problem(job) is None:
+        if self.problem(job) is None:
             return self.row(job)
         about = {"run": str(job), "error_kind": outcome.error_kind, "run_s": outcome.run_s}
         note = to_json(about | {"sources": dict(job.sources)}, indent=2) + "\n"
         sealed = to_json(outcome.result.to_dict())
-        files = {name: _bytes(text) for name, text in (table_files(outcome.result) | {NOTE_FILE: note}).items()}
-        digests = {name: _digest(content) for name, content in sorted((files | {RESULT_FILE: _bytes(sealed)}).items())}
+        files = {name: encoded(text) for name, text in (table_files(outcome.result) | {NOTE_FILE: note}).items()}
+        digests = {name: _digest(content) for name, content in sorted((files | {RESULT_FILE: encoded(sealed)}).items())}
         content = json.loads(sealed)
         whole = to_json(content | {SEAL: {"key": job.key, "files": digests}}, indent=2) + "\n"
-        self._write(job, files | {RESULT_FILE: _bytes(whole)})
-        return row_of(job, content, about)
+        written = self._write(job, files | {RESULT_FILE: encoded(whole)})
+        return row_of(job, content, about) if written else self.row(job)
 
-    def _write(self, job: Job, files: dict[str, bytes]) -> None:
-        beside = self.folder / f".{job.key}.{uuid.uuid4().hex[:12]}{PART}"
+    def _write(self, job: Job, files: dict[str, bytes]) -> bool:
+        """Store the files of a run; return False where another process has stored the same run meanwhile."""
+        part = beside(self.folder / job.key)
         try:
-            beside.mkdir()
-            held = os.open(beside, os.O_RDONLY)
+            part.mkdir()
+            held = opened(part)
             hold(held)
             try:
                 for name, content in files.items():
-                    (beside / name).write_bytes(content)
-                if job in self:  # with something wrong
-                    aside = beside.with_name(f"{beside.name}.old{PART}")
-                    self.place(job).rename(aside)
-                    shutil.rmtree(aside, ignore_errors=True)
-                self._put(beside, job.key)
+                    (part / name).write_bytes(content)
+                if job in self:
+                    if self.problem(job) is None:
+                        raise FileExistsError
+                    with suppress(FileNotFoundError):  # another process has moved it
+                        shutil.rmtree(self.place(job).rename(beside(self.folder / job.key)), ignore_errors=True)
+                self._put(part, job.key)
             finally:
                 os.close(held)
         except BaseException as error:  # Ctrl-C as well
-            shutil.rmtree(beside, ignore_errors=True)
+            shutil.rmtree(part, ignore_errors=True)
             if not isinstance(error, OSError):
                 raise
-            if job not in self:  # else another process has stored the same run
+            if self.problem(job) is not None:
                 raise InputError(str(self.folder), f"cannot be written: {error.strerror or error}") from error
+            return False
+        return True
 
     def _put(self, run: Path, key: str) -> None:
         """Give a folder with a run its place."""
@@ -141,7 +146,7 @@ class RunStore:
             content, note = (json.loads((folder / name).read_text("utf-8")) for name in (RESULT_FILE, NOTE_FILE))
             seal = content.pop(SEAL)
             found = {name: _digest((folder / name).read_bytes()) for name in seal["files"]}
-            found[RESULT_FILE] = _digest(_bytes(to_json(content)))
+            found[RESULT_FILE] = _digest(encoded(to_json(content)))
             changed = [name for name, digest in seal["files"].items() if found[name] != digest]
             problem = f"{changed[0]} was changed" if changed else ""
             if seal["key"] != job.key:
@@ -152,10 +157,6 @@ class RunStore:
         if problem:
             raise InputError(str(folder), f"{NOT_AS_STORED}: {problem}")
         return row
-
-
-def _bytes(text: str) -> bytes:
-    return text.encode("utf-8", "backslashreplace")
 
 
 def _digest(content: bytes) -> str:

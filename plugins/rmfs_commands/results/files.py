@@ -28,7 +28,8 @@ def _problem(path: Path, error: OSError) -> InputError:
     return InputError(str(path), f"cannot be written: {error.strerror or error}")
 
 
-def _beside(path: Path) -> Path:
+def beside(path: Path) -> Path:
+    """Return a name for what is written before it takes its place; `clean` deletes what a killed process left there."""
     return path.with_name(f".{path.name[:50]}.{uuid.uuid4().hex[:12]}.part")
 
 
@@ -43,7 +44,8 @@ def hold(opened: int) -> bool:
     return True
 
 
-def _open(path: Path) -> int:
+def opened(path: Path) -> int:
+    """Return a descriptor of a file or a folder, for `hold`; where folders cannot be opened, of nothing."""
     return os.open(path if fcntl else os.devnull, os.O_RDONLY)  # only POSIX opens folders
 
 
@@ -52,12 +54,12 @@ def clean(folder: Path) -> None:
     for part in folder.iterdir():
         if re.fullmatch(rf"\..*\.[0-9a-f]{{12}}\.({'part|' if fcntl else ''}whole)", part.name):
             with suppress(FileNotFoundError):  # another is at it, too
-                opened = _open(part)
-                if hold(opened):
+                held = opened(part)
+                if hold(held):
                     for file in part.iterdir() if part.suffix == ".whole" else ():
                         _put(file, folder / file.name)
                     shutil.rmtree(part) if part.is_dir() else part.unlink()
-                os.close(opened)
+                os.close(held)
 
 
 def _put(file: Path, target: Path) -> None:
@@ -77,15 +79,15 @@ def staged(folder: Path) -> Iterator[Path]:
     If the process is killed while they do, the next one that writes there goes on with it.
     """
     try:
-        path = _beside(folder / "files")
+        path = beside(folder / "files")
         path.mkdir()
-        opened = _open(path)
-        hold(opened)
+        held = opened(path)
+        hold(held)
         try:
             yield path
             path.rename(path.with_suffix(".whole"))
         finally:
-            os.close(opened)
+            os.close(held)
             clean(folder)
     except OSError as error:
         raise _problem(folder, error) from error
@@ -115,7 +117,7 @@ class AtomicFile:
             if self.path.is_dir():
                 raise InputError(str(self.path), "cannot be written: a folder has that name")
             if self.path.is_file() or not self.path.exists():
-                self._beside = _beside(self.path.resolve())
+                self._beside = beside(self.path.resolve())
             self.stream: BinaryIO = self._beside.open("xb") if self._beside else self.path.open("wb")
             hold(self.stream.fileno())
         except OSError as error:
@@ -155,7 +157,12 @@ class AtomicFile:
 def write_text(path: str | Path, text: str) -> None:
     """Write a whole UTF-8 file or none; line ends stay as they are in ``text``."""
     with AtomicFile(path) as stream:
-        stream.write(text.encode("utf-8", "backslashreplace"))
+        stream.write(encoded(text))
+
+
+def encoded(text: str) -> bytes:
+    """Return a text in UTF-8, of which what is no character is spelled out."""
+    return text.encode("utf-8", "backslashreplace")
 
 
 def to_json(value: object, indent: int | None = None) -> str:

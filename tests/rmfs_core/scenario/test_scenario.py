@@ -272,6 +272,11 @@ def test_files_of_data_are_looked_up_where_the_command_is(tmp_path: Path, monkey
     assert scenario.instance.orders_file == str(tmp_path / "o.csv")
     assert scenario.instance.pods_file == str(tmp_path.parent / "p.csv")
     assert scenario.layout.map_file == str(tmp_path / "my" / "map.txt")
+    (tmp_path / "there.csv").touch()  # texts of generators may be labels as well
+    texts = 'layout.parameters={files=["there.csv", "none.csv"]}'
+    made = load_scenario("paper-250", ["instance.parameters.file=there.csv", "instance.parameters.way=none", texts])
+    assert made.instance.parameters == {"file": str(tmp_path / "there.csv"), "way": "none"}
+    assert made.layout.parameters == {"files": [str(tmp_path / "there.csv"), "none.csv"]}
     (tmp_path / "below").mkdir()
     own = tmp_path / "below" / "own.toml"
     own.write_text(

@@ -251,8 +251,14 @@ bad_pod = _made(pods=(PodData("p", ((0, 1.5),)),))
 
 def beside(section, seed, *, file: "Path"):
     return paced(section, seed, pace_s=int(file.read_text()))
+
+PathCost = str
+
+def typed(section, seed, *, cost: "PathCost", wrong: "no type", files: "list[Path]", one: "Path | None" = None):
+    assert (cost, wrong, one) == ("cheap", "w", ""), (cost, wrong, one)
+    return paced(section, seed, pace_s=sum(int(file.read_text()) for file in files))
 """
-NAMES = "beside singles paced at_times copied fails fails_deep nothing ends no_tuple early half"
+NAMES = "beside typed singles paced at_times copied fails fails_deep nothing ends no_tuple early half"
 NAMES += " unsorted no_sku no_items no_lines same_sku same_name no_name bad_pod"
 GENERATORS = {name: f"acme_days:{name}" for name in NAMES.split()}
 WITH = "returned a wrong Instance:"
@@ -278,14 +284,17 @@ def test_a_scenario_names_the_generator_of_its_instance(install: Callable[..., N
 
 
 def test_a_generator_takes_parameters(install: Callable[..., None], tmp_path: Path) -> None:
-    """Of the type `Path` the name of a file beside the scenario."""
+    """Texts of the type `Path` are names of files beside the scenario, in lists, too; no others, nor empty ones."""
     install("acme", GENERATORS, group="rmfs.instances", acme_days=SINGLES)
     keys = ["instance.generator=paced", "instance.orders=3", "instance.parameters={pace_s=5, lines=2}"]
     instance = make_instance(load_scenario("examples/small", keys))
     assert [(order.arrival_tick, order.items) for order in instance.orders] == [(0, 2), (5000, 2), (10_000, 2)]
     (tmp_path / "pace.txt").write_text("7", encoding="utf-8")
-    scenario = load_scenario("examples/small", ["instance.generator=beside", "instance.parameters={file='pace.txt'}"])
-    assert make_instance(evolve(scenario, folder=str(tmp_path))).orders[1].arrival_tick == 7000
+    typed = "{cost='cheap', wrong='w', files=['pace.txt', 'pace.txt'], one=''}"
+    for name, parameters, pace in (("beside", "{file='pace.txt'}", 7000), ("typed", typed, 14_000)):
+        keys = [f"instance.generator={name}", f"instance.parameters={parameters}"]
+        scenario = load_scenario("examples/small", keys)
+        assert make_instance(evolve(scenario, folder=str(tmp_path))).orders[1].arrival_tick == pace
     keys = ["instance.generator=copied", "instance.orders=3", "instance.due={allowance_s=5}"]
     assert make_instance(load_scenario("examples/small", keys)).orders[-1].arrival_tick == 10_000
 

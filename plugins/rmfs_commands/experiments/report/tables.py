@@ -170,8 +170,7 @@ def write_parquet(result: ExperimentResult, path: Path) -> None:
     import pyarrow
     from pyarrow import parquet
 
-    names = dict.fromkeys(name for row in result.rows for name in row)
-    columns = {name: _array(pyarrow, name, [row.get(name) for row in result.rows]) for name in names}
+    columns = {name: _array(pyarrow, name, values) for name, values in result.table().items()}
     with AtomicFile(path) as stream:
         parquet.write_table(pyarrow.table(columns), stream)
 

@@ -122,15 +122,21 @@ def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.Capt
     assert refused(capsys, main, ["scenario", "check", str(tmp_path / "scenario.toml")]).endswith(
         "(`rmfs convert orders --in-stock` leaves out what stock cannot serve)\n"
     )
-    for whole, kept in (
-        ([], ["1,1,a,3", "2,2,a,1", "3,9,b,9", "5,11,a,1"]),
-        (["--whole-orders"], ["1,1,a,3", "3,9,a,2", "3,9,b,9"]),
+    own, other = "lack of stock", "another line of the order"
+    for whole, kept, left in (
+        ([], ["1,1,a,3", "2,2,a,1", "3,9,b,9", "5,11,a,1"], [f"2,c,4,{own}", f"3,a,2,{own}", f"4,a,2,{own}"]),
+        (
+            ["--whole-orders"],
+            ["1,1,a,3", "3,9,a,2", "3,9,b,9"],
+            [f"2,a,1,{other}", f"2,c,4,{own}", f"4,a,2,{own}", f"5,a,1,{own}"],
+        ),
     ):
         capsys.readouterr()
         main(["convert", "orders", str(file), *options, "--force", "--in-stock", str(tmp_path / "pods.csv"), *whole])
         assert (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()[1:] == kept
+        written = (tmp_path / "left-out.csv").read_text(encoding="utf-8")
+        assert written.splitlines() == ["order,sku,quantity,reason", *left]
     assert "Left out for lack of stock: 3 lines of 3 orders, 7 items of 2 SKUs; " in capsys.readouterr().out
-    assert (tmp_path / "left-out.csv").read_text(encoding="utf-8") == "order,sku,quantity\n2,c,4\n4,a,2\n5,a,1\n"
     assert rmfs_core.run(tmp_path / "scenario.toml").status == "complete"
 
 
@@ -142,12 +148,13 @@ def test_several_formats_of_times(tmp_path: Path) -> None:
     assert written.splitlines()[1:] == ["1,0,a,1", "3,0,a,1", "2,21600,a,1"]
 
 
-def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Nights are named where orders come on two days; --open writes the hours, and the load counts them."""
+@pytest.mark.parametrize("zone", ["", "--zone America/New_York"])
+def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone: str) -> None:
+    """Nights are named by the local clock where orders come on two days; --open writes them, and the load counts."""
     rows = [f"{day}{hour},a,2024-03-0{day}T{hour:02}:00,{cancelled}" for day in (1, 2) for hour in range(6, 22)
             for cancelled in (f"2024-03-0{day}T23:00" if hour == 8 else "",)]  # fmt: skip
     file = table(tmp_path, "\n".join(("o,s,t,c", *rows)))
-    options = f"--order o --sku s --time t --cancelled c --pods 9 --skus-per-pod 1 --out {tmp_path}".split()
+    options = f"--order o --sku s --time t --cancelled c --pods 9 --skus-per-pod 1 --out {tmp_path} {zone}".split()
     main(["convert", "orders", str(file), *options])
     told = capsys.readouterr().out
     night = "though little is ordered from 22:00 to 06:00: --open 06:00-22:00 says when they are."
@@ -309,7 +316,7 @@ def converted(folder: Path, *rows: str, pattern: str | None = None, start: str |
     """Write what rows are (order, SKU, time) and return the names of the files."""
     file = folder / "lines.csv"
     file.write_text("o,s,t\n" + "".join(f"{row}\n" for row in rows), encoding="utf-8")
-    reader = Reader(Clock(pattern))
+    reader = Reader(Clock(pattern and [pattern]))
     with OrderLines(Cleaner(Columns("o", "s", "t"), reader, Choice())) as lines:
         lines.read(Table(file))
         zero = lines.gather(Span(start=None if start is None else reader.clock.option("--start", start)))

@@ -16,10 +16,11 @@ import rmfs_core
 from calling import refusal
 from cases import cases
 from rmfs_commands.experiments import Experiment, Job
+from rmfs_commands.experiments.bounds import PACKAGES
 from rmfs_commands.experiments.keys import run_key
 from rmfs_commands.experiments.outcome import Outcome, simulate
 from rmfs_commands.experiments.rows import labels, row_of
-from rmfs_commands.experiments.sources import changed_since, sources_of, sources_of_generator
+from rmfs_commands.experiments.sources import changed_since, sources_of, sources_of_world
 from rmfs_commands.experiments.store import RunStore
 from rmfs_core import RuleError, run
 from rmfs_core.errors import InputError
@@ -97,15 +98,23 @@ def test_the_files_of_parameters_count(folder: Path) -> None:
 
 
 @cases("section", "instance", "layout")
-def test_the_files_of_generators_count(folder: Path, section: str) -> None:
-    tiny = load_scenario(folder / "tiny.toml")
-    parameters = {"history": "w.txt", "name": "none such", "level": 3}
-    given = evolve(tiny, **{section: evolve(getattr(tiny, section), parameters=parameters)})
+@pytest.mark.parametrize("given", ["w.txt", ["w.txt", 1], {"deep": ["w.txt"]}])
+def test_the_files_of_generators_count(folder: Path, section: str, given: Any) -> None:
+    """Also in lists and tables, and with their names: a text that is the name of a file may be just a label."""
+    tiny, other = load_scenario(folder / "tiny.toml"), folder / "other.txt"
     keys = []
-    for number in ("1", "2", "1"):
+    for number, used in (
+        ("1", given),
+        ("2", given),
+        ("1", given),
+        ("1", json.loads(json.dumps(given).replace("w", "other"))),
+    ):
         (folder / "w.txt").write_text(number, encoding="utf-8")
-        keys.append(key_of(given))
-    assert keys[0] == keys[2] != keys[1]
+        other.write_text(number, encoding="utf-8")
+        parameters = {"history": used, "name": "none such", "level": 3}
+        keys.append(key_of(evolve(tiny, **{section: evolve(getattr(tiny, section), parameters=parameters)})))
+    assert keys[0] == keys[2]
+    assert len({*keys}) == 3
 
 
 def test_place_and_order_do_not_count(scenario: Scenario, tmp_path: Path) -> None:
@@ -239,8 +248,11 @@ def test_the_selected_generator_counts_alone(install: Callable[..., None], folde
     chosen = load_scenario(folder / "tiny.toml", ["instance.generator=acme-days"])
     assert sources(chosen).keys() - before.keys() == {"acme_days", "acme_tools"}
     assert before.keys() <= sources(chosen).keys()  # ours has the tables of results besides
-    assert sources_of_generator(chosen).keys() == {"acme_days", "acme_tools", "rmfs_core"}
-    assert sources_of_generator(load_scenario("examples/from-csv")) == {}
+    read = sources_of_world(load_scenario("examples/from-csv")).keys()
+    assert (
+        sources_of_world(chosen).keys() == {*read, "acme_days", "acme_tools"} >= {"rmfs_commands.layouts", "rmfs_core"}
+    )
+    assert "rmfs_commands.details" in sources_of_world(chosen, PACKAGES)  # the bounds of hours ask when stations work
 
 
 def test_packages_of_a_collection_count_each_for_itself(folder: Path) -> None:
@@ -303,7 +315,7 @@ def test_runs_of_earlier_versions_take_their_places(experiment: Write, runs: Run
     (runs.folder / "bounds").mkdir()
     again = RunStore(runs.folder)
     assert [again.row(job) for job in (one, other)] == rows
-    assert not (runs.folder / one.key).exists()
+    assert {path.name for path in runs.folder.iterdir()} == {"bounds", one.key[:2], other.key[:2]}
 
 
 def test_what_is_not_stored_leaves_nothing(job: Job, runs: RunStore, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -319,6 +331,33 @@ def test_what_is_not_stored_leaves_nothing(job: Job, runs: RunStore, monkeypatch
         with pytest.raises((InputError, KeyboardInterrupt), match=r"runs: cannot be written: no space left|^$"):
             runs.save(job, outcome)
         assert list(runs.folder.iterdir()) == []
+
+
+def test_a_run_that_another_process_stores_meanwhile_stays(
+    job: Job, runs: RunStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether it is there when the files are written, in place of one with something wrong, or first at the rename."""
+    outcome, rename, write = simulate(job), Path.rename, Path.write_bytes
+    other = evolve(outcome, run_s=99.0)
+
+    def meanwhile(path: Path, *given: Any) -> Any:
+        monkeypatch.undo()
+        shutil.rmtree(runs.place(job), ignore_errors=True)
+        runs.save(job, other)
+        return {"rename": rename, "write_bytes": write}[moment](path, *given)
+
+    for moment in ("rename", "write_bytes", "write_bytes"):
+        monkeypatch.setattr(Path, moment, meanwhile)
+        assert runs.save(job, outcome) == runs.row(job)
+        assert runs.row(job)["run_s"] == 99
+        assert [*runs.folder.rglob("*.part"), *runs.folder.glob("*/*")] == [runs.place(job)]
+        changed(runs.place(job), "run.json", "{}")
+    monkeypatch.setattr(shutil, "rmtree", lambda *_, **__: None)  # killed before the wrong one is deleted
+    runs.save(job, outcome)
+    monkeypatch.undo()
+    assert len([*runs.folder.glob(".*")]) == 1
+    RunStore(runs.folder)
+    assert [*runs.folder.glob("**/*")] == [runs.place(job).parent, runs.place(job), *runs.place(job).iterdir()]
 
 
 def changed(folder: Path, name: str, text: str | None) -> None:
