@@ -503,13 +503,29 @@ def test_scenarios_as_toml() -> None:
     assert not text.startswith("\n")
 
 
+NIGHT = [
+    'stations.open=[["22:00","06:00"]]',
+    "instance.start=2026-01-05T08:00:00",
+    "instance.arrivals={process='poisson', orders_per_hour=10}",
+]
+
+
 @cases(
     "overrides note",
     (['instance.departures={times=["00:00"], cutoff_s=60}'], "Note: 9 orders go with a truck of a later day than"),
     (["costs={packer_per_h=1}"], "Note: `costs.packer_per_h` is paid to nobody: there are no packing stations."),
+    (NIGHT, "Note: all 9 orders arrive while no station is open (`stations.open`)."),
+    ([*NIGHT, 'instance.departures={times=["18:00"], cutoff_s=60}'], "Note: the trucks of 9 orders leave before a "),
     (["costs={late_h=1}"], "Note: `costs.late_order` and `costs.late_h` count nothing: no order has a due time."),
 )
 def test_departures_and_costs_that_may_be_slips_are_noted(overrides: list[str], note: str) -> None:
     found = check_scenario("examples/small", ["instance.orders=9", *overrides], None, allow_inline=False)
     assert not found.problems
     assert any(note in one for one in found.notes)
+
+
+def test_stations_that_are_closed_for_a_backlog_or_few_orders_are_not_noted() -> None:
+    for changes in (["instance.arrivals={process='start'}"], ['stations.open=[["08:01","06:00"]]']):
+        found = check_scenario("examples/small", [*NIGHT, "instance.orders=99", *changes], None, allow_inline=False)
+        assert not found.problems
+        assert not any("no station is open" in one for one in found.notes)
