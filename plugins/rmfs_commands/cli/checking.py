@@ -235,10 +235,13 @@ class _Check:
             instance = unchecked_instance(scenario, mistakes.append)
         except InputError as error:
             mistakes = [error]
-        for mistake in mistakes[:MOST_IN_FILES]:
-            self.note(mistake.place, mistake.problem)
-        if len(mistakes) > MOST_IN_FILES:
-            self.note("instance", f"and {len(mistakes) - MOST_IN_FILES:,} more mistakes in its files")
+        alike: dict[tuple[str, str], list[InputError]] = {}
+        for mistake in mistakes:
+            alike.setdefault((re.sub(r", line \d+", "", mistake.place), mistake.problem), []).append(mistake)
+        for (_, problem), (first, *others) in [*alike.items()][:MOST_IN_FILES]:
+            self.note(first.place, problem + (f"; so in {counted(len(others), 'more line')}" if others else ""))
+        if left := [one for several in [*alike.values()][MOST_IN_FILES:] for one in several]:
+            self.note("instance", f"and {len(left):,} more mistakes in its files")
         if mistakes:
             return None
         for problem in instance_problems(instance, scenario):

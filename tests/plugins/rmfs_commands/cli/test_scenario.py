@@ -324,10 +324,23 @@ def test_every_mistake_in_csv_files_is_named(tmp_path: Path) -> None:
         f"{tmp_path}/p.csv, line 2, quantity: expected a whole number >= 0, or nothing for an unlimited number, "
         'found "lots"',
     ]
-    (tmp_path / "o.csv").write_text("order,arrival_s,sku,quantity\n" + 30 * "1,0,a,x\n", encoding="utf-8")
+    rows = [f"1,0,a,x{number}\n" for number in range(30)]
+    (tmp_path / "o.csv").write_text("order,arrival_s,sku,quantity\n" + "".join(rows), encoding="utf-8")
     *named, more = problems("paper-250", *files)
     assert len(named) == 20
     assert more.endswith(": and 11 more mistakes in its files")
+
+
+def test_mistakes_that_are_alike_are_one_line_with_their_number(tmp_path: Path) -> None:
+    rows = "".join(f"{number},0,a,1,{'north' if number < 3 else 'nord'}\n" for number in range(30))
+    (tmp_path / "o.csv").write_text(f"order,arrival_s,sku,quantity,route\n{rows}", encoding="utf-8")
+    (tmp_path / "p.csv").write_text("pod,sku,quantity\np,a,99\n", encoding="utf-8")
+    files = [f"instance.orders_file={tmp_path}/o.csv", f"instance.pods_file={tmp_path}/p.csv"]
+    route = 'instance.departures={column="route", times={north=["14:00"]}}'
+    assert problems("paper-250", *files, route) == [
+        f"{tmp_path}/o.csv, line 5, route: found nord, which `instance.departures.times` has not "
+        "(did you mean `north`?); so in 26 more lines"
+    ]
     (tmp_path / "o.csv").write_text("order\n1\n", encoding="utf-8")
     assert [one.partition(":")[0] for one in problems("paper-250", *files)] == [
         f"{tmp_path}/o.csv, line 1",
