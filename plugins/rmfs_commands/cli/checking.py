@@ -238,8 +238,8 @@ class _Check:
         alike: dict[tuple[str, str], list[InputError]] = {}
         for mistake in mistakes:
             alike.setdefault((re.sub(r", line \d+", "", mistake.place), mistake.problem), []).append(mistake)
-        for (_, problem), (first, *others) in [*alike.items()][:MOST_IN_FILES]:
-            self.note(first.place, problem + (f"; so in {counted(len(others), 'more line')}" if others else ""))
+        for (_, what), (first, *others) in [*alike.items()][:MOST_IN_FILES]:
+            self.note(first.place, what + (f"; so in {counted(len(others), 'more line')}" if others else ""))
         if left := [one for several in [*alike.values()][MOST_IN_FILES:] for one in several]:
             self.note("instance", f"and {len(left):,} more mistakes in its files")
         if mistakes:
