@@ -30,7 +30,7 @@ from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.setup import hours_of, open_warehouse, shifts_of, unmet_needs
 from rmfs_core.timetable import DAY, Calendar, first_common
-from rmfs_core.wording import first_few, sentence
+from rmfs_core.wording import counted, first_few, sentence
 from rmfs_core.world import Instance, Layout, make_layout
 from rmfs_core.world.instance_making import instance_problems, oversize_orders, unchecked_instance
 
@@ -235,10 +235,13 @@ class _Check:
             instance = unchecked_instance(scenario, mistakes.append)
         except InputError as error:
             mistakes = [error]
-        for mistake in mistakes[:MOST_IN_FILES]:
-            self.note(mistake.place, mistake.problem)
-        if len(mistakes) > MOST_IN_FILES:
-            self.note("instance", f"and {len(mistakes) - MOST_IN_FILES:,} more mistakes in its files")
+        alike: dict[tuple[str, str], list[InputError]] = {}
+        for mistake in mistakes:
+            alike.setdefault((re.sub(r", line \d+", "", mistake.place), mistake.problem), []).append(mistake)
+        for (_, what), (first, *others) in [*alike.items()][:MOST_IN_FILES]:
+            self.note(first.place, what + (f"; so in {counted(len(others), 'more line')}" if others else ""))
+        if left := [one for several in [*alike.values()][MOST_IN_FILES:] for one in several]:
+            self.note("instance", f"and {len(left):,} more mistakes in its files")
         if mistakes:
             return None
         for problem in instance_problems(instance, scenario):
@@ -314,6 +317,7 @@ class _Check:
                 )
         self.found.notes += [*_starving(scenario, instance, rules), *_misspelt(scenario, instance)]
         self.found.notes += idle_notes(scenario, layout)
+        self.found.notes += _while_closed(scenario, instance, layout)
         self.found.notes += [*_next_day(scenario, instance), *_paid_for_nothing(scenario, instance, layout)]
         self.found.loads = loads(scenario, instance, layout)
 
@@ -330,6 +334,30 @@ def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[st
         f"large ones wait; parameter `max_wait_s` of {poa.name} limits how long, and `stations.order_capacity` counts "
         "orders instead."
     ]
+
+
+def _while_closed(scenario: Scenario, instance: Instance, layout: Layout) -> Iterator[str]:
+    """Say how many orders arrive while no station is open, where it is most, and how many trucks leave before one is.
+
+    Orders that all arrive at once are a backlog, which waits for stations to open as a matter of course.
+    """
+    picking = len(layout.stations) - layout.replenishing
+    stations = {*shifts_of(hours_of(scenario, picking), picking)[0]}
+    opens = {}
+    for tick in {order.arrival_tick for order in instance.orders}:
+        times = (tick if one.at(tick) else one.next_change(tick) for one in stations)
+        opens[tick] = min((time for time in times if time is not None), default=tick)
+    number = len(instance.orders)
+    closed = sum(opens[order.arrival_tick] > order.arrival_tick for order in instance.orders)
+    if 2 * closed > number and len(opens) > 1:
+        which = "all" if closed == number else f"{closed:,} of"
+        yield f"Note: {which} {counted(number, 'order')} arrive while no station is open (`stations.open`)."
+    if scenario.instance.departures is not None:
+        gone = sum(
+            order.due_tick is not None and order.due_tick <= opens[order.arrival_tick] for order in instance.orders
+        )
+        if gone:
+            yield f"Note: the trucks of {counted(gone, 'order')} leave before a station opens (`stations.open`)."
 
 
 def _next_day(scenario: Scenario, instance: Instance) -> Iterator[str]:

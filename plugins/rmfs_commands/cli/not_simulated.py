@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-NOT_SIMULATED_PAGE = "docs/explanation/what-is-not-simulated.md"
-"""The page, in the repository."""
+NOT_SIMULATED_PAGE = "What is not simulated"
+"""Title of the page in the documentation: who reads a report may have no copy of the repository."""
 NOT_SIMULATED = (
     "Not simulated, among others: breaks, errors, people in each other's way. Which way that errs: "
-    f"{NOT_SIMULATED_PAGE}."
+    f"see {NOT_SIMULATED_PAGE} in the documentation."
 )
 """The sentence at the end of each report."""

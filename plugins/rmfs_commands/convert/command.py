@@ -136,12 +136,14 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     """
     from rmfs_commands.cli.file_writing import writable_folder
     from rmfs_commands.convert.shares import check_emptied, check_share
+    from rmfs_commands.convert.tables import check_there
     from rmfs_commands.convert.times import Clock
     from rmfs_commands.convert.writing import tell_history, write
     from rmfs_commands.results.files import removed_if_empty
 
     _check_options(given)
     _span(Clock(given["time_format"], given["zone"]), given)  # what is no time is refused before a table is read
+    check_there(table, given["orders"], given["history"], given["in_stock"])
     names = ["orders.csv", *(("pods.csv", "scenario.toml") if given["pods"] is not None else ())]
     names += ["left-out.csv"] * (given["in_stock"] is not None)
     with ExitStack() as stack:

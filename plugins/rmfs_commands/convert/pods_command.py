@@ -36,13 +36,14 @@ def pods(table: Path, out: Path, **given: Any) -> None:
     from rmfs_commands.cli.file_writing import writable_folder
     from rmfs_commands.convert.shares import check_share
     from rmfs_commands.convert.stock_table import StockColumns, StockTable
-    from rmfs_commands.convert.tables import Table
+    from rmfs_commands.convert.tables import Table, check_there
     from rmfs_commands.convert.writing import check_start, write_pods
     from rmfs_commands.results.files import removed_if_empty
 
     needs(given, "row", "column", "both, or neither")
     needs(given, "column", "row", "both, or neither")
     check_start(given["start"])
+    check_there(table)
     columns = StockColumns(*(given[name] for name in ("pod", "sku", "quantity", "row", "column")))
     stock = StockTable(columns, quantities_of(given))
     with removed_if_empty(out):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
 from attrs import astuple, define, field, frozen
@@ -169,6 +170,14 @@ class StockTable:
         """Return which option may read the rows that were left out for a reason."""
         examples = [text for _, text in self.dropped.reasons[reason].examples]
         return self.quantities.guessed(examples) if reason == NO_QUANTITY else ""
+
+    def held(self) -> dict[str, float]:
+        """Return the items of each SKU on all pods; infinite of one that never runs out."""
+        found: dict[str, float] = {}
+        for pod in self.pods.values():
+            for sku, items in pod.items.items():
+                found[sku] = found.get(sku, 0) + (math.inf if items is None else items)
+        return found
 
     def total(self) -> str:
         """Return how much there is, for a sentence."""

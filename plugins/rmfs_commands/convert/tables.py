@@ -18,6 +18,18 @@ Row = tuple[int, Sequence[str]]
 """Number of a row, from 1 (the header and empty lines are none), and its fields."""
 
 
+def check_there(*files: Path | None) -> None:
+    """Raise an `InputError` for the first of some files that is not there; None is no file."""
+    for file in files:
+        try:
+            if file is not None:
+                file.stat()
+        except OSError as error:
+            raise InputError(str(file), f"cannot be read: {error.strerror}") from None
+        except ValueError:  # of a name that no file can have; reading says so
+            continue
+
+
 @frozen
 class Table:
     """A table in a file.

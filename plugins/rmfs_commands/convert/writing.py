@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from attrs import frozen
@@ -19,6 +19,7 @@ from rmfs_commands.convert.placement import items_on
 from rmfs_commands.convert.scenarios import (
     MOST_PEAK_PERCENT,
     MOST_PERCENT,
+    ROBOTS_PER_STATION,
     SHIFT_H,
     Opens,
     Size,
@@ -39,6 +40,9 @@ from rmfs_core.world import Calendar
 
 LARGEST = 5
 """Lines that are named, those with most items."""
+
+MANY = 5
+"""Items of a line, on average, from which on times of single items make most of the pickers' time."""
 
 SCENARIO = "scenario.toml"
 
@@ -94,7 +98,7 @@ def write_pods(stock: StockTable, folder: Path, start: str | None = None, opens:
     with staged(folder) as place:
         _write_csv(place / "pods.csv", stock.lines())
         if made:
-            demand = _demand_of(folder / "orders.csv")
+            demand, wanted = _demand_of(folder / "orders.csv")
             size, found = (None, []) if demand is None else size_for(len(stock.pods), demand, start, opens)
             write_text(place / SCENARIO, scenario_of(len(stock.pods), start, size=size, opens=opens))
     for sentence in stock.sentences():
@@ -102,8 +106,7 @@ def write_pods(stock: StockTable, folder: Path, start: str | None = None, opens:
     warn_of_share(stock.file, stock)
     tell(f"Wrote {folder / 'pods.csv'}: {stock.total()}.")
     if made:
-        orders = "" if (folder / "orders.csv").exists() else f"; it needs {folder / 'orders.csv'}"
-        tell(f"Wrote {scenario}; run it with: rmfs run {scenario}{orders}")
+        tell(f"Wrote {scenario}; {_next_step(stock, folder, wanted)}")
         for sentence in [] if size is None or demand is None else _reckoning(size, found, demand, start, opens):
             tell(sentence)
         if start is None:
@@ -122,7 +125,15 @@ def _reckoning(
     capped = [
         f"The load asks for {wanted:,} {what}; {limits[what]} are guessed." for what, wanted in size.capped.items()
     ]
+    usual = size.robots == ROBOTS_PER_STATION * size.stations
+    aim += f"; robots are {ROBOTS_PER_STATION} for each station" if usual else ""
     said = [f"{guess} {aim}.", *capped, *load_sentences(found)]
+    each = demand.items.total() / demand.lines.total()
+    if each >= MANY:
+        said.append(
+            f"A line has {each:,.1f} items on average, and pickers handle each alone; `stations.line_s` with a short "
+            "`stations.handle_s` and `pick_s` says what a line takes, and what an item more."
+        )
     if not opens and (night := quiet_hours(demand, start)) is not None:
         begin, end = (f"{hour:02}:00" for hour in night)
         quiet = f"though little is ordered from {begin} to {end}"
@@ -130,16 +141,28 @@ def _reckoning(
     return said
 
 
-def _demand_of(file: Path) -> Demand | None:
-    """Return what orders want that were converted before; None where the file is another, or not there."""
-    demand = Demand()
+def _next_step(stock: StockTable, folder: Path, wanted: Mapping[str, int]) -> str:
+    """Say how the scenario is run, or what comes before that where the pods hold less than the orders want."""
+    orders, held = folder / "orders.csv", stock.held()
+    if short := sum(held.get(sku, 0) < items for sku, items in wanted.items()):
+        of = f"the pods hold fewer items than the orders want of {short:,} of {counted(len(wanted), 'SKU')}"
+        remedy = f"`rmfs convert orders` with --in-stock {folder / 'pods.csv'} --force leaves out what they lack"
+        return f"it cannot run yet: {of}; {remedy}"
+    needs = "" if orders.exists() else f"; it needs {orders}"
+    return f"run it with: rmfs run {folder / SCENARIO}{needs}"
+
+
+def _demand_of(file: Path) -> tuple[Demand | None, Counter[str]]:
+    """Return what orders want that were converted before, and of each SKU; None where there is none."""
+    demand, wanted = Demand(), Counter[str]()
     try:
         with file.open(encoding="utf-8", newline="") as stream:
             for row in csv.DictReader(stream):
                 demand.add(to_ticks(float(row["arrival_s"])), int(row["quantity"]))
+                wanted[row["sku"]] += int(row["quantity"])
     except (OSError, ValueError, KeyError, TypeError, OverflowError, csv.Error):
-        return None
-    return demand if demand.lines else None
+        return None, Counter()
+    return demand if demand.lines else None, wanted
 
 
 def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None, opens: Sequence[Opens] = ()) -> None:

@@ -334,7 +334,7 @@ class Bottleneck:
         gain = None if limit is None else self._one_more(limit)
         says = [*self._nothing()]
         if whole:
-            says = [*_says(limit, percent, gain)]
+            says = [*sentences(limit, percent, gain)]
         if (packed := self._packing) is not None:
             if (named := packed.limit(ratio(self.causes[largest], self._orders * TICKS_PER_S) or 0.0)) is not None:
                 limit, gain = named, packed.one_more(named)
@@ -517,7 +517,7 @@ class Packed:
         return {name: getattr(self, name) for name in ("after_s", "packers_percent", "boxes_percent")}
 
 
-def _says(
+def sentences(
     limit: str | None, percent: Mapping[str, float | None], gain: Mapping[str, float | None] | None
 ) -> Iterator[str]:
     """Yield what limits the run, and what more of it brings at most, as sentences."""
@@ -527,10 +527,11 @@ def _says(
         return
     told = f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}"
     yield _with_others(told, limit, percent)
+    helps = f"{LIMITS[limit][1][:1].upper()}{LIMITS[limit][1][1:]}"
     if (seconds := gain["time_s"]) is not None:
-        yield f"{LIMITS[limit][1].capitalize()}: at most {_seconds(seconds)} ({gain['time_percent']:.0f} %) less time."
+        yield f"{helps}: at most {_seconds(seconds)} ({gain['time_percent']:.0f} %) less time."
     elif (more := gain["throughput_percent"]) is not None:
-        yield f"{LIMITS[limit][1].capitalize()}: at most {more:.3g} % more picks per hour."
+        yield f"{helps}: at most {more:.3g} % more picks per hour."
 
 
 def _with_others(told: str, limit: str | None, percent: Mapping[str, float | None]) -> str:

@@ -101,7 +101,7 @@ class Paired:
     why
         How many of them for which reason.
     mean, baseline_mean
-        Means over the seeds.
+        Means over the seeds. Where no run of the baseline has such a figure, ``mean`` is over the rule set's own runs.
     difference
         Rule set minus baseline.
     relative
@@ -404,16 +404,18 @@ def _family(name: str, by_rule_set: Mapping[str, Rows], metric: str, baseline: s
     defined = metric not in MAKESPANS or not any(
         row["status"] == "horizon" and row.get(metric, 0) is None for rows in by_rule_set.values() for row in rows
     )
+    alone = defined and all(_has_no(row, metric) for row in by_rule_set[baseline])
     found, differences, pairs_of, amounts, bases = [], [], [], [], []
     of_ratios = True  # of all rule sets, so that they can be compared
     for rule_set, rows in by_rule_set.items():
-        seeds, why = _by_seed(rows, by_rule_set[baseline], metric, defined=defined)
+        seeds, why = _by_seed(rows, rows if alone else by_rule_set[baseline], metric, defined=defined)
         number = sum(map(len, seeds))
         own = _mean([fmean(pair.own for pair in pairs) for pairs in seeds])
         other = _mean([fmean(pair.base for pair in pairs) for pairs in seeds])
-        one = Paired(name, metric, rule_set, len(seeds), number, why.total(), own, other, why=why)
+        its = None if alone else other
+        one = Paired(name, metric, rule_set, len(seeds), number, why.total(), own, its, why=why)
         found.append(_with_bound(one, seeds))
-        compared = seeds if rule_set != baseline else []
+        compared = seeds if rule_set != baseline and not alone else []
         of_ratios = of_ratios and all(_tells_of_ratios(pairs) for pairs in zip(*compared, strict=True))
         bases.append(interval([fmean(pair.base for pair in pairs) for pairs in compared]))
         differences.append([fmean(figure - base for figure, base, _ in pairs) for pairs in compared])
@@ -431,6 +433,11 @@ def _family(name: str, by_rule_set: Mapping[str, Rows], metric: str, baseline: s
         limited = _at_least(-1.0, of_base) if amount else of_base
         compared_all.append(evolve(one, difference=difference, relative=limited, of_mean=of_mean))
     return compared_all
+
+
+def _has_no(run: Mapping[str, Any], metric: str) -> bool:
+    """Whether a run that counts has orders and no such figure, as one that splits no order has no consolidation."""
+    return run["status"] in COUNTED and run.get("orders_completed", 1) > 0 and run.get(metric) is None
 
 
 def _tells_of_ratios(pairs: Sequence[_Pair]) -> bool:

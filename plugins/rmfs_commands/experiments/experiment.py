@@ -24,7 +24,12 @@ from rmfs_core.wording import did_you_mean, listed, nearest
 
 DEFAULT_METRICS = ("psv_per_order", "pile_on", "distance_per_order_m", "turnover_s", "makespan_s", "picker_utilisation")
 PACKING_METRICS = ("packed_s", "consolidation_s", "boxes_max", "packer_utilisation_percent")
-"""Besides, where a scenario has packing stations."""
+SECTION_METRICS = {
+    "packing": PACKING_METRICS,
+    "instance.departures": ("missed_percent",),
+    "costs": ("cost_per_order",),
+}
+"""Besides, where a scenario has such a section."""
 HORIZON_METRICS = ("orders_per_hour", "picks_per_hour", *(name for name in DEFAULT_METRICS if name != "makespan_s"))
 """Those of runs that end at ``run.until_s``, and have no makespan."""
 LABELS = ("instance", "scenario", "rule_set", "seed", "status", "error", "error_kind", "key", "run_s")

@@ -6,6 +6,7 @@ import itertools
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from rmfs_commands.experiments.changes import SCENARIO_KEYS, changes_of
 from rmfs_commands.experiments.experiment import (
     DEFAULT_METRICS,
     HORIZON_METRICS,
-    PACKING_METRICS,
+    SECTION_METRICS,
     Axis,
     AxisPoint,
     Base,
@@ -105,9 +106,10 @@ def _experiment(data: Mapping[str, Any], file: Path, metrics_place: str) -> Expe
         changes += [rule_set.changes for rule_set in rule_sets]
         limited = any(base.scenario.run.until_s is not None for base in bases)
         usual = HORIZON_METRICS if limited or any("run.until_s" in one for one in changes) else DEFAULT_METRICS
-        packs = any(base.scenario.packing is not None for base in bases)
-        if packs or any(key.startswith("packing") for one in changes for key in one):
-            usual += PACKING_METRICS
+        for section, more in SECTION_METRICS.items():
+            has = any(attrgetter(section)(base.scenario) is not None for base in bases)
+            if has or any(key.startswith(section) for one in changes for key in one):
+                usual += more
         return Experiment(
             name=name,
             description=_text(data, "description", ""),

@@ -273,13 +273,19 @@ def _packing(run: Run) -> Iterator[tuple[str, ...]]:
         yield station, f"{len(rows):,}", f"{len(done):,}", f"{sum(row['parts'] or 0 for row in rows):,.0f}", *means
 
 
+def in_days(seconds: float) -> str:
+    """Return a time since time 0 with its whole days apart: ``14:00:00 +1 day``."""
+    days, rest = divmod(round(seconds), 86_400)
+    return f"{duration(rest)} +{counted(days, 'day')}" if days else duration(rest)
+
+
 def _departures(run: Run) -> Iterator[tuple[str, ...]]:
     """Yield for each truck its route, when it leaves, what it took and left behind, and how late that is."""
     for row in run.departures or ():
         counts = (f"{row[name]:,.0f}" for name in ("orders", "departed", "missed", "open"))
         share, late = row["departed_share"], row["late_mean_s"]
         shares = "-" if share is None else f"{100 * share:.1f} %", "-" if late is None else f"{late:,.0f} s"
-        yield row["route"] or "-", duration(row["leaves_s"]), *counts, *shares
+        yield row["route"] or "-", in_days(row["leaves_s"]), *counts, *shares
 
 
 def _costs(run: Run) -> Iterator[tuple[str, str, str]]:

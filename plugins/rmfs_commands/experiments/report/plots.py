@@ -99,12 +99,12 @@ def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison, width:
     """
     import matplotlib as mpl
 
-    of = partial(plot_of, page=width is None)
+    of, sets = partial(plot_of, page=width is None), shown_sets(comparison)
     with mpl.rc_context(STYLE if width is None else STYLE | PAPER):
         plots = [
             of(plot_name(metric), _title(comparison, metric), partial(_runs, rows, comparison, metric, width))
             for metric in comparison.metrics
-            if len(comparison.rule_sets) <= MOST_RULE_SETS
+            if len(comparison.rule_sets) <= MOST_RULE_SETS and _values(rows, comparison, metric, sets)
         ]
         heading = f"Differences from {comparison.baseline}"
         draws: list[Callable[[], Figure]]
@@ -112,7 +112,6 @@ def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison, width:
         plots[:0] = _numbered(of, DIFFERENCES, heading, draws if len(comparison.rule_sets) > 1 else ())
         for first, second in comparison.fronts:
             heading = f"{_title(comparison, second)} against {_title(comparison, first)}"
-            sets = shown_sets(comparison)
             fit = len(sets) if width is None else 2 * max(1, int(width / 3))  # two lines of panels
             draws = [partial(_fronts, comparison, first, second, width, part) for part in _parts(sets, fit)]
             plots += _numbered(of, front_name(first, second), heading, draws)
@@ -210,13 +209,15 @@ def _sizes_of_differences(comparison: Comparison, width: float | None) -> tuple[
 def _parts_of_differences(comparison: Comparison, width: float | None) -> Iterator[tuple[Sequence[str], Sequence[str]]]:
     """Yield rule sets and metrics of each picture: of all, or where it is for a paper of as many as a page holds."""
     others = [name for name in comparison.rule_sets if name != comparison.baseline]
-    if not others:
+    differing = {one.metric for one in comparison.paired if one.difference.mean is not None}
+    metrics = [metric for metric in comparison.metrics if metric in differing]
+    if not others or not metrics:
         return
     _, _, columns, row = _sizes_of_differences(comparison, width)
     fit = len(others) if width is None else max(1, int((PAGE - PANEL) / row))
     for part in _parts(others, fit):
-        lines = len(comparison.metrics) if width is None else max(1, int(PAGE / (PANEL + row * len(part))))
-        yield from ((part, metrics) for metrics in _parts(comparison.metrics, lines * columns))
+        lines = len(metrics) if width is None else max(1, int(PAGE / (PANEL + row * len(part))))
+        yield from ((part, some) for some in _parts(metrics, lines * columns))
 
 
 def _differences(comparison: Comparison, width: float | None, others: Sequence[str], metrics: Sequence[str]) -> Figure:

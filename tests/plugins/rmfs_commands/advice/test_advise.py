@@ -31,6 +31,7 @@ from rmfs_core import Scenario, load_scenario
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import Costs
+from rmfs_core.world import make_instance
 
 DAY = ["instance.arrivals.process=day", f"instance.arrivals.profile={[0, 0, 2, 2, 0, 6] + 18 * [0]}"]
 
@@ -61,6 +62,34 @@ def test_a_cut_without_the_busiest_hour_says_so() -> None:
     assert "--hours 4 includes it" in cut(scenario, 2).told[-1]
     assert len(cut(scenario, 3).told) == 3
     assert len(cut(scenario, 4.5).told) == 1
+
+
+def test_the_busiest_hour_is_one_of_the_clock() -> None:
+    """The first order arrives at half past, and the many of the hour from 05:00 are not divided by that."""
+    profile = [0, 0, 0, 1, 0, 6] + 18 * [0]
+    over = ["instance.orders=200", DAY[0], f"instance.arrivals.profile={profile}", "instance.start=2026-01-05T03:30:00"]
+    scenario = load_scenario("examples/small", over)
+    of_hour = sum(5400 <= order.arrival_tick / 1000 < 9000 for order in make_instance(scenario).orders)
+    assert f"The busiest hour, from 05:00, is not among them: it has {of_hour} orders" in cut(scenario, 1).told[-1]
+
+
+@cases(
+    "hours until_s left",
+    (None, 5.5, "1 departure after the end, of {}"),
+    (1, 3, "2 departures after the end, of {}"),
+    (99, None, ""),
+)
+def test_a_cut_goes_on_to_the_last_truck_of_the_day(hours: float | None, until_s: float | None, left: str) -> None:
+    over = ["instance.orders=900", *DAY, 'instance.departures={times=["05:30"], cutoff_s=60}']
+    scenario = load_scenario("examples/small", over)
+    found = cut(scenario, hours)
+    if until_s is None:
+        assert found.told == ("Simulated: all 900 orders.",)
+        return
+    assert found.scenario.run.until_s == pytest.approx(3600 * until_s, abs=1800)
+    end = 1000 * (found.scenario.run.until_s or 0)
+    late = sum((order.due_tick or 0) > end for order in make_instance(scenario).orders)
+    assert found.told[-1] == f"Left out: {left.format(f'{late} orders')}; `missed_percent` tells nothing of them."
 
 
 @cases(

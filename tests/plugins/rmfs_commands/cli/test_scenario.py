@@ -324,7 +324,8 @@ def test_every_mistake_in_csv_files_is_named(tmp_path: Path) -> None:
         f"{tmp_path}/p.csv, line 2, quantity: expected a whole number >= 0, or nothing for an unlimited number, "
         'found "lots"',
     ]
-    (tmp_path / "o.csv").write_text("order,arrival_s,sku,quantity\n" + 30 * "1,0,a,x\n", encoding="utf-8")
+    rows = [f"1,0,a,x{number}\n" for number in range(30)]
+    (tmp_path / "o.csv").write_text("order,arrival_s,sku,quantity\n" + "".join(rows), encoding="utf-8")
     *named, more = problems("paper-250", *files)
     assert len(named) == 20
     assert more.endswith(": and 11 more mistakes in its files")
@@ -332,6 +333,18 @@ def test_every_mistake_in_csv_files_is_named(tmp_path: Path) -> None:
     assert [one.partition(":")[0] for one in problems("paper-250", *files)] == [
         f"{tmp_path}/o.csv, line 1",
         f"{tmp_path}/p.csv, line 2, quantity",
+    ]
+
+
+def test_mistakes_that_are_alike_are_one_line_with_their_number(tmp_path: Path) -> None:
+    rows = "".join(f"{number},0,a,1,{'north' if number < 3 else 'nord'}\n" for number in range(30))
+    (tmp_path / "o.csv").write_text(f"order,arrival_s,sku,quantity,route\n{rows}", encoding="utf-8")
+    (tmp_path / "p.csv").write_text("pod,sku,quantity\np,a,99\n", encoding="utf-8")
+    files = [f"instance.orders_file={tmp_path}/o.csv", f"instance.pods_file={tmp_path}/p.csv"]
+    route = 'instance.departures={column="route", times={north=["14:00"]}}'
+    assert problems("paper-250", *files, route) == [
+        f"{tmp_path}/o.csv, line 5, route: found nord, which `instance.departures.times` has not "
+        "(did you mean `north`?); so in 26 more lines"
     ]
 
 
@@ -503,13 +516,29 @@ def test_scenarios_as_toml() -> None:
     assert not text.startswith("\n")
 
 
+NIGHT = [
+    'stations.open=[["22:00","06:00"]]',
+    "instance.start=2026-01-05T08:00:00",
+    "instance.arrivals={process='poisson', orders_per_hour=10}",
+]
+
+
 @cases(
     "overrides note",
     (['instance.departures={times=["00:00"], cutoff_s=60}'], "Note: 9 orders go with a truck of a later day than"),
     (["costs={packer_per_h=1}"], "Note: `costs.packer_per_h` is paid to nobody: there are no packing stations."),
+    (NIGHT, "Note: all 9 orders arrive while no station is open (`stations.open`)."),
+    ([*NIGHT, 'instance.departures={times=["18:00"], cutoff_s=60}'], "Note: the trucks of 9 orders leave before a "),
     (["costs={late_h=1}"], "Note: `costs.late_order` and `costs.late_h` count nothing: no order has a due time."),
 )
 def test_departures_and_costs_that_may_be_slips_are_noted(overrides: list[str], note: str) -> None:
     found = check_scenario("examples/small", ["instance.orders=9", *overrides], None, allow_inline=False)
     assert not found.problems
     assert any(note in one for one in found.notes)
+
+
+def test_stations_that_are_closed_for_a_backlog_or_few_orders_are_not_noted() -> None:
+    for changes in (["instance.arrivals={process='start'}"], ['stations.open=[["08:01","06:00"]]']):
+        found = check_scenario("examples/small", [*NIGHT, "instance.orders=99", *changes], None, allow_inline=False)
+        assert not found.problems
+        assert not any("no station is open" in one for one in found.notes)

@@ -244,6 +244,8 @@ def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFix
     (tmp_path / "orders.csv").write_text("mine", encoding="utf-8")
     command = ["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path)]
     assert "--force replaces it" in refused(capsys, main, command)
+    command[2] = str(tmp_path / "missing.csv")
+    assert "missing.csv: cannot be read: No such file or directory" in refused(capsys, main, command)
     assert (tmp_path / "orders.csv").read_text(encoding="utf-8") == "mine"
 
 
@@ -369,7 +371,7 @@ def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         "time 0 is 2024-07-01T00:00:00+02:00 (`instance.start`), the last order arrives 6.0 hours later.",
         f"Wrote {tmp_path}/out/pods.csv: 1 pod with 1 place.",
         f"Wrote {tmp_path}/out/scenario.toml; run it with: rmfs run {tmp_path}/out/scenario.toml",
-        "Guessed 1 station and 4 robots that pick within 8 hours what arrives at once.",
+        "Guessed 1 station and 4 robots that pick within 8 hours what arrives at once; robots are 4 for each station.",
         "Load of pickers: 26 s (2 items of 13 s), 26 s for each of 1.",
         told.out.splitlines()[-1],
     ]

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rmfs_core
-from calling import refusal, refused
+from calling import exit_code, refusal, refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.convert import stock_table
@@ -43,6 +43,22 @@ def test_orders_run_on_the_stock_of_the_warehouse(tmp_path: Path, capsys: pytest
     assert f"Wrote {out / 'scenario.toml'}; run it with: rmfs run {out / 'scenario.toml'}\n" in told
     result = rmfs_core.run(out / "scenario.toml")
     assert (result.status, result.metrics["picks"]) == ("complete", 3)
+
+
+def test_orders_that_want_more_than_the_pods_hold_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = tmp_path / "lines.csv"
+    lines.write_text("o,s,q\n1,tea,9\n1,mug,4\n2,fork,9\n", encoding="utf-8")
+    columns = ["--order", "o", "--sku", "s", "--quantity", "q", "--out", str(tmp_path / "out")]
+    main(["convert", "orders", str(lines), *columns])
+    out = convert(tmp_path)
+    told = capsys.readouterr().out
+    assert (
+        f"{out}/scenario.toml; it cannot run yet: the pods hold fewer items than the orders want of 2 of 3 SKU" in told
+    )
+    assert "A line has 7.3 items on average, and pickers handle each alone; `stations.line_s`" in told
+    assert exit_code("run", str(out / "scenario.toml")) == 2
+    main(["convert", "orders", str(lines), *columns, "--in-stock", str(out / "pods.csv"), "--force"])
+    assert rmfs_core.run(out / "scenario.toml").status == "complete"
 
 
 def test_a_scenario_that_is_there_stays(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import rmfs_core
 from cases import cases
 from random_worlds import random_world
 from rmfs_commands.cli.summary import print_bottleneck
-from rmfs_commands.details.bottleneck import LIMITS, LINE, PARTS, Packed
+from rmfs_commands.details.bottleneck import LIMITS, LINE, PARTS, Packed, sentences
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.details.observer import Details
@@ -258,3 +258,9 @@ def test_when_no_robot_is_free(tiny: RunInfo) -> None:
     ):
         robots.handlers[type(event)](event)
     assert [robots.none_free(tick) for tick in (9_000, 12_000)] == [5_000, 5_000]
+
+
+def test_what_would_help_keeps_its_abbreviations() -> None:
+    gain = {"time_s": 60.0, "time_percent": 20.0, "throughput_percent": None}
+    _, helps = sentences("pods", dict.fromkeys([*LIMITS, "driving", "picking"], 20.0), gain)
+    assert helps.startswith("The same SKUs on more pods: at most ")

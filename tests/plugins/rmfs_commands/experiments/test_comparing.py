@@ -28,7 +28,8 @@ from rmfs_commands.details.catalogue import MEASURES
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.experiments import Experiment, Watcher, run_experiment, shipped_experiments
 from rmfs_commands.experiments.compare import holm, interval, intervals, summary
-from rmfs_commands.experiments.report.numbers import baseline_seeds, seeds
+from rmfs_commands.experiments.report.numbers import aim, baseline_seeds, seeds
+from rmfs_commands.experiments.report.plots import make_plots
 from rmfs_core.errors import InputError
 
 
@@ -124,6 +125,18 @@ def test_which_runs_count_and_why_others_do_not(metric: str, more: dict[str, Any
     assert comparison.horizon == (more.get("status") == "horizon")
 
 
+def test_where_the_baseline_has_no_such_figure_the_others_have_their_means() -> None:
+    """A rule set that splits no order has no time of consolidation, which tells nothing against those that do."""
+    rows = [row("base", seed, None) for seed in (1, 2, 3)] + [row("other", seed, 10.0 * seed) for seed in (1, 2, 3)]
+    base, other = summary(rows, "base", ["m"]).paired
+    shown = (base.mean, base.seeds, other.mean, other.baseline_mean, other.seeds, other.left_out)
+    assert shown == (None, 0, 20.0, None, 3, 0)
+    assert other.difference.mean is other.relative.mean is None
+    assert [plot.name for plot in make_plots(rows, summary(rows, "base", ["m"]))] == ["m"]  # and none of differences
+    rows[0]["status"] = "failed"
+    assert summary(rows, "base", ["m"]).paired[1].mean is None
+
+
 @pytest.mark.parametrize("metric", ["makespan_s", "packed_makespan_s"])
 def test_no_mean_makespan_is_of_the_quick_runs_only(metric: str) -> None:
     """Two of three seeds finish before the horizon: their mean tells nothing of the third."""
@@ -162,6 +175,10 @@ def test_which_metrics_of_observers_are_of_completed_orders() -> None:
     per_order = {"packed_s", "packed_p95_s", "consolidation_s", "consolidation_p95_s", "packing_wait_s"}
     assert of_completed >= per_order | {"items_per_line", "orders_per_visit"}
     assert of_completed.isdisjoint({"packed_makespan_s", "orders_packed", "late_percent"})
+
+
+def test_busy_packers_are_neither_better_nor_worse() -> None:
+    assert [aim(name) for name in ("packer_utilisation_percent", "packed_s")] == ["", "less is better"]
 
 
 def test_overall_has_one_value_a_seed() -> None:

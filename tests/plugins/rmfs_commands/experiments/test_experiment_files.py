@@ -182,11 +182,15 @@ def test_everything_that_a_file_can_say(experiment: Write) -> None:
     assert (last.scenario.rules.poa.rule, last.scenario.rules.pr.rule) == ("first-come", "random")
 
 
+DUE_METRICS = ("missed_percent", "cost_per_order")
+
+
 @cases(
     "more metrics",
     ("", DEFAULT_METRICS),
     ("[axes]\nrun.until_s = [60]\n", HORIZON_METRICS),
     ("[axes]\npacking.packers = [1, 2]\n", (*DEFAULT_METRICS, *PACKING_METRICS)),
+    ("[axes]\ninstance.departures.cutoff_s = [60]\ncosts.late_h = [1]\n", (*DEFAULT_METRICS, *DUE_METRICS)),
     ('[axes]\ntimes = [{ label = "short", run.until_s = 60 }]\n', HORIZON_METRICS),
 )
 def test_metrics_are_those_of_a_horizon_where_an_axis_sets_one(experiment, more, metrics) -> None:

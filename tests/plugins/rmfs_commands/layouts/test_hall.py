@@ -71,7 +71,8 @@ def test_a_page_needs_nothing_else(name, tmp_path, monkeypatch, capsys) -> None:
     loaded = rmfs.load_scenario(name)
     assert picture.figure.count('class="robot" cx') == loaded.robots.count + 1  # and one in the legend
     assert NOT_SIMULATED_PAGE in page
-    assert (Path(__file__).parents[4] / NOT_SIMULATED_PAGE).exists()
+    told = Path(__file__).parents[4] / "docs" / "explanation" / "what-is-not-simulated.md"
+    assert told.read_text(encoding="utf-8").startswith(f"# {NOT_SIMULATED_PAGE}\n")
 
 
 def test_a_picture_as_text_has_no_file(capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,7 +19,7 @@ from cases import cases
 from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.report.drawing import Series, chart, nice, stacked
 from rmfs_commands.report.hall import heat_maps
-from rmfs_commands.report.page import run_page
+from rmfs_commands.report.page import in_days, run_page
 from rmfs_commands.report.reading import read_run
 from rmfs_commands.states.recorded import read_recording
 from rmfs_commands.states.stories import order_story
@@ -296,3 +296,7 @@ def test_a_page_replaces_no_other_file(late: Path, tmp_path: Path, capsys: pytes
     assert file.read_text(encoding="utf-8") == "order"
     assert exit_code("scenario", "map", "examples/small", "--html", "--out", "x" * 300) == 2
     assert "cannot be written: File name too long; expected the name of a new file" in capsys.readouterr().err
+
+
+def test_a_truck_of_the_next_day_leaves_a_day_later() -> None:
+    assert [in_days(3600.0 * hours) for hours in (14, 38, 62)] == ["14:00:00", "14:00:00 +1 day", "14:00:00 +2 days"]

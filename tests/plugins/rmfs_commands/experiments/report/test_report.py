@@ -247,11 +247,11 @@ def test_a_single_rule_set_differs_from_nothing(result: ExperimentResult) -> Non
     assert [plot.name for plot in plots] == ["pile_on"]
 
 
-@pytest.mark.parametrize("values", [None, 0.0])
-def test_what_no_run_has_is_drawn_empty(result: ExperimentResult, values: float | None) -> None:
+@pytest.mark.parametrize(("values", "drawn"), [(None, []), (0.0, ["differences", "pile_on"])])
+def test_what_no_run_has_is_not_drawn(result: ExperimentResult, values: float | None, drawn: list[str]) -> None:
     for row in result.rows:
         row["pile_on"] = values
-    assert [plot.name for plot in plots_of(result, metrics=("pile_on",))] == ["differences", "pile_on"]
+    assert [plot.name for plot in plots_of(result, metrics=("pile_on",))] == drawn
 
 
 def test_a_bound_is_a_dashed_line(result: ExperimentResult) -> None:
