@@ -24,7 +24,7 @@ from rmfs_core.scenario.model import RuleChoice, RulesSection
 
 BOUNDS_FOLDER = "bounds"
 PACKAGES, LIBRARIES = ("rmfs_commands.bounds", "rmfs_commands.instances", "rmfs_core"), ("highspy", "numpy")
-"""What computes bounds, with what the packages import: other code or versions make other bounds."""
+"""Code that computes bounds, with its imports: other code or versions make other bounds."""
 
 _ANY = RuleChoice("any")
 _NO_RULES = RulesSection(poa=_ANY, pps=_ANY, roa=_ANY, rps=_ANY)
