@@ -20,10 +20,10 @@ from attrs import asdict, define, evolve, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.cli.screen import say
-from rmfs_commands.details.spans import mean_speed
 from rmfs_core import hookimpl
 from rmfs_core.clock import TICKS_PER_S, UNREACHABLE
 from rmfs_core.scenario.model import Replenishment, Scenario
+from rmfs_core.scenario.service import mean_speed
 from rmfs_core.simulation.setup import hours_of, motion_of, packing_of, shifts_of
 from rmfs_core.timetable import ALWAYS, DAY, Calendar, Timetable
 from rmfs_core.wording import counted

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from statistics import fmean
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import Event
-from rmfs_core.scenario.service import Speed, speeds_of
 
 Span = tuple[int, int]
 Number = int | float | None
@@ -112,9 +110,3 @@ class Count:
     def largest(self, begin: int, end: int) -> int:
         """Return the largest number that lasted."""
         return max((number for _, _, number in self._spans(begin, end)), default=0)
-
-
-def mean_speed(speed: Speed) -> float:
-    """Return the mean speed of the shifts, or that of all day."""
-    _, (other, *shifts) = speeds_of(speed)
-    return fmean(shifts or [other])

@@ -113,8 +113,8 @@ def test_rows_are_what_single_runs_measure(experiment: Write, folder: Path, tmp_
     result = run_experiment(experiment(), store=tmp_path / "runs", jobs=1, watcher=Following())
     assert begun == [(1, "pod-match"), (1, "first-come"), (2, "pod-match"), (2, "first-come")]
     keys = [job.key for job in experiment().jobs()]
-    assert {path.name for path in (tmp_path / "runs").iterdir()} == {*keys}
-    files = {path.name for path in (tmp_path / "runs" / keys[0]).iterdir()}
+    assert {path.name for path in (tmp_path / "runs").glob("*/*")} == {*keys}
+    files = {path.name for path in (tmp_path / "runs" / keys[0][:2] / keys[0]).iterdir()}
     assert {"result.json", "orders.csv", "visits.csv", "periods.csv", "run.json"} <= files
     assert [(row["rule_set"], row["seed"]) for row in result.rows] == [
         ("pod-match", 1),
