@@ -71,7 +71,7 @@ def space_lines(space: Space) -> Iterator[str]:
 
 
 def trial_line(trial: Trial, objectives: Sequence[str]) -> str:
-    """Return what is said of a trial that is over."""
+    """Return the line that describes a finished trial."""
     values = ", ".join(f"{key} = {shown(value)}" for key, value in trial.values.items()) or "the scenario's own values"
     if trial.problem is not None:
         return f"Trial {trial.number}: {values}: {trial.problem}"

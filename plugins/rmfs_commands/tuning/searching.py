@@ -4,7 +4,7 @@ Optuna's tree-structured Parzen estimator proposes (Bergstra et al. 2011, Algori
 NeurIPS 24; for several objectives Ozaki et al. 2022, https://doi.org/10.1613/jair.1.13188). A trial begins with a few
 of the seeds and goes on with more (`looks`); one that a finished trial beats in every objective is given up, as in
 racing (Maron and Moore 1994, Hoeffding races, NeurIPS 6) with a one-sided paired t test. Proposals come in batches of
-a fixed size and finished runs are stored: whoever repeats a search, with any number of workers, makes the same
+a fixed size and finished runs are stored: a search that is repeated, with any number of workers, makes the same
 trials, and none of its runs twice.
 """
 

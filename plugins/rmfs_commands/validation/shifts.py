@@ -55,7 +55,7 @@ class ShiftCheck:
         told.append((event.tick, opened))
 
     def _fails(self, station: int | None, tick: int) -> bool:
-        """Whether a station is out of service after what was told at a tick."""
+        """Whether a station is out of service after the events of a tick."""
         told = [down for at, which, down in self.down if which == station and at <= tick]
         return bool(told) and told[-1]
 
