@@ -131,7 +131,7 @@ def test_maintenance_is_planned_and_what_is_down_takes_no_task() -> None:
 
 
 def test_all_rules_meet_the_same_failures_and_see_them_only_when_they_happen() -> None:
-    """A robot that never has a task fails at the same times under other rules; ``in_service`` says what is told."""
+    """A robot that never has a task fails at the same times under other rules; ``in_service`` follows the events."""
     down: set[tuple[str, int]] = set()
 
     def look(view: Any, event: Event) -> None:
