@@ -331,6 +331,21 @@ class StationUp(_OfStation):
 
 
 @frozen
+class _OfCharger(Event):
+    cell: int
+
+
+@frozen
+class ChargerDown(_OfCharger):
+    """The charger in a cell has failed: it charges nobody from now on."""
+
+
+@frozen
+class ChargerUp(_OfCharger):
+    """The charger in a cell is in service again."""
+
+
+@frozen
 class RobotsOnDuty(Event):
     """Robots 1 to ``number`` take tasks from now on, the others none. At first all do."""
 

@@ -20,6 +20,8 @@ def _sign(layout: Layout, cell: int) -> str:
             return "#"
         case CellKind.CHARGER:
             return "C"
+        case CellKind.MAINTENANCE:
+            return "M"
         case CellKind.STATION:
             return "I" if layout.lane[cell] >= len(layout.stations) - layout.replenishing else "O"
         case CellKind.QUEUE:
