@@ -331,18 +331,17 @@ class StationUp(_OfStation):
 
 
 @frozen
-class _OfCharger(Event):
+class ChargerDown(Event):
+    """The charger in a cell has failed: it charges nobody from now on."""
+
     cell: int
 
 
 @frozen
-class ChargerDown(_OfCharger):
-    """The charger in a cell has failed: it charges nobody from now on."""
-
-
-@frozen
-class ChargerUp(_OfCharger):
+class ChargerUp(Event):
     """The charger in a cell is in service again."""
+
+    cell: int
 
 
 @frozen

@@ -226,11 +226,7 @@ class LayoutSection:
         None,
         check=MANY,
     )
-    maintenance_cells: int | None = key(
-        "Storage locations of the block layout, the last ones, where robots are repaired instead; left out: none",
-        None,
-        check=MANY,
-    )
+    maintenance_cells: int | None = key("Storage locations, the last ones, where robots are repaired", None, check=MANY)
     pod_fill: float = key("Share of the storage locations that hold a pod, with contents or empty", 0.85, check=SHARE)
 
     def __attrs_post_init__(self) -> None:
@@ -241,8 +237,9 @@ class LayoutSection:
 
 @frozen
 class FailuresSection:
-    """Failures and repairs: exponential times, drawn for each robot, station or charger by the seed and their number."""
+    """Failures and repairs: exponential times, drawn for each thing that fails by the seed and their number."""
 
+    no_where = "; what fails ends its task first: robots that stop on their way are not simulated"
     mtbf_h: float = key("Mean time in service until a failure", unit="h", check=within(0.001, 1e6))
     mttr_s: float = key("Mean time from there until it is repaired", unit="s", check=within(0.001, 1e7))
 
@@ -267,9 +264,7 @@ class BatterySection:
         2.0,
         check=within(1, 100),
     )
-    charger_outages: FailuresSection | None = key(
-        "How often chargers fail: who charges there goes on to another that is free, or waits for the repair", None
-    )
+    charger_outages: FailuresSection | None = key("How often chargers fail: who charges goes on, or waits", None)
 
 
 @frozen
@@ -290,9 +285,7 @@ class RobotsSection:
     )
     battery: BatterySection | None = key("Batteries; left out: they never run down", None)
     failures: FailuresSection | None = key(
-        "How often robots fail: they finish their task, drive to a free maintenance cell, and are out of service"
-        " there; where there is none, where they stand: there they make way",
-        None,
+        "How often robots fail: after their task, in a free maintenance cell or where they stand", None
     )
     maintenance: Mapping[str, tuple[Span, ...]] | None = key(
         'When robots are maintained, every day, by robot: `{ 3 = [["02:00", "04:00"]] }`. One finishes its task first',

@@ -100,8 +100,7 @@ class Warehouse:
         self.has_places = True
         self.largest_capacity = max([UNLIMITED if s.counts_orders else s.capacity for s in self.picking], default=0)
         self.robots = tuple(robots)
-        self.chargers = [*travel.layout.chargers]
-        """Those in service, ascending."""
+        self.chargers = [*travel.layout.chargers]  # those in service, ascending
         for robot in robots:
             robot._battery = battery(lambda: self.now) if battery else None
             robot._charging = robot._cell in self.chargers

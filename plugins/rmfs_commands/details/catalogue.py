@@ -179,7 +179,12 @@ LATENESS: tuple[Metric, ...] = (
         "Orders completed after their due time, or due and not complete at the end.",
     ),
     Metric(
-        "late_percent", "  of those due", "%", 1, "Late orders over orders completed or due, of those with a due time."
+        "late_percent",
+        "  of those due",
+        "%",
+        1,
+        "Late orders over orders completed or due, of those with a due time. Where the run has a horizon, or ends with "
+        "orders left, only orders that are due by then count.",
     ),
     Metric(
         "tardiness_s", "Tardiness", "s", 1, "Completion after the due time, 0 if before, mean over completed orders."
