@@ -16,11 +16,13 @@ LEVELS = 5
 
 HALL_STYLE = """
 .hall { --wall: #c9ced5; --way: #ffffff; --place: #e9ecf0; --lane: #d6e6f2; --arrow: #6b7684; --pick: #b3402f;
-  --store: #7a5c00; --pack: #5b3fa0; --charge: #007a58; --repair: #a2611b; --robot: #111417; --empty: #b9c0c8; --text: #ffffff;
+  --store: #7a5c00; --pack: #5b3fa0; --charge: #007a58;
+  --repair: #a2611b; --robot: #111417; --empty: #b9c0c8; --text: #ffffff;
   --level-0: #d3d8de; --level-1: #a9cfe8; --level-2: #6aaedb; --level-3: #2a83bd; --level-4: #0b4f7d; }
 @media screen and (prefers-color-scheme: dark) {
   .hall { --wall: #3a424b; --way: #1b2127; --place: #2a323a; --lane: #1f3546; --arrow: #8b97a4; --pick: #ff8a75;
-    --store: #dcbf4a; --pack: #b9a2f5; --charge: #3ecf9f; --repair: #d99a4e; --robot: #f2f4f6; --empty: #5a646f; --text: #10151a;
+    --store: #dcbf4a; --pack: #b9a2f5; --charge: #3ecf9f;
+    --repair: #d99a4e; --robot: #f2f4f6; --empty: #5a646f; --text: #10151a;
     --level-0: #4a535d; --level-1: #2c5a7d; --level-2: #327fb3; --level-3: #58acdf; --level-4: #b4defa; }
 }
 .hall .wall { fill: var(--wall); } .hall .way { fill: var(--way); } .hall .place { fill: var(--place); }

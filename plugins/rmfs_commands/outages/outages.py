@@ -1,4 +1,4 @@
-"""Robots, stations and chargers that are out of service for a time. Why no run stands still: docs/explanation/traffic.md."""
+"""Robots, stations and chargers that are out of service at times. Why no run stands still: docs/explanation/traffic.md."""
 
 from __future__ import annotations
 
@@ -140,9 +140,9 @@ class Outages:
         """Let robots charge that are low and stand at chargers which work again."""
         warehouse = self._warehouse
         for robot in warehouse.robots:
-            if robot.resting and robot.low and robot.cell in warehouse.chargers and robot.id not in self._driving:
-                if all(other.goal != robot.cell for other in warehouse.robots):
-                    self._send(robot, robot.cell)
+            stands = robot.resting and robot.cell in warehouse.chargers and robot.id not in self._driving
+            if stands and robot.low and all(other.goal != robot.cell for other in warehouse.robots):
+                self._send(robot, robot.cell)
 
     def _next(self, state: _State) -> float:
         """Return the tick at which something may change; infinite where that is when a robot has ended its task."""

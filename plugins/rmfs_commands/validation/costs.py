@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 from rmfs_commands.trace.reader import Trace
@@ -63,11 +64,11 @@ def recompute_costs(trace: Trace) -> dict[str, float | None]:
 
 
 def _pickers(trace: Trace, begin: int, end: int) -> int:
-    """Return the ticks in which picking stations are open, have items to pick, or have one in hand, over all of them."""
+    """Return the ticks in which picking stations are open, have items to pick, or have one in hand, summed."""
     picking = len(trace.stations) - trace.layout.replenishing
     changes: list[list[tuple[int, int]]] = [[(0, 1)] for _ in range(picking)]
     for event in trace.events:
-        if getattr(event, "station", picking) >= picking:  # type: ignore[operator]
+        if getattr(event, "station", picking) >= picking:
             continue
         match event:
             case StationOpened() | OrderAssigned():
@@ -95,8 +96,7 @@ def _above_zero(changes: list[tuple[int, int]], begin: int, end: int) -> int:
 def _open(hours: Any, begin: int, end: int) -> int:
     """Return the ticks between two times in which a packing station is open."""
     ticks = [0, *changes_of(hours, end), end]
-    spans = zip(ticks, ticks[1:], strict=False)
-    return sum(max(b - max(a, begin), 0) for a, b in spans if hours.at(a))
+    return sum(max(b - max(a, begin), 0) for a, b in pairwise(ticks) if hours.at(a))
 
 
 def _drawn(trace: Trace, battery: BatterySection, begin: int, end: int) -> float:
