@@ -1,4 +1,4 @@
-"""Robots, stations and chargers that are out of service at times. Why no run stands still: docs/explanation/traffic.md."""
+"""Robots, stations and chargers out of service for a time. Why no run stands still: docs/explanation/traffic.md."""
 
 from __future__ import annotations
 

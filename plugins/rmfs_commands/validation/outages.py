@@ -127,8 +127,6 @@ class OutageCheck:
         if goes and one.due()[0] > event.tick:
             where = f"{self.case.robot(event.robot)} is sent to the maintenance cell at {self.case.where(event.cell)}"
             self.case.add("outage", event.tick, f"{where}, but nothing was due")
-        if goes and one.charges:  # when it was charged nobody has told
-            one.free = None
         self.begins(event)
 
     def _draw(self, kind: str, number: int) -> None:
@@ -145,8 +143,10 @@ class OutageCheck:
             return
         one, why = self.ones[kind][number], "is maintained" if planned else "fails"
         tick, expected = one.due()
-        later = one.charges and event.tick >= tick  # when it was charged nobody has told
-        if one.down or planned != expected or not (event.tick == tick or later):
+        agrees = planned == expected and event.tick == tick
+        if one.charges:  # when it was charged, and so had nothing to do, nobody has told
+            agrees = bool(one.hours.at(event.tick)) if planned else event.tick >= one.fails
+        if one.down or not agrees:
             due = "nothing was due" if one.down or tick == math.inf else f"due: {_what(expected)} at {seconds(tick)}"
             self.case.add("outage", event.tick, f"{one.name} {why} from {seconds(event.tick)} on; {due}")
         until = (one.hours.next_change(event.tick) or math.inf) if planned else event.tick + one.repair
@@ -166,7 +166,8 @@ class OutageCheck:
     def begins(self, event: TaskAssigned | PodMoveDecided | RobotSent) -> None:
         """Check that a robot which gets something to do is in service."""
         one = self.robots[event.robot]
-        self._missed(one, event.tick)
+        if not one.charges:
+            self._missed(one, event.tick)
         if one.down:
             self.case.add("out-of-service", event.tick, f"{one.name} gets a task, but is out of service")
         one.free, one.charges = None, False

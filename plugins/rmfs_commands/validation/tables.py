@@ -378,19 +378,13 @@ def _turns(trace: Trace) -> list[list[tuple[int, str]]]:
     on_duty, cells = len(trace.robots), [robot["cell"] for robot in trace.robots]
     for event in trace.events:
         robot, state = getattr(event, "robot", None), simple.get(type(event))
+        for i in _cut_off(event, chargers, cells):
+            if turns[i][-1][1] == "charging":
+                turns[i].append((event.tick, "idle" if i < on_duty else OFF))
         match event:
             case RobotRested():
                 rests = "idle" if event.robot < on_duty else OFF
                 state = "charging" if event.cell in chargers else rests
-            case RobotMoved():
-                cells[event.robot] = event.to
-            case ChargerDown():
-                chargers.discard(event.cell)
-                for i, turned in enumerate(turns):
-                    if turned[-1][1] == "charging" and cells[i] == event.cell:
-                        turned.append((event.tick, "idle" if i < on_duty else OFF))
-            case ChargerUp() if has_batteries(trace):
-                chargers.add(event.cell)
             case PodStored() | RobotUp():
                 state = "idle" if event.robot < on_duty else OFF
             case RobotsOnDuty():
@@ -408,6 +402,19 @@ def _turns(trace: Trace) -> list[list[tuple[int, str]]]:
         if robot is not None and state is not None:
             turns[robot].append((event.tick, state))
     return turns
+
+
+def _cut_off(event: Event, chargers: set[int], cells: list[int]) -> list[int]:
+    """Update which chargers work and where robots stand; return the robots that stand at one which fails now."""
+    match event:
+        case RobotMoved():
+            cells[event.robot] = event.to
+        case ChargerUp():
+            chargers.add(event.cell)
+        case ChargerDown():
+            chargers.discard(event.cell)
+            return [robot for robot, cell in enumerate(cells) if cell == event.cell]
+    return []
 
 
 def waiting_ticks(trace: Trace) -> Counter[tuple[int, str]]:
