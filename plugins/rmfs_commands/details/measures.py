@@ -69,7 +69,7 @@ class Measures:
         """Orders completed since the time from which on is counted."""
         return sum(tick >= self._begin for tick in self._completed.values())
 
-    def values(self, end: int, until: int | None) -> dict[str, Number]:
+    def values(self, end: int, until: int | None = None) -> dict[str, Number]:
         """Return the metrics by name."""
         counted = {order: tick for order, tick in self._completed.items() if tick >= self._begin}
         items = sum(self._orders[order].items for order in counted)
