@@ -1,4 +1,4 @@
-"""What a run costs, in all and by order, worked out anew from a trace."""
+"""Costs of a run, in all and by order, worked out anew from a trace."""
 
 from __future__ import annotations
 
