@@ -15,6 +15,7 @@ from rmfs_core.events import ChargerDown, ChargerUp, Event, PodLifted, PodStored
 from rmfs_core.scenario import scenario_from_dict
 from rmfs_core.scenario.model import BatterySection
 from rmfs_core.simulation.setup import battery_of
+from rmfs_core.warehouse.battery import Battery
 from rmfs_core.world.travel import travel_on
 
 WHOLE = 10_000
@@ -63,6 +64,8 @@ class Charges:
         self._turned: dict[int, list[tuple[int, bool]]] = {}  # by charger: when, and whether it works from then on
         self._now = 0
         self._lines: list[Line] = []
+        self._batteries: list[Battery] = []
+        self._charging: list[bool] = []
         if (start.scenario.get("robots") or {}).get("battery") is None:
             return
         scenario = scenario_from_dict(start.scenario, name="header of the trace")
