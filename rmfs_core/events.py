@@ -331,6 +331,20 @@ class StationUp(_OfStation):
 
 
 @frozen
+class ChargerDown(Event):
+    """The charger in a cell has failed: it charges nobody from now on."""
+
+    cell: int
+
+
+@frozen
+class ChargerUp(Event):
+    """The charger in a cell is in service again."""
+
+    cell: int
+
+
+@frozen
 class RobotsOnDuty(Event):
     """Robots 1 to ``number`` take tasks from now on, the others none. At first all do."""
 

@@ -226,12 +226,22 @@ class LayoutSection:
         None,
         check=MANY,
     )
+    maintenance_cells: int | None = key("Storage locations, the last ones, where robots are repaired", None, check=MANY)
     pod_fill: float = key("Share of the storage locations that hold a pod, with contents or empty", 0.85, check=SHARE)
 
     def __attrs_post_init__(self) -> None:
         cells = (self.block_rows * 3 + 2) * (self.block_columns * (self.block_length + 1) + 2 * self.hall_width)
         if self.map_file is None and cells > MOST_CELLS:
             raise ValueError(f"expected at most {MOST_CELLS:,} cells in all, found blocks and halls of about {cells:,}")
+
+
+@frozen
+class FailuresSection:
+    """Failures and repairs: exponential times, drawn for each thing that fails by the seed and their number."""
+
+    no_where = "; what fails ends its task first: robots that stop on their way are not simulated"
+    mtbf_h: float = key("Mean time in service until a failure", unit="h", check=within(0.001, 1e6))
+    mttr_s: float = key("Mean time from there until it is repaired", unit="s", check=within(0.001, 1e7))
 
 
 @frozen
@@ -254,14 +264,7 @@ class BatterySection:
         2.0,
         check=within(1, 100),
     )
-
-
-@frozen
-class FailuresSection:
-    """Failures and repairs: exponential times, drawn for each robot or station by the seed and their number."""
-
-    mtbf_h: float = key("Mean time in service until a failure", unit="h", check=within(0.001, 1e6))
-    mttr_s: float = key("Mean time from there until it is repaired", unit="s", check=within(0.001, 1e7))
+    charger_outages: FailuresSection | None = key("How often chargers fail: who charges goes on, or waits", None)
 
 
 @frozen
@@ -282,8 +285,7 @@ class RobotsSection:
     )
     battery: BatterySection | None = key("Batteries; left out: they never run down", None)
     failures: FailuresSection | None = key(
-        "How often robots fail: they finish their task, are out of service where they then stand, and make way there",
-        None,
+        "How often robots fail: after their task, in a free maintenance cell or where they stand", None
     )
     maintenance: Mapping[str, tuple[Span, ...]] | None = key(
         'When robots are maintained, every day, by robot: `{ 3 = [["02:00", "04:00"]] }`. One finishes its task first',
@@ -507,7 +509,7 @@ GENERATED = frozenset(
 ) | {"lines", "demand", "due"}
 DRAWN = frozenset(
     ("block_rows", "block_columns", "block_length", "hall_width", "stations_east", "stations_west", "queue")
-) | {"replenishment_east", "replenishment_west", "chargers"}
+) | {"replenishment_east", "replenishment_west", "chargers", "maintenance_cells"}
 
 
 def replaced_keys(section: object) -> tuple[str, frozenset[str]]:

@@ -154,7 +154,7 @@ def _section(cls: type) -> Callable[[Any, Any], Any]:
         arguments = {}
         for key, entry in value.items():
             if key not in fields:
-                raise KeyProblem(f"unknown key{nearest(key, fields)}", (key,))
+                raise KeyProblem(f"unknown key{getattr(cls, f'no_{key}', None) or nearest(key, fields)}", (key,))
             arguments[key] = _at(key, entry, types[key])
             if fields[key].validator is not None:
                 try:

@@ -202,8 +202,10 @@ def rest(warehouse: Warehouse, given: decisions.RobotMove) -> tuple[Robot, int, 
     if not robot.resting:
         state = "busy" if robot.in_service else "out of service"
         raise ImpossibleError(f"sent robot {robot.label} to rest, which is {state}")
-    charges, problem = cell in layout.chargers, ""
-    if not charges and cell not in layout.storage_locations:
+    charges, problem = cell in warehouse.chargers, ""
+    if not charges and cell in layout.chargers:
+        problem = "a charger that is out of service"
+    elif not charges and cell not in layout.storage_locations:
         problem = "no storage location or charger"
     elif cell in warehouse.taken_cells():
         problem = "where another robot or pod is or goes, or a pod is to be fetched, or the robot is"

@@ -313,7 +313,9 @@ class Simulation:
         if cell not in self.warehouse.reserved:  # else PR has chosen it at the same moment, and the robot stays
             yield from self.driving.to_location(robot, cell)
         self._tell(events.RobotRested(tick=self.now, robot=robot.id, cell=robot.cell))
-        if ticks := self.warehouse.ticks_to_charge(robot, share):
+        if self._outages is not None:
+            yield from self._outages.charge(robot, share)
+        elif ticks := self.warehouse.ticks_to_charge(robot, share):
             yield self.context.after(ticks)
         self.warehouse.send(robot, None)
         self._is_free(robot)
@@ -324,10 +326,17 @@ class Simulation:
     def _make_outages(self) -> Any:
         """Return what takes robots and stations out of service; None where nothing does."""
         robots, stations = self.scenario.robots, self.scenario.stations
-        if not (robots.failures or robots.maintenance or stations.outages):
+        chargers = robots.battery and robots.battery.charger_outages
+        if not (robots.failures or robots.maintenance or stations.outages or chargers):
             return None
         made: Any = load(chosen(PROCESSES, None, "outages"), "robots.failures", "process")
-        return made(self.scenario, self.warehouse, self.env, self._tell)
+        return made(self.scenario, self.warehouse, self.env, self._tell, self._send, self.driving.under_way)
+
+    def _send(self, robot: Robot, cell: int) -> None:
+        """Send a robot without a task to where it is repaired, or charges on."""
+        self.warehouse.send(robot, cell)
+        self._tell(events.RobotSent(tick=self.now, robot=robot.id, cell=cell))
+        self.env.process(self._rest(robot, cell, 0.0))
 
     def _is_free(self, robot: Robot) -> None:
         """Let a robot without a task be out of service, if it has failed or shall be maintained."""

@@ -174,21 +174,25 @@ def battery_of(scenario: Scenario, travel: Travel) -> Callable[[Callable[[], int
         """Drive on from the hub."""
         return int(travel.times_to(cell, loaded)[hub].max())
 
-    stored, stations = layout.storage_locations, [cells.station for cells in layout.stations]
+    stored, chargers, stations = layout.storage_locations, layout.chargers, [cells.station for cells in layout.stations]
+    aside = (*stored, *layout.maintenance)
     queues = max(len(cells.queue) for cells in layout.stations) * travel.motion.run_ticks(1)  # moving up, cell by cell
     farthest = [
-        max(int(travel.times_from(hub, h, loaded)[list(stored)].max()) for h in range(4)) for loaded in (False, True)
+        max(int(travel.times_from(hub, h, loaded)[list(cells)].max()) for h in range(4))
+        for loaded, cells in ((False, aside), (True, stored))
     ]
-    empty = ticks((*stored, *layout.chargers), False) + farthest[0]
-    empty += ticks(stored, False) + min(on(cell, False) for cell in layout.chargers)
+    empty = ticks((*aside, *chargers), False) + farthest[0]
+    empty += ticks(aside, False) + min(on(cell, False) for cell in chargers)
+    between = ticks(chargers, False) + max(on(cell, False) for cell in chargers) if battery.charger_outages else 0
+    way_j = battery.detour * battery.empty_w * between / TICKS_PER_S
     loaded = ticks(stored, True) + max(on(cell, True) for cell in stations) + ticks(stations, True) + farthest[1]
     watts = battery.empty_w * empty + battery.loaded_w * (loaded + queues)
-    joules = battery.detour * watts / TICKS_PER_S + 2 * battery.lifting_w * scenario.robots.lift_s
+    joules = battery.detour * watts / TICKS_PER_S + 2 * battery.lifting_w * scenario.robots.lift_s + way_j
     if joules >= 3600 * battery.capacity_wh:
         needed = f"{joules / 3600:,.1f} Wh, which the longest task and the way to a charger may take"
         found = f"found {battery.capacity_wh:g}; expected more than {needed}"
         raise InputError("robots.battery.capacity_wh", found)
-    return partial(Battery, battery, joules)
+    return partial(Battery, battery, joules, way_j=way_j)
 
 
 def _cells(places: Iterable[tuple[int, int, str]], layout: Layout, kinds: set[CellKind], expected: str) -> list[int]:

@@ -21,10 +21,14 @@ class Battery:
         Simulated time in ticks.
     charge
         What is in it at first, as a share of the capacity.
+    way_j
+        What the way from a charger to another one takes, where chargers fail.
     """
 
-    def __init__(self, section: BatterySection, low_j: float, clock: Callable[[], int], charge: float = 1.0) -> None:
-        self.section, self.low_j, self.clock = section, low_j, clock
+    def __init__(
+        self, section: BatterySection, low_j: float, clock: Callable[[], int], charge: float = 1.0, way_j: float = 0
+    ) -> None:
+        self.section, self.low_j, self.clock, self.way_j = section, low_j, clock, way_j
         self.capacity_j = section.capacity_wh * 3600
         self.joules, self.since = charge * self.capacity_j, clock()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, insort
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from itertools import count
 from typing import Any
 
@@ -100,9 +100,10 @@ class Warehouse:
         self.has_places = True
         self.largest_capacity = max([UNLIMITED if s.counts_orders else s.capacity for s in self.picking], default=0)
         self.robots = tuple(robots)
+        self.chargers = [*travel.layout.chargers]  # those in service, ascending
         for robot in robots:
             robot._battery = battery(lambda: self.now) if battery else None
-            robot._charging = robot._cell in travel.layout.chargers
+            robot._charging = robot._cell in self.chargers
         self.blocked = tuple(sorted(blocked))
         taken = {*pod_cells, *self.blocked}
         self.free_locations = [cell for cell in travel.layout.storage_locations if cell not in taken]
@@ -405,7 +406,7 @@ class Warehouse:
         if (battery := robot._battery) is not None:
             watts = battery.section.empty_w if robot._pod is None else battery.section.loaded_w
             battery.work(ticks, watts, robot._charging)
-            robot._charging = cell in self.travel.layout.chargers
+            robot._charging = cell in self.chargers
         put(robot, "_cell", cell)
         put(robot, "_heading", heading)
 
@@ -446,6 +447,18 @@ class Warehouse:
         one._in_service = in_service
         if isinstance(one, Station):
             self._book(one)
+
+    def put_charger_in_service(self, cell: int, in_service: bool, driving: Container[int]) -> None:
+        """Let a charger charge who stands there, or no longer; ``driving`` has the ids of robots that drive."""
+        (insort if in_service else list.remove)(self.chargers, cell)
+        for robot in self.robots:
+            if robot._cell == cell and robot.id not in driving and (battery := robot._battery) is not None:
+                battery.work(0, 0.0, robot._charging)
+                robot._charging = in_service
+
+    def may_go_on(self, robot: Robot) -> bool:
+        """Whether a robot at a charger that fails has enough in its battery to drive to another one."""
+        return (battery := robot._battery) is None or battery.left_j(self.now, robot._charging) >= battery.way_j
 
     def occupy_picker(self, station: Station, until: int, expected: int | None = None) -> None:
         """Let a picker have an item in hand until a tick; rules see when that is expected instead, if it is given."""

@@ -195,8 +195,13 @@ class WarehouseView(ReadOnly):
 
         Not those where a robot stands or is sent, that a pod is on its way to, or whose pod is to be fetched.
         """
-        layout, taken = self._state.travel.layout, self._state.taken_cells()
-        return tuple(cell for cell in sorted((*layout.storage_locations, *layout.chargers)) if cell not in taken)
+        locations, taken = self._state.travel.layout.storage_locations, self._state.taken_cells()
+        return tuple(cell for cell in sorted((*locations, *self._state.chargers)) if cell not in taken)
+
+    @property
+    def chargers(self) -> tuple[int, ...]:
+        """Cell indices of the chargers in service, ascending."""
+        return tuple(self._state.chargers)
 
     @property
     def free_pods(self) -> tuple[Pod, ...]:

@@ -29,9 +29,10 @@ class CellKind(IntEnum):
     QUEUE = 3
     STATION = 4
     CHARGER = 5
+    MAINTENANCE = 6
 
 
-RESTING = (CellKind.STORAGE, CellKind.CHARGER)
+RESTING = (CellKind.STORAGE, CellKind.CHARGER, CellKind.MAINTENANCE)
 """Cells that robots rest in and, without a pod, cross."""
 
 
@@ -102,6 +103,11 @@ class Layout:
     def chargers(self) -> tuple[int, ...]:
         """Cell indices of the chargers, ascending."""
         return tuple(int(cell) for cell in np.flatnonzero(self.kind == CellKind.CHARGER))
+
+    @cached_property
+    def maintenance(self) -> tuple[int, ...]:
+        """Cell indices of the maintenance cells, ascending."""
+        return tuple(int(cell) for cell in np.flatnonzero(self.kind == CellKind.MAINTENANCE))
 
     @cached_property
     def lane(self) -> NDArray[np.int64]:

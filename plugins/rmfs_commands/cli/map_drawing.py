@@ -6,6 +6,8 @@ from rmfs_commands.layouts.textmap import CLEAR_SIGN, FLOOR_SIGN, QUEUE_SIGN
 from rmfs_core.world import CellKind, Layout
 from rmfs_core.world.grid import RESTING
 
+REST_SIGN = {CellKind.STORAGE: "#", CellKind.CHARGER: "C", CellKind.MAINTENANCE: "M"}
+
 
 def draw_map(layout: Layout) -> str:
     """Return the text map of a layout; `parse_map` reads it back to the same layout."""
@@ -16,10 +18,8 @@ def draw_map(layout: Layout) -> str:
 
 def _sign(layout: Layout, cell: int) -> str:
     match layout.kind[cell]:
-        case CellKind.STORAGE:
-            return "#"
-        case CellKind.CHARGER:
-            return "C"
+        case CellKind.STORAGE | CellKind.CHARGER | CellKind.MAINTENANCE as kind:
+            return REST_SIGN[kind]
         case CellKind.STATION:
             return "I" if layout.lane[cell] >= len(layout.stations) - layout.replenishing else "O"
         case CellKind.QUEUE:

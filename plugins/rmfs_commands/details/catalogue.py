@@ -179,7 +179,12 @@ LATENESS: tuple[Metric, ...] = (
         "Orders completed after their due time, or due and not complete at the end.",
     ),
     Metric(
-        "late_percent", "  of those due", "%", 1, "Late orders over orders completed or due, of those with a due time."
+        "late_percent",
+        "  of those due",
+        "%",
+        1,
+        "Late orders over orders completed or due, of those with a due time. Where the run has a horizon, or ends with "
+        "orders left, only orders that are due by then count.",
     ),
     Metric(
         "tardiness_s", "Tardiness", "s", 1, "Completion after the due time, 0 if before, mean over completed orders."
@@ -243,8 +248,10 @@ OUTAGES: tuple[Metric, ...] = (
     Metric("station_failures", "Failures of stations", "", 0, "Times that a station failed."),
     Metric("orders_held", "Orders held", "", 0, "Orders with items left to pick at a station when that failed."),
     Metric("stations_down_percent", "Stations out of service", "%", 1, "Share of the stations' time."),
+    Metric("charger_failures", "Failures of chargers", "", 0, "Times that a charger failed."),
+    Metric("chargers_down_percent", "Chargers out of service", "%", 1, "Share of the chargers' time."),
 )
-"""Metrics of runs in which robots fail or are maintained, and of those in which stations fail."""
+"""Metrics of runs in which robots fail or are maintained, of those in which stations fail, and in which chargers do."""
 
 PACKING: tuple[Metric, ...] = (
     Metric("orders_packed", "Orders packed", "", 0, "Orders that were packed."),
@@ -417,6 +424,8 @@ _NO_AIM = (
         "station_failures",
         "robots_down_percent",
         "stations_down_percent",
+        "charger_failures",
+        "chargers_down_percent",
     }
 )
 _DESCRIBED = {

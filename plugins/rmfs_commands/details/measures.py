@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 
 from rmfs_commands.details.catalogue import on_time
+from rmfs_commands.details.departures import last_truck
 from rmfs_commands.details.spans import Handlers, Number, percentile, ratio
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import OrderArrived, OrderAssigned, OrderCancelled, OrderCompleted, VisitStarted
@@ -68,7 +69,7 @@ class Measures:
         """Orders completed since the time from which on is counted."""
         return sum(tick >= self._begin for tick in self._completed.values())
 
-    def values(self, end: int) -> dict[str, Number]:
+    def values(self, end: int, until: int | None = None) -> dict[str, Number]:
         """Return the metrics by name."""
         counted = {order: tick for order, tick in self._completed.items() if tick >= self._begin}
         items = sum(self._orders[order].items for order in counted)
@@ -87,7 +88,7 @@ class Measures:
         found["orders_per_visit"] = ratio(len(counted), self.visits)
         if any(order.cancelled_tick is not None for order in self._orders):
             found["orders_cancelled"] = sum(tick >= self._begin for tick in self._cancelled.values())
-        return found | self._lateness(end)
+        return found | self._lateness(end, until)
 
     def left(self, tick: int) -> dict[str, Number]:
         """Return the metrics of the orders that are open when the run is over."""
@@ -111,17 +112,19 @@ class Measures:
         """When orders were completed."""
         return self._completed
 
-    def _lateness(self, end: int) -> dict[str, Number]:
+    def _lateness(self, end: int, until: int | None) -> dict[str, Number]:
         """Return the metrics of orders with a due time; none where no order has one."""
         if all(order.due_tick is None for order in self._orders):
             return {}
         due: Counter[int] = Counter()
         late: Counter[int] = Counter()
         tardiness = []
-        for order, due_tick, done in self.due(self._completed):
+        orders = list(self.due(self._completed))
+        by = last_truck(orders, end, until)
+        for order, due_tick, done in orders:
             if done is not None:
                 tardiness.append(max(done - due_tick, 0))
-            if done is not None or due_tick < end:
+            if due_tick <= by and (done is not None or due_tick < end):
                 due[order.priority] += 1
                 late[order.priority] += done is None or done > due_tick
         return {

@@ -120,7 +120,7 @@ class Details:
         """Every metric of `rmfs_commands.details.catalogue` by name."""
         visits_ticks = self._measures.visits * TICKS_PER_S
         return {
-            **self._measures.values(self._end),
+            **self._measures.values(self._end, self._until),
             **self._measures.left(self._over),
             **self._stations.values(self._begin, self._end),
             "waiting_per_visit_s": ratio(self._robots.waiting_ticks, visits_ticks),
@@ -143,8 +143,13 @@ class Details:
     @property
     def _leaving(self) -> tuple[departures.DueOrders, int, int | None]:
         """Orders that trucks take or leave behind, and the end and the horizon of the run."""
+        return list(self._measures.due(self._done)), self._end, self._until
+
+    @property
+    def _until(self) -> int | None:
+        """Tick of the horizon."""
         until_s = self._run.scenario.run.until_s
-        return list(self._measures.due(self._done)), self._end, None if until_s is None else to_ticks(until_s)
+        return None if until_s is None else to_ticks(until_s)
 
     def _costs(self) -> dict[str, Number]:
         scenario, whole = self._run.scenario, self._end - self._begin

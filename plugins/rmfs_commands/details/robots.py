@@ -9,6 +9,8 @@ from rmfs_commands.details.outages import robots_may_fail
 from rmfs_commands.details.spans import Count, Handlers, Number, Span, ratio
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
+    ChargerDown,
+    ChargerUp,
     DecisionMade,
     PodLifted,
     PodMoveDecided,
@@ -89,7 +91,7 @@ class Robots:
         self._at = {pod: robot.id for robot in robots if (pod := robot.pod) is not None}
         self._begin = begin
         self._has_off = run.scenario.robots.available is not None
-        self._chargers = frozenset(run.layout.chargers)
+        self._chargers, self._broken = frozenset(run.layout.chargers), set[int]()
         self._warehouse = run.warehouse
         rules, self._battery = run.scenario.rules, run.scenario.robots.battery is not None
         used = {TO_REST: rules.idle is not None, CHARGING: self._battery, MOVING: rules.move is not None}
@@ -131,6 +133,8 @@ class Robots:
             RobotSent: self._sent_off,
             RobotRested: self._rested,
             RobotDown: lambda event: self._turn(event.robot, DOWN, event.tick),
+            ChargerDown: self._charger_down,
+            ChargerUp: lambda event: self._broken.discard(event.cell),
             RobotUp: lambda event: self._turn(event.robot, self._resting(event.robot), event.tick),
             PodMoveDecided: lambda event: self._turn(event.robot, MOVING, event.tick),
             **({DecisionMade: self._decided} if self._battery else {}),
@@ -236,9 +240,15 @@ class Robots:
         return "idle" if robot < self.on_duty.number else OFF
 
     def _rested(self, event: RobotRested) -> None:
-        charging = event.cell in self._chargers and self._battery
+        charging = event.cell in self._chargers - self._broken and self._battery
         self._charges += charging and event.tick >= self._begin
         self._turn(event.robot, CHARGING if charging else self._resting(event.robot), event.tick)
+
+    def _charger_down(self, event: ChargerDown) -> None:
+        self._broken.add(event.cell)
+        for i, robot in enumerate(self._robots):
+            if robot.state == CHARGING and self._warehouse.robots[i].cell == event.cell:
+                self._turn(i, self._resting(i), event.tick)
 
     def _look_at(self, robot: int) -> None:
         """Note how much is in its battery."""

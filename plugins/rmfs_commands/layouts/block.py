@@ -86,6 +86,7 @@ class _BlockMap:
         for i, sign in enumerate(self.on_west):
             self._station(2 + 2 * self._place(i, len(self.on_west)), sign, east=False)
         self._chargers(self.section.chargers or 0)
+        self._maintenance_cells(self.section.maintenance_cells or 0)
         return "\n".join("".join(row) for row in self.signs) + "\n"
 
     def _chargers(self, count: int) -> None:
@@ -97,6 +98,15 @@ class _BlockMap:
         for i in range(count):
             row, column = there[(2 * i + 1) * len(there) // (2 * count)]
             self.signs[row][column] = "C"
+
+    def _maintenance_cells(self, count: int) -> None:
+        """Make maintenance cells of the last storage locations in the order of reading."""
+        there = [(row, i) for row, signs in enumerate(self.signs) for i, sign in enumerate(signs) if sign == "#"]
+        if count >= len(there):
+            expected = f"expected fewer than the {len(there)} storage locations, some of which they replace"
+            raise InputError(f"{self.place}.maintenance_cells", f"found {count}; {expected}")
+        for row, column in there[len(there) - count :]:
+            self.signs[row][column] = "M"
 
     def _place(self, i: int, count: int) -> int:
         """Spread ``count`` stations evenly over the places where one fits."""

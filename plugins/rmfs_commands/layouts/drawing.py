@@ -11,6 +11,7 @@ DRAWN = {
     CellKind.STORAGE: ("#b9935a", "storage locations"),
     CellKind.QUEUE: ("#7ba3d4", "queue cells"),
     CellKind.CHARGER: ("#5f9e6e", "chargers"),
+    CellKind.MAINTENANCE: ("#c28a3d", "maintenance cells"),
     CellKind.STATION: ("#c0453a", "picking stations"),
 }
 """Colour and legend of the cells in a picture."""
@@ -31,7 +32,7 @@ def html(layout: Layout) -> str | None:
     legend = ", ".join(
         f'<span style="color:{colour}">■</span> {number:,} {name}'
         for kind, (colour, name) in DRAWN.items()
-        if (number := int((layout.kind == kind).sum())) or kind != CellKind.CHARGER
+        if (number := int((layout.kind == kind).sum())) or kind not in (CellKind.CHARGER, CellKind.MAINTENANCE)
     )
     size = f'viewBox="0 0 {layout.width} {layout.height}" style="width:{8 * layout.width}px;max-width:100%"'
     paths = "".join(f'<path fill="{colour}" d="{drawn[kind]}"/>' for kind, (colour, _) in DRAWN.items())

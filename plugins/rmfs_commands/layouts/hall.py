@@ -16,16 +16,19 @@ LEVELS = 5
 
 HALL_STYLE = """
 .hall { --wall: #c9ced5; --way: #ffffff; --place: #e9ecf0; --lane: #d6e6f2; --arrow: #6b7684; --pick: #b3402f;
-  --store: #7a5c00; --pack: #5b3fa0; --charge: #007a58; --robot: #111417; --empty: #b9c0c8; --text: #ffffff;
+  --store: #7a5c00; --pack: #5b3fa0; --charge: #007a58;
+  --repair: #a2611b; --robot: #111417; --empty: #b9c0c8; --text: #ffffff;
   --level-0: #d3d8de; --level-1: #a9cfe8; --level-2: #6aaedb; --level-3: #2a83bd; --level-4: #0b4f7d; }
 @media screen and (prefers-color-scheme: dark) {
   .hall { --wall: #3a424b; --way: #1b2127; --place: #2a323a; --lane: #1f3546; --arrow: #8b97a4; --pick: #ff8a75;
-    --store: #dcbf4a; --pack: #b9a2f5; --charge: #3ecf9f; --robot: #f2f4f6; --empty: #5a646f; --text: #10151a;
+    --store: #dcbf4a; --pack: #b9a2f5; --charge: #3ecf9f;
+    --repair: #d99a4e; --robot: #f2f4f6; --empty: #5a646f; --text: #10151a;
     --level-0: #4a535d; --level-1: #2c5a7d; --level-2: #327fb3; --level-3: #58acdf; --level-4: #b4defa; }
 }
 .hall .wall { fill: var(--wall); } .hall .way { fill: var(--way); } .hall .place { fill: var(--place); }
 .hall .lane { fill: var(--lane); } .hall .pick { fill: var(--pick); } .hall .store { fill: var(--store); }
 .hall .pack { fill: var(--pack); } .hall .charge { fill: var(--charge); }
+.hall .repair { fill: var(--repair); }
 .hall .empty { fill: none; stroke: var(--empty); stroke-width: .1; }
 .hall .arrow { fill: none; stroke: var(--arrow); stroke-width: .09; stroke-linecap: round; stroke-linejoin: round; }
 .hall .robot { fill: none; stroke: var(--robot); stroke-width: .13; }
@@ -131,6 +134,7 @@ def hall_legend(
         ("one-way aisles", _one_way(layout), square.format("way") + _sign(0)),
         ("walls", bool((layout.kind == CellKind.WALL).any()), square.format("wall")),
         (counted(len(layout.chargers), "charger"), len(layout.chargers), square.format("charge")),
+        (counted(len(layout.maintenance), "maintenance cell"), len(layout.maintenance), square.format("repair")),
         (f"{len(layout.storage_locations):,} storage locations; robots may rest there", 1, square.format("place")),
         *((text, 1, pod.format(f"level-{level}")) for level, text in (levels or {}).items()),
         ("empty pods", empty, pod.format("empty")),
@@ -156,6 +160,7 @@ def _y(layout: Layout, cell: int) -> int:
 def _areas(layout: Layout) -> dict[str, str]:
     """Return a path of all cells of each kind that covers the floor, each row's in as few pieces as there are."""
     shapes = {CellKind.WALL: "wall", CellKind.STORAGE: "place", CellKind.QUEUE: "lane", CellKind.CHARGER: "charge"}
+    shapes[CellKind.MAINTENANCE] = "repair"
     areas = {"way": f"M0 0h{layout.width}v{layout.height}H0z"} | dict.fromkeys(shapes.values(), "")
     kinds = layout.kind.tolist()
     for row in range(layout.height):

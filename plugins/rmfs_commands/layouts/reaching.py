@@ -47,6 +47,8 @@ def check_layout(layout: Layout, place: str) -> None:
     _refuse(layout, place, storage, served, f"cannot be reached with a pod from {home}")
     served = {cell for cell in layout.chargers if aisles.intersection(_floor_beside(layout, cell))}
     _refuse(layout, place, layout.chargers, served, f"are chargers that cannot be reached from {home}")
+    served = {cell for cell in layout.maintenance if aisles.intersection(_floor_beside(layout, cell))}
+    _refuse(layout, place, layout.maintenance, served, f"are maintenance cells that cannot be reached from {home}")
     for cells in layout.stations:
         _check_station(layout, place, cells.station, cells.queue[-1], aisles)
 

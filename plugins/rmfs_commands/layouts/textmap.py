@@ -3,6 +3,7 @@
 =========  ====================================================================================================
 ``#``      storage location
 ``C``      charger
+``M``      maintenance cell: where robots are repaired that fail, or are maintained
 ``.``      floor; robots may leave it in every direction
 ``> < ^ v``  one-way floor: robots leave it in that direction only
 ``└ ┘ ┌ ┐``  crossing of one-way aisles: the two directions that the sign's arms point to
@@ -17,10 +18,10 @@
 ``@``, blank  wall
 =========  ====================================================================================================
 
-Storage locations and chargers can be entered from and left to every cell beside them. A queue is entered at its far
-end, from the floor, and wherever an arm of a floor cell points at it; it is left through its station. Its cells are one
-chain, and every way between them leads ahead: a robot on its way to its place in line passes cells behind that place
-only.
+Storage locations, chargers and maintenance cells can be entered from and left to every cell beside them. A queue is
+entered at its far end, from the floor, and wherever an arm of a floor cell points at it; it is left through its
+station. Its cells are one chain, and every way between them leads ahead: a robot on its way to its place in line passes
+cells behind that place only.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ QUEUE_SIGN = {moves: sign for sign, moves in QUEUE_MOVES.items()}
 CLEAR_MOVES = {"⇒": _E, "⇑": _N, "⇐": _W, "⇓": _S}
 CLEAR_SIGN = {moves: sign for sign, moves in CLEAR_MOVES.items()}
 QUEUE_MOVES |= CLEAR_MOVES
-KINDS = {"#": CellKind.STORAGE, "C": CellKind.CHARGER} | dict.fromkeys(" @P", CellKind.WALL)
+KINDS = {"#": CellKind.STORAGE, "C": CellKind.CHARGER, "M": CellKind.MAINTENANCE} | dict.fromkeys(" @P", CellKind.WALL)
 KINDS |= dict.fromkeys("OI", CellKind.STATION) | dict.fromkeys(FLOOR_MOVES, CellKind.FLOOR)
 KINDS |= dict.fromkeys(("q", *QUEUE_MOVES), CellKind.QUEUE)
 
@@ -126,7 +127,7 @@ class _MapReader:
 
     def _kind(self, cell: int, sign: str) -> CellKind:
         if sign not in KINDS:
-            known = "# O I q C P " + " ".join((*FLOOR_MOVES, *QUEUE_MOVES)) + " @ and blank"
+            known = "# O I q C M P " + " ".join((*FLOOR_MOVES, *QUEUE_MOVES)) + " @ and blank"
             raise self._wrong(cell, f"unknown sign {sign!r}; expected one of {known}")
         return KINDS[sign]
 

@@ -1,9 +1,9 @@
-"""Robots and stations that are out of service for a time. Why no run stands still: docs/explanation/traffic.md."""
+"""Robots, stations and chargers out of service for a time. Why no run stands still: docs/explanation/traffic.md."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Container, Generator
 from typing import Any
 
 import simpy
@@ -21,13 +21,25 @@ from rmfs_core.warehouse import Robot, Station, Warehouse
 
 
 @define(eq=False)
+class _Charger:
+    """A charger: its number in the order of cells, and its cell."""
+
+    id: int
+    cell: int
+    in_service: bool = True
+
+
+_One = Robot | Station | _Charger
+
+
+@define(eq=False)
 class _State:
     """When something fails next and how long that lasts, when it is maintained; how often it was out of service, and
-    until when it is, None while it works; and what happens when it works again."""
+    until when it is, None while it works; and what happens when it fails or works again."""
 
     failures: FailuresSection | None
     hours: Timetable
-    repaired: simpy.Event
+    turned: simpy.Event
     fails: float = math.inf
     repair: int = 0
     number: int = 0
@@ -35,10 +47,11 @@ class _State:
 
 
 class Outages:
-    """Takes robots and stations out of service and back.
+    """Takes robots, stations and chargers out of service and back.
 
     How long one works, and how long the repair takes that follows, are drawn when it begins to work: by the seed, by
-    which one it is, and by how often it has been out of service before.
+    which one it is, and by how often it has been out of service before. A robot first drives to the maintenance cell
+    that is nearest, if the layout has one that is free; not one that is low, which might reach no charger then.
 
     Parameters
     ----------
@@ -48,6 +61,10 @@ class Outages:
         The clock.
     tell
         Is handed what happens.
+    send
+        Sends a robot without a task to a cell.
+    driving
+        Has the ids of the robots that drive now.
 
     Raises
     ------
@@ -56,10 +73,17 @@ class Outages:
     """
 
     def __init__(
-        self, scenario: Scenario, warehouse: Warehouse, env: simpy.Environment, tell: Callable[[events.Event], None]
+        self,
+        scenario: Scenario,
+        warehouse: Warehouse,
+        env: simpy.Environment,
+        tell: Callable[[events.Event], None],
+        send: Callable[[Robot, int], None],
+        driving: Container[int],
     ) -> None:
         self._seed, self._warehouse, self._env, self._tell = scenario.seed, warehouse, env, tell
-        self._states, self._changed = dict[Robot | Station, _State](), env.event()
+        self._send, self._driving = send, driving
+        self._states, self._changed = dict[_One, _State](), env.event()
         zero, given = Calendar(scenario.instance.start).time_of_day(), scenario.robots.maintenance or {}
         names = {robot.name for robot in warehouse.robots}
         if unknown := next((name for name in given if name not in names), None):
@@ -68,8 +92,12 @@ class Outages:
             self._add(robot, scenario.robots.failures, Timetable(read_spans(given.get(robot.name, ())), zero))
         for station in warehouse.picking:
             self._add(station, scenario.stations.outages, Timetable(()))
+        battery = scenario.robots.battery
+        self._chargers = [_Charger(i, cell) for i, cell in enumerate(warehouse.travel.layout.chargers)]
+        for charger in self._chargers:
+            self._add(charger, None if battery is None else battery.charger_outages, Timetable(()))
 
-    def _add(self, one: Robot | Station, failures: FailuresSection | None, hours: Timetable) -> None:
+    def _add(self, one: _One, failures: FailuresSection | None, hours: Timetable) -> None:
         if failures is not None or hours.spans:
             self._states[one] = _State(failures, hours, self._env.event())
             self._begin(one)
@@ -86,11 +114,35 @@ class Outages:
             if self._warehouse.now == tick:
                 for one in self._states:
                     self.update(one)
+                self._charge_on()
                 decide()
 
     def repaired(self, station: Station) -> simpy.Event:
         """Return what happens when a station works again."""
-        return self._states[station].repaired
+        return self._states[station].turned
+
+    def charge(self, robot: Robot, share: float) -> Generator[simpy.Event, Any, None]:
+        """Let a robot charge; end when its charger fails, unless it might reach no other one."""
+        warehouse, charger = self._warehouse, next((one for one in self._chargers if one.cell == robot.cell), None)
+        state = None if charger is None else self._states.get(charger)
+        while True:
+            if ticks := warehouse.ticks_to_charge(robot, share):
+                charged = self._env.timeout(ticks)
+                yield charged if state is None else charged | state.turned
+                if charged.processed:
+                    return
+            if charger is None or charger.in_service or warehouse.may_go_on(robot):
+                return
+            assert state is not None
+            yield state.turned
+
+    def _charge_on(self) -> None:
+        """Let robots charge that are low and stand at chargers which work again."""
+        warehouse = self._warehouse
+        for robot in warehouse.robots:
+            stands = robot.resting and robot.cell in warehouse.chargers and robot.id not in self._driving
+            if stands and robot.low and all(other.goal != robot.cell for other in warehouse.robots):
+                self._send(robot, robot.cell)
 
     def _next(self, state: _State) -> float:
         """Return the tick at which something may change; infinite where that is when a robot has ended its task."""
@@ -99,7 +151,7 @@ class Outages:
         now = self._warehouse.now
         return min(state.fails if state.fails > now else math.inf, state.hours.next_change(now) or math.inf)
 
-    def update(self, one: Robot | Station) -> None:
+    def update(self, one: _One) -> None:
         """Take something out of service or back if it is time; a robot only when it has ended its task."""
         if (state := self._states.get(one)) is None:
             return
@@ -108,29 +160,51 @@ class Outages:
             state.until, state.number = None, state.number + 1
             self._begin(one)
             self._change(one, in_service=True)
-            repaired, state.repaired = state.repaired, self._env.event()
-            repaired.succeed()
+            self._turn(state)
         if state.until is None and not (isinstance(one, Robot) and not one.resting):
-            if failed := state.fails <= now:
-                state.until = now + state.repair
-            elif state.hours.at(now):
-                state.until = state.hours.next_change(now) or math.inf
-            if state.until is not None:
-                self._change(one, in_service=False, planned=not failed)
-                changed, self._changed = self._changed, self._env.event()  # its repair may come next
-                changed.succeed()
+            failed = state.fails <= now
+            if not (failed or state.hours.at(now)):
+                return
+            if isinstance(one, Robot) and (cell := self._repaired_in(one)) is not None:
+                self._send(one, cell)
+                return
+            state.until = now + state.repair if failed else state.hours.next_change(now) or math.inf
+            self._change(one, in_service=False, planned=not failed)
+            self._turn(state)
+            changed, self._changed = self._changed, self._env.event()  # its repair may come next
+            changed.succeed()
 
-    def _begin(self, one: Robot | Station) -> None:
+    def _turn(self, state: _State) -> None:
+        """Let those go on who wait for something to fail, or to work again."""
+        turned, state.turned = state.turned, self._env.event()
+        turned.succeed()
+
+    def _repaired_in(self, robot: Robot) -> int | None:
+        """Return the maintenance cell that a robot drives to; None where it stays."""
+        warehouse, cells = self._warehouse, self._warehouse.travel.layout.maintenance
+        if not cells or robot.low or robot.cell in cells:
+            return None
+        ticks = warehouse.travel.times_from(robot.cell, robot.heading, False)
+        free = [cell for cell in cells if cell not in warehouse.taken_cells()]
+        return min(free, key=lambda cell: (int(ticks[cell]), cell), default=None)
+
+    def _begin(self, one: _One) -> None:
         """Draw how long something works from now on, and how long it is repaired then."""
-        state, purpose = self._states[one], f"failures of {'robots' if isinstance(one, Robot) else 'stations'}"
+        kind = "robots" if isinstance(one, Robot) else "stations" if isinstance(one, Station) else "chargers"
+        state, purpose = self._states[one], f"failures of {kind}"
         if state.failures is not None:
             rng = keyed_stream(self._seed, purpose, one.id, state.number)
             works_s, repair_s = rng.exponential((3600 * state.failures.mtbf_h, state.failures.mttr_s)).tolist()
             state.fails = self._warehouse.now + max(to_ticks(works_s), 1)
             state.repair = max(to_ticks(repair_s), 1)
 
-    def _change(self, one: Robot | Station, *, in_service: bool, planned: bool = False) -> None:
+    def _change(self, one: _One, *, in_service: bool, planned: bool = False) -> None:
         warehouse, tell = self._warehouse, self._tell
+        if isinstance(one, _Charger):
+            one.in_service = in_service
+            warehouse.put_charger_in_service(one.cell, in_service, self._driving)
+            tell((events.ChargerUp if in_service else events.ChargerDown)(warehouse.now, one.cell))
+            return
         was_open = isinstance(one, Station) and one.open
         warehouse.put_in_service(one, in_service)
         if isinstance(one, Station):

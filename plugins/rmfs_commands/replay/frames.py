@@ -16,6 +16,7 @@ from rmfs_commands.replay.reading import Replay
 from rmfs_commands.replay.warehouse import WarehouseAt
 from rmfs_core.wording import counted
 from rmfs_core.world import CellKind
+from rmfs_core.world.grid import RESTING
 
 FINER = 2
 """Pictures are drawn so many times larger, and reduced: edges are smooth."""
@@ -108,12 +109,17 @@ class Camera:
                 continue
             lane = kind in (CellKind.QUEUE, CellKind.STATION)
             pen.draw.rectangle(pen.box(column, row, 0), fill=colours["lane" if lane else "floor"])
-            if kind in (CellKind.STORAGE, CellKind.CHARGER):
+            if kind in RESTING:
                 pen.draw.rectangle(pen.box(column, row, 0.06), fill=colours["place"])
             if kind == CellKind.CHARGER:
                 left, top, right, bottom = pen.box(column, row, 0)
                 bolt = [(left + x * (right - left), top + y * (bottom - top)) for x, y in BOLT]
                 pen.draw.polygon(bolt, fill=colours["charge"])
+            if kind == CellKind.MAINTENANCE:
+                for x, y in ((0.36, 0.12), (0.12, 0.36)):
+                    left, top, right, bottom = pen.box(column, row, 0)
+                    bar = left + x * (right - left), top + y * (bottom - top)
+                    pen.draw.rectangle((*bar, left + right - bar[0], top + bottom - bar[1]), fill=colours["charge"])
         for cell in self._replay.start.blocked:
             row, column = divmod(cell, layout.width)
             pen.draw.rectangle(pen.box(column, row, 0.2), outline=colours["empty"], width=FINER)

@@ -309,12 +309,16 @@ def _print_resting(console: Console, opened: OpenState, decided: Mapping[str, An
     """Print the robots without a task, those that are sent somewhere first, with what is in their batteries."""
     layout, sent = opened.warehouse.travel.layout, {rest["robot"]: rest["cell"] for rest in decided.get("rests", ())}
     robots = opened.view.resting_robots
+    kinds = {
+        cell: ", a charger" if cell in opened.view.chargers else ", a charger out of service"
+        for cell in layout.chargers
+    }
     charged = any(robot.charge is not None for robot in robots)
     table = _table("Robot", "At", *(("Charge",) if charged else ()), "Goes to", right=("Charge",) if charged else ())
     for robot in sorted(robots, key=lambda one: (one.name not in sent, one.charge or 0))[:limit]:
         charge = "" if robot.charge is None else f"{robot.charge:.1%}{', too low for a task' if robot.low else ''}"
         places = [robot.cell, *([sent[robot.name]] if robot.name in sent else [])]
-        at, *to = [f"{layout.where(cell)}{', a charger' if cell in layout.chargers else ''}" for cell in places]
+        at, *to = [f"{layout.where(cell)}{kinds.get(cell, '')}" for cell in places]
         table.add_row(Text(robot.name), at, *((charge,) if charged else ()), *(to or [""]))
     console.print(table)
     if len(robots) > limit:

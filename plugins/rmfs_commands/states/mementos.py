@@ -54,7 +54,7 @@ def memento_of(state: State, names: Names, layout: Layout) -> Memento:
     skus, blocked = tuple(names.skus), tuple(sorted(state.empty_pods))
     bundles, sizes = tuple(_bundles(state, names, now)), _sizes(state, names)
     whole = now, skus, orders, pods, stations, robots, tuple(waiting), blocked, state.reserved, bundles, sizes
-    return Memento(*whole, tuple(_packing(state, names, orders)))
+    return Memento(*whole, tuple(_packing(state, names, orders)), state.chargers_down)
 
 
 def _now(state: State, names: Names) -> int:

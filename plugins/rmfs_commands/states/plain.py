@@ -226,6 +226,8 @@ class Memento:
         Space that an item of each SKU takes; empty: 1.
     packing
         Packing stations.
+    chargers_down
+        Cells of the chargers that are out of service.
     """
 
     now: int = field(validator=validators.ge(0))
@@ -240,6 +242,7 @@ class Memento:
     bundles: tuple[BundleMemento, ...] = ()
     sizes: tuple[int, ...] = ()
     packing: tuple[PackingMemento, ...] = ()
+    chargers_down: tuple[int, ...] = ()
 
     @classmethod
     def of(cls, view: WarehouseView, skus: Sequence[str]) -> Memento:
@@ -259,4 +262,5 @@ class Memento:
             tuple(map(BundleMemento.of, bundles)),
             view.sizes if max(view.sizes, default=1) > 1 else (),
             tuple(map(PackingMemento.of, view.packing_stations)),
+            tuple(cell for cell in view.travel.layout.chargers if cell not in view.chargers),
         )

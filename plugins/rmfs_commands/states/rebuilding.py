@@ -75,6 +75,11 @@ class _WithoutPlaces(WarehouseView):
         raise LacksError("storage locations")
 
     @property
+    def chargers(self) -> NoReturn:
+        """There are no places."""
+        raise LacksError("chargers")
+
+    @property
     def blocked_locations(self) -> NoReturn:
         """There are no places."""
         raise LacksError("storage locations")

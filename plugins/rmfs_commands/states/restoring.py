@@ -76,6 +76,10 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         warehouse.put_in_service(station, told.in_service)
     for robot, given_robot in zip(warehouse.robots, memento.robots, strict=True):
         warehouse.put_in_service(robot, given_robot.in_service)
+    for cell in memento.chargers_down:
+        known = f"found {cell}; expected a charger of the layout that is not named before"
+        _check(cell in warehouse.chargers, known, "chargers_down")
+        warehouse.put_charger_in_service(cell, False, ())
     if not warehouse.unlimited_stock:
         warehouse.begin_to_wait({i: o.waits for i, o in enumerate(memento.orders) if o.waits is not None})
     _bind(warehouse, memento)

@@ -73,7 +73,8 @@ class Snapshots:
         self._at = (*view.stations, *(station for station in view.replenishment_stations if not station.picks))
         self._stations = [station.name for station in self._at]
         self._orders: dict[int, str] = {}
-        self._dated = False
+        self._dated, battery = False, run.scenario.robots.battery
+        self._chargers_fail = battery is not None and battery.charger_outages is not None
         self._told_of_orders: dict[int, None] = {}
         self._told_of_pods: set[int] = set()
         self._last: dict[str, tuple[object, dict[str, Any]]] = {}
@@ -122,7 +123,7 @@ class Snapshots:
         stations = self._look_at_stations()
         robots = {robot.name: self._robot(RobotMemento.of(robot)) for robot in view.robots}
         later = self._dated or bool(view.replenishment_stations or view.packing_stations)
-        later |= _needs_version_2(stations, robots)
+        later |= _needs_version_2(stations, robots) or self._chargers_fail
         whole = {
             "version": VERSIONS[later],
             "time_s": view.now_s,
@@ -130,6 +131,7 @@ class Snapshots:
             "robots": robots,
             "waiting": [pod.name for pod in view.waiting_pods],
             "reserved": list(view.reserved_locations),
+            **self._chargers_down(),
             **self._bundles(),
             **self._packing(),
             **call,
@@ -199,6 +201,12 @@ class Snapshots:
         if pod.capacity < UNLIMITED:
             state["capacity"] = pod.capacity
         return state
+
+    def _chargers_down(self) -> dict[str, list[int]]:
+        """Return the chargers that are out of service, in a warehouse where some may be."""
+        if not self._chargers_fail:
+            return {}
+        return {"chargers_down": [c for c in self._view.travel.layout.chargers if c not in self._view.chargers]}
 
     def _bundles(self) -> dict[str, Any]:
         """Return the bundles that are not stored, in a warehouse where some can be."""

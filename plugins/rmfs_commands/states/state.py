@@ -390,6 +390,7 @@ class State:
     ask: AskState = key("What is asked", factory=AskState)
     seed: int = key("Seed of the rule's random generator, where `random` is left out", 1, check=at_least(0))
     random: RandomState | None = key("State of the rule's random generator, where it has drawn already", None)
+    chargers_down: tuple[int, ...] = key("Cells of chargers that are out of service", ())
 
     def __attrs_post_init__(self) -> None:
         if self.version == VERSIONS[0] and any(o.due_s is not None or o.priority for o in self.orders.values()):
@@ -411,6 +412,8 @@ class State:
             raise ValueError(
                 "found `bundle_capacity` or `bundles` in a state of version 1; expected version 2 with them"
             )
+        if self.version == VERSIONS[0] and self.chargers_down:
+            raise ValueError("found `chargers_down` in a state of version 1; expected version 2 with it")
         if self.version == VERSIONS[0] and self.packing is not None:
             raise ValueError("found `packing` in a state of version 1; expected version 2 with it")
 

@@ -17,6 +17,7 @@ from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.simulation.services import Services
 from rmfs_core.timetable import Calendar
 from rmfs_core.world import CellKind
+from rmfs_core.world.grid import RESTING
 
 Handlers = Mapping[type[Event], Callable[[Any], None]]
 """Functions that a check calls at each kind of event."""
@@ -100,8 +101,8 @@ class Case:
         return bool(self.kind[cell] == CellKind.STORAGE)
 
     def is_rest(self, cell: int) -> bool:
-        """Whether robots may rest in a cell: a storage location or a charger."""
-        return self.is_storage(cell) or bool(self.kind[cell] == CellKind.CHARGER)
+        """Whether robots may rest in a cell: a storage location, a charger, or a maintenance cell."""
+        return bool(self.kind[cell] in RESTING)
 
     def heading(self, cell: int, to: int) -> int | None:
         """Heading of a straight run from one cell to another; None when there is none."""

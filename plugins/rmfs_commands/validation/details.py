@@ -25,7 +25,7 @@ from rmfs_commands.validation.tables import (
     stations_of,
     waiting_ticks,
 )
-from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
@@ -125,9 +125,13 @@ def _lateness(trace: Trace, begin: int, done: dict[int, int]) -> dict[str, float
         return {}
     arrivals, cancelled = arrivals_of(trace), cancelled_in(trace)
     counted = {i: tick for i, tick in due.items() if arrivals.get(i, -1) >= begin and i not in cancelled}
-    known = [i for i, tick in counted.items() if i in done or tick < max(trace.tick, begin)]
+    end, until_s = max(trace.tick, begin), trace.scenario.get("run", {}).get("until_s")
+    last = [] if until_s is None else [to_ticks(until_s)]  # what is due later nobody knows but of early orders
+    if counted.keys() - done.keys():
+        last.append(end)
+    known = [i for i, tick in counted.items() if (i in done or tick < end) and all(tick <= one for one in last)]
     late = {i for i in known if i not in done or done[i] > due[i]}
-    tardiness = [max(0, done[i] - due[i]) for i in known if i in done]
+    tardiness = [max(0, done[i] - due[i]) for i in counted if i in done]
     priorities = Counter(trace.instance.orders[i].priority for i in known)
     late_of = Counter(trace.instance.orders[i].priority for i in late)
     return {

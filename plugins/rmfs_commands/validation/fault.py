@@ -69,7 +69,7 @@ KINDS: dict[str, str] = {
     "fetched-twice": "a robot gets a task to fetch a pod that another one fetches or carries",
     "robot-busy": "a robot gets a task, or is sent to rest, while it is busy",
     "off-duty": "a robot gets a task while it is off duty",
-    "outage": "a robot or station is out of service, or back, at another time than the seed and the timetable say",
+    "outage": "something is out of service, or back, at another time or place than the seed and the timetable say",
     "out-of-service": "a robot gets a task, or an item is picked at a station, while that is out of service",
     "robot-hours": "robots come on or off duty at another time than the timetable says",
     "moved-bound": "a pod is carried elsewhere that is bound for a station",

@@ -9,6 +9,7 @@ from typing import Any
 
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.case import Case
+from rmfs_commands.validation.costs import recompute_costs
 from rmfs_commands.validation.departures import recompute_departures
 from rmfs_commands.validation.details import recompute_details
 from rmfs_commands.validation.packed import recompute_packing
@@ -42,6 +43,8 @@ def compare(case: Case, result: Mapping[str, Any]) -> None:
         details |= recompute_packing(trace)
     if trace.scenario.get("instance", {}).get("departures"):
         details |= recompute_departures(trace)
+    if trace.scenario.get("costs"):
+        details |= recompute_costs(trace)
     expected_values = recompute(trace) | (details if details.keys() & reported.keys() else {})
     for name, value in expected_values.items():
         if name not in reported:

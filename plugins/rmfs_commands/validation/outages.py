@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from attrs import define
 
 from rmfs_commands.validation.case import Case, Handlers, seconds
+from rmfs_commands.validation.state import State
+from rmfs_commands.validation.tables import has_batteries
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import (
     BundleStored,
+    ChargerDown,
+    ChargerUp,
     Event,
     ItemPicked,
     PodMoveDecided,
@@ -28,7 +33,7 @@ from rmfs_core.timetable import Calendar, Timetable, read_spans
 
 @define
 class _One:
-    """A robot or station.
+    """A robot, station or charger.
 
     ``fails`` and ``repair`` are as drawn, ``up`` is the tick since which it works, ``free`` that since which it has no
     task (None while it has one), ``charges`` whether it may have charged for a while yet, ``out`` the time out of
@@ -57,43 +62,75 @@ class _One:
 
 
 class OutageCheck:
-    """Robots and stations are out of service as the seed draws it, and robots as their maintenance is planned."""
+    """All is out of service as the seed draws it, and robots as their maintenance is planned, in cells for that."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: Case, state: State) -> None:
         scenario, trace = case.trace.scenario, case.trace
-        self.case, self.seed = case, int(scenario.get("seed", 1))
+        self.case, self.state, self.seed = case, state, int(scenario.get("seed", 1))
         robots, zero = scenario.get("robots", {}), Calendar(scenario.get("instance", {}).get("start")).time_of_day()
         given = robots.get("maintenance") or {}
         self.laws = {"robots": robots.get("failures"), "stations": scenario["stations"].get("outages")}
+        self.laws["chargers"] = (robots.get("battery") or {}).get("charger_outages")
         hours = [Timetable(read_spans(given.get(str(i + 1), ())), zero) for i in range(len(trace.robots))]
         self.robots = [_One(case.robot(i), one) for i, one in enumerate(hours)]
         picking = len(trace.stations) - trace.layout.replenishing
         self.stations = [_One(case.station(i), Timetable(())) for i in range(picking)]
+        self.cells = case.layout.chargers
+        self.chargers = [_One(f"the charger at {case.where(cell)}", Timetable(())) for cell in self.cells]
+        self.ones = {"robots": self.robots, "stations": self.stations, "chargers": self.chargers}
         for pod in trace.pods:
             if pod["robot"] is not None:
                 self.robots[pod["robot"]].free = None
-        for kind, ones in (("robots", self.robots), ("stations", self.stations)):
+        for kind, ones in self.ones.items():
             for i in range(len(ones)):
                 self._draw(kind, i)
         self.handlers: Handlers = {
-            RobotDown: lambda event: self.goes("robots", event.robot, event, planned=event.planned),
+            RobotDown: self.robot_goes,
             RobotUp: lambda event: self.comes("robots", event.robot, event),
             StationDown: lambda event: self.goes("stations", event.station, event, planned=False),
             StationUp: lambda event: self.comes("stations", event.station, event),
+            ChargerDown: lambda event: self.charger(event, self.goes, planned=False),
+            ChargerUp: lambda event: self.charger(event, self.comes),
             TaskAssigned: self.begins,
             PodMoveDecided: self.begins,
-            RobotSent: self.begins,
+            RobotSent: self.sent,
             PodStored: self.ends,
             RobotRested: self.ends,
             ItemPicked: self.works,
             BundleStored: self.works,
         }
 
-    def _of(self, kind: str) -> list[_One]:
-        return self.robots if kind == "robots" else self.stations
+    def charger(self, event: ChargerDown | ChargerUp, check: Callable[..., None], **more: bool) -> None:
+        """Check that a charger fails, or is in service again, when it is due."""
+        if event.cell in self.cells:
+            check("chargers", self.cells.index(event.cell), event, **more)
+        else:
+            self.case.add("outage", event.tick, f"a charger fails at {self.case.where(event.cell)}, where none is")
+
+    def robot_goes(self, event: RobotDown) -> None:
+        """Check that a robot goes out of service when it is due, and in a maintenance cell that is free."""
+        self.goes("robots", event.robot, event, planned=event.planned)
+        if self.case.layout.maintenance and not has_batteries(self.case.trace):  # no event tells how low those are
+            robot, free = self.state.robots[event.robot], self._free_cells(event.robot)
+            if robot.cell not in self.case.layout.maintenance and free:
+                what = f"{self.case.robot(event.robot)} is out of service at {self.case.where(robot.cell)}"
+                self.case.add("outage", event.tick, f"{what}, but {self.case.where(free[0])} is free for that")
+
+    def _free_cells(self, robot: int) -> list[int]:
+        """Return the maintenance cells that are free for a robot."""
+        taken = {cell for i, other in enumerate(self.state.robots) if i != robot for cell in (other.cell, other.sent)}
+        return [cell for cell in self.case.layout.maintenance if cell not in taken]
+
+    def sent(self, event: RobotSent) -> None:
+        """Check that a robot which comes to a maintenance cell has failed or is to be maintained."""
+        one, goes = self.robots[event.robot], event.cell in self.case.layout.maintenance
+        if goes and one.due()[0] > event.tick:
+            where = f"{self.case.robot(event.robot)} is sent to the maintenance cell at {self.case.where(event.cell)}"
+            self.case.add("outage", event.tick, f"{where}, but nothing was due")
+        self.begins(event)
 
     def _draw(self, kind: str, number: int) -> None:
-        law, one = self.laws[kind], self._of(kind)[number]
+        law, one = self.laws[kind], self.ones[kind][number]
         if law is not None:
             rng = keyed_stream(self.seed, f"failures of {kind}", number, one.number)
             works, repair = (max(round(rng.exponential(mean) * TICKS_PER_S), 1) for mean in _means(law))
@@ -101,13 +138,15 @@ class OutageCheck:
 
     def goes(self, kind: str, number: int, event: Event, *, planned: bool) -> None:
         """Check that something goes out of service when it is due."""
-        if number >= len(self._of(kind)):
+        if number >= len(self.ones[kind]):
             self.case.add("outage", event.tick, f"{self.case.station(number)} fails, where no orders are picked")
             return
-        one, why = self._of(kind)[number], "is maintained" if planned else "fails"
+        one, why = self.ones[kind][number], "is maintained" if planned else "fails"
         tick, expected = one.due()
-        later = one.charges and event.tick >= tick  # when it was charged nobody has told
-        if one.down or planned != expected or not (event.tick == tick or later):
+        agrees = planned == expected and event.tick == tick
+        if one.charges:  # when it was charged, and so had nothing to do, nobody has told
+            agrees = bool(one.hours.at(event.tick)) if planned else event.tick >= one.fails
+        if one.down or not agrees:
             due = "nothing was due" if one.down or tick == math.inf else f"due: {_what(expected)} at {seconds(tick)}"
             self.case.add("outage", event.tick, f"{one.name} {why} from {seconds(event.tick)} on; {due}")
         until = (one.hours.next_change(event.tick) or math.inf) if planned else event.tick + one.repair
@@ -115,9 +154,9 @@ class OutageCheck:
 
     def comes(self, kind: str, number: int, event: Event) -> None:
         """Check that something comes back when it is repaired."""
-        if number >= len(self._of(kind)):
+        if number >= len(self.ones[kind]):
             return
-        one = self._of(kind)[number]
+        one = self.ones[kind][number]
         if not one.down or event.tick != one.out[1]:
             due = f"expected at {seconds(one.out[1])}" if one.down else "it was not out of service"
             self.case.add("outage", event.tick, f"{one.name} is in service again from {seconds(event.tick)} on; {due}")
@@ -127,7 +166,8 @@ class OutageCheck:
     def begins(self, event: TaskAssigned | PodMoveDecided | RobotSent) -> None:
         """Check that a robot which gets something to do is in service."""
         one = self.robots[event.robot]
-        self._missed(one, event.tick)
+        if not one.charges:
+            self._missed(one, event.tick)
         if one.down:
             self.case.add("out-of-service", event.tick, f"{one.name} gets a task, but is out of service")
         one.free, one.charges = None, False
@@ -136,7 +176,7 @@ class OutageCheck:
         """Note that a robot has nothing to do."""
         one = self.robots[event.robot]
         one.free = event.tick
-        one.charges = event.cell in self.case.layout.chargers
+        one.charges = event.cell in self.cells
 
     def works(self, event: ItemPicked | BundleStored) -> None:
         """Check that work at a station was not begun while that was out of service."""
@@ -155,7 +195,7 @@ class OutageCheck:
     def at_end(self) -> None:
         """Check that whatever was due has been told."""
         end = self.case.trace.tick
-        for one in (*self.robots, *self.stations):
+        for one in (*self.robots, *self.stations, *self.chargers):
             if one.down and one.out[1] < end:
                 self.case.add("outage", end, f"{one.name} is not in service again at {seconds(one.out[1])}")
             elif not one.charges:

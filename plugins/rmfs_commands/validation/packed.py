@@ -122,6 +122,13 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
 
 def _packers(trace: Trace, begin: int, end: int) -> dict[str, float | None]:
     """Return what share of the packers' time they were at work, and without a task though orders were not packed."""
+    there, busy, starved = packers_ticks(trace, begin, end)
+    shares = {"packer_utilisation_percent": busy, "packer_starved_percent": starved}
+    return {name: 100 * ticks / there if there else None for name, ticks in shares.items()}
+
+
+def packers_ticks(trace: Trace, begin: int, end: int) -> tuple[int, int, int]:
+    """Return the packers' time, and how much of it they worked, and had no task though orders were not packed."""
     section, orders = trace.scenario["packing"], Counter[int]()
     work: dict[int, Counter[int]] = defaultdict(Counter)  # by packing station: changes of how many are at work, by tick
     for event in trace.events:
@@ -149,8 +156,7 @@ def _packers(trace: Trace, begin: int, end: int) -> dict[str, float | None]:
                 busy += (until - tick) * working
                 there += (until - tick) * (on_duty or working)
                 starved += (until - tick) * (on_duty * (unpacked > 0) - working * (on_duty > 0))
-    shares = {"packer_utilisation_percent": busy, "packer_starved_percent": starved}
-    return {name: 100 * ticks / there if there else None for name, ticks in shares.items()}
+    return there, busy, starved
 
 
 def _refused(trace: Trace, begin: int, boxes: int) -> int:

@@ -8,7 +8,16 @@ from collections import defaultdict
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.tables import has_batteries, robots_of
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.events import PodLifted, PodMoveDecided, PodStored, RobotMoved, RobotRested, RobotSent
+from rmfs_core.events import (
+    ChargerDown,
+    ChargerUp,
+    PodLifted,
+    PodMoveDecided,
+    PodStored,
+    RobotMoved,
+    RobotRested,
+    RobotSent,
+)
 
 WH = 3600
 ROBOT_KG, POD_KG, RESISTANCE, EFFICIENCY, SIDE_M, HALF_TRACK_M, LIFT_M, G = 150, 450, 0.015, 0.8, 0.9, 0.3, 0.05, 9.81
@@ -23,16 +32,20 @@ def recompute_robots(trace: Trace, begin: int, completed: int) -> dict[str, floa
     found["energy_per_order_wh"] = total / completed if completed else None
     doing: dict[int, str] = {}
     metres: dict[str, int] = defaultdict(int)
-    moved = charges = 0
+    moved, charges, broken = 0, 0, set[int]()
     for event in trace.events:
         counts = event.tick >= begin
         match event:
             case RobotSent():
                 doing[event.robot] = "resting"
+            case ChargerDown():
+                broken.add(event.cell)
+            case ChargerUp():
+                broken.discard(event.cell)
             case PodMoveDecided():
                 doing[event.robot] = "moving"
             case RobotRested():
-                charges += counts and event.cell in trace.layout.chargers
+                charges += counts and event.cell in trace.layout.chargers and event.cell not in broken
                 doing.pop(event.robot, None)
             case PodStored():
                 moved += counts and event.robot in doing

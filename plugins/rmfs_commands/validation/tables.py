@@ -15,6 +15,8 @@ from rmfs_commands.trace.reader import Trace, packing_stations
 from rmfs_commands.validation.stock import joined_at
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import (
+    ChargerDown,
+    ChargerUp,
     Event,
     ItemPicked,
     OrderArrived,
@@ -128,7 +130,7 @@ def hours_of(trace: Trace) -> Iterator[Row]:
 def _there(trace: Trace) -> dict[str, list[tuple[int, int]]]:
     """Return how many stations are open, and robots on duty, from when on; empty where they never come or go."""
     opened, on_duty = [(0, len(trace.stations) - trace.layout.replenishing)], [(0, len(trace.robots))]
-    robots_down, stations_down = [(0, 0)], [(0, 0)]
+    robots_down, stations_down, chargers_down = [(0, 0)], [(0, 0)], [(0, 0)]
     for event in trace.events:
         match event:
             case StationOpened() | StationClosed():
@@ -139,6 +141,8 @@ def _there(trace: Trace) -> dict[str, list[tuple[int, int]]]:
                 robots_down.append((event.tick, robots_down[-1][1] + (1 if isinstance(event, RobotDown) else -1)))
             case StationDown() | StationUp():
                 stations_down.append((event.tick, stations_down[-1][1] + (1 if isinstance(event, StationDown) else -1)))
+            case ChargerDown() | ChargerUp():
+                chargers_down.append((event.tick, chargers_down[-1][1] + (1 if isinstance(event, ChargerDown) else -1)))
     found = {"stations_open": opened} if has_hours(trace) else {}
     if trace.scenario.get("packing"):
         found["boxes"] = boxes_of(trace)
@@ -148,6 +152,8 @@ def _there(trace: Trace) -> dict[str, list[tuple[int, int]]]:
         found["robots_down"] = robots_down
     if trace.scenario.get("stations", {}).get("outages"):
         found["stations_down"] = stations_down
+    if (trace.scenario.get("robots", {}).get("battery") or {}).get("charger_outages"):
+        found["chargers_down"] = chargers_down
     return found | ({"robots_on_duty": on_duty} if trace.scenario.get("robots", {}).get("available") else {})
 
 
@@ -166,8 +172,11 @@ def recompute_outages(trace: Trace) -> dict[str, float | None]:
             case StationDown() if event.tick >= begin:
                 failures["stations"] += 1
                 held += sum(station == event.station and items > 0 for (station, _), items in wanted.items())
+            case ChargerDown() if event.tick >= begin:
+                failures["chargers"] += 1
     there, found = _there(trace), dict[str, float | None]()
     numbers = {"robots": len(trace.robots), "stations": len(trace.stations) - trace.layout.replenishing}
+    numbers["chargers"] = len(trace.layout.chargers)
     for kind, number in numbers.items():
         if (steps := there.get(f"{kind}_down")) is not None:
             share = 100 * _mean(steps, begin, end) / number if end > begin else None
@@ -366,9 +375,12 @@ def _turns(trace: Trace) -> list[list[tuple[int, str]]]:
         QueueJoined: "queue",
         VisitStarted: "station",
     }
-    on_duty = len(trace.robots)
+    on_duty, cells = len(trace.robots), [robot["cell"] for robot in trace.robots]
     for event in trace.events:
         robot, state = getattr(event, "robot", None), simple.get(type(event))
+        for i in _cut_off(event, chargers, cells):
+            if turns[i][-1][1] == "charging":
+                turns[i].append((event.tick, "idle" if i < on_duty else OFF))
         match event:
             case RobotRested():
                 rests = "idle" if event.robot < on_duty else OFF
@@ -390,6 +402,19 @@ def _turns(trace: Trace) -> list[list[tuple[int, str]]]:
         if robot is not None and state is not None:
             turns[robot].append((event.tick, state))
     return turns
+
+
+def _cut_off(event: Event, chargers: set[int], cells: list[int]) -> list[int]:
+    """Update which chargers work and where robots stand; return the robots that stand at one which fails now."""
+    match event:
+        case RobotMoved():
+            cells[event.robot] = event.to
+        case ChargerUp():
+            chargers.add(event.cell)
+        case ChargerDown():
+            chargers.discard(event.cell)
+            return [robot for robot, cell in enumerate(cells) if cell == event.cell]
+    return []
 
 
 def waiting_ticks(trace: Trace) -> Counter[tuple[int, str]]:

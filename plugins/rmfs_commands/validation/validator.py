@@ -69,7 +69,7 @@ def faults_of(
     lines, orders = LineCheck(case, state, collisions=collisions), OrderCheck(case, state, packing)
     pods = PodCheck(case, state)
     picks, bundles, shifts = PickCheck(case, state), BundleCheck(case, state), ShiftCheck(case, state)
-    stock, decisions, outages = StockCheck(case, state), DecisionCheck(case, state), OutageCheck(case)
+    stock, decisions, outages = StockCheck(case, state), DecisionCheck(case, state), OutageCheck(case, state)
     # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity,
     # and which orders wait for stock before what is on order for them.
     checks = (

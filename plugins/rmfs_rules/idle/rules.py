@@ -108,7 +108,7 @@ class ChargeWhenLow:
     @hookimpl
     def idle_robots(self, warehouse: WarehouseView) -> Sequence[RobotMove]:
         """Send robots to chargers, and away from them."""
-        chargers = warehouse.travel.layout.chargers
+        chargers = warehouse.chargers
         charged = [(robot.charge, robot) for robot in warehouse.resting_robots]
         wanting = [
             (charge, robot.id, robot)

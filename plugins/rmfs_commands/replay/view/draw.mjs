@@ -7,7 +7,7 @@ import { phaseOf, waitsOn } from "./story.mjs";
 /** @import { Heat, History, Palette, Position, Run, Thing, ToldPacking } from "./types.d.ts" */
 /** @import { World } from "./world.mjs" */
 
-const [WALL, STORAGE, QUEUE, STATION, CHARGER] = [0, 2, 3, 4, 5];
+const [WALL, STORAGE, QUEUE, STATION, CHARGER, MAINTENANCE] = [0, 2, 3, 4, 5, 6];
 const BOLT = [[0.58, 0.1], [0.24, 0.56], [0.46, 0.56], [0.4, 0.9], [0.76, 0.42], [0.53, 0.42]]; // the sign of a charger in its cell
 const MARGIN = 1;
 const BESIDE = 3.2; // columns for the open orders of stations on an edge
@@ -157,7 +157,7 @@ export class Scene {
       const [x, y] = [this.toX(cell % width), this.toY(Math.floor(cell / width))];
       pen.fillStyle = what === QUEUE || what === STATION ? p.lane : p.floor;
       this.tile(pen, cell);
-      if (what === STORAGE || what === CHARGER) {
+      if (what === STORAGE || what === CHARGER || what === MAINTENANCE) {
         pen.fillStyle = p.place;
         pen.fillRect(x + 0.06 * s, y + 0.06 * s, 0.88 * s, 0.88 * s);
       }
@@ -166,6 +166,11 @@ export class Scene {
         for (const [right, down] of BOLT) pen.lineTo(x + right * s, y + down * s);
         pen.fillStyle = p.charge;
         pen.fill();
+      }
+      if (what === MAINTENANCE) { // a cross
+        pen.fillStyle = p.charge;
+        pen.fillRect(x + 0.36 * s, y + 0.12 * s, 0.28 * s, 0.76 * s);
+        pen.fillRect(x + 0.12 * s, y + 0.36 * s, 0.76 * s, 0.28 * s);
       }
     }
     for (const cell of this.run.layout.packing ?? []) {
@@ -222,6 +227,8 @@ export class Scene {
     if (selected?.kind === "robot") this.drawWay(pen, selected.id, world.tick);
     this.drawStations(pen, world);
     if (this.run.packing) for (let i = 0; i < this.run.packing.stations; i++) this.drawPacking(pen, world, this.run.packing, i);
+    const { width } = this.run.layout;
+    for (const cell of world.chargersDown) this.strike(pen, this.toX((cell % width) + 0.5), this.toY(Math.floor(cell / width) + 0.5));
     this.drawRobots(pen, world);
     if (selected) this.drawSelected(pen, world, selected);
   }
@@ -283,7 +290,7 @@ export class Scene {
       const size = (pod >= 0 ? 0.27 : 0.34) * s;
       pen.beginPath();
       pen.arc(x, y, size, 0, FULL);
-      pen.fillStyle = phase.phase === "idle" || phase.phase === "charging" ? p.idle : waitsOn(phase, here, this.run.legs[robot]) ? p.wait : p.robot;
+      pen.fillStyle = world.robotsDown.has(robot) ? p.rest : phase.phase === "idle" || phase.phase === "charging" ? p.idle : waitsOn(phase, here, this.run.legs[robot]) ? p.wait : p.robot;
       pen.fill();
       const angle = (-here.heading * Math.PI) / 2;
       pen.beginPath();
@@ -361,14 +368,7 @@ export class Scene {
       else pen.rect(px - 0.44 * s, py - 0.44 * s, 0.88 * s, 0.88 * s); // it does nothing but store bundles
       pen.fillStyle = this.isPicking(i, world.tick) ? p.work : p.rest;
       pen.fill();
-      if (world.closed.has(i)) {
-        pen.beginPath();
-        pen.moveTo(px - 0.46 * s, py + 0.46 * s);
-        pen.lineTo(px + 0.46 * s, py - 0.46 * s);
-        pen.strokeStyle = p.wait;
-        pen.lineWidth = Math.max(0.12 * s, 1.5);
-        pen.stroke();
-      }
+      if (world.closed.has(i)) this.strike(pen, px, py);
       pen.fillStyle = this.isPicking(i, world.tick) ? p.card : p.ink;
       pen.font = `600 ${Math.max(0.6 * s, 8)}px system-ui, sans-serif`;
       pen.textAlign = "center";
@@ -376,6 +376,22 @@ export class Scene {
       if (s > 11 * this.ratio) pen.fillText(run.stations.name[i], px, py + 0.03 * s);
       this.drawChips(pen, world, i, x, y, outward);
     });
+  }
+
+  /**
+   * A line across what is closed or out of service, of the size of a cell.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {number} x
+   * @param {number} y
+   */
+  strike(pen, x, y) {
+    const s = this.scale;
+    pen.beginPath();
+    pen.moveTo(x - 0.46 * s, y + 0.46 * s);
+    pen.lineTo(x + 0.46 * s, y - 0.46 * s);
+    pen.strokeStyle = this.palette.wait;
+    pen.lineWidth = Math.max(0.12 * s, 1.5);
+    pen.stroke();
   }
 
   /**

@@ -82,6 +82,8 @@ function more(runs, palette) {
     ["bundles", swatch(palette.bundle, "small"), "with one"],
     ["chargers", swatch(palette.charge, "bolt"), "charger"],
     ["chargers", swatch(palette.charge, "ring"), "robot there, by its charge"],
+    ["maintenance", swatch(palette.charge, "cross"), "maintenance cell"],
+    ["down", swatch(palette.rest, "round"), "robot out of service"],
     ["closed", closed, "closed"],
     ["moves", swatch(palette.moved, "dashed"), "pod moved without a visit"],
     ["packing", swatch(palette.accent, "small hollow"), "box of an order, filled by its items"],

@@ -359,11 +359,12 @@ export class Panel {
   charger(view, id, world) {
     const { width } = view.run.layout;
     const there = view.scene.places.findIndex((here) => !here.moving && here.y * width + here.x === id);
-    if (there < 0) return [make("p", { class: "now" }, "Free.")];
+    const down = world.chargersDown.has(id) ? ["Service", "out: it has failed"] : null;
+    if (there < 0) return [make("p", { class: "now" }, down ? "Out of service." : "Free.")];
     const charge = world.charge(there);
     return [
       make("p", { class: "now" }, `${capital(view.names.robot(there))} stands there.`),
-      facts([["Robot", this.link(view, "robot", there, String(there + 1))], charge === null ? null : ["Charge", percent(charge)]]),
+      facts([["Robot", this.link(view, "robot", there, String(there + 1))], charge === null ? null : ["Charge", percent(charge)], down]),
     ];
   }
 

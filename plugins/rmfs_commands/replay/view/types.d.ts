@@ -51,6 +51,8 @@ export type ToldEvents = {
   robot_up: Told<"robot">;
   station_down: Told<"station">;
   station_up: Told<"station">;
+  charger_down: Told<"cell">;
+  charger_up: Told<"cell">;
   robot_sent: Told<"robot" | "cell">;
   robot_rested: Told<"robot" | "cell">;
   pod_move_decided: Told<"robot" | "pod" | "cell">;

@@ -120,6 +120,8 @@ function unpackEvents({ events: told, texts }) {
     robot_up: timed(told.robot_up),
     station_down: timed(told.station_down),
     station_up: timed(told.station_up),
+    charger_down: timed(told.charger_down),
+    charger_up: timed(told.charger_up),
     robot_sent: timed(told.robot_sent),
     robot_rested: timed(told.robot_rested),
     pod_move_decided: timed(told.pod_move_decided),

@@ -44,6 +44,8 @@ export class World {
   robotsDown = new Set();
   /** @type {Set<number>} */
   stationsDown = new Set();
+  /** @type {Set<number>} */
+  chargersDown = new Set(); // cells
   onDuty = 0;
   /** @type {PackingNow[]} */
   packing = []; // by packing station
@@ -83,6 +85,7 @@ export class World {
     this.closed = new Set();
     this.robotsDown = new Set();
     this.stationsDown = new Set();
+    this.chargersDown = new Set();
     this.onDuty = run.robots.cell.length;
     this.packing = Array.from({ length: run.packing?.stations ?? 0 }, () => ({ coming: 0, waiting: 0, packing: 0, packed: 0 }));
     this.packs = new Map();
@@ -297,6 +300,16 @@ export class World {
   /** @param {number} i */
   station_up(i) {
     this.stationsDown.delete(this.run.events.station_up.station[i]);
+  }
+
+  /** @param {number} i */
+  charger_down(i) {
+    this.chargersDown.add(this.run.events.charger_down.cell[i]);
+  }
+
+  /** @param {number} i */
+  charger_up(i) {
+    this.chargersDown.delete(this.run.events.charger_up.cell[i]);
   }
 
   /** @param {number} i */

@@ -81,6 +81,8 @@ def test_percentiles_and_lateness(tiny: RunInfo) -> None:
     found = values(tiny)
     assert (found["late_orders"], found["late_percent"], found["on_time_percent"]) == (3, 75.0, 25.0)
     assert found["tardiness_s"] == 40 / 3
+    early = (evolve(ORDERS[0], due_tick=60_000), *ORDERS[1:])  # of those that are due then only it is known
+    assert values(tiny, early)["late_percent"] == 100
     assert found["tardiness_p95_s"] == pytest.approx(32)
     priorities = {name: value for name, value in found.items() if "priority" in name}
     assert priorities == {"on_time_percent_priority_0": 100 / 3, "on_time_percent_priority_2": 0.0}

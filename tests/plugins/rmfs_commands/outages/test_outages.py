@@ -1,4 +1,4 @@
-"""Robots and stations that fail or are maintained: when, what they finish, what rules and files tell of it."""
+"""Robots, stations and chargers that fail or are maintained: when, what they finish, what rules and files tell."""
 
 from __future__ import annotations
 
@@ -18,9 +18,11 @@ from rmfs_commands.states import read_recording
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.trace import Trace, read_trace
 from rmfs_commands.validation import validate_trace
-from rmfs_core import TaskAssignment, hookimpl
+from rmfs_core import RobotMove, TaskAssignment, hookimpl
 from rmfs_core.errors import InputError, RuleError, StandstillError
 from rmfs_core.events import (
+    ChargerDown,
+    ChargerUp,
     Event,
     ItemPicked,
     OrderAssigned,
@@ -39,6 +41,14 @@ from rmfs_core.scenario.model import RuleChoice
 ROBOTS, STATIONS = "robots.failures={mtbf_h=0.1,mttr_s=60}", "stations.outages={mtbf_h=0.1,mttr_s=60}"
 SEED = load_scenario("examples/small").seed
 MAINTAINED = 'robots.maintenance={1=[["00:00","00:02"]], 2=[["00:01","00:04"],["00:06","00:07"]]}'
+
+
+CHARGERS = (
+    "layout.chargers=2",
+    "layout.maintenance_cells=1",
+    "rules.idle=charge-when-low",
+    "robots.battery={capacity_wh=90, loaded_w=900, charging_w=9000, charger_outages={mtbf_h=0.05, mttr_s=90}}",
+)
 
 
 class Told:
@@ -65,6 +75,16 @@ class ToAnyone:
     @hookimpl
     def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
         return [TaskAssignment(0, pod.id) for pod in warehouse.waiting_pods[:1]]
+
+
+@define
+class ToBrokenCharger:
+    """Sends a robot to a charger that is out of service."""
+
+    @hookimpl
+    def idle_robots(self, warehouse: Any) -> list[RobotMove]:
+        down = {*warehouse.travel.layout.chargers} - {*warehouse.chargers}
+        return [RobotMove(robot.id, min(down)) for robot in warehouse.resting_robots[:1] if down]
 
 
 def told(*overrides: str, name: str = "examples/small", look: Callable[[Any, Event], None] = lambda *_: None) -> Told:
@@ -171,7 +191,10 @@ def test_a_task_for_a_robot_that_is_down_is_refused() -> None:
     ("stations.outages={mtbf_h=1,mttr_s=1,where='anywhere'}", "stations.outages.where: unknown key"),
     ('robots.maintenance={9=[["00:00","00:01"]]}', "robots.maintenance.9: no robot 9; expected 1 to 4"),
     ('robots.maintenance={1=[["00:00"]]}', ": expected spans of two times of the day"),
-    ("chargers.failures={mtbf_h=1,mttr_s=1}", "chargers: unknown key"),
+    ("robots.failures={mtbf_h=1,mttr_s=1,where='anywhere'}", "where: unknown key; what fails ends its task first"),
+    ("robots.battery.charger_outages={mtbf_h=1,mttr_s=0}", "charger_outages.mttr_s: expected a number from 0.001"),
+    ("layout.maintenance_cells=999", "layout.maintenance_cells=999: found 999; expected fewer than the"),
+    ("layout.maintenance_cells=0", "layout.maintenance_cells=0: expected"),
 )
 def test_wrong_failures_are_said(override: str, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence.replace("+", r"\+").replace(".", r"\.")):
@@ -199,6 +222,90 @@ def test_tables_and_metrics_tell_of_it(run: Path) -> None:
     with (run / "hours.csv").open() as file:
         assert {"robots_down", "stations_down"} <= next(csv.DictReader(file)).keys()
     assert "orders waited for them; " in result["summary"]["outages"]
+
+
+def test_who_charges_where_a_charger_fails_goes_on_or_waits() -> None:
+    sent, low = list[tuple[int, bool]](), set[int]()
+
+    def look(view: Any, event: Event) -> None:
+        if isinstance(event, ChargerDown | ChargerUp):
+            assert (event.cell in view.chargers) is isinstance(event, ChargerUp)
+        if isinstance(event, ChargerDown):
+            assert event.cell not in view.free_rest_cells
+            low.update(robot.id for robot in view.robots if robot.cell == event.cell and robot.low)
+        if isinstance(event, RobotSent) and event.cell in view.travel.layout.chargers:
+            assert event.cell in view.chargers
+            sent.append((event.robot, view.robots[event.robot].cell == event.cell))
+
+    events = told(*CHARGERS, look=look).events
+    assert any(stays for _, stays in sent)
+    assert any(robot in low for robot, stays in sent if not stays)
+    turned = [event for event in events if isinstance(event, ChargerDown | ChargerUp)]
+    first = min(event.cell for event in turned)
+    times, number = [0, *(event.tick for event in turned if event.cell == first)], 0
+    for up, down, again in zip(times[::2], times[1::2], times[2::2], strict=False):
+        rng = keyed_stream(SEED, "failures of chargers", 0, number)
+        assert (down - up, again - down) == (round(1000 * rng.exponential(180)), round(1000 * rng.exponential(90)))
+        number += 1
+    assert number
+
+
+def test_a_charger_out_of_service_is_refused() -> None:
+    scenario = load_scenario("examples/small", CHARGERS)
+    idle = RuleChoice(f"{__file__}:ToBrokenCharger")
+    with pytest.raises(RuleError, match="a charger that is out of service"):
+        rmfs_core.run(evolve(scenario, rules=evolve(scenario.rules, idle=idle)))
+
+
+def test_a_robot_is_repaired_in_a_maintenance_cell_if_one_is_free() -> None:
+    downs = []
+
+    def look(view: Any, event: Event) -> None:
+        if isinstance(event, RobotDown):
+            (cell,) = view.travel.layout.maintenance
+            others = {robot.cell for robot in view.robots if robot.id != event.robot}
+            others |= {robot.goal for robot in view.robots if robot.id != event.robot}
+            downs.append((view.robots[event.robot].cell == cell, cell in others))
+
+    told(ROBOTS, "layout.maintenance_cells=1", look=look)
+    assert {(True, False), (False, True)} == set(downs)
+
+
+@cases(
+    "damage kind",
+    (drop(ChargerDown), "outage"),
+    (drop(ChargerUp), "outage"),
+    (change(ChargerUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
+    (change(ChargerDown, lambda t, e: {"cell": 0}), "outage"),
+    (change(RobotSent, lambda t, e: {"cell": t.layout.maintenance[0]}), "outage"),
+)
+def test_the_validator_knows_chargers_and_maintenance_cells(
+    damage: Callable[[Trace], Trace], kind: str, charged: Path
+) -> None:
+    assert_found(damage(read_trace(charged / "trace.jsonl.gz")), kind)
+
+
+@pytest.fixture(scope="module")
+def charged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run whose chargers and robots fail."""
+    folder = tmp_path_factory.mktemp("charged")
+    record = ["trace", "decisions"]
+    result = rmfs_core.run("examples/small", overrides=[ROBOTS, *CHARGERS], out=folder, record=record)
+    assert validate_trace(folder) == []
+    assert result.metrics["charger_failures"]
+    assert "Chargers failed" in result.summary["outages"]
+    assert "chargers_down" in (folder / "hours.csv").read_text().splitlines()[0]
+    return folder
+
+
+def test_decision_states_know_chargers_out_of_service(charged: Path) -> None:
+    down = 0
+    for recorded in list(read_recording(charged))[::20]:
+        state = recorded.state()
+        view = open_state(state).view
+        assert {*state.chargers_down} == {*view.travel.layout.chargers} - {*view.chargers}
+        down += len(state.chargers_down)
+    assert down
 
 
 @cases(

@@ -86,6 +86,7 @@ SETTINGS = (
     "rules.roa=first-bundle",
     "rules.rps=emptiest-pod",
     "packing.packers=1",
+    "costs={picker_per_h=30, packer_per_h=20, replenisher_per_h=9, robot_per_h=2, kwh=900, late_order=2, late_h=3}",
 )
 
 
@@ -110,6 +111,14 @@ def test_every_table_is_worked_out_anew(tables: Path, copy: Path) -> None:
     for name in FILES:
         (copy / name).unlink()
     assert not validate_trace(copy)
+    result = json.loads((copy / "result.json").read_text(encoding="utf-8"))
+    costs = [name for name in result["metrics"] if name.startswith("cost_")]
+    assert len(costs) == 8
+    for name in (*costs, "departed_share", "missed_percent", "late_orders", "late_percent", "on_time_percent"):
+        altered = result | {"metrics": result["metrics"] | {name: (result["metrics"][name] or 0) * 1.001 + 0.001}}
+        (copy / "result.json").write_text(json.dumps(altered), encoding="utf-8")
+        (fault,) = validate_trace(copy)
+        assert fault.sentence.startswith(name)
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -37,6 +37,8 @@ const KINDS = {
   robot_up: ["robot"],
   station_down: ["station"],
   station_up: ["station"],
+  charger_down: ["cell"],
+  charger_up: ["cell"],
   robot_sent: ["robot", "cell"],
   robot_rested: ["robot", "cell"],
   pod_move_decided: ["robot", "pod", "cell"],
