@@ -56,11 +56,14 @@ class Parts:
     ----------
     folder
         Where files are looked up.
+    allow_code
+        Whether code that is not installed may take part: files with rules, other programs.
     files, classes
         Files that parameters name, and the classes of all rules made.
     """
 
     folder: str = "."
+    allow_code: bool = True
     files: list[NamedFile] = Factory(list)
     classes: list[type] = Factory(list)
 
@@ -73,9 +76,9 @@ _parts: ContextVar[Parts | None] = ContextVar("parts", default=None)
 
 
 @contextmanager
-def made_in(folder: str) -> Iterator[Parts]:
+def made_in(folder: str, allow_code: bool = True) -> Iterator[Parts]:
     """Look up the files of rules that are made within in a folder; yields what these rules are made of."""
-    parts = Parts(folder)
+    parts = Parts(folder, allow_code)
     token = _parts.set(parts)
     try:
         yield parts

@@ -344,7 +344,7 @@ def bind(
         name = source.describe()
         rule = check_rule_class(place, source.target, name, role)
         if key not in created:
-            with made_in(sources.folder) as parts:
+            with made_in(sources.folder, sources.allow_inline) as parts:
                 instance = build(rule, choice.parameters, place, name) if given is None else given
                 for field_ in parameters_of(rule).values() if given is not None else ():
                     add_paths(getattr(given, field_.name))

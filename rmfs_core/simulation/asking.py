@@ -159,6 +159,8 @@ class Asker:
             answer = called(**arguments) if self._limit_s is None else within(self._limit_s, called, arguments)
         except OverdueError as error:
             raise self.error(rule, self._too_long(time.perf_counter() - start), hook) from error
+        except ImpossibleError as problem:
+            raise self.error(rule, str(problem), hook) from problem
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
             if is_interrupt(error):
                 raise

@@ -8,8 +8,10 @@ from typing import Any
 
 from attrs import fields
 
+from rmfs_commands.cli.schema import schema_of
 from rmfs_commands.serve.service import SMALL, Request
 from rmfs_commands.states import state_schema
+from rmfs_commands.states.written import WrittenAnswer
 
 PAGE = """<!doctype html>
 <html lang="en">
@@ -90,19 +92,13 @@ def _schemas(rules: Sequence[str]) -> dict[str, Any]:
         field.name: {"description": field.metadata["doc"], "allOf": [kinds.get(field.name, TEXT)]}
         for field in fields(Request)
     }
-    answer = {
-        **dict.fromkeys(("rule", "distribution", "version", "decides"), TEXT),
-        **{key: {"type": "array", "items": OBJECT} for key in ("assignments", "trips", "tasks", "bundles", "stores")},
-        **{key: {"type": "array", "items": TEXT} for key in ("active", "waiting_for_stock")},
-        "cell": {"type": "integer"},
-        **dict.fromkeys(("due", "report", "outcome"), OBJECT),
-        **dict.fromkeys(("warehouse", "revision"), TEXT),
-    }
+    answer = _nullable(schema_of(WrittenAnswer, "Answer"))
+    del answer["$schema"]
     problem = {"title": TEXT, "status": {"type": "integer"}, "detail": TEXT, "place": TEXT}
     return {
         "State": state,
         "Request": {"type": "object", "properties": request, "additionalProperties": False},
-        "Answer": {"type": "object", "properties": answer},
+        "Answer": answer,
         "Problem": {"type": "object", "properties": problem, "description": "RFC 9457"},
     }
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from rmfs_commands.instances.tables import finite
-from rmfs_commands.states.names import Names
+from rmfs_commands.states.written import WrittenAnswer
 from rmfs_core.decisions import (
     BundleAssignment,
     BundleDecision,
@@ -22,7 +22,8 @@ from rmfs_core.decisions import (
 from rmfs_core.roles import Role
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of
-from rmfs_core.warehouse import Order, Warehouse, WarehouseView
+from rmfs_core.warehouse import Order, WarehouseView
+from rmfs_core.wording import did_you_mean
 
 
 def answer_to_dict(
@@ -59,36 +60,84 @@ def answer_to_dict(
         return None
 
 
-def answer_from_dict(warehouse: Warehouse, names: Names, decides: Role, written: Mapping[str, Any]) -> object:
-    """Return the answer that `answer_to_dict` wrote, without a report; KeyError for a name that is not there."""
-    assignments = tuple(
-        OrderAssignment(names.orders[a["order"]], names.stations[a["station"]], tuple(names.skus[s] for s in a["skus"]))
-        for a in written.get("assignments", ())
+class Ids(Protocol):
+    """Ids by the names that an answer uses."""
+
+    pods: dict[str, int]
+    stations: dict[str, int]
+    orders: dict[str, int]
+    skus: dict[str, int]
+
+
+def answer_from(written: WrittenAnswer, decides: Role, warehouse: WarehouseView, ids: Ids) -> object:
+    """Return what a rule would have returned whose answer is written.
+
+    Parameters
+    ----------
+    written
+        The answer, without its report.
+    decides
+        What was asked.
+    warehouse, ids
+        Where, and what the names stand for there.
+
+    Raises
+    ------
+    ImpossibleError
+        For a name that is not there, or a decision without an answer.
+    """
+    return _READERS[decides](written, warehouse, ids)
+
+
+def _assignments_from(written: WrittenAnswer, ids: Ids) -> tuple[OrderAssignment, ...]:
+    return tuple(
+        OrderAssignment(
+            _id("order", one.order, ids.orders),
+            _id("station", one.station, ids.stations),
+            None if one.skus is None else tuple(_id("SKU", sku, ids.skus) for sku in one.skus),
+        )
+        for one in written.assignments
     )
-    trips = tuple(PodTrip(names.pods[t["pod"]], names.stations[t["station"]]) for t in written.get("trips", ()))
-    robots = {robot.name: robot.id for robot in warehouse.robots}
-    at_stations = (bundle for station in warehouse.storing for bundle in station.bundles)
-    ids = {bundle.name: bundle.id for bundle in (*warehouse.bundles.values(), *at_stations)}
-    bundles = tuple(
-        BundleAssignment(ids[b["bundle"]], names.stations[b["station"]]) for b in written.get("bundles", ())
+
+
+def _trips_from(written: WrittenAnswer, ids: Ids) -> tuple[PodTrip, ...]:
+    return tuple(
+        PodTrip(_id("pod", one.pod, ids.pods), _id("station", one.station, ids.stations)) for one in written.trips
     )
-    stores = tuple(StoreBundle(ids[b["bundle"]], names.pods[b["pod"]]) for b in written.get("stores", ()))
-    answers = {
-        Role.POA: assignments,
-        Role.PPS: trips,
-        Role.POA_PPS: JointDecision(assignments, trips),
-        Role.PR: written.get("cell"),
-        Role.TA: tuple(TaskAssignment(robots[t["robot"]], names.pods[t["pod"]]) for t in written.get("tasks", ())),
-        Role.ROA: bundles,
-        Role.RPS: stores,
-        Role.ROA_RPS: BundleDecision(bundles, stores),
-        Role.ACTIVATE: tuple(names.stations[station] for station in written.get("active", ())),
-        Role.IDLE: tuple(RobotMove(robots[t["robot"]], t["cell"], t.get("charge")) for t in written.get("rests", ())),
-        Role.PACKING: tuple(names.packing(p["station"]) for p in written.get("packing", ())),
-        Role.PACKING_TASK: written.get("task"),
-        Role.MOVE: tuple(PodMove(names.pods[t["pod"]], t["cell"]) for t in written.get("moves", ())),
-    }
-    return answers[decides]
+
+
+def _bundles_from(written: WrittenAnswer, warehouse: WarehouseView, ids: Ids) -> tuple[BundleAssignment, ...]:
+    named = _bundles_there(warehouse)
+    return tuple(
+        BundleAssignment(_id("bundle", one.bundle, named), _id("station", one.station, ids.stations))
+        for one in written.bundles
+    )
+
+
+def _stores_from(written: WrittenAnswer, warehouse: WarehouseView, ids: Ids) -> tuple[StoreBundle, ...]:
+    named = _bundles_there(warehouse)
+    return tuple(StoreBundle(_id("bundle", one.bundle, named), _id("pod", one.pod, ids.pods)) for one in written.stores)
+
+
+def _robots(warehouse: WarehouseView) -> dict[str, int]:
+    return {robot.name: robot.id for robot in warehouse.robots}
+
+
+def _bundles_there(warehouse: WarehouseView) -> dict[str, int]:
+    at_stations = (bundle for station in warehouse.replenishment_stations for bundle in station.bundles)
+    return {bundle.name: bundle.id for bundle in (*warehouse.bundles, *at_stations)}
+
+
+def _id(kind: str, name: str, ids: Mapping[str, int]) -> int:
+    if name not in ids:
+        raise ImpossibleError(f'named {kind} "{name}", which is not there{did_you_mean(name, ids)}')
+    return ids[name]
+
+
+def _given(key: str, value: int | None) -> int:
+    if value is None:
+        raise ImpossibleError(f"answered without `{key}`; expected a whole number")
+    return value
 
 
 def report_to_dict(report: SolveReport) -> dict[str, Any]:
@@ -147,10 +196,9 @@ def _stores(warehouse: WarehouseView, answer: object) -> list[dict[str, Any]]:
 def _bundle(warehouse: WarehouseView, identifier: object) -> str:
     """Return the name of a bundle that is not stored."""
     number = checks.whole("bundle", identifier)
-    at_stations = (bundle for station in warehouse.replenishment_stations for bundle in station.bundles)
-    for bundle in (*warehouse.bundles, *at_stations):
-        if bundle.id == number:
-            return bundle.name
+    for name, known in _bundles_there(warehouse).items():
+        if known == number:
+            return name
     raise ImpossibleError(f"named bundle {number}, which is not there")
 
 
@@ -243,4 +291,28 @@ _WRITERS: Mapping[Role, Callable[[WarehouseView, Sequence[str], object], dict[st
     Role.ACTIVATE: _active,
     Role.IDLE: _rests,
     Role.MOVE: _moves,
+}
+
+_READERS: Mapping[Role, Callable[[WrittenAnswer, WarehouseView, Ids], object]] = {
+    Role.POA: lambda written, _, ids: _assignments_from(written, ids),
+    Role.PPS: lambda written, _, ids: _trips_from(written, ids),
+    Role.POA_PPS: lambda written, _, ids: JointDecision(_assignments_from(written, ids), _trips_from(written, ids)),
+    Role.PR: lambda written, _warehouse, _ids: _given("cell", written.cell),
+    Role.TA: lambda written, warehouse, ids: tuple(
+        TaskAssignment(_id("robot", one.robot, _robots(warehouse)), _id("pod", one.pod, ids.pods))
+        for one in written.tasks
+    ),
+    Role.ROA: _bundles_from,
+    Role.RPS: _stores_from,
+    Role.ROA_RPS: lambda *given: BundleDecision(_bundles_from(*given), _stores_from(*given)),
+    Role.ACTIVATE: lambda written, _, ids: tuple(_id("station", one, ids.stations) for one in written.active),
+    Role.IDLE: lambda written, warehouse, _: tuple(
+        RobotMove(_id("robot", one.robot, _robots(warehouse)), one.cell, one.charge) for one in written.rests
+    ),
+    Role.MOVE: lambda written, _, ids: tuple(PodMove(_id("pod", one.pod, ids.pods), one.cell) for one in written.moves),
+    Role.PACKING: lambda written, warehouse, _: tuple(
+        _id("packing station", one.station, {station.label: station.id for station in warehouse.packing_stations})
+        for one in written.packing
+    ),
+    Role.PACKING_TASK: lambda written, _warehouse, _ids: _given("task", written.task),
 }

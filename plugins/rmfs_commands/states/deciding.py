@@ -9,10 +9,11 @@ import numpy as np
 from attrs import asdict, evolve, field, frozen
 
 from rmfs_commands.cli.single_rule import load_rule
-from rmfs_commands.states.answers import answer_from_dict, answer_to_dict
+from rmfs_commands.states.answers import answer_from, answer_to_dict
 from rmfs_commands.states.mementos import due_times
 from rmfs_commands.states.rebuilding import LacksError, OpenState, open_state
 from rmfs_commands.states.state import RandomState, State
+from rmfs_commands.states.written import read_answer
 from rmfs_core.errors import InputError, RuleError
 from rmfs_core.events import Event, TripDecided
 from rmfs_core.randomness import rule_stream
@@ -213,9 +214,9 @@ def outcome_of(
     """
     opened = open_state(state, source)
     try:
-        answer = answer_from_dict(opened.warehouse, opened.names, decides, decision)
+        answer = answer_from(read_answer(decision), decides, opened.view, opened.names)
         return carry_out(opened, decides, answer, _given(opened, decides), None)
-    except (ImpossibleError, KeyError) as error:
+    except (ImpossibleError, InputError) as error:
         raise InputError(source, f"the decision does not belong to the state: {error}") from error
 
 

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from rmfs_commands.results.files import json_ready
 from rmfs_commands.states.answers import answer_to_dict
-from rmfs_commands.states.snapshots import Snapshots
+from rmfs_commands.states.snapshots import Snapshots, call_of
 from rmfs_commands.states.state import DECIDING
 from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results
 from rmfs_core.events import Event
@@ -80,17 +80,7 @@ class DecisionRecorder:
         decides = question.decides
         if decides not in DECIDING:
             return
-        ask: dict[str, Any] = {"decides": decides.label, "period": question.period}
-        call: dict[str, Any] = {"ask": ask}
-        ask |= {name: question.arguments[name] for name in ("max_fetches", "max_moves") if name in question.arguments}
-        if "pod" in question.arguments:
-            ask["pod"] = question.arguments["pod"].name
-        if decides is Role.PACKING:
-            ask["orders"] = [order.name for order in question.arguments["orders"]]
-        if decides is Role.PACKING_TASK:
-            ask["station"] = question.arguments["station"].label
-        if question.warehouse.filtered:
-            call["backlog"] = [order.name for order in question.warehouse.backlog]
+        call = call_of(question)
         generator = question.rng.bit_generator.state
         if generator != self._fresh.setdefault((decides, question.rule), generator):
             call["random"] = _random(generator)

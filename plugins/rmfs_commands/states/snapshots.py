@@ -39,11 +39,12 @@ from rmfs_core.events import (
     TripDecided,
     VisitEnded,
 )
+from rmfs_core.roles import Role
 from rmfs_core.scenario.writing import plain
 from rmfs_core.warehouse import UNLIMITED
 
 if TYPE_CHECKING:
-    from rmfs_core.info import RunInfo
+    from rmfs_core.info import Question, RunInfo
 
 
 OF_ORDERS = (
@@ -51,8 +52,33 @@ OF_ORDERS = (
     *(PackingAssigned, PartSent, PartArrived, PartPut, PackingStarted, OrderPacked),
 )
 """Events that change an order."""
+OF_PODS = (TripDecided, PodLifted, ItemPicked, BundleStored, VisitEnded, PodStored)
+"""Events that change a pod."""
+HEARD = (*OF_ORDERS, *OF_PODS)
+"""Events that a state is followed by."""
 PASSING = ("backlog", "random")
 """Keys that belong to one call of a rule, and need not be there at the next."""
+
+
+def call_of(question: Question) -> dict[str, Any]:
+    """Return the keys of a state that say what a rule is asked: ``ask``, and ``backlog`` where filters left orders out.
+
+    Parameters
+    ----------
+    question
+        Of one of the decisions that a state can be asked for (`rmfs_commands.states.state.DECIDING`).
+    """
+    given = question.arguments
+    ask: dict[str, Any] = {"decides": question.decides.label, "period": question.period}
+    ask |= {name: given[name] for name in ("max_fetches", "max_moves") if name in given}
+    if "pod" in given:
+        ask["pod"] = given["pod"].name
+    if question.decides is Role.PACKING:
+        ask["orders"] = [order.name for order in given["orders"]]
+    if question.decides is Role.PACKING_TASK:
+        ask["station"] = given["station"].label
+    filtered = question.warehouse.filtered
+    return {"ask": ask, **({"backlog": [order.name for order in question.warehouse.backlog]} if filtered else {})}
 
 
 class Snapshots:
@@ -106,7 +132,7 @@ class Snapshots:
             self._orders[event.order] = self._view.order(event.order).name
         if isinstance(event, OF_ORDERS):
             self._told_of_orders[event.order] = None
-        elif isinstance(event, (TripDecided, PodLifted, ItemPicked, BundleStored, VisitEnded, PodStored)):
+        elif isinstance(event, OF_PODS):
             self._told_of_pods.add(event.pod)
 
     def look(self, call: Mapping[str, Any]) -> dict[str, Any]:

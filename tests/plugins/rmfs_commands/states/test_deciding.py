@@ -7,10 +7,11 @@ import pytest
 
 from cases import cases
 from rmfs_commands.states import Decider, Outcome, decide, state_from_dict
-from rmfs_commands.states.answers import answer_from_dict, answer_to_dict, report_to_dict
+from rmfs_commands.states.answers import answer_from, answer_to_dict, report_to_dict
 from rmfs_commands.states.decider import MOST_LOADED
 from rmfs_commands.states.deciding import decide_instead, outcome_of
 from rmfs_commands.states.rebuilding import open_state
+from rmfs_commands.states.written import read_answer
 from rmfs_commands.testing import small_world
 from rmfs_core import InputError, RuleError
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
@@ -429,7 +430,7 @@ def test_what_names_nothing_is_no_answer(world: Warehouse, decides: Role, answer
 def test_an_answer_goes_round(at_work: dict[str, Any], decides: Role, answer: object) -> None:
     opened = open_state(state_from_dict(at_work))
     names = answer_to_dict(opened.view, opened.instance.skus, decides, answer)
-    assert answer_from_dict(opened.warehouse, opened.names, decides, names) == answer
+    assert answer_from(read_answer(names), decides, opened.view, opened.names) == answer
 
 
 def test_reports_of_joint_rules(world: Warehouse) -> None:

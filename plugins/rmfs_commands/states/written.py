@@ -1,0 +1,131 @@
+"""The format of answers: a rule's decision in a state as JSON, every key with its meaning and unit."""
+
+# (`key` is attrs' `field` with its documentation: it makes a field, not a default.)
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from attrs import frozen
+
+from rmfs_core.errors import InputError
+from rmfs_core.scenario.checks import key, within
+from rmfs_core.scenario.source import Source
+from rmfs_core.scenario.structuring import KeyProblem, structure_as
+from rmfs_core.wording import shown_short
+
+
+@frozen
+class WrittenAssignment:
+    """Lines of an order for a station."""
+
+    order: str = key("The order")
+    station: str = key("The station")
+    skus: tuple[str, ...] | None = key("SKUs of the lines; left out: all open lines of the order", None)
+
+
+@frozen
+class WrittenTrip:
+    """A pod for a station."""
+
+    pod: str = key("The pod")
+    station: str = key("The station")
+
+
+@frozen
+class WrittenTask:
+    """A robot for a pod."""
+
+    robot: str = key("The robot")
+    pod: str = key("The pod")
+
+
+@frozen
+class WrittenBundle:
+    """A bundle for a replenishment station."""
+
+    bundle: str = key("The bundle")
+    station: str = key("The station")
+
+
+@frozen
+class WrittenStore:
+    """A pod for a bundle."""
+
+    bundle: str = key("The bundle")
+    pod: str = key("The pod")
+
+
+@frozen
+class WrittenRest:
+    """A cell where a robot rests or charges."""
+
+    robot: str = key("The robot")
+    cell: int = key("The cell")
+    charge: float | None = key("Share of the battery to charge to, at a charger", None)
+
+
+@frozen
+class WrittenMove:
+    """A storage location for a stored pod."""
+
+    pod: str = key("The pod")
+    cell: int = key("The storage location")
+
+
+@frozen
+class WrittenPacking:
+    """A packing station for an order."""
+
+    order: str = key("The order")
+    station: str = key("Packing station: its number, from 1")
+
+
+@frozen
+class WrittenAnswer:
+    """A rule's decision in a state; which keys it has depends on what was asked."""
+
+    assignments: tuple[WrittenAssignment, ...] = key("POA, POA+PPS: orders for stations", ())
+    trips: tuple[WrittenTrip, ...] = key("PPS, POA+PPS: pods for stations", ())
+    tasks: tuple[WrittenTask, ...] = key("TA: robots for waiting pods", ())
+    cell: int | None = key("PR: the storage location of `ask.pod`", None)
+    bundles: tuple[WrittenBundle, ...] = key("ROA, ROA+RPS: bundles for stations", ())
+    stores: tuple[WrittenStore, ...] = key("RPS, ROA+RPS: pods for bundles", ())
+    active: tuple[str, ...] = key("activation: stations that take orders", ())
+    rests: tuple[WrittenRest, ...] = key("idle: where robots rest or charge", ())
+    moves: tuple[WrittenMove, ...] = key("repositioning: storage locations for pods", ())
+    packing: tuple[WrittenPacking, ...] = key("packing: packing stations for `ask.orders`", ())
+    task: int | None = key("packing-task: position of the task among those that wait, from 0", None)
+    rule: str | None = key("Name of the rule", None)
+    distribution: str | None = key("Distribution that the rule comes from", None)
+    version: str | None = key("Its version", None)
+    decides: str | None = key("What was asked", None)
+    report: Mapping[str, Any] | None = key("Status, objective, bound and `stopped_early` of a solver", None)
+    outcome: Mapping[str, Any] | None = key("Number of `orders`, `items`, `visits`, `unused`, `uncovered`", None)
+    due: Mapping[str, Any] | None = key("Due time, priority and time left of each decided order with a due time", None)
+    waiting_for_stock: tuple[str, ...] = key("Orders that the rule did not see: the pods hold too little", ())
+    warehouse: str | None = key("As in the request", None)
+    revision: str | None = key("Revision of the state, the `base` of a change", None)
+    ask_again_s: float | None = key(
+        "Seconds until the next decision round, where none comes sooner; of a rule `remote`",
+        None,
+        unit="s",
+        check=within(0.001, 1e9),
+    )
+
+
+def read_answer(data: object, name: str = "answer") -> WrittenAnswer:
+    """Return the answer that JSON's objects, lists and values describe.
+
+    Raises
+    ------
+    InputError
+        For the first thing that is wrong in it. Whether names lead anywhere is seen when the answer is used.
+    """
+    if not isinstance(data, Mapping):
+        raise InputError(name, f"expected a JSON object, found {shown_short(data)}")
+    try:
+        return structure_as(WrittenAnswer, data)
+    except KeyProblem as problem:
+        raise InputError(Source(name).place_of(problem.path), problem.problem) from None
