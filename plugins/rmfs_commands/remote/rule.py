@@ -62,6 +62,11 @@ class Remote:
     The program is started (``command``, ``file``) and asked by lines, or asked over HTTP (``url``). A request is
     ``{"state": ...}``, as `rmfs serve` takes it; the answer is as `rmfs decide` prints it. One program decides
     everything that the same choice stands for in a scenario.
+
+    References
+    ----------
+    T. Bray (ed.): The JavaScript Object Notation (JSON) Data Interchange Format. RFC 8259, 2017.
+    https://doi.org/10.17487/RFC8259.
     """
 
     url: str | None = field(
@@ -74,10 +79,11 @@ class Remote:
         default=None,
         metadata=_doc("File that the program gets as its last argument, beside the scenario: the rule's code"),
     )
-    decides: tuple[str, ...] = field(
-        default=ROLES,
-        validator=validators.deep_iterable(validators.in_(ROLES)),
-        metadata=_doc("What it can decide, by the keys of a scenario's `rules`"),
+    _decides: tuple[str, ...] | None = field(
+        default=None,
+        alias="decides",
+        validator=validators.optional(validators.deep_iterable(validators.in_(ROLES))),
+        metadata=_doc("What it can decide, by the keys of a scenario's `rules`; none: all but paths and filters"),
     )
     version: str = field(
         default="",
@@ -110,6 +116,11 @@ class Remote:
             raise ValueError("`file` goes with `command`")
         if not parts_now().allow_code:
             raise ValueError("it would have another program decide, which --no-inline-rules refuses")
+
+    @property
+    def decides(self) -> tuple[str, ...]:
+        """What it can decide, by the keys of a scenario's `rules`."""
+        return ROLES if self._decides is None else self._decides
 
     @property
     def _words(self) -> list[str]:
