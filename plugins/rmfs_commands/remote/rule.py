@@ -36,6 +36,7 @@ from rmfs_core.hookspecs import hookimpl
 from rmfs_core.rules.parts import parts_now
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.warehouse import WarehouseView
+from rmfs_core.wording import listed
 
 if TYPE_CHECKING:
     from rmfs_core.info import Question, RunInfo
@@ -53,6 +54,12 @@ def _is_address(_rule: object, _field: object, value: str | None) -> None:
     parts = urlsplit(value)
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise ValueError("expected an address such as http://127.0.0.1:8750/decide")
+
+
+def _are_roles(_rule: object, _field: object, value: tuple[str, ...] | None) -> None:
+    for role in value or ():
+        if role not in ROLES:
+            raise ValueError(f"expected {listed(ROLES, 'or')}")
 
 
 @define(eq=False)
@@ -82,7 +89,7 @@ class Remote:
     _decides: tuple[str, ...] | None = field(
         default=None,
         alias="decides",
-        validator=validators.optional(validators.deep_iterable(validators.in_(ROLES))),
+        validator=_are_roles,
         metadata=_doc("What it can decide, by the keys of a scenario's `rules`; none: all but paths and filters"),
     )
     version: str = field(
