@@ -146,7 +146,7 @@ def _together(
     held: list[list[int]] = []
     to_come = sum(rooms)
     for number, most in enumerate(rooms):
-        room = min(most, -(-int(left.sum()) * most // to_come))
+        room = min(most, -(-int(left.sum()) * most // max(to_come, 1)))
         to_come -= most
         pod: list[int] = []
         score = np.zeros(len(skus))
