@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -57,7 +56,7 @@ PLACEMENTS = ("random", "popularity", "co-purchase", "clusters")
 @click.option(
     "--steps",
     type=WholeNumberRange(0, 10_000_000),
-    default=20_000,
+    default=100_000,
     show_default=True,
     metavar="N",
     help="Exchanges that the local search tries.",
@@ -149,7 +148,9 @@ def slot(
         past = read_past(loaded, history, history_until, days)
         layout = make_layout(loaded)
     judged_with = rules or ((OWN,) if loaded.rules.poa_pps is not None else (OWN, "pod-index"))
-    batch = _batch(loaded, past)
+    seconds = driving_s(loaded, layout)
+    visit_s = 2 * float(seconds.mean() + float(loaded.robots.lift_s))
+    batch = _batch(loaded, past, visit_s, len(layout.stations) - layout.replenishing)
     stock = Stock.of(past, loaded)
     placer = Placer(past, stock, batch, loaded.seed)
     made, left = [placer.now()], []
@@ -167,13 +168,11 @@ def slot(
         left.append(f"SKUs of the history that stand on no pod: {past.strange:,}, left out.")
     if unknown := sum(sku.lines == 0 for sku in past.skus()):
         left.append(f"SKUs on pods without history: {unknown:,} of {len(past.skus()):,}, placed anywhere.")
-    seconds = driving_s(loaded, layout)
     places = {one.name: located(past.instance.pods, placer.visits(one), layout, seconds) for one in made[1:]}
     places[NOW] = cells_of(past.instance.pods, layout)
     changes = []
     if moves:
         say(notes, f"Looking for {moves} changes.")
-        visit_s = 2 * float(seconds.mean()) + 2 * float(loaded.robots.lift_s)
         stays = loaded.rules.pr is not None and loaded.rules.pr.rule == "fixed"
         floor = Floor(layout, seconds, visit_s, float(loaded.stations.handle_s), stays)
         moved, changes, cells = best_changes(placer, floor, moves, loaded.seed)
@@ -215,12 +214,19 @@ def slot(
     say(console, f"Run a day with them: rmfs run {scenario} --set instance.pods_file={folder / answer.PODS_FILE}")
 
 
-def _batch(scenario: Scenario, past: Past) -> int:
-    """Return how many orders of the history a picking station has at a time."""
-    given = scenario.stations.order_capacity
-    in_orders = given is not None
-    given = scenario.stations.item_capacity if given is None else given
-    capacities: Sequence[int] = given if isinstance(given, tuple) else (given,)
-    mean = sum(capacities) / len(capacities)
-    return max(1, round(mean if in_orders else mean / past.quantities))
+def _batch(scenario: Scenario, past: Past, visit_s: float, stations: int) -> int:
+    """Return how many orders of the history a picking station has at a time, in the hours in which most arrive.
 
+    By Little's law: arrivals times the time of an order, a visit and its items, longer by the load of the picker; at
+    most the station's capacity.
+    """
+    given = scenario.stations.order_capacity
+    most = _mean(scenario.stations.item_capacity) / past.quantities if given is None else _mean(given)
+    rate = past.orders_per_hour / 3600 / stations
+    work_s = past.quantities * float(scenario.stations.handle_s)
+    return max(1, round(min(most, rate * (visit_s + work_s) / max(1 - rate * work_s, 0.01))))
+
+
+def _mean(given: int | tuple[int, ...]) -> float:
+    numbers = given if isinstance(given, tuple) else (given,)
+    return sum(numbers) / len(numbers)

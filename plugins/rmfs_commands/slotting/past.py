@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -43,6 +44,8 @@ class Past:
         SKU ids of each order of the history that stand on pods, in order of arrival; no order is empty.
     quantities
         Items of an order, mean.
+    orders_per_hour
+        Orders that arrive in the hour in which an order arrives, mean over the history.
     days
         Days of the history on which orders arrive.
     later
@@ -54,6 +57,7 @@ class Past:
     instance: Instance
     baskets: tuple[tuple[int, ...], ...]
     quantities: float
+    orders_per_hour: float
     days: int
     later: tuple[Day, ...]
     strange: int
@@ -121,19 +125,16 @@ def read_past(scenario: Scenario, history: Path | None, until: str | None, most_
         place = str(history or file)
         wrong = f"none of its {counted(len(past), 'order')} has a SKU that stands on a pod" if past else "has no order"
         raise InputError(place, f"{wrong}; expected earlier orders of the same SKUs")
+    by_hour = Counter((order.arrival_tick + zero) // (DAY // 24) for order, _ in past)
     return Past(
         evolve(instance, orders=later),
         baskets,
-        sum(order_items(lines) for _, lines in past) / len(past),
+        sum(sum(lines.values()) for _, lines in past) / len(past),
+        sum(number**2 for number in by_hour.values()) / len(past),
         len({(order.arrival_tick + zero) // DAY for order, _ in past}),
         days[:most_days],
         len({sku for _, lines in past for sku in lines} - ids.keys()),
     )
-
-
-def order_items(lines: Mapping[str, int]) -> int:
-    """Return the items of an order."""
-    return sum(lines.values())
 
 
 def _dated(calendar: Calendar) -> bool:

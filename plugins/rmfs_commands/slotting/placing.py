@@ -33,7 +33,8 @@ NOW, CLUSTERS, IMPROVED, MOVES = "now", "clusters", "improved", "moves"
 MADE = (*PLACEMENTS, CLUSTERS)
 MOST_CLUSTERED = 3_000
 """SKUs that are clustered, those ordered most: the distances of all pairs have to fit into memory."""
-MOST_BATCHES = 1_000
+MOST_LINES = 100_000
+"""Order lines that the surrogate has, of orders spread evenly over the history."""
 HELD_BACK = 0.2
 """Share of the history, its last orders, on which placements are chosen."""
 ROUNDS = 10
@@ -162,8 +163,10 @@ class Placer:
         n, skus = len(past.baskets), len(stock.items)
         cut = n - round(HELD_BACK * n) if n >= 2 * batch else n
         self.learned = past.baskets[:cut]
-        self.seen = Batches.of(self.learned, batch, skus, MOST_BATCHES)
-        self.held_back = Batches.of(past.baskets[cut:] or past.baskets, batch, skus, MOST_BATCHES)
+        lines = sum(map(len, past.baskets)) / n * batch
+        most = max(1, int(MOST_LINES / lines))
+        self.seen = Batches.of(self.learned, batch, skus, most)
+        self.held_back = Batches.of(past.baskets[cut:] or past.baskets, batch, skus, most)
 
     def judged(self, name: str, contents: Contents) -> Placement:
         """Return a placement with its visits."""
