@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +14,10 @@ from rmfs_commands.experiments.compare import CONFIDENCE
 from rmfs_commands.experiments.report import numbers
 from rmfs_commands.experiments.report.plots import make_plots
 from rmfs_commands.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
-from rmfs_commands.slotting.changes import Change
 from rmfs_commands.slotting.judging import OWN, RULES, Judged
+from rmfs_commands.slotting.making import Made
 from rmfs_commands.slotting.past import Past
-from rmfs_commands.slotting.placing import HELD_BACK, NOW, Placement
+from rmfs_commands.slotting.placing import HELD_BACK, NOW
 from rmfs_core.scenario.tomltext import toml_text
 from rmfs_core.wording import counted
 
@@ -39,63 +39,48 @@ class Answer:
         Of the scenario.
     past
         The history and the later days.
-    batch
-        Orders of a batch of the surrogate.
-    placements
-        All that were made, the pods as they are first.
-    chosen
-        The one that needs the fewest visits in the held-back part of the history.
-    changes
-        The changes of ``--moves``.
+    made
+        The placements.
     judged
         The runs.
-    notes
-        Sentences on what was left out.
     """
 
     name: str
     past: Past
-    batch: int
-    placements: Sequence[Placement]
-    chosen: Placement
-    changes: Sequence[Change]
+    made: Made
     judged: Judged
-    notes: Sequence[str]
 
     @property
     def learned(self) -> str:
         """What was learned from."""
         past = self.past
         orders, days = counted(len(past.baskets), "order"), counted(past.days, "day")
-        later = f"{len(past.later)} later days" if len(past.later) > 1 else "1 later day"
-        return (
-            f"Learned from {orders} of {days}; judged on {later} ({past.later[0].name} to {past.later[-1].name})."
-            if len(past.later) > 1
-            else f"Learned from {orders} of {days}; judged on {later} ({past.later[0].name})."
-        )
+        first, last = past.later[0].name, past.later[-1].name
+        later = f"{len(past.later)} later days ({first} to {last})" if len(past.later) > 1 else f"1 later day ({first})"
+        return f"Learned from {orders} of {days}; judged on {later}."
 
     def sentences(self) -> Iterator[str]:
         """Yield the answer for each set of rules, then what one should know besides."""
-        chosen, now = self.chosen, self.placements[0]
+        chosen, now = self.made.chosen, self.made.placements[0]
         if chosen.name == NOW:
             yield "No placement needs fewer visits than the pods as they are, by the held-back orders of the history."
         for rules, instances in self.judged.sets():
             if chosen.name != NOW:
-                yield f"{_whose(rules)}, {chosen.name}: {listed_figures(self.judged, instances, chosen.name)}."
+                yield f"{_whose(rules)}, {chosen.name}: {figures_of(self.judged, instances, chosen.name)}."
         share = f"{100 * HELD_BACK:g} %"
         yield (
             f"Chosen by the last {share} of the history, where {chosen.name} needs {chosen.held_back:.3f} visits per "
-            f"order in batches of {self.batch} (as they are: {now.held_back:.3f}). The runs had no part in it."
+            f"order in batches of {self.made.batch} (as they are: {now.held_back:.3f}). The runs had no part in it."
         )
         yield self.learned
-        yield from self.notes
+        yield from self.made.notes
 
 
 def _whose(rules: str) -> str:
     return "The scenario's rules" if rules == OWN else rules
 
 
-def listed_figures(judged: Judged, instances: str, placement: str) -> str:
+def figures_of(judged: Judged, instances: str, placement: str) -> str:
     """Return what a placement changes in each metric, with interval, and whether that may be chance."""
     told = []
     for metric in judged.comparison.metrics:
@@ -131,32 +116,33 @@ def content_of(answer: Answer) -> dict[str, Any]:
     experiment = answer.judged.result.experiment
     return {
         "scenario": answer.name,
-        "chosen": answer.chosen.name,
+        "chosen": answer.made.chosen.name,
         "told": list(answer.sentences()),
         "history": {"orders": len(answer.past.baskets), "days": answer.past.days},
         "judged_on": [day.name for day in answer.past.later],
         "seeds": experiment.seeds,
-        "batch": answer.batch,
+        "batch": answer.made.batch,
         "placements": [
-            {"name": one.name, "visits_seen": one.seen, "visits_held_back": one.held_back} for one in answer.placements
+            {"name": one.name, "visits_seen": one.seen, "visits_held_back": one.held_back}
+            for one in answer.made.placements
         ],
         "compared": list(rows_of(answer)),
-        "changes": [{**asdict(one), "pays_days": one.pays_days} for one in answer.changes],
+        "changes": [{**asdict(one), "pays_days": one.pays_days} for one in answer.made.changes],
         "versions": answer.judged.result.versions,
     }
 
 
-def write(answer: Answer, pods: str, folder: Path) -> list[str]:
+def write(answer: Answer, folder: Path) -> list[str]:
     """Write the chosen pods, a section for the scenario, the changes, the answer and the page; return their names."""
     fragment = "".join(f"# {line}\n" for line in answer.sentences())
     texts = {
-        PODS_FILE: pods,
+        PODS_FILE: answer.made.pods[answer.made.chosen.name],
         FRAGMENT_FILE: f"{fragment}[instance]\npods_file = {toml_text(PODS_FILE)}\n",
         ANSWER_FILE: to_json(json_ready(content_of(answer)), indent=2) + "\n",
         REPORT_FILE: page(answer),
     }
-    if answer.changes:
-        rows = [{**asdict(one), "pays_days": one.pays_days} for one in answer.changes]
+    if answer.made.changes:
+        rows = [{**asdict(one), "pays_days": one.pays_days} for one in answer.made.changes]
         texts[CHANGES_FILE] = to_csv(list(rows[0]), rows)
     else:
         (folder / CHANGES_FILE).unlink(missing_ok=True)  # of an earlier answer
@@ -195,9 +181,9 @@ def show(console: Console, answer: Answer) -> None:
     made = new_table("Visits per order by the surrogate")
     for name in ("Placement", "History", "Held back"):
         made.add_column(name, justify="left" if name == "Placement" else "right")
-    for one in answer.placements:
-        style = "bold green" if one is answer.chosen else ""
-        made.add_row(Text(one.name), f"{one.seen:.3f}", f"{one.held_back:.3f}", style=style)
+    for made_one in answer.made.placements:
+        style = "bold green" if made_one is answer.made.chosen else ""
+        made.add_row(Text(made_one.name), f"{made_one.seen:.3f}", f"{made_one.held_back:.3f}", style=style)
     print_named(console, made)
     comparison = answer.judged.comparison
     for metric in comparison.metrics:
@@ -209,11 +195,21 @@ def show(console: Console, answer: Answer) -> None:
         for rules, instances in answer.judged.sets():
             table.add_row(Text(_whose(rules), "cyan"))
             for one in comparison.of(instances, metric):
-                style = "bold green" if one.rule_set == answer.chosen.name else ""
-                cells = ["", ""] if one.rule_set == NOW else [numbers.relative(one), numbers.probability(one.difference.p_holm)]
-                table.add_row(Text(f"  {one.rule_set}"), numbers.seeds(one), numbers.value(shown_as, one.mean), *cells, style=style)
+                style = "bold green" if one.rule_set == answer.made.chosen.name else ""
+                cells = (
+                    ["", ""]
+                    if one.rule_set == NOW
+                    else [numbers.relative(one), numbers.probability(one.difference.p_holm)]
+                )
+                table.add_row(
+                    Text(f"  {one.rule_set}"),
+                    numbers.seeds(one),
+                    numbers.value(shown_as, one.mean),
+                    *cells,
+                    style=style,
+                )
         print_named(console, table)
-    for number, change in enumerate(answer.changes, 1):
+    for number, change in enumerate(answer.made.changes, 1):
         say(console, f"{number}. {change}")
     for row in answer.judged.result.failed[:5]:
         say(console, f"Failed: {row['instance']}, {row['rule_set']}, seed {row['seed']}: {row['error']}", "red")

@@ -123,14 +123,13 @@ def _best_exchange(
     cost = 2 * floor.visit_s + floor.handle_s * items
     best = int(np.argmin(cost / gains[:, 0]))
     saved, pod, at, other, there = gains[best].tolist()
-    names = (instance.pods[pod].name, instance.pods[other].name, *(instance.skus[int(of[best])] for of in skus))
-    change = Change(*names, int(items[best]), saved * a_day, float(cost[best]))
+    sku, second = (instance.skus[int(of[best])] for of in skus)
+    pods = instance.pods[pod].name, instance.pods[other].name
+    change = Change(*pods, sku, second, int(items[best]), saved * a_day, float(cost[best]))
     return change, [pod, at, other, there]
 
 
-def _best_move(
-    placer: Placer, shelves: Shelves, cells: Sequence[int], floor: Floor
-) -> tuple[Change, list[int]] | None:
+def _best_move(placer: Placer, shelves: Shelves, cells: Sequence[int], floor: Floor) -> tuple[Change, list[int]] | None:
     """Return the two pods whose exchange saves most driving, which takes a visit's driving each; None where none."""
     near = dict(zip(floor.layout.storage_locations, floor.seconds.tolist(), strict=True))
     way = np.array([near[cell] for cell in cells])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -24,10 +23,6 @@ from rmfs_commands.cli.options import (
     set_option,
 )
 from rmfs_commands.cli.screen import output_console, print_json, say
-
-if TYPE_CHECKING:
-    from rmfs_commands.slotting.past import Past
-    from rmfs_core.scenario import Scenario
 
 PLACEMENTS = ("random", "popularity", "co-purchase", "clusters")
 
@@ -132,55 +127,20 @@ def slot(
     from rmfs_commands.experiments.running import open_workers
     from rmfs_commands.sizing.notices import Notices
     from rmfs_commands.slotting import answer
-    from rmfs_commands.slotting.changes import Floor, best_changes
-    from rmfs_commands.slotting.judging import OWN, VISITS, judge, pods_csv
+    from rmfs_commands.slotting.judging import OWN, VISITS, judge
+    from rmfs_commands.slotting.making import make_placements
     from rmfs_commands.slotting.past import read_past
-    from rmfs_commands.slotting.placing import NOW, Placer, Stock, cells_of, driving_s, located
     from rmfs_core.errors import InputError
-    from rmfs_core.scenario import located as located_in
-    from rmfs_core.world import make_layout
+    from rmfs_core.scenario import located
 
     if (history is None) == (history_until is None):
         raise click.UsageError("expected --history ORDERS or --history-until TIME, one of them")
     loaded = load_checked(scenario, overrides, seed)
     notes, name = notes_console(quiet=quiet), scenario_name(scenario)
-    with located_in(loaded):
+    with located(loaded):
         past = read_past(loaded, history, history_until, days)
-        layout = make_layout(loaded)
+    made = make_placements(loaded, past, placements or PLACEMENTS, steps, moves, lambda told: say(notes, told))
     judged_with = rules or ((OWN,) if loaded.rules.poa_pps is not None else (OWN, "pod-index"))
-    seconds = driving_s(loaded, layout)
-    visit_s = 2 * float(seconds.mean() + float(loaded.robots.lift_s))
-    batch = _batch(loaded, past, visit_s, len(layout.stations) - layout.replenishing)
-    stock = Stock.of(past, loaded)
-    placer = Placer(past, stock, batch, loaded.seed)
-    made, left = [placer.now()], []
-    for one in placements or PLACEMENTS:
-        say(notes, f"Placing: {one}.")
-        found = placer.made(one)
-        if found is None:
-            left.append(f"Placement {one} is left out: it does not fit into `instance.pod_capacity`.")
-        else:
-            made.append(found)
-    say(notes, f"Improving the best by local search: {steps:,} exchanges.")
-    made.append(placer.improved(min(made, key=lambda one: one.held_back), steps))
-    chosen = min(made, key=lambda one: one.held_back)
-    if past.strange:
-        left.append(f"SKUs of the history that stand on no pod: {past.strange:,}, left out.")
-    if unknown := sum(sku.lines == 0 for sku in past.skus()):
-        left.append(f"SKUs on pods without history: {unknown:,} of {len(past.skus()):,}, placed anywhere.")
-    places = {one.name: located(past.instance.pods, placer.visits(one), layout, seconds) for one in made[1:]}
-    places[NOW] = cells_of(past.instance.pods, layout)
-    changes = []
-    if moves:
-        say(notes, f"Looking for {moves} changes.")
-        stays = loaded.rules.pr is not None and loaded.rules.pr.rule == "fixed"
-        floor = Floor(layout, seconds, visit_s, float(loaded.stations.handle_s), stays)
-        moved, changes, cells = best_changes(placer, floor, moves, loaded.seed)
-        made.append(moved)
-        places[moved.name] = cells
-        if len(changes) < moves:
-            left.append(f"Only {len(changes)} changes save visits in the history.")
-    texts = {one.name: pods_csv(past, one.contents, places[one.name], layout) for one in made}
     folder = out or Path("rmfs-runs") / f"slot-{name}"
     compile_searches(notes, loaded)
     try:
@@ -189,7 +149,7 @@ def slot(
                 loaded,
                 name,
                 past,
-                texts,
+                made.pods,
                 judged_with,
                 seeds,
                 folder,
@@ -203,30 +163,12 @@ def slot(
         raise
     if len(judged.result.failed) == len(judged.result.rows):
         raise InputError(name, f"every run failed, the first with: {judged.result.failed[0]['error']}")
-    found_all = answer.Answer(name, past, batch, made, chosen, changes, judged, left)
-    files = answer.write(found_all, texts[chosen.name], folder)
+    found = answer.Answer(name, past, made, judged)
+    files = answer.write(found, folder)
     if as_json:
-        print_json(answer.content_of(found_all))
+        print_json(answer.content_of(found))
         return
     console = output_console(quiet=quiet)
-    answer.show(console, found_all)
+    answer.show(console, found)
     say(console, f"\nIn {folder}: {', '.join(files)}, runs/")
     say(console, f"Run a day with them: rmfs run {scenario} --set instance.pods_file={folder / answer.PODS_FILE}")
-
-
-def _batch(scenario: Scenario, past: Past, visit_s: float, stations: int) -> int:
-    """Return how many orders of the history a picking station has at a time, in the hours in which most arrive.
-
-    By Little's law: arrivals times the time of an order, a visit and its items, longer by the load of the picker; at
-    most the station's capacity.
-    """
-    given = scenario.stations.order_capacity
-    most = _mean(scenario.stations.item_capacity) / past.quantities if given is None else _mean(given)
-    rate = past.orders_per_hour / 3600 / stations
-    work_s = past.quantities * float(scenario.stations.handle_s)
-    return max(1, round(min(most, rate * (visit_s + work_s) / max(1 - rate * work_s, 0.01))))
-
-
-def _mean(given: int | tuple[int, ...]) -> float:
-    numbers = given if isinstance(given, tuple) else (given,)
-    return sum(numbers) / len(numbers)

@@ -55,7 +55,7 @@ def pods_csv(past: Past, contents: Contents, cells: Sequence[int], layout: Layou
     """Return pods as a file that a scenario reads; cells are where they stand, none where that is anywhere."""
     rows = []
     for number, (pod, of_pod) in enumerate(zip(past.instance.pods, contents, strict=True)):
-        place = {}
+        place: dict[str, Any] = {}
         if cells:
             row, column = divmod(cells[number], layout.width)
             place = {"row": row + 1, "column": column + 1}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -98,7 +98,7 @@ def read_past(scenario: Scenario, history: Path | None, until: str | None, most_
     instance = unchecked_instance(evolve(scenario, instance=evolve(section, scale=None)))
     file, calendar = Path(scenario.folder) / section.orders_file, Calendar(section.start)
     read_orders(file, calendar, departures=section.departures)  # for the calendar: the times of its dates
-    names = {order.name: tuple(instance.skus[sku] for sku, _ in order.lines) for order in instance.orders}
+    names = {order.name for order in instance.orders}
     if history is None:
         end = _tick(until or "", calendar, dated=_dated(calendar))
         early = [order for order in instance.orders if order.arrival_tick < end]
@@ -115,7 +115,7 @@ def read_past(scenario: Scenario, history: Path | None, until: str | None, most_
             raise InputError(str(file), "found no order; expected those of the days after the history")
         _check_apart(history, past, own, names, calendar, later[0].arrival_tick)
     zero = calendar.time_of_day() if section.start is not None else 0
-    days = _days(later, zero, calendar, section.start)
+    days = _days(later, zero, section.start)
     for problem in (p for day in days for p in instance_problems(evolve(instance, orders=day.orders), scenario)):
         raise problem
     ids = {instance.skus[sku]: sku for pod in instance.pods for sku, _ in pod.contents}
@@ -156,7 +156,7 @@ def _check_apart(
     history: Path,
     past: Sequence[tuple[OrderData, Mapping[str, int]]],
     own: Calendar,
-    names: Mapping[str, Sequence[str]],
+    names: Set[str],
     calendar: Calendar,
     first: int,
 ) -> None:
@@ -186,7 +186,7 @@ def _aware(calendar: Calendar) -> bool:
     return False
 
 
-def _days(orders: Sequence[OrderData], zero: int, calendar: Calendar, start: str | None) -> tuple[Day, ...]:
+def _days(orders: Sequence[OrderData], zero: int, start: str | None) -> tuple[Day, ...]:
     """Return orders by day, each from midnight on by the clock of time 0."""
     by_day: dict[int, list[OrderData]] = {}
     for order in orders:

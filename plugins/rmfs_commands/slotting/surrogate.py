@@ -44,7 +44,7 @@ class Batches:
     @classmethod
     def of(cls, baskets: Sequence[Sequence[int]], size: int, skus: int, most: int | None = None) -> Batches:
         """Return batches of so many orders that arrive one after the other; at most so many batches, evenly spread."""
-        begins = range(0, len(baskets), size)
+        begins = list(range(0, len(baskets), size))
         if most is not None and len(begins) > most:
             begins = [begins[i * len(begins) // most] for i in range(most)]
         chosen = [baskets[begin : begin + size] for begin in begins]
@@ -141,7 +141,9 @@ def _padded(lists: Sequence[Sequence[int]]) -> Ints:
 
 
 @njit(cache=True)
-def _cover(skus, begin, end, where, copies, count, touched, left, tally):
+def _cover(  # noqa: PLR0912 (compiled, and called for each batch: a function more would cost time)
+    skus, begin, end, where, copies, count, touched, left, tally
+):
     """Return the visits of one batch; ``count`` is all 0 before and after, and ``tally`` counts the pods if it can."""
     n_touched, open_, visits = 0, end - begin, 0
     for i in range(open_):
