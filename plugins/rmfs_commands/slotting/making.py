@@ -11,6 +11,7 @@ from rmfs_commands.slotting.judging import pods_csv
 from rmfs_commands.slotting.past import Past
 from rmfs_commands.slotting.placing import NOW, Placement, Placer, Stock, cells_of, driving_s, located
 from rmfs_core.scenario.model import Scenario
+from rmfs_core.wording import counted
 from rmfs_core.world import make_layout
 
 
@@ -87,7 +88,7 @@ def make_placements(
     cells[NOW] = cells_of(pods, layout)
     changes = list[Change]()
     if moves:
-        tell(f"Looking for the {moves:,} changes that pay soonest.")
+        tell(f"Looking for what pays soonest: {counted(moves, 'change')}.")
         stays = scenario.rules.pr is not None and scenario.rules.pr.rule == "fixed"
         floor = Floor(layout, seconds, visit_s, float(scenario.stations.handle_s), stays)
         moved, changes, cells_after = best_changes(placer, floor, moves, scenario.seed)
