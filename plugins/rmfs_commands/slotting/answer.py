@@ -68,9 +68,10 @@ class Answer:
             if chosen.name != NOW:
                 yield f"{_whose(rules)}, {chosen.name}: {figures_of(self.judged, instances, chosen.name)}."
         share = f"{100 * HELD_BACK:g} %"
+        at_a_time = f"{counted(self.made.batch, 'order')} at a time (as they are: {now.held_back:.3f})"
         yield (
             f"Chosen by the last {share} of the history, where {chosen.name} needs {chosen.held_back:.3f} visits per "
-            f"order in batches of {self.made.batch} (as they are: {now.held_back:.3f}). The runs had no part in it."
+            f"order, {at_a_time}. The runs had no part in it."
         )
         yield self.learned
         yield from self.made.notes
@@ -86,7 +87,7 @@ def figures_of(judged: Judged, instances: str, placement: str) -> str:
     for metric in judged.comparison.metrics:
         shown_as = judged.comparison.described(metric)
         one = next(one for one in judged.comparison.of(instances, metric) if one.rule_set == placement)
-        p = one.difference.p_holm
+        p = one.relative.p_holm
         figure = numbers.relative(one) if one.relative.mean is not None else ""
         doubt = ", which may be chance" if p is not None and p > 1 - CONFIDENCE else ""
         told.append(f"{numbers.title(shown_as).partition(' (')[0].lower()} {figure or 'not known'}{doubt}")
@@ -165,6 +166,7 @@ def page(answer: Answer) -> str:
         judged=judged,
         comparison=comparison,
         numbers=numbers,
+        counted=counted,
         whose=_whose,
         plots={plot.name: plot.svg for plot in plots},
         versions=", ".join(f"{name} {version[:19]}" for name, version in judged.result.versions.items()),
@@ -199,7 +201,7 @@ def show(console: Console, answer: Answer) -> None:
                 cells = (
                     ["", ""]
                     if one.rule_set == NOW
-                    else [numbers.relative(one), numbers.probability(one.difference.p_holm)]
+                    else [numbers.relative(one), numbers.probability(one.relative.p_holm)]
                 )
                 table.add_row(
                     Text(f"  {one.rule_set}"),

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from rmfs_core.jit import njit
 
 Ints = NDArray[np.int64]
-Held = list[list[int]]
-"""SKU ids of each pod."""
 
 
 @frozen(eq=False)
@@ -92,7 +90,7 @@ class Shelves:
     @classmethod
     def of(cls, held: Sequence[Sequence[int]], loads: Sequence[Sequence[int]], space: int, skus: int) -> Shelves:
         """Return the arrays of pods, on each of which there is so much space."""
-        pods: Held = [[] for _ in range(skus)]
+        pods: list[list[int]] = [[] for _ in range(skus)]
         for pod, of_pod in enumerate(held):
             for sku in of_pod:
                 pods[sku].append(pod)
@@ -125,12 +123,6 @@ class Shelves:
     def exchange(self, pod: int, at: int, other: int, there: int) -> None:
         """Exchange the SKUs at two positions of two pods."""
         _exchange(self.held, self.loads, self.free, self.where, self.copies, pod, at, other, there)
-
-    def copy(self) -> Shelves:
-        """Return shelves that change apart."""
-        return Shelves(
-            self.held.copy(), self.loads.copy(), self.rooms, self.free.copy(), self.where.copy(), self.copies
-        )
 
 
 def _padded(lists: Sequence[Sequence[int]]) -> Ints:
