@@ -52,7 +52,7 @@ class Answer:
 
     @property
     def learned(self) -> str:
-        """What was learned from."""
+        """A sentence on the history and the days judged on."""
         past = self.past
         orders, days = counted(len(past.baskets), "order"), counted(past.days, "day")
         first, last = past.later[0].name, past.later[-1].name

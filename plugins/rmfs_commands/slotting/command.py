@@ -139,8 +139,10 @@ def slot(
     notes, name = notes_console(quiet=quiet), scenario_name(scenario)
     with located(loaded):
         past = read_past(loaded, history, history_until, days)
-    made = make_placements(loaded, past, placements or PLACEMENTS, steps, moves, lambda told: say(notes, told))
-    judged_with = rules or ((OWN,) if loaded.rules.poa_pps is not None else (OWN, "pod-index"))
+    made = make_placements(
+        loaded, past, tuple(dict.fromkeys(placements)) or PLACEMENTS, steps, moves, lambda told: say(notes, told)
+    )
+    judged_with = tuple(dict.fromkeys(rules)) or ((OWN,) if loaded.rules.poa_pps is not None else (OWN, "pod-index"))
     folder = out or Path("rmfs-runs") / f"slot-{name}"
     compile_searches(notes, loaded)
     try:

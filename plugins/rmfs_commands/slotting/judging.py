@@ -29,7 +29,7 @@ VISITS = "psv_per_order"
 
 @frozen(eq=False)
 class Judged:
-    """What the runs of the later days say.
+    """The runs of the later days, compared.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ class Day:
 
 @frozen(eq=False)
 class Past:
-    """What a placement may know, and what it is judged on.
+    """The history that placements are made from, and the later days that they are judged on.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ Contents = list[list[tuple[int, int | None]]]
 
 @frozen(eq=False)
 class Stock:
-    """What stands on the pods, whatever the placement.
+    """The stock of the pods, the same in each placement.
 
     Parameters
     ----------
