@@ -115,7 +115,7 @@ def run(shape: Shape, placement: str, rules: str, seed: int, hours: float) -> tu
     skus = merged(skus_of(today), skus_of(known))
     name = "co-purchase" if placement == "foresight" else placement
     baskets = [[f"s{sku}" for sku in order] for _, order in known]
-    held = place(skus, PODS, shape.skus_per_pod, name, np.random.default_rng([seed, 4]), baskets)
+    held = place(skus, [shape.skus_per_pod] * PODS, name, np.random.default_rng([seed, 4]), baskets)
     number, _ = items_on(skus, held, shape.items)
     with tempfile.TemporaryDirectory() as folder:
         pods = [f"P{i},{skus[sku].name},{number[sku]}\n" for i, pod in enumerate(held) for sku in pod]

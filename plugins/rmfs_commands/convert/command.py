@@ -260,7 +260,7 @@ def _stock(lines: OrderLines, past: OrderLines | None, table: Path, given: dict[
         skus = merged(skus, past.skus())
     baskets = (past or lines).baskets(BASKETS) if placement == "co-purchase" else ()
     random = stream(given["seed"], "pod contents")
-    held = place(skus, given["pods"], given["skus_per_pod"], placement, random, baskets)
+    held = place(skus, [given["skus_per_pod"]] * given["pods"], placement, random, baskets)
     orders, unknown = (past or lines).n_orders, sum(sku.lines == 0 for sku in skus)
     learned = Learned(placement, None if source is None else str(source), orders, forgotten, len(skus), unknown)
     return Stock(skus, held, given["items"], learned)

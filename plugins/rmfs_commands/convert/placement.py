@@ -32,11 +32,11 @@ _LEAST_LINES = 0.5
 
 def place(
     skus: Sequence[Sku],
-    pods: int,
-    skus_per_pod: int,
+    rooms: Sequence[int],
     placement: str,
     rng: np.random.Generator,
     baskets: Iterable[Sequence[str]] = (),
+    most: NDArray[np.int64] | None = None,
 ) -> list[list[int]]:
     """Return the SKUs of each pod, as positions in ``skus``; no pod has a SKU twice.
 
@@ -44,33 +44,36 @@ def place(
     ----------
     skus
         What has to be somewhere, most order lines first; those without order lines get a pod anywhere.
-    pods, skus_per_pod
-        How many pods, and how many SKUs each holds.
+    rooms
+        How many SKUs each pod holds.
     placement
         One of `PLACEMENTS`.
     rng
         Source of randomness.
     baskets
         SKU names of orders, for ``co-purchase``.
+    most
+        On how many pods each SKU can stand; None: on all.
 
     Raises
     ------
     InputError
         When the pods have fewer places than there are SKUs.
     """
-    places = pods * skus_per_pod
+    pods, places = len(rooms), sum(rooms)
     if places < len(skus):
         raise InputError(
             "--pods, --skus-per-pod",
-            f"found {pods:,} pods of {skus_per_pod:,} SKUs, {places:,} places for {len(skus):,} SKUs; "
+            f"found {pods:,} pods of {max(rooms):,} SKUs, {places:,} places for {len(skus):,} SKUs; "
             f"expected --skus-per-pod {ceil(len(skus) / pods)} or more, or more pods",
         )
-    copies = _copies(skus, pods, places, placement, rng)
+    copies = copies_of(skus, places, placement, rng, np.full(len(skus), pods) if most is None else most)
     if placement != "co-purchase":
-        return _anywhere(copies, [[] for _ in range(pods)], rng)
+        return anywhere(copies, rooms, [[] for _ in rooms], rng)
     known = np.where([sku.lines > 0 for sku in skus], copies, 0)
-    held = _together(skus, known, pods, skus_per_pod, baskets, rng)
-    return _anywhere(copies - known, held, rng)
+    held = _together(skus, known, rooms, baskets, rng)
+    there = np.bincount([sku for pod in held for sku in pod], minlength=len(skus))
+    return anywhere(np.where(there > 0, 0, np.maximum(copies - known, 1)), rooms, held, rng)
 
 
 def items_on(skus: Sequence[Sku], pods: Sequence[Sequence[int]], items: int) -> tuple[NDArray[np.int64], int]:
@@ -86,35 +89,43 @@ def items_on(skus: Sequence[Sku], pods: Sequence[Sequence[int]], items: int) -> 
     return np.maximum(needed, items), int((needed > items).sum())
 
 
-def _copies(skus: Sequence[Sku], pods: int, places: int, placement: str, rng: np.random.Generator) -> NDArray[np.int64]:
-    """Return on how many pods each SKU stands: from 1 to all, ``places`` in all or as many as there can be."""
+def copies_of(
+    skus: Sequence[Sku], places: int, placement: str, rng: np.random.Generator, most: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return on how many pods each SKU stands: from 1 to ``most``, ``places`` in all or as many as there can be."""
     n = len(skus)
     weight = np.ones(n)
     if placement != "random":
         weight = np.sqrt(np.maximum([sku.lines for sku in skus], _LEAST_LINES))
     copies = np.ones(n, dtype=np.int64)
-    spare = min(places, n * pods) - n
+    spare = min(places, int(most.sum())) - n
     while spare > 0:
-        open_ = copies < pods
+        open_ = copies < most
         share = np.where(open_, weight, 0.0)
         exact = spare * share / share.sum()
-        more = np.minimum(np.floor(exact).astype(np.int64), pods - copies)
+        more = np.minimum(np.floor(exact).astype(np.int64), most - copies)
         if (more + 1 > exact).all():  # what is left goes to the largest remainders, drawn among equals
             order = np.lexsort((rng.random(n), more - exact))
-            order = order[copies[order] + more[order] < pods]
+            order = order[copies[order] + more[order] < most[order]]
             more[order[: spare - int(more.sum())]] += 1
         copies += more
         spare -= int(more.sum())
     return copies
 
 
-def _anywhere(copies: NDArray[np.int64], held: Sequence[Sequence[int]], rng: np.random.Generator) -> list[list[int]]:
-    """Put each SKU on that many different pods, beside what they hold: those with most room, drawn among equals."""
+def anywhere(
+    copies: NDArray[np.int64], rooms: Sequence[int], held: Sequence[Sequence[int]], rng: np.random.Generator
+) -> list[list[int]]:
+    """Put each SKU on that many different pods, beside what they hold: those with most room, drawn among equals.
+
+    On fewer where fewer have room.
+    """
     held = [list(pod) for pod in held]
-    load = np.array([len(pod) for pod in held])
+    left = np.array(rooms) - [len(pod) for pod in held]
     for sku in sorted(np.flatnonzero(copies).tolist(), key=lambda sku: -copies[sku]):
-        chosen = np.lexsort((rng.random(len(held)), load))[: copies[sku]]
-        load[chosen] += 1
+        chosen = np.lexsort((rng.random(len(held)), -left))[: copies[sku]]
+        chosen = chosen[: max(1, int((left[chosen] > 0).sum()))]
+        left[chosen] -= 1
         for pod in chosen:
             held[pod].append(sku)
     return [sorted(pod) for pod in held]
@@ -123,24 +134,25 @@ def _anywhere(copies: NDArray[np.int64], held: Sequence[Sequence[int]], rng: np.
 def _together(
     skus: Sequence[Sku],
     copies: NDArray[np.int64],
-    pods: int,
-    skus_per_pod: int,
+    rooms: Sequence[int],
     baskets: Iterable[Sequence[str]],
     rng: np.random.Generator,
 ) -> list[list[int]]:
     """Fill pod after pod with SKUs that are bought together."""
-    affinity = _affinity(skus, baskets)
+    affinity = affinity_of(skus, baskets)
     left = copies.copy()
     noise = rng.random(len(skus)) * 0.5  # ties only: affinities and lines are whole numbers
     lines = np.array([sku.lines for sku in skus], dtype=float)
     held: list[list[int]] = []
-    for number in range(pods):
-        room = min(skus_per_pod, ceil(int(left.sum()) / (pods - number)))
+    to_come = sum(rooms)
+    for number, most in enumerate(rooms):
+        room = min(most, -(-int(left.sum()) * most // max(to_come, 1)))
+        to_come -= most
         pod: list[int] = []
         score = np.zeros(len(skus))
         while len(pod) < room:
             # A SKU that stands on as many pods as are still to come has to be on each of them.
-            due = np.where(left >= pods - number, np.inf, 0.0)
+            due = np.where(left >= len(rooms) - number, np.inf, 0.0)
             rank = np.where(left > 0, due + score * 1e6 + lines + noise, -1.0)
             rank[pod] = -1.0
             best = int(rank.argmax())
@@ -154,7 +166,7 @@ def _together(
     return held
 
 
-def _affinity(skus: Sequence[Sku], baskets: Iterable[Sequence[str]]) -> Any:
+def affinity_of(skus: Sequence[Sku], baskets: Iterable[Sequence[str]]) -> Any:
     """Return how many orders hold both of two SKUs, as a sparse matrix in rows."""
     from scipy.sparse import csr_matrix
 

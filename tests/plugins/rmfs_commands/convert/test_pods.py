@@ -180,7 +180,7 @@ def test_every_sku_is_somewhere_and_no_pod_is_too_full(wanted, pods, more, place
     skus = [Sku(f"s{i}", lines, 2 * lines) for i, lines in enumerate(sorted(wanted, reverse=True))]
     per_pod = -(-len(skus) // pods) + more
     baskets = [["s0", f"s{len(skus) - 1}"]] if min(wanted) else []
-    held = place(skus, pods, per_pod, placement, np.random.default_rng(seed), baskets)
+    held = place(skus, [per_pod] * pods, placement, np.random.default_rng(seed), baskets)
     assert {sku for pod in held for sku in pod} == set(range(len(skus)))
     assert all(len(set(pod)) == len(pod) <= per_pod for pod in held)
     items, raised = items_on(skus, held, 3)
@@ -191,17 +191,17 @@ def test_every_sku_is_somewhere_and_no_pod_is_too_full(wanted, pods, more, place
 
 def test_where_history_puts_skus() -> None:
     skus = [Sku("fast", 80, 80), *(Sku(f"slow{i}", 5, 5) for i in range(5))]
-    held = place(skus, 16, 2, "popularity", np.random.default_rng(1))
+    held = place(skus, [2] * 16, "popularity", np.random.default_rng(1))
     copies = [sum(i in pod for pod in held) for i in range(6)]
     assert copies[0] in (12, 13)
     assert set(copies[1:]) <= {3, 4}
     assert sum(copies) == 32
     skus = [Sku(name, 10, 10) for name in ("ale", "bun", "nut", "tea")]
     baskets = [["ale", "tea"], ["bun", "nut"]] * 10
-    held = place(skus, 2, 2, "co-purchase", np.random.default_rng(1), baskets)
+    held = place(skus, [2] * 2, "co-purchase", np.random.default_rng(1), baskets)
     assert sorted(held) == [[0, 3], [1, 2]]
     skus = [*(Sku(f"known{i}", 10, 10) for i in range(8)), *(Sku(f"new{i}", 0, 1) for i in range(4))]
-    held = place(skus, 4, 3, "co-purchase", np.random.default_rng(1), [["known0", "known1"], ["known2", "known3"]])
+    held = place(skus, [3] * 4, "co-purchase", np.random.default_rng(1), [["known0", "known1"], ["known2", "known3"]])
     assert [sum(sku >= 8 for sku in pod) for pod in held] == [1, 1, 1, 1]
     past = [Sku("a", 9, 90), Sku("b", 3, 3)]
     run = [Sku("c", 2, 7), Sku("b", 1, 4)]
@@ -212,7 +212,7 @@ def test_where_history_puts_skus() -> None:
 @pytest.mark.parametrize("placement", PLACEMENTS)
 def test_the_same_seed_places_alike(placement: str) -> None:
     skus = [Sku(f"s{i}", 30 - i, 30 - i) for i in range(30)]
-    one, two = (place(skus, 9, 7, placement, np.random.default_rng(5)) for _ in range(2))
+    one, two = (place(skus, [7] * 9, placement, np.random.default_rng(5)) for _ in range(2))
     assert one == two
 
 

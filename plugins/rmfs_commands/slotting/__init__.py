@@ -1,0 +1,1 @@
+"""SKUs and pods, placed by a history of orders: `rmfs slot`."""
