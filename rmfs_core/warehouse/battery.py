@@ -16,11 +16,11 @@ class Battery:
     section
         Capacity and draws.
     low_j
-        What the longest task and the way to a charger take: standing draws nothing of that.
+        Energy for the longest task and the way to a charger: standing draws nothing of that.
     clock
         Simulated time in ticks.
     charge
-        What is in it at first, as a share of the capacity.
+        Charge at first, as a share of the capacity.
     """
 
     def __init__(self, section: BatterySection, low_j: float, clock: Callable[[], int], charge: float = 1.0) -> None:

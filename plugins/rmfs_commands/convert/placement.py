@@ -43,7 +43,7 @@ def place(
     Parameters
     ----------
     skus
-        What has to be somewhere, most order lines first; those without order lines get a pod anywhere.
+        SKUs to place, most order lines first; those without order lines get a pod anywhere.
     pods, skus_per_pod
         How many pods, and how many SKUs each holds.
     placement
@@ -109,7 +109,7 @@ def _copies(skus: Sequence[Sku], pods: int, places: int, placement: str, rng: np
 
 
 def _anywhere(copies: NDArray[np.int64], held: Sequence[Sequence[int]], rng: np.random.Generator) -> list[list[int]]:
-    """Put each SKU on that many different pods, beside what they hold: those with most room, drawn among equals."""
+    """Put each SKU on so many more pods, those with most space, drawn among equals."""
     held = [list(pod) for pod in held]
     load = np.array([len(pod) for pod in held])
     for sku in sorted(np.flatnonzero(copies).tolist(), key=lambda sku: -copies[sku]):
