@@ -98,7 +98,7 @@ def format_module(name: str) -> Any:
 
 
 def _entries(group: str, known: Any) -> list[EntryPoint]:
-    """Return a group's entry points, with those under its old name but for what a distribution offers under both."""
+    """Return a group's entry points, with those under its old name except for what a distribution offers under both."""
     entries = [*known.select(group=group)]
     if group in RENAMED and (old := known.select(group=RENAMED[group])):
         both = {(*origin(entry), entry.name) for entry in entries}
@@ -114,9 +114,9 @@ def load(entries: Entries, place: str, kind: str) -> object:
     entries
         All of that name in its group; more than one is an error.
     place
-        What a message calls the place that asks for it.
+        Name of the key or option that asks for it, in messages.
     kind
-        What it is for people: ``"rule"``, ``"command"``, ``"recorder"``.
+        Its name for people: ``"rule"``, ``"command"``, ``"recorder"``.
 
     Raises
     ------
@@ -182,7 +182,8 @@ def generated(
                 parameters[name] = _with_paths(parameters[name], hint, folder)
     except TypeError as error:
         expected = f"besides {listed(handed)} it takes {listed(f'`{name}`' for name in names[len(handed) :])}"
-        problem = f"{described} cannot be called: {error}; {expected}"
+        why = str(error).replace(" keyword-only", "")  # as Python 3.11 says it
+        problem = f"{described} cannot be called: {why}; {expected}"
         raise InputError(f"{section}.parameters" if parameters else place, problem) from None
     try:
         made: T = generate(*handed.values(), **parameters)

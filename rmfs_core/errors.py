@@ -13,7 +13,7 @@ class RmfsError(Exception):
     Parameters
     ----------
     problem
-        What was found and what would be right; of long values that it quotes the middle is left out.
+        The finding, and the value that would be right; of long values that it quotes the middle is left out.
     place
         Where, if there is a place: it is said before the problem.
     """
@@ -38,7 +38,7 @@ class InputError(RmfsError):
     place
         Where: a file, with the line or the key's path when known.
     problem
-        What was found and what would be right.
+        The finding, and the value that would be right.
     """
 
     exit_code = 2

@@ -2,12 +2,12 @@
 
 A rule is an attrs class: its fields are its parameters, its `@hookimpl` methods decide. A method may leave out
 arguments that it does not need. The classes named here are documented in `rmfs_core.warehouse` (what a rule sees) and
-`rmfs_core.decisions` (what it returns). What else the kernel has to know of a rule, such as what it ``needs`` and how
-it ``reserves``, its class declares as attributes: `rmfs_core.rules.traits.RuleTraits` has them all.
+`rmfs_core.decisions` (what it returns). A rule's class declares its other traits as attributes, such as its ``needs``
+and how it ``reserves``: `rmfs_core.rules.traits.RuleTraits` has them all.
 
 Rules only look at the warehouse and return values; the kernel checks each decision and applies it. A decision that is
-impossible ends the run with an error that names the rule. Ids are whole numbers; numpy integers are accepted. What a
-rule remembers it forgets in `run_started`: then an instance can be used for any number of runs.
+impossible ends the run with an error that names the rule. Ids are whole numbers; numpy integers are accepted. A
+rule that remembers anything forgets it in `run_started`: then an instance can be used for any number of runs.
 
 Two arguments are the same wherever a decision is made: ``warehouse`` is the warehouse now, with what the prefilters
 left of the backlog; ``rng`` is the rule's own stream of random numbers, spawned from the scenario's seed, and the only
@@ -49,8 +49,8 @@ hookimpl = pluggy.HookimplMarker("rmfs")
 class DecisionHooks:
     """Exactly one selected rule answers each of these.
 
-    Of those for bundles, active stations, resting robots, moved pods and packing none does unless the scenario names
-    one, or has packing stations.
+    The hooks for bundles, active stations, resting robots, moved pods and packing are called only if the scenario names
+    a rule for them, or has packing stations.
     """
 
     @hookspec(firstresult=True)
@@ -108,7 +108,7 @@ class DecisionHooks:
         """PR: name the storage location a pod goes back to.
 
         Called when a pod leaves a station and is bound for no other, or the next station's queue is full (then the pod
-        is stored, and fetched again when there is room: no robot holds one place while it waits for another).
+        is stored, and fetched again when the queue has space: no robot keeps a queue cell while it waits for another).
 
         Parameters
         ----------
@@ -156,36 +156,36 @@ class DecisionHooks:
         Returns
         -------
         Path | None
-            The legs to drive; none only for a robot that is to set out from the goal itself. A rule that reserves
-            answers None where there is no path. With windows the robot then stays, and the rule is asked again two
-            seconds later, unless others keep all cells beside it; with full paths that happens only to two robots on
-            the way to a station, which change places if both have one.
+            The legs to drive; no legs only for a robot that sets out from the goal itself. A rule that reserves returns
+            None if there is no path. With windows the robot then stays, and the rule is asked again two seconds later,
+            unless others keep all cells next to it; with full paths this happens only to two robots on the way to a
+            station, which change places in line if both have a path.
         """
 
     @hookspec(firstresult=True)
     def plan_paths(
         self, warehouse: WarehouseView, queries: Sequence[Query], traffic: FleetTraffic, rng: np.random.Generator
     ) -> dict[int, Path]:
-        """PP: plan paths for all robots that need one now, and others in place of those that robots have.
+        """PP: plan paths for all robots that need one now, and new paths for robots that have one.
 
         Answered in place of `plan_path` by a rule with ``reserves = "fleet"``; called when robots are given goals.
-        All paths of the answer take the places of what these robots had reserved at once. The kernel checks them
-        against each other and all else that is reserved.
+        All paths of the answer replace the reservations of these robots at once. The kernel checks them
+        against each other and against all other reservations.
 
         Parameters
         ----------
         queries
-            First those that need a path, in the order in which they were given their goals: planned for one after
-            another in this order, as long as the others keep what they have, each has one. Then those on their way,
-            which are in ``traffic.arrives`` and may keep theirs. A robot that has had to arrive later as often as there
-            are robots, since it was given its goal, is not among them.
+            First robots that need a path, in the order in which they were given their goals: if they are planned one
+            after another in this order, while the others keep their paths, each has a path. Then robots on their way,
+            which are in ``traffic.arrives`` and may keep their paths. A robot that was delayed as often as there are
+            robots, since it was given its goal, is not among them.
         traffic
-            What is reserved, and what of it can be given up.
+            Reservations, and those that can be given up.
 
         Returns
         -------
         dict[int, Path]
-            By the robots' ids, the legs to their goals, as in `plan_path`; robots on their way may be left out.
+            Legs to the robots' goals by robot id, as in `plan_path`; robots on their way may be left out.
         """
 
     @hookspec(firstresult=True)
@@ -193,7 +193,7 @@ class DecisionHooks:
         """ROA: assign bundles to replenishment stations.
 
         Called in a decision round while ``warehouse.bundles`` wait and some station of
-        ``warehouse.replenishment_stations`` has a free place for one (``station.free_bundle_capacity``).
+        ``warehouse.replenishment_stations`` has capacity for one (``station.free_bundle_capacity``).
 
         Returns
         -------
@@ -208,8 +208,8 @@ class DecisionHooks:
         """RPS: choose the pods that bundles are stored on; the kernel sends each to its bundle's station.
 
         Called in a decision round while stations have bundles without a pod (``bundle.pod`` is None). Candidates have
-        room (``pod.free_space >= bundle.size``) and are ``warehouse.free_pods`` (each needs a robot),
-        ``warehouse.leaving_pods``, or bound for a station already: they pick and replenish on one way.
+        space (``pod.free_space >= bundle.size``) and are ``warehouse.free_pods`` (each needs a robot),
+        ``warehouse.leaving_pods``, or bound for a station already: these are picked from and replenished on one trip.
 
         Parameters
         ----------
@@ -236,14 +236,14 @@ class DecisionHooks:
         Returns
         -------
         BundleDecision
-            What the two return: its bundles may be put on pods as soon as they are assigned.
+            Both answers: its bundles may be put on pods as soon as they are assigned.
         """
 
     @hookspec(firstresult=True)
     def activate_stations(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[int]:
-        """Activation: say which stations take orders, by load rather than by the clock.
+        """Activation: choose the stations that take orders, by load rather than by the clock.
 
-        Called first in each decision round, where a scenario has such a rule (``rules.activate``).
+        Called first in each decision round, if the scenario has such a rule (``rules.activate``).
 
         Returns
         -------
@@ -254,7 +254,7 @@ class DecisionHooks:
 
     @hookspec(firstresult=True)
     def idle_robots(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[RobotMove]:
-        """Send robots that have nothing to do to where they rest or charge.
+        """Send robots without a task to cells where they rest or charge.
 
         Called at the end of a decision round while ``warehouse.resting_robots`` has entries.
 
@@ -270,7 +270,7 @@ class DecisionHooks:
         """Carry stored pods to other storage locations while there are idle robots: active repositioning.
 
         Called in a decision round after TA while a pod may be moved. For each pod, first to last, the kernel takes the
-        idle robot that is there first.
+        idle robot that can be there first.
 
         Parameters
         ----------
@@ -288,7 +288,7 @@ class DecisionHooks:
     def assign_packing(
         self, warehouse: WarehouseView, orders: Sequence[Order], rng: np.random.Generator
     ) -> Sequence[int]:
-        """Say which packing station each order is bound for, with all its parts.
+        """Choose the packing station of each order, for all its parts.
 
         Called once per order, after the decision that assigns its first part.
 
@@ -307,7 +307,7 @@ class DecisionHooks:
     def choose_packing_task(
         self, warehouse: WarehouseView, station: PackingStation, tasks: Sequence[PackingTask], rng: np.random.Generator
     ) -> int:
-        """Say what a free packer does next: put a part into a box, or pack an order.
+        """Choose the next task of a free packer: put a part into a box, or pack an order.
 
         Called when a packer, or a sorter, is free at an open packing station and has two tasks or more to choose from.
 
@@ -316,7 +316,7 @@ class DecisionHooks:
         station
             The packing station.
         tasks
-            What can be begun now, longest waiting first.
+            Tasks that can begin now, longest waiting first.
 
         Returns
         -------
@@ -339,7 +339,7 @@ class FilterHooks:
         Parameters
         ----------
         orders
-            What the filters before this one left, oldest first.
+            Orders that the filters before this one left, oldest first.
 
         Returns
         -------
@@ -353,16 +353,16 @@ class TimeHooks:
 
     @hookspec(firstresult=True)
     def wake_at(self, warehouse: WarehouseView, rng: np.random.Generator) -> float | None:
-        """Say at what time to decide again, even if nothing happens until then: waves, or a wait until it pays.
+        """Return the time of the next decision round, even if nothing happens until then, for example for waves.
 
-        Called after each decision round; ``warehouse`` has the whole backlog. The earliest answer makes the next round,
-        unless something else does before: then all are asked anew. This is no decision; observers are not told of it.
+        Called after each decision round; ``warehouse`` has the whole backlog. The earliest answer starts the next
+        round, unless an event starts one before: then all are asked anew. This is no decision; observers are not told.
 
         Returns
         -------
         float | None
-            Simulated seconds, later than ``warehouse.now_s``; the round is at the first tick that is not before. None
-            to wait for nothing. A run with nothing but 100,000 such rounds in a row stands still.
+            Simulated seconds, later than ``warehouse.now_s``; the round is at the first tick that is not earlier;
+            None for no such round. A run with 100,000 such rounds in a row and no event stands still.
         """
 
 
@@ -376,7 +376,7 @@ class ObserverHooks:
         Parameters
         ----------
         run
-            Scenario, instance, layout, the warehouse at time 0, and ``run.out``, a folder beside the results, where an
+            Scenario, instance, layout, the warehouse at time 0, and ``run.out``, a folder next to the results, where an
             observer may write files of its own.
         """
 
@@ -384,9 +384,9 @@ class ObserverHooks:
     def on_event(self, event: Event) -> None:
         """Something happened.
 
-        An observer with an attribute ``hears``, a tuple of such classes, is told of events of these alone. Where that
-        is a mapping from such classes to sequences of functions, these are called with the event in place of the hook,
-        which has to be there all the same.
+        An observer with an attribute ``hears``, a tuple of event classes, is told of events of these classes only. If
+        ``hears`` maps event classes to sequences of functions, these are called with the event in place of the hook,
+        which the observer has to have all the same.
 
         Parameters
         ----------
@@ -401,26 +401,26 @@ class ObserverHooks:
         Parameters
         ----------
         question
-            Which rule is asked what, and what it is shown (`rmfs_core.info.Question`).
+            The rule, its hook and its arguments (`rmfs_core.info.Question`).
         """
 
     @hookspec
     def rule_answered(self, question: Question, answer: object) -> None:
         """The rule that was asked has answered.
 
-        Called before the kernel has looked at the answer. A rule that raises has not answered.
+        Called before the kernel checks the answer; not called for a rule that raises.
 
         Parameters
         ----------
         question
-            What it was asked.
+            The question.
         answer
-            What it returned.
+            The value returned.
         """
 
     @hookspec
     def measured(self) -> Mapping[str, float | None]:
-        """Hand over what the observer has measured: its metrics stand beside the others in result.json.
+        """Return the observer's metrics, which join the others in result.json.
 
         Called once, after ``run_ended``.
 

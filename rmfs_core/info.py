@@ -24,11 +24,11 @@ class RunInfo:
     Parameters
     ----------
     scenario, instance, layout, motion
-        What the run starts from.
+        Inputs of the run.
     warehouse
         The warehouse now, live: kept, the same object shows it as it is at any later time.
     out
-        A folder whose files will be beside the results, where an observer may write some; None where none are kept.
+        A folder whose files will be next to the results, where an observer may write some; None where none are kept.
     summary
         Plain values by name that observers put here until the run is over: `Result.summary`.
     """
@@ -49,7 +49,7 @@ class Question:
     Parameters
     ----------
     decides
-        What for.
+        Role or kind of the question.
     rule
         The rule's name, as in the scenario.
     hook
@@ -61,7 +61,7 @@ class Question:
     period
         Number of the period; 0 before the first.
     arguments
-        What else the hook is handed, by name.
+        Other arguments of the hook, by name.
     """
 
     decides: Role

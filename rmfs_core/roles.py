@@ -11,7 +11,7 @@ class Role(StrEnum):
     Attributes
     ----------
     label
-        What people, traces and recordings call it: ``"POA+PPS"``.
+        Name for people, in traces and recordings: ``"POA+PPS"``.
     hook
         The hook that a rule answers in this role. (An observer may implement the other observer hooks too.)
     key

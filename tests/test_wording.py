@@ -1,8 +1,9 @@
-"""Words that may not stand in user-facing text: pages, help texts, errors, notes, displays and reports."""
+"""Words that may not stand in pages, help texts, errors, notes, displays, reports, docstrings and comments."""
 
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import click
@@ -12,17 +13,18 @@ from cases import cases
 from rmfs_commands.cli.main import rmfs
 
 ROOT = Path(__file__).resolve().parent.parent
-ONE = "order|item|visit|hour|second|minute|day|run|robot|station|pod|line|step|call|trip|seed"
+ONE = "order|item|visit|hour|second|minute|day|run|robot|station|pod|line|step|call|trip|seed|row"
 RATES = "visits|orders|items|picks|metres|requests|SKUs|tasks|trips|cells|turn-over|throughput"
 MANY = f"(?:{ONE.replace('|', 's|')}s|boxes|packers|faults|events|periods|places|files|decisions|locations)"
 WORDS = {
     r"\bfor who\b|(?:^|[.:;] )Who [a-z]+s\b": "the noun: callers, readers, authors",
     r"\bin turns\b": "alternately, or nothing: a method of measuring is for developers",
-    r"\bh(?:o|e)ld(?:s|ing)? (?:[\w`]+ ){0,5}against\b": "compare, check",
+    r"\b(?i:h)(?:o|e)ld(?:s|ing)? (?:[\w`]+ ){0,5}against\b": "compare, check",
     r"\bbeneath\b": "under",
     r"\bbeside\b": "next to, in addition to, with",
     r"\bbut for\b": "except, apart from",
     r"\bwhoever\b": "the noun: callers, readers, authors",
+    r"\bfor ever\b": "forever",
     r"\bbrings? nothing\b": "does not help",
     r"\bworth while\b": "worthwhile, or what it gains",
     r"\b(?:two|three|four|seven|eight|nine) (?:thirds|quarters|fifths|tenths|in ten)\b|\bhalf of the way\b": "%",
@@ -31,6 +33,7 @@ WORDS = {
     r"(?:^|[.] )(?:Read|Written|Shown|Left out) are\b": "subject, verb, object",
 }
 """Patterns that may not stand in a text, and what to write in their place."""
+ANY = re.compile("|".join(WORDS), re.MULTILINE)
 
 TEMPLATES = [file for ending in ("j2", "html") for file in sorted((ROOT / "plugins").rglob(f"*.{ending}"))]
 SCRIPTS = sorted((ROOT / "plugins").rglob("*.mjs"))
@@ -45,6 +48,12 @@ def prose(page: str) -> str:
     return re.sub(r"```.*?```|`[^`\n]*`", "``", page, flags=re.DOTALL)
 
 
+@cache
+def parsed(file: Path) -> ast.Module:
+    """Return the syntax tree of a file."""
+    return ast.parse(file.read_text(encoding="utf-8"))
+
+
 def docstrings(tree: ast.AST) -> Iterator[ast.Constant]:
     """Yield the texts that stand alone in code: docstrings of modules, classes, functions and names."""
     for node in ast.walk(tree):
@@ -53,9 +62,17 @@ def docstrings(tree: ast.AST) -> Iterator[ast.Constant]:
                 yield text
 
 
-def sentences(code: str) -> Iterator[tuple[int, str]]:
+def explanations(file: Path) -> Iterator[tuple[int, str]]:
+    """Yield docstrings and comments, with their lines."""
+    yield from ((text.lineno, str(text.value)) for text in docstrings(parsed(file)))
+    for line, code in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
+        if comment := re.search(r"(?:^|\s)#.*", code):
+            yield line, comment[0]
+
+
+def sentences(file: Path) -> Iterator[tuple[int, str]]:
     """Yield the texts of code that people may read: all but docstrings and comments, with their lines."""
-    tree = ast.parse(code)
+    tree = parsed(file)
     left_out = {id(text) for text in docstrings(tree)}
     for node in ast.walk(tree):
         match node:
@@ -75,6 +92,8 @@ def helps(command: click.Command, called: str) -> Iterator[tuple[str, str]]:
 
 
 def found(text: str) -> list[str]:
+    if not ANY.search(text):
+        return []
     return [
         f"{hit[0].strip()!r}, better: {better}"
         for word, better in WORDS.items()
@@ -91,7 +110,7 @@ def test_help_errors_and_reports_use_plain_words() -> None:
     hits = [
         f"{file.relative_to(ROOT)}:{line}: {hit}"
         for file in CODE
-        for line, text in sentences(file.read_text(encoding="utf-8"))
+        for line, text in sentences(file)
         for hit in found(text)
     ]
     hits += [f"{file.name}: {hit}" for file in TEMPLATES for hit in found(file.read_text(encoding="utf-8"))]
@@ -101,15 +120,25 @@ def test_help_errors_and_reports_use_plain_words() -> None:
     assert hits == []
 
 
+def test_docstrings_and_comments_use_plain_words() -> None:
+    assert [
+        f"{file.relative_to(ROOT)}:{line}: {hit}"
+        for file in CODE
+        for line, text in explanations(file)
+        for hit in found(text)
+    ] == []
+
+
 def test_docstrings_begin_with_a_noun_or_a_verb() -> None:
-    """A docstring that begins with "What" is a riddle: it says neither what is returned nor what is done."""
+    """A docstring that begins with "What" says neither what is returned nor what is done; nor does a parameter's."""
     folders = ("rmfs_core", "plugins", "tests", "tools", "docs")
     files = [file for part in folders for file in sorted((ROOT / part).rglob("*.py")) if not MADE & {*file.parts}]
     riddles = [
         f"{file.relative_to(ROOT)}:{text.lineno}"
         for file in files
-        for text in docstrings(ast.parse(file.read_text(encoding="utf-8")))
-        if re.match(r"\s*What (?!.*\?$)", str(text.value))
+        if "What " in file.read_text(encoding="utf-8")
+        for text in docstrings(parsed(file))
+        if re.match(r"\s*What (?!.*\?$)", str(text.value)) or re.search(r"\n +\w[\w, ]*\n +What ", str(text.value))
     ]
     assert riddles == []
 

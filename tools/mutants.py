@@ -57,7 +57,7 @@ class Mutant(NamedTuple):
     line
         Number of the line.
     begin, end
-        What is replaced, in bytes of the file.
+        Span that is replaced, in bytes of the file.
     before, after
         Its text, and what takes its place.
     """

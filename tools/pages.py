@@ -55,7 +55,7 @@ class Command:
     line, end
         Where its output begins and ends, as positions in the lines of the page.
     text
-        What is typed.
+        The command as typed.
     shown
         The output that the page shows; empty where it shows none.
     exit_code

@@ -25,7 +25,7 @@ class Metric:
     group
         Under which heading the summary of a run shows it; None: not there.
     scale
-        What a value is multiplied by to be shown: 100 for a share that is shown in percent.
+        Factor by which a value is multiplied to be shown: 100 for a share that is shown in percent.
     of_completed
         Whether it is a figure per completed order: what it would be with the orders that ``run.until_s`` leaves open is
         not known, so that comparisons mark it.

@@ -1,4 +1,4 @@
-"""Recorders: observers that write a file beside a run's results, switched on by the names of their entry points."""
+"""Recorders: observers that write a file next to a run's results, switched on by the names of their entry points."""
 
 from __future__ import annotations
 

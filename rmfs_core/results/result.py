@@ -34,7 +34,7 @@ class Result:
     seed
         Its seed.
     versions
-        Version of every distribution that took part, by name; the digest of files beside the scenario that hold rules.
+        Version of every distribution that took part, by name; the digest of files next to the scenario that hold rules.
     status
         ``"complete"``; ``"horizon"`` when ``run.until_s`` was reached with orders left; ``"partial"`` when the run
         was interrupted; ``"failed"`` when an error ended it.
@@ -50,7 +50,7 @@ class Result:
     notes
         Sentences on what may be a surprise: why no order is complete, how many orders wait for stock at the end.
     summary
-        What observers say of the run as a whole: ``"bottleneck"``, where the orders' time went and what limits the run.
+        Observers' findings on the whole run: ``"bottleneck"``, where the orders' time went and what limits the run.
     interrupted
         Whether a keyboard interrupt ended the run. (Not in the files.)
     described

@@ -33,7 +33,7 @@ class NamedFile:
     file
         Where the file is.
     name
-        What the scenario calls it: as seen from its folder, by the absolute path if it is elsewhere.
+        Its name in the scenario: as seen from its folder, by the absolute path if it is elsewhere.
     """
 
     text: object

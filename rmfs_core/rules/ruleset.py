@@ -44,20 +44,20 @@ class BoundRule:
     Parameters
     ----------
     role
-        What it decides.
+        The role: the kind of decision.
     source
         Its name, and where it comes from.
     instance
         The rule itself, with its parameters.
     traits
-        What its class declares besides.
+        Declarations of its class.
     hook
         Calls the role's hook of this rule and of no other. (Observers are called together, through
         ``RuleSet.pm.hook``.)
     wake
         Asks it when to wake up; None for a rule that does not implement `wake_at`.
     parts
-        What it is made of: files that its parameters name, and classes, with those of rules that it asks in turn.
+        Its parts: files that its parameters name, and classes, with those of rules that it asks in turn.
     """
 
     role: Role
@@ -119,7 +119,7 @@ class RuleSet:
     distributions
         Version of every distribution that takes part, by name, python included.
     inline_files
-        Files beside the scenario that code was loaded from.
+        Files next to the scenario that code was loaded from.
     files
         Files that parameters of rules name.
     sources
@@ -219,7 +219,7 @@ class RuleSet:
     def register_observer(self, observer: object, described: str | None = None) -> None:
         """Register an object whose ``@hookimpl`` methods observe the run. Decision hooks it may have are not called.
 
-        What it raises ends the run with an error that names it ``described``; without that it is raised as it is.
+        Its exception ends the run with an error that names it ``described``; without that it is raised as it is.
         """
         name = type(observer).__name__
         check_hooks(f"observer {name}", observer, name)

@@ -1,4 +1,4 @@
-"""Where rules come from: entry points of installed distributions, and files beside the scenario."""
+"""Where rules come from: entry points of installed distributions, and files next to the scenario."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class RuleSource:
     distribution, version
         Where it comes from; for a file, the file's name and ``"inline"``; for an object, its module and ``"object"``.
     file
-        The file the code was loaded from, for a rule beside the scenario.
+        The file the code was loaded from, for a rule next to the scenario.
     sources
         Who keeps the file's module.
     """
@@ -73,7 +73,7 @@ def source_of(rule: object) -> RuleSource:
 
 
 class RuleSources:
-    """Finds rules by the names that a scenario uses. Each file beside the scenario is loaded once.
+    """Finds rules by the names that a scenario uses. Each file next to the scenario is loaded once.
 
     Its module is in ``sys.modules``, where pickle, inspect and typing look for that of a class, until `close` is called
     or nobody has these sources or a rule of theirs any more.

@@ -74,7 +74,7 @@ class RuleTraits:
         Method called with the `rmfs_core.traffic.Roads` before the run starts, for a rule with compiled searches to
         load them: then no decision's time has it in.
     hears
-        What events it observes: a tuple of classes, or a mapping from these to functions, as `on_event` says.
+        Events that it observes: a tuple of classes, or a mapping from these to functions, as `on_event` says.
     """
 
     needs: tuple[str, ...] = ()

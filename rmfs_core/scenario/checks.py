@@ -24,7 +24,7 @@ class Check:
     Parameters
     ----------
     expected
-        What would be right, as it ends the sentence "expected ...".
+        The right value, as the end of the sentence "expected ...".
     holds
         Whether a value is right.
     schema

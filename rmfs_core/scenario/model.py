@@ -246,7 +246,7 @@ class FailuresSection:
 
 @frozen
 class BatterySection:
-    """The robots' batteries, which are full at first. Chargers charge whoever stands there."""
+    """The robots' batteries, which are full at first. Chargers charge the robot that stands there."""
 
     capacity_wh: float = key("Energy of a full battery", 1000.0, unit="Wh", check=POWER)
     empty_w: float = key("Draw of driving and turning without a pod", 100.0, unit="W", check=POWER)
@@ -513,7 +513,7 @@ DRAWN = frozenset(
 
 
 def replaced_keys(section: object) -> tuple[str, frozenset[str]]:
-    """Return the key of a section that names a file, and the keys that have no meaning beside it."""
+    """Return the key of a section that names a file, and the keys that have no meaning with it."""
     if isinstance(section, InstanceSection) and section.orders_file is not None:
         return "orders_file", GENERATED - ({"arrivals"} if section.arrivals.backlog is not None else set())
     if isinstance(section, LayoutSection) and section.map_file is not None:

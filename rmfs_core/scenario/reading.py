@@ -94,7 +94,7 @@ def scenario_from_dict(data: Mapping[str, Any], folder: str = ".", name: str = "
     folder
         Where relative file names are looked up.
     name
-        What a message calls the source.
+        Name of the source in messages.
     """
     try:
         return evolve(structure(with_times(data, Path(folder))), folder=folder)

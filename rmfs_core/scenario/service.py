@@ -115,7 +115,7 @@ def drawn(seconds: float | None, rng: np.random.Generator) -> float:
 
 
 def speeds_of(speed: Speed) -> tuple[tuple[tuple[int, int, int], ...], tuple[float, ...]]:
-    """Return spans that number the speeds beside, from 1; the first is that of no span. ValueError for wrong ones."""
+    """Return spans that number their speeds from 1; the first is that of no span. ValueError for wrong ones."""
     shifts = speed if isinstance(speed, tuple) else ()
     speeds = [1.0 if isinstance(speed, tuple) else speed, *(span[-1] for span in shifts if len(span) == 3)]
     numbers = tuple(float(one) for one in speeds if not isinstance(one, str) and 0.01 <= one <= 100)

@@ -85,7 +85,7 @@ def strict_converter() -> cattrs.Converter:
         return {key: _at(key, entry, get_args(type_)[1], converter) for key, entry in value.items()}
 
     def union(value: Any, type_: Any) -> Any:
-        """`int | tuple[int, ...] | None`: a list goes to the tuple, anything else to the type beside it."""
+        """`int | tuple[int, ...] | None`: a list goes to the tuple, anything else to the other type."""
         kinds = get_args(type_)
         if value is None and NoneType in kinds:
             return None

@@ -42,7 +42,7 @@ def apply_assignments(
     warehouse
         The state.
     answer
-        What the rule returned.
+        The rule's answer.
     joint
         Whether the rule decides POA and PPS together.
     shown

@@ -115,7 +115,7 @@ class Asker:
     Parameters
     ----------
     warehouse
-        What the rules decide about; its clock is in every message.
+        The warehouse that rules decide on; its clock is in every message.
     limit_s
         Wall-clock seconds a single decision may take; None for no limit.
     observers

@@ -34,7 +34,7 @@ class RunContext:
     env
         The clock.
     view
-        What rules see of the warehouse.
+        The warehouse as rules see it.
     observers
         Everyone who is told what happens.
     asker

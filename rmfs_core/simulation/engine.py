@@ -44,7 +44,7 @@ class Simulation:
     Parameters
     ----------
     scenario
-        What is there, and limits.
+        Stations, robots, rules and limits.
     instance
         Orders, pods, SKUs.
     layout

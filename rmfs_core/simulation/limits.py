@@ -31,7 +31,7 @@ def within(limit_s: float, call: Callable[..., Any], arguments: Mapping[str, Any
     limit_s
         Wall-clock seconds.
     call, arguments
-        What to call, with what.
+        The function and its arguments.
 
     Raises
     ------

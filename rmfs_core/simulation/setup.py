@@ -60,7 +60,7 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     """Place pods and robots.
 
     Where no file says otherwise, pods stand at random storage locations (stream ``pod places``), and robots start under
-    such (stream ``robot places``), but for those that hold the pods which are at a station already. Besides the pods
+    such (stream ``robot places``), except for those that hold the pods which are at a station already. Besides the pods
     with contents there are empty ones until ``layout.pod_fill`` is reached, which only stand in the way.
 
     Raises

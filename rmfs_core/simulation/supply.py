@@ -23,7 +23,7 @@ class Supply:
     Parameters
     ----------
     scenario, instance
-        What the run starts from.
+        Inputs of the run.
     """
 
     def __init__(self, scenario: Scenario, instance: Instance) -> None:
@@ -41,7 +41,7 @@ class Supply:
                 self._position[sku] += UNLIMITED if items is None else items
 
     def coming(self) -> Iterator[BundleData]:
-        """Yield bundles in order of arrival that come whatever happens in the warehouse; by chance, for ever."""
+        """Yield bundles in order of arrival that come whatever happens in the warehouse; by chance, forever."""
         yield from self._instance.bundles
         if self._given.bundles_per_hour is not None:
             wanted = np.zeros(len(self._instance.skus))

@@ -63,7 +63,7 @@ class TimedPath:
     cell, heading, start_tick
         Where and when it begins, at rest.
     legs
-        What is driven. A leg waits, turns and runs; the next one follows at once.
+        Legs of the path. A leg waits, turns and runs; the next one follows at once.
     end, end_heading
         Where it ends: not the goal, where a window ended it before.
     end_tick

@@ -31,7 +31,7 @@ class ReservedError(ValueError):
     """
 
     def __init__(self, cell: int, owner: int, since: int, until: int) -> None:
-        ends = "for ever" if until >= FOREVER else f"to {until}"
+        ends = "forever" if until >= FOREVER else f"to {until}"
         super().__init__(f"cell {cell} is reserved by {owner} from tick {since} {ends}")
         self.cell = cell
         self.owner = owner
@@ -138,7 +138,7 @@ class Reservations:
     def seize(self, owner: int, occupancy: Occupancy) -> set[int]:
         """As `commit`, but who else has one of the cells then loses all that it has reserved of that cell.
 
-        Returns who has lost something. What the table has of them is no whole path any more: whoever calls this commits
+        Returns who has lost something. What the table has of them is no whole path any more: the caller this commits
         another one for each of them.
         """
         losers = set()
@@ -228,9 +228,9 @@ class FleetTraffic:
     table
         Who has reserved which cell when, as long as nothing is replaced. For looking only; plan in a copy.
     under_way
-        What robots that are asked for occupy until their new paths begin: their legs under way, by robot.
+        Cells that robots of the query occupy until their new paths begin: their legs under way, by robot.
     reserved, arrives
-        What the paths of those that may keep them occupy, and the ticks at which they end.
+        Cells occupied by paths that may be kept, and the ticks at which they end.
     """
 
     roads: Roads

@@ -16,11 +16,11 @@ class Battery:
     section
         Capacity and draws.
     low_j
-        What the longest task and the way to a charger take: standing draws nothing of that.
+        Energy for the longest task and the way to a charger: standing draws nothing of that.
     clock
         Simulated time in ticks.
     charge
-        What is in it at first, as a share of the capacity.
+        Charge at first, as a share of the capacity.
     way_j
         What the way from a charger to another one takes, where chargers fail.
     """

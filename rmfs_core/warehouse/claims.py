@@ -31,7 +31,7 @@ class Claims:
     Parameters
     ----------
     pods
-        What there is.
+        All pods.
     """
 
     def __init__(self, pods: Iterable[Pod]) -> None:

@@ -38,7 +38,7 @@ class PackingStation:
     orders
         Orders that are bound for it and not packed, in the order in which that was decided.
     tasks, working
-        What waits for a packer, longest waiting first; what is being done, and when that should end, in seconds.
+        Tasks that wait for a packer, longest waiting first; tasks at work, with their expected ends in seconds.
     free_boxes
         How many more split orders it has room for.
     """

@@ -51,7 +51,7 @@ class OrderLine(NamedTuple):
 
 @frozen
 class OrderPacking:
-    """Where an order is packed, and how far that is.
+    """Packing of an order: its station and its progress.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ class Order(ReadOnly):
 
 
 class Part(ReadOnly):
-    """Part of an order that one period assigned to a station: it has a place there until its last item is done."""
+    """Part of an order that one period assigned to a station: it takes capacity there until its last item is done."""
 
     __slots__ = ("_done", "_items", "_picked", "_skus", "order", "period", "station")
 
@@ -555,7 +555,7 @@ class Station(ReadOnly):
 
 
 class Robot(ReadOnly):
-    """A robot: where it is, what it does."""
+    """A robot with its position and its task."""
 
     __slots__ = (
         *("_battery", "_cell", "_charging", "_goal", "_heading", "_in_service", "_on_duty", "_pod", "_task"),

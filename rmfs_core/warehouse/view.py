@@ -48,7 +48,7 @@ class WarehouseView(ReadOnly):
         return tuple(self._state.arrived.values())
 
     def orders_since(self, number: int = 0) -> list[Order]:
-        """Orders that have arrived, the first ``number`` left out, for rules that look at each of them once."""
+        """Orders that have arrived after the first ``number``, for rules that read each order once."""
         arrived = self._state.arrived
         latest = islice(reversed(arrived.values()), max(len(arrived) - number, 0))  # the rest is not even passed over
         return [*latest][::-1]
@@ -57,8 +57,8 @@ class WarehouseView(ReadOnly):
     def orders_waiting_for_stock(self) -> tuple[Order, ...]:
         """Orders that the pods cannot serve, oldest first: they are not in ``backlog`` until bundles are stored.
 
-        An order is when what the pods hold, less what open requests and the orders of the backlog take, is too little
-        for one of its lines. None where stock is unlimited, or with ``rules.wait_for_stock = false``.
+        An order waits when the items on pods, less those that open requests and the orders of the backlog take, are too
+        few for one of its lines. None where stock is unlimited, or with ``rules.wait_for_stock = false``.
         """
         return () if self._state.claims is None else tuple(self._state.claims.waiting.values())
 
@@ -110,9 +110,8 @@ class WarehouseView(ReadOnly):
     def version(self) -> int:
         """Number that changes with what decisions on orders and pods look at.
 
-        Another one: open lines, capacities, available items, items of the stock, boxes, or which pods are stored and
-        bound where may have changed. It says nothing of the time, of ``leaving_pods``, of robots, and of what
-        prefilters show.
+        When it changes, open lines, capacities, available items, stock, boxes, or the stored pods and their stations
+        may have changed. It does not cover the time, ``leaving_pods``, robots, and the orders that prefilters show.
         """
         return self._state.changes + self._state.promises.changes
 
@@ -122,12 +121,12 @@ class WarehouseView(ReadOnly):
         return self._state.largest_capacity
 
     def showing(self, orders: Sequence[Order]) -> WarehouseView:
-        """Return the warehouse with some orders as its ``backlog``, oldest first, for who looks at no others."""
+        """Return the warehouse with some orders as its ``backlog``, oldest first, for rules that look at no others."""
         return type(self)(self._state, orders)
 
     @property
     def backlog_size(self) -> int:
-        """Number of orders in ``backlog``; quicker than to make it."""
+        """Number of orders in ``backlog``; quicker than ``len(backlog)``."""
         return len(self._state.backlog) if self._backlog is None else len(self._backlog)
 
     @property
@@ -166,7 +165,7 @@ class WarehouseView(ReadOnly):
         return self._state.storing
 
     def station(self, station_id: int) -> Station:
-        """Station by its id, of any kind: where pods are bound for may be no picking station."""
+        """Station of any kind by its id; pods may be bound for replenishment stations, too."""
         return self._state.stations[station_id]
 
     @property
@@ -272,8 +271,8 @@ class WarehouseView(ReadOnly):
     def size_at(self, order: Order, station: Station) -> int:
         """Capacity that the open lines of an order take up at a station.
 
-        Items; of an order with more than any station has, all that the station has, so that it fits an empty one. With
-        order capacity: 1, or 0 if the order has a place there already.
+        In items; an order larger than any station takes up all of a station's capacity, so it fits an empty one. With
+        order capacity: 1, or 0 if a part of the order is there already.
         """
         return self._state.size_at(order, station)
 

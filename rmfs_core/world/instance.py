@@ -12,15 +12,15 @@ class OrderData:
     Parameters
     ----------
     name
-        What people call it.
+        Its name for people.
     arrival_tick
         When it joins the backlog (ticks of 1 ms).
     lines
         (SKU id, quantity) of each order line; a SKU occurs once.
     due_tick
-        When it shall be complete, which may be before it arrives; None: whenever.
+        Due time (ticks of 1 ms), which may be before the arrival; None: no due time.
     priority
-        How urgent it is, higher first.
+        Priority, higher first.
     cancelled_tick
         When it leaves if nothing of it is assigned then, not before it arrives; None: never.
     route
@@ -48,7 +48,7 @@ class PodData:
     Parameters
     ----------
     name
-        What people call it.
+        Its name for people.
     contents
         (SKU id, number of items or None for unlimited) of each SKU on the pod; a SKU occurs once.
     place
@@ -85,7 +85,7 @@ class Instance:
     sizes
         Space that an item takes on a pod, by SKU id; empty: 1 each.
     bundles
-        What a file of bundles has, in order of arrival.
+        Bundles of the file, in order of arrival.
     levels
         Reorder point s and order-up-to level S in items, by SKU id; empty: nothing is reordered.
     restocked

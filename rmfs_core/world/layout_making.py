@@ -29,7 +29,7 @@ def make_layout(scenario: Scenario, text: str | None = None) -> Layout:
         text of ``layout.map_file`` (None without one), ``stations.queue_length`` (None: as it likes), what to call the
         map or the section in errors, and ``layout.parameters`` by name; it returns a `Layout`.
     text
-        What to take for the text of the map file, in place of reading it.
+        Text of the map file, in place of reading it.
 
     Raises
     ------

@@ -37,7 +37,7 @@ TO, WAYS_TO = -1, -2
 """In place of the heading in a cell that a table is from: tables to it, as rules and as searches of paths read them."""
 
 ROWS_BYTES = 64 << 20
-"""Memory for tables to cells of queues that is got at a time, but for one of them."""
+"""Memory for tables to cells of queues that is got at a time, except for one of them."""
 
 Table: TypeAlias = NDArray[np.int32] | NDArray[np.int64]
 Made = TypeVar("Made")

@@ -46,9 +46,9 @@ class Work(NamedTuple):
         ticks to spare are for what is rounded, one for "earlier", so that of runs left out for each other one is left.
     gains
         Ticks that a longer run gains at most on one that has driven so many cells, and as many to spare: it gains
-        only while that one speeds up yet, and nothing more once both have driven half of the way that is left.
+        only while that one speeds up yet, and nothing more once both have driven half the distance that is left.
     onwards
-        Whether a run after a run may be as fast as one in place of both, but for rounding. If not, turns follow runs.
+        Whether two runs may be as fast as one in place of both, except for rounding. If not, turns follow runs.
     down, sides, across
         Ticks from a state to each (cell, heading) at least: ``down`` by row, and ``across`` by column and heading, for
         rows before, at and after its own, as ``sides`` says.
@@ -150,7 +150,7 @@ def _look(start, width, work):
 
     That is top speed all the way, a stop for a row to drive along and one for a column, and the turns for them and to
     the heading. No move takes less than these ticks change by, and along a run a way through its end gets no shorter,
-    but for one stop.
+    except for one stop.
     """
     row, column = start // 4 // width, start // 4 % width
     for other in range(len(work.down)):

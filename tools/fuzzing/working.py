@@ -40,7 +40,7 @@ class Outcome:
     code
         Exit code, or None where the process ended, or had to be ended.
     output, errors
-        What was written.
+        Text written to each.
     trace
         The traceback of an error that no one expected; where the process ended, what it did then.
     left

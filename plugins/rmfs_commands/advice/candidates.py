@@ -51,9 +51,9 @@ def advice_experiment(
     Parameters
     ----------
     scenario
-        What is run.
+        The scenario that is run.
     name
-        What messages call it.
+        Its name in messages.
     seeds
         One run of each rule set for each.
     split
@@ -61,7 +61,7 @@ def advice_experiment(
     more
         Metrics besides visits and times; that of costs is among them where the scenario names costs.
     more_place
-        What messages call these.
+        Their name in messages.
     """
     own = _orders_and_pods(scenario)
     baseline = _name({"rule": one.rule, **one.parameters} for one in own if one is not None) + OWN

@@ -42,8 +42,8 @@ MOST_SEEDS = 1_000
     "--hours",
     type=NumberRange(min=0, min_open=True),
     metavar="H",
-    help="Hours to simulate, from the first order that counts. [default: what brings 300 orders; where trucks leave, "
-    "on to the last one of that day]",
+    help="Hours to simulate, from the first order that counts. [default: enough for 300 orders; where trucks leave, "
+    "until the last one of that day]",
 )
 @click.option(
     "--seeds",

@@ -29,7 +29,7 @@ class Cut:
     Parameters
     ----------
     scenario
-        What is simulated.
+        The scenario that is simulated.
     told
         Sentences: which orders it is about.
     """

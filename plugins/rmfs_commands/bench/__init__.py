@@ -1,4 +1,4 @@
-"""Rules held against each other in the same worlds: how good their decisions are, and how long they take."""
+"""Rules compared in the same worlds: how good their decisions are, and how long they take."""
 
 import lazy_loader
 

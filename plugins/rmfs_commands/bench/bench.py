@@ -94,11 +94,11 @@ def contestant(text: str, choice: RuleChoice, *, decides: Role | None = None, al
     Parameters
     ----------
     text
-        What to call it.
+        Its name.
     choice
         The rule and its parameters.
     decides
-        What to compare a rule in that decides several things.
+        Role in which to compare a rule that decides several things.
     allow_inline
         Whether rules may be loaded from files.
 

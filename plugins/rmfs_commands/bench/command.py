@@ -50,12 +50,12 @@ JSON_VERSION = 1
     shell_complete=completion.overrides,
     help="Change the worlds (`instance.orders=50`) or a fixed rule (`rules.pp=sipp`). Repeatable.",
 )
-@decides_option(ROLES, help="What to compare rules in that decide several things.")
+@decides_option(ROLES, help="Decision in which to compare rules that decide several things.")
 @click.option(
     "--table",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Write all figures there, too: LaTeX for `.tex`, CSV for `.csv`.",
+    help="File to write all figures to: LaTeX for `.tex`, CSV for `.csv`.",
 )
 @json_option
 @no_inline_option

@@ -1,4 +1,4 @@
-"""A fixture for pytest-benchmark: how long a rule takes per call, in the middle of a run, beside other rules."""
+"""A fixture for pytest-benchmark: how long a rule takes per call, in the middle of a run, among other rules."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def world_with(world: str, role: Role, choice: RuleChoice, overrides: Sequence[s
         One of `WORLDS`, with `FIXED` for all other decisions; or a scenario (a file, or the name of a shipped one),
         with its own rules for them.
     role
-        What the rule decides; one for POA+PPS replaces two.
+        Role of the rule; one for POA+PPS replaces two.
     choice
         The rule.
     overrides

@@ -149,7 +149,7 @@ def _of_pods(scenario: Scenario, instance: Instance, start: _Start) -> Iterator[
     proof = f"fewest pods that hold all that is ordered ({problem}, {visits.how})"
     yield Bound("pod_station_visits", visits.cost, proof)
     yield Bound("psv_per_order", _per(visits.cost, orders), proof)
-    # All pods go back but for those on robots at the end; where these may be all, none need go back.
+    # All pods go back except for those on robots at the end; where these may be all, none need go back.
     back = start.ways.back_m if visits.cost > robots else 0
     cover = cheapest_cover(instance, [metres + back for metres in start.metres()])
     found = max(cover.cost - back * robots, 0)

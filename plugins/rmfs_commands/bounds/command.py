@@ -15,7 +15,7 @@ from rmfs_commands.cli.screen import new_table, output_console, print_json
 @seed_option
 @json_option
 def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: bool) -> None:
-    """Print what no run of SCENARIO can beat, whatever its rules: visits, distance, turn-over, makespan.
+    """Print bounds that no run of SCENARIO can beat, whatever its rules: visits, distance, turn-over, makespan.
 
     The bounds hold for runs that complete all orders. Nothing is simulated; what decides in SCENARIO does not count,
     except for rules.move.

@@ -34,11 +34,11 @@ class Reference:
     kind
         Of the entry: ``article``, ``inproceedings`` or ``misc``.
     key
-        What a text cites it by.
+        Its key in citations.
     fields
         Values by name, as people write them.
     note
-        What is said of it besides: what comes from it.
+        Note: what the rule takes from it.
     """
 
     kind: str
@@ -118,7 +118,7 @@ def _value(name: str, value: str) -> str:
         return f"{{{value}}}"
     if name == "pages":
         return value.replace("-", "--")
-    if name == "title":  # styles write titles in small letters, but for what is in braces
+    if name == "title":  # styles write titles in small letters, except for what is in braces
         return " ".join(f"{{{latex_text(word)}}}" if _keeps_case(word) else latex_text(word) for word in value.split())
     return latex_text(value)
 

@@ -18,7 +18,7 @@ def cite(what: tuple[str, ...], as_json: bool, no_inline_rules: bool) -> None:
 
     WHAT is the folder of a run or comparison, a scenario or experiment (a file, or the name of a shipped one), or a
     rule (the name of an installed one, or ./file.py:Class). Comments above an entry say which rules name this source,
-    and what they have from it. Rules of your own are cited by the section "References" of their docstrings.
+    and what they take from it. Rules of your own are cited by the section "References" of their docstrings.
     """
     from attrs import asdict
 

@@ -50,7 +50,7 @@ class Checked:
     sizes
         How many of what the scenario has, when nothing is wrong.
     notes
-        What is not wrong, but may be a surprise.
+        Notes on valid values that may surprise.
     inline_files
         Files that code was loaded from.
     loads

@@ -26,9 +26,9 @@ def option_named(place: str, option: str, settings: Sequence[str] = ()) -> Itera
     place
         The rule's place; its parameters' are below it.
     option
-        What was typed for the rule: ``--rule demand``.
+        The option as typed: ``--rule demand``.
     settings
-        What was typed for its parameters, after ``--set``.
+        Values typed for its parameters, after ``--set``.
     """
     try:
         yield

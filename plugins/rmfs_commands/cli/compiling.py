@@ -108,7 +108,7 @@ class _Other:
     Parameters
     ----------
     role, choice
-        What the rule decides, its name and its parameters.
+        Role of the rule, its name and its parameters.
     package
         Where its functions are.
     """

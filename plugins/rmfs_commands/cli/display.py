@@ -26,7 +26,7 @@ class Display:
     Parameters
     ----------
     name
-        What is shown is called.
+        Name of the run or experiment.
     console
         Where it goes.
     """

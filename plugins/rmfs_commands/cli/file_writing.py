@@ -37,7 +37,7 @@ def write_files(folder: str | Path, files: Mapping[str, bytes], *, force: bool) 
     folder
         Where to; it is made if it is not there.
     files
-        What is in them, by their names, which may have folders in them.
+        Contents by the files' names, which may have folders in them.
     force
         Whether files that are there may be replaced.
 

@@ -21,7 +21,9 @@ WRITTEN = ("orders.csv", "pods.csv", "scenario.toml")
 
 @click.command(cls=SetCommand, short_help="Write a scenario's orders and pods as CSV.")
 @scenario_argument
-@click.option("--out", required=True, metavar="DIR", type=OutPath(), help="Folder to write to; made if not there.")
+@click.option(
+    "--out", required=True, metavar="DIR", type=OutPath(), help="Folder to write to; it is made if it does not exist."
+)
 @set_option
 @seed_option
 @click.option("--force", is_flag=True, help="Replace files that are there already.")

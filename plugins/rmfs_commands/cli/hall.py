@@ -46,7 +46,7 @@ class Hall:
     figure
         SVG and legend, for an element of the class ``hall``.
     sizes
-        What there is, in words.
+        Sizes, in words.
     loads
         Sentences about the loads.
     """
@@ -82,16 +82,15 @@ def hall_page(title: str, told: Sequence[str], figure: str, said: Sequence[str])
 def hall(scenario: Scenario | str, name: str | None = None) -> Hall:
     """Return a picture of the hall of a scenario at time 0, before a run.
 
-    Stations with their queues, one-way aisles, chargers, robots, and pods, whose colour is the stronger the more items
-    orders want of what is on them. Of each SKU the items that all orders want are shared evenly among the pods that
-    have it.
+    Stations with their queues, one-way aisles, chargers, robots, and pods, coloured by demand: the items that orders
+    want of a SKU are shared evenly among the pods that have it.
 
     Parameters
     ----------
     scenario
         A scenario, a scenario file, or the name of a shipped scenario.
     name
-        What the picture is called; None: as the scenario was given, or ``scenario``.
+        Name of the picture; None: as the scenario was given, or ``scenario``.
 
     Raises
     ------

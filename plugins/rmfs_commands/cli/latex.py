@@ -1,7 +1,7 @@
 """Grids as LaTeX tables that fit: into a column of two where they are narrow, else into the text of `article`.
 
 How wide a text is, is reckoned with the letters of Computer Modern, LaTeX's own font, which is a wide one. A table that
-is too wide has its names on several lines; one that is still too wide is split, with the names again beside each part.
+is too wide has its names on several lines; one that is still too wide is split, with the names again next to each part.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def _limits(widths: Sequence[float], names: Sequence[int], rows: Sequence[Sequen
 
 
 def _parts(limits: Sequence[float], names: Sequence[int], columns: int) -> Iterator[list[int]]:
-    """Yield the columns of each part of a table: the names, and as many figures as fit beside them."""
+    """Yield the columns of each part of a table: the names, and as many figures as fit next to them."""
     part = [*names]
     for number in (number for number in range(columns) if number not in names):
         if len(part) > len(names) and _total([limits[one] for one in (*part, number)]) > TEXT_PT + 0.01:

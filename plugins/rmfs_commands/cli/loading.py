@@ -34,7 +34,7 @@ def loading_alone(missed: Callable[[str], bool] | None = None) -> Iterator[None]
     load, modules = cache.load_overload, environment.importlib
 
     def load_alone(cached: Any, signature: Any, target: Any) -> Any:
-        """Load without a refresh, but for the counting of who refers to arrays."""
+        """Load without a refresh, except for the counting of who refers to arrays."""
         target.refresh = partial(rtsys.initialize, target)
         try:
             found = load(cached, signature, target)

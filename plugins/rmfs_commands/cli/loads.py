@@ -51,7 +51,7 @@ UNITS = {
     "chargers": "charger",
     "packers": "packer",
 }
-"""Who has a load, and what there could be more of."""
+"""Pickers, robots or packers: those with a load, of which there could be more."""
 
 
 OF_TRIPS = ("robots", "chargers")
@@ -97,7 +97,7 @@ class Load:
     number
         How many there are.
     work
-        What they do, in words.
+        Their work, in words.
     wanted_h
         Hours of work.
     there_h

@@ -68,7 +68,7 @@ class Commands(click.Group):
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: click.Context) -> None:
-        """Call the command; what it raises that is not meant for who called it names it and its distribution."""
+        """Call the command; what it raises that is not meant for the caller names it and its distribution."""
         try:
             with _writing():
                 super().invoke(ctx)  # what it returns is no exit code
@@ -86,7 +86,7 @@ class Commands(click.Group):
 
 @contextmanager
 def _writing() -> Iterator[None]:
-    """Raise `InputError` where the output cannot be written, because whoever read it is gone or a disk is full."""
+    """Raise `InputError` where the output cannot be written, because its reader is gone or a disk is full."""
     try:
         yield
     except (OSError, SystemExit) as end:  # rich makes the one of the other
@@ -141,7 +141,7 @@ class _Ending(NamedTuple):
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of ``rmfs``.
 
-    Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted, 141 whoever read the output went away;
+    Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted, 141 the reader of the output went away;
     any other that a command ends with is 1.
     """
     gc.set_threshold(200_000, 20, 50)  # imports leave much that lives on: to look through it takes time,

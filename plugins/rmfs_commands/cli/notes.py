@@ -35,7 +35,7 @@ class _Heedless:
 
 
 def notes_console(*, quiet: bool = False) -> Console:
-    """Return where a command says what it does. Who closes that stream misses it; the command goes on."""
+    """Return where a command reports its progress. A caller who closes that stream misses it; the command goes on."""
     from rich.console import Console
 
     from rmfs_commands.cli.visible import VisibleSigns

@@ -16,6 +16,9 @@ from rmfs_core.roles import Role
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+DECIDING = tuple(role for role in Role if role not in (Role.PP, Role.FILTER, Role.OBSERVER))
+"""The decisions that can be asked of a state."""
+
 scenario_argument = click.argument("scenario", metavar="SCENARIO", shell_complete=completion.scenarios)
 """A file, or the name of a shipped scenario."""
 

@@ -17,7 +17,7 @@ def render(template: Path, **values: Any) -> str:
     template
         Its file. It may extend ``page.html.j2``, which has the styles.
     values
-        What it shows, by name.
+        Values to show, by name.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 

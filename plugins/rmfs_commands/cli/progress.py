@@ -187,7 +187,7 @@ class RunLines(Display):
     Parameters
     ----------
     name
-        What the run is called.
+        Name of the run.
     console
         Where the lines go.
     """
@@ -235,7 +235,7 @@ class RunPanel(PanelDisplay):
     Parameters
     ----------
     name
-        What the run is called.
+        Name of the run.
     console
         The terminal.
     """

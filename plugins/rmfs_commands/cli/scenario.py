@@ -35,7 +35,7 @@ def scenario() -> None:
 @no_inline_option
 @json_option
 def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline_rules: bool, as_json: bool) -> None:
-    """Say all that is wrong with SCENARIO, without running it.
+    """Report everything that is wrong with SCENARIO, without running it.
 
     Everything a run needs is made: orders and pods, the layout, the rules with their parameters. The load says whether
     pickers and robots can do what the orders want. Exit codes: 0 nothing is wrong, 2 something is.
@@ -84,7 +84,7 @@ def show(scenario: str, overrides: tuple[str, ...], seed: int | None) -> None:
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="Where the page shall be. [default: SCENARIO-map.html]",
+    help="File of the page. [default: SCENARIO-map.html]",
 )
 def map_(scenario: str, overrides: tuple[str, ...], seed: int | None, as_page: bool, out: Path | None) -> None:
     """Print the layout of SCENARIO as a text map, which `layout.map_file` reads.

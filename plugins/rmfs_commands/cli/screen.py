@@ -18,7 +18,7 @@ PIPE_WIDTH = 80
 """Columns where the output is no terminal, unless the variable COLUMNS says another number."""
 
 ROOM_FOR_WORDS = 36
-"""Columns that sentences want, at least, beside a name."""
+"""Columns that sentences want, at least, next to a name."""
 
 
 def output_console(*, quiet: bool = False) -> Console:
@@ -76,7 +76,7 @@ def print_described(console: Console, described: Mapping[str, str]) -> None:
 
 
 def print_named(console: Console, table: Table) -> None:
-    """Print a table of figures, its first column names: beside their rows, or above them where they are too long.
+    """Print a table of figures, its first column names: next to their rows, or above them where they are too long.
 
     Parameters
     ----------

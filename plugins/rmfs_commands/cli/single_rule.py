@@ -36,7 +36,7 @@ def load_rule(
     allow_inline
         Whether such a file may be loaded at all.
     place
-        What a message calls the choice.
+        Name of the choice in messages.
     preferred
         The role to take where the class can play several.
     sources

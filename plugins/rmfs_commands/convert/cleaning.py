@@ -76,7 +76,7 @@ class Cleaner:
     Parameters
     ----------
     columns
-        What the columns of the table are called.
+        Names of the table's columns.
     reader
         Reads times, numbers and names.
     choice

@@ -129,7 +129,7 @@ convert.add_command(pods_command)
 @click.option("--seed", type=WholeNumberRange(min=0), default=1, show_default=True, help="Seed of the placement.")
 @click.option("--force", is_flag=True, help="Replace files, and write also where most rows are left out.")
 def orders(table: Path, out: Path, **given: Any) -> None:
-    """Make orders.csv from LINES, a table (CSV or Parquet) with one order line a row.
+    """Make orders.csv from LINES, a table (CSV or Parquet) with one order line per row.
 
     Rows of one order need not be adjacent, and may be any number: they are sorted on disk. Every row left out is
     reported with its reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.

@@ -20,9 +20,9 @@ class Look:
     Parameters
     ----------
     option
-        What `--time-format` calls it.
+        Its name in `--time-format`.
     meaning
-        What it is, for a sentence.
+        Its meaning, for a sentence.
     digits
         How many digits it has.
     fits

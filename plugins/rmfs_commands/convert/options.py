@@ -132,7 +132,7 @@ def time_options(command: F) -> F:
         metavar="FORMAT",
         multiple=True,
         callback=_patterns,
-        help="How times are written: as %d.%m.%Y %H:%M, or seconds, unix, unix-ms or spreadsheet. May be repeated: a "
+        help="Format of times: as %d.%m.%Y %H:%M, or seconds, unix, unix-ms or spreadsheet. May be repeated: a "
         "time is read by the first that fits. [default: ISO 8601, or seconds]",
     )
     zone = click.option(

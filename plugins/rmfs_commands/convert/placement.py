@@ -43,7 +43,7 @@ def place(
     Parameters
     ----------
     skus
-        What has to be somewhere, most order lines first; those without order lines get a pod anywhere.
+        SKUs to place, most order lines first; those without order lines get a pod anywhere.
     rooms
         How many SKUs each pod holds.
     placement

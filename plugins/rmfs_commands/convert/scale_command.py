@@ -18,7 +18,7 @@ from rmfs_commands.cli.options import NumberRange, OutPath, WholeNumberRange
     type=NumberRange(0.001, 1000),
     default=1.0,
     metavar="X",
-    help="How often each order comes in the mean; below 1 some are left out. [default: 1]",
+    help="Mean number of copies of each order; below 1 some are left out. [default: 1]",
 )
 @click.option(
     "--peak",

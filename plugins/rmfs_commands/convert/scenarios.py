@@ -149,7 +149,7 @@ def scenario_of(
     start
         Time 0 in ISO 8601; None: a midnight.
     learned
-        What SKUs stand on pods by, for the comment.
+        Origin of the placement, for the comment.
     size
         How large it is; None: as large as for pods whose orders nobody knows.
     opens

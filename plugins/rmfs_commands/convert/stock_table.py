@@ -48,7 +48,7 @@ class StockTable:
     Parameters
     ----------
     columns
-        What its columns are called.
+        Names of its columns.
     quantities
         Reads quantities.
 

@@ -35,7 +35,7 @@ class Clock:
     Parameters
     ----------
     patterns
-        How times are written: as `datetime.datetime.strptime` has it, or one of `NUMBERS`; the first that fits counts.
+        Format of times: as `datetime.datetime.strptime` has it, or one of `NUMBERS`; the first that fits counts.
         None: ISO 8601, or a number of seconds.
     zone
         Time zone of times without an offset, by whose clock all times are shown; None: they stay as they are.
@@ -43,7 +43,7 @@ class Clock:
     Attributes
     ----------
     numbers
-        What the numbers look like that were read without a pattern.
+        Form of the numbers that were read without a pattern.
     """
 
     def __init__(self, patterns: Sequence[str] | None = None, zone: ZoneInfo | None = None) -> None:

@@ -70,7 +70,7 @@ class Stock:
     items
         Least number of items of a SKU on each of its pods.
     learned
-        What they stand there by.
+        The orders or popularity that placed them.
     """
 
     skus: Sequence[Sku]

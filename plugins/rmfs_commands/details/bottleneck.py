@@ -4,9 +4,9 @@ Every tick of an order's time has a cause; the limit is the cause with the large
 backlog, the cause is what the picking stations do at that time, each its part: a picker who handles an item (the
 pickers), a closed station (the hours, or the rule that closes it), one with nothing to pick, while another has more
 than its share (the spread) or while none has (the rules hold the orders back). A station that waits for pods does so
-since pods stand beneath which it has no room for (the queues), or since no robot is free (the robots); else its pods
+since pods stand under which it has no room for (the queues), or since no robot is free (the robots); else its pods
 are on their way, and it has not room for more orders that could be picked meanwhile (the room). Robots off duty are a
-matter of the hours, and those that wait for chargers or stand there one of the chargers; robots in queues and beneath
+matter of the hours, and those that wait for chargers or stand there one of the chargers; robots in queues and under
 pods wait themselves, for what the stations do.
 
 Packing comes after that: packers, or boxes, limit a run where they are at work all the time or take longer.
@@ -112,7 +112,7 @@ class _Pieces:
         return change.cumsum()[:-1]
 
     def beneath(self, spans: Sequence[Span]) -> Ticks:
-        """Return in how many of some spans, during which robots stand beneath pods, each piece is."""
+        """Return in how many of some spans, during which robots stand under pods, each piece is."""
         return self.level(*np.array(spans, dtype=np.int64).reshape(-1, 2).T)
 
     def of(self, station: Followed) -> tuple[Ticks, Ticks, Ticks]:

@@ -41,7 +41,7 @@ def values(
     Parameters
     ----------
     costs
-        What things cost.
+        Costs of the scenario.
     paid
         Ticks that are paid of each kind, by the names of the parts.
     wh

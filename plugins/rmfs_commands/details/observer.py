@@ -75,7 +75,7 @@ class Details:
 
     @property
     def hears(self) -> Mapping[type[Event], Sequence[Callable[[Any], None]]]:
-        """Who follows which kinds of events."""
+        """The followers of each kind of event."""
         return self._handlers
 
     @hookimpl

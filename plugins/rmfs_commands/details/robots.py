@@ -100,7 +100,7 @@ class Robots:
         self._charges = self._moved_pods = 0
         self._lowest = 1.0
         self.for_room_ticks = 0
-        """Time in which robots waited beneath their pods for room at a station, summed over the robots."""
+        """Time in which robots waited under their pods for room at a station, summed over the robots."""
         self.free = Count()
         """Robots that can take a task: on duty, without one, and with charge enough."""
         self.charging = Count()
@@ -108,7 +108,7 @@ class Robots:
         self.low = Count()
         """Of these, robots that stand where they are, with too little in their batteries for a task."""
         self.beneath: dict[int, Span] = {}
-        """When a robot last waited beneath each pod for room at a station, before it lifted the pod."""
+        """When a robot last waited under each pod for room at a station, before it lifted the pod."""
         self.beneath_for: dict[int, list[Span]] = {}
         """All such times, by station."""
         self.on_duty = Count()

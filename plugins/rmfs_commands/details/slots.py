@@ -1,6 +1,6 @@
 """When orders can be complete at the earliest, from what pickers and robots can do in a time.
 
-Who serves items does so one after the other: the starts of two of them are at least ``spacing`` apart, and an item is
+A server of items serves one after the other: the starts of two of them are at least ``spacing`` apart, and an item is
 done, which is picked or handled, ``lasts`` after its start. All times are ticks.
 """
 
@@ -23,7 +23,7 @@ Ticks = NDArray[np.int64]
 
 @frozen(eq=False)
 class Servers:
-    """Who serves items side by side: pickers, or robots that hold pods.
+    """Servers that work side by side: pickers, or robots that hold pods.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def at_work(
     Parameters
     ----------
     scenario, orders, services
-        What the work is, and how long it takes.
+        The work and its duration.
     opens
         Tick from which on each picker can start. Ascending, shape (stations,).
     robots

@@ -45,7 +45,7 @@ RUNS_FOLDER = "runs"
     default=7.7,
     show_default=True,
     metavar="CM",
-    help="How wide the plots are, with letters of 8 pt: a column of a page of two if left out.",
+    help="Width of the plots, with letters of 8 pt; the default is one column of a two-column page.",
 )
 @click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
 @no_inline_option

@@ -48,7 +48,7 @@ AWAY_FROM_ZERO = 0.1
 FEW_PERCENT = 0.02
 """A mean of ratios and the ratio of the means that differ by at most this tell the same."""
 _ROUNDING = 1e-9
-"""Values that differ by less than this share of the largest are the same but for errors of rounding."""
+"""Values that differ by less than this share of the largest are the same except for errors of rounding."""
 
 
 @frozen
@@ -89,7 +89,7 @@ class Paired:
     instances
         The instance set, or ``"overall"``.
     metric, rule_set
-        What is compared.
+        The subjects of the comparison.
     seeds
         Number of seeds that count: each gives one value, the mean over its pairs.
     pairs
@@ -112,7 +112,7 @@ class Paired:
     of_mean
         Whether ``relative`` is a share of the mean.
     bound
-        What no rules can beat, mean over the seeds; None where a run has no bound.
+        Bound that no rules can beat, mean over the seeds; None where a run has no bound.
     times_bound
         The figure as a multiple of the bound, mean over the pairs of a seed; not defined when a bound is 0.
     """
@@ -176,7 +176,7 @@ class Comparison:
     instance_sets
         Labels of the instance sets, ``"overall"`` last when there are several.
     rule_sets, metrics
-        What is compared, in the order in which it is shown.
+        The subjects of the comparison, in the order shown.
     paired
         By instance set, metric and rule set.
     counted
@@ -186,7 +186,7 @@ class Comparison:
     measures
         Metrics that observers describe, by name.
     fronts
-        Pairs of metrics in which rule sets are held against each other.
+        Pairs of metrics in which rule sets are compared.
     fixed
         Instance sets whose orders are the same for every seed: seeds are no replications of the demand.
     """
@@ -247,7 +247,7 @@ class Comparison:
     def front(self, instances: str, first: str, second: str) -> list[tuple[Paired, Paired]]:
         """Return the rule sets that none beats in two metrics at once, of which less is better, by the first.
 
-        Those with pairs left out are not held against the others: their means are over other runs.
+        Those with pairs left out are not compared with the others: their means are over other runs.
         """
         both = zip(self.of(instances, first), self.of(instances, second), strict=True)
         found: list[tuple[float, float, tuple[Paired, Paired]]] = [
@@ -295,7 +295,7 @@ def summary(
     measures
         Metrics that observers describe, by name.
     fronts
-        Pairs of metrics in which rule sets are held against each other.
+        Pairs of metrics in which rule sets are compared.
     fixed
         Instances whose orders are the same for every seed.
 
@@ -493,8 +493,8 @@ def _mean(values: Sequence[float]) -> float | None:
 def interval(values: Sequence[float]) -> Interval:
     """Return the mean of independent values with its 95 % Student t interval and the p-value of it being 0.
 
-    Fewer than `FEWEST_SEEDS` values have neither, nor have values that are all the same (but for errors of rounding):
-    how much they vary is not known, and the test is not defined.
+    Fewer than `FEWEST_SEEDS` values have neither, nor have values that are all the same (except for rounding errors):
+    their variance is not known, and the test is not defined.
     """
     from scipy.special import stdtr  # imported here: it takes a while
 

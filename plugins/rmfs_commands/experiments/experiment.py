@@ -44,7 +44,7 @@ class Base:
     Parameters
     ----------
     name
-        What the table calls it.
+        Its name in the table.
     scenario
         The scenario; its own seed does not count.
     """
@@ -62,7 +62,7 @@ class AxisPoint:
     label
         How messages and tables name it.
     value
-        What a run's row has in the axis's column: the value itself, or the label where it is a table or a list.
+        Value in the axis's column of a run's row: the value itself, or the label where it is a table or a list.
     changes
         The scenario keys that it sets.
     """
@@ -95,7 +95,7 @@ class RuleSetChoice:
     Parameters
     ----------
     name
-        What tables call it.
+        Its name in tables.
     changes
         The scenario keys that it sets; mostly ``rules.*``.
     """
@@ -168,13 +168,13 @@ class Experiment:
     bases
         Scenarios to start from.
     rule_sets
-        What is compared.
+        The subjects of the comparison.
     seeds
         One run for each; common to all rule sets (common random numbers).
     baseline
         Name of the rule set that the others are compared with.
     axes
-        What is varied besides.
+        Keys that vary, with their values.
     metrics
         Which figures the comparison shows, of the kernel or of an observer.
     by
@@ -185,9 +185,9 @@ class Experiment:
     folder
         Where files that rule sets and axes name are looked up.
     place
-        What messages call it: its file.
+        Its name in messages: its file.
     metrics_place
-        What messages call its metrics, where that is not the same and ``metrics``.
+        Name of its metrics in messages, if it is not ``place`` and ``metrics``.
 
     Raises
     ------
@@ -312,7 +312,7 @@ class Experiment:
                 raise InputError(self.metrics_place or f"{self.place}, metrics", problem)
 
     def rule_files(self) -> list[str]:
-        """Return the files that code will be loaded from: those of rules beside scenarios or the experiment."""
+        """Return the files that code will be loaded from: those of rules next to scenarios or the experiment."""
         named = [
             (base.scenario.folder, choice.rule)
             for base in self.bases
@@ -334,7 +334,7 @@ class Experiment:
 
 
 def _check_times(first: Scenario, other: Scenario, place: str) -> None:
-    """Refuse rule sets that are measured over different times: their figures cannot be held against each other."""
+    """Refuse rule sets that are measured over different times: their figures cannot be compared."""
     for key in ("until_s", "warmup_s"):
         expected, found = getattr(first.run, key), getattr(other.run, key)
         if found != expected:

@@ -34,7 +34,7 @@ def run_key(scenario: Scenario, versions: Mapping[str, str], sources: Mapping[st
     scenario
         The resolved scenario; its own seed does not count.
     versions
-        Of everything that takes part; of a rule's file beside the scenario, the digest.
+        Of everything that takes part; of a rule's file next to the scenario, the digest.
     sources
         Digests of the code of everything that takes part, see `sources_of`.
 

@@ -22,9 +22,9 @@ class Outcome:
     Parameters
     ----------
     result
-        What it measured, None when there is nothing to keep.
+        The result, None when there is nothing to keep.
     error
-        What went wrong.
+        The error.
     error_kind
         Name of the error's class.
     run_s

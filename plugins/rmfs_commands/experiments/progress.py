@@ -89,7 +89,7 @@ class ExperimentLines(Display, Watcher):
     Parameters
     ----------
     name
-        What the experiment is called.
+        Name of the experiment.
     console
         Where the lines go.
     """
@@ -154,7 +154,7 @@ class ExperimentPanel(PanelDisplay, Watcher):
     Parameters
     ----------
     name
-        What the experiment is called.
+        Name of the experiment.
     console
         The terminal.
     """

@@ -32,10 +32,10 @@ def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenar
     changes
         Dotted keys and values.
     folder
-        Where files that the changes name are looked up; those that the base names are beside the base. Files of data
+        Where files that the changes name are looked up; those that the base names are next to the base. Files of data
         and code all have to be in one folder.
     place
-        What a message calls it.
+        Its name in messages.
 
     Raises
     ------

@@ -19,9 +19,9 @@ def row_of(job: Job, content: Mapping[str, Any], note: Mapping[str, Any]) -> Row
     job
         The run.
     content
-        What its result.json holds: ``status``, ``metrics``, ``timing``, ``error`` if it failed.
+        Content of its result.json: ``status``, ``metrics``, ``timing``, ``error`` if it failed.
     note
-        What is known besides: ``error_kind``, and ``run_s``, the seconds of the whole run with its preparation.
+        Further values: ``error_kind``, and ``run_s``, the seconds of the whole run with its preparation.
     """
     row = {
         **labels(job),

@@ -28,7 +28,7 @@ class ExperimentResult:
     Parameters
     ----------
     experiment
-        What was run.
+        The experiment that was run.
     rows
         One a run, in the order of `Experiment.jobs`: labels, ``status``, ``error``, every metric and timing figure.
         A figure is missing where the run ended without a result.
@@ -105,7 +105,7 @@ def run_experiment(
     Parameters
     ----------
     experiment
-        What to run.
+        The experiment to run.
     store
         Folder of finished runs; one folder a run. Several experiments may share it: the same run is computed once.
     jobs
@@ -118,7 +118,7 @@ def run_experiment(
     allow_inline_rules
         Whether code may be loaded from ``./file.py:Class`` rules.
     bounds
-        Whether the rows have what no rules can beat, too: ``bound.psv_per_order`` beside ``psv_per_order``.
+        Whether the rows have what no rules can beat, too: ``bound.psv_per_order`` next to ``psv_per_order``.
     workers
         Who runs them, in place of workers of its own (see `open_workers`): for one experiment after another. They are
         closed when it ends early.

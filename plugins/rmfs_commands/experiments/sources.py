@@ -116,7 +116,7 @@ def _digest(package: str) -> tuple[str, frozenset[str]]:
 
 
 def _files(spec: ModuleSpec) -> Iterator[tuple[str, Path]]:
-    """Yield every file of a package with its name inside, but for what is compiled from others, and hidden ones."""
+    """Yield every file of a package with its name inside, except for what is compiled from others, and hidden ones."""
     for location in spec.submodule_search_locations or ():
         for folder, below, files in os.walk(location):
             below[:] = [name for name in below if name not in _NO_SOURCES and not name.startswith(".")]

@@ -75,8 +75,8 @@ class RunStore:
     def save(self, job: Job, outcome: Outcome) -> Row:
         """Store a run that has a result, and return its row.
 
-        It is written beside its place and renamed: a kill leaves no half run. What is there already stays, also where
-        another process has stored it meanwhile, and its row is returned, unless something is wrong with it.
+        It is written under another name and renamed: a kill leaves no half run. A file already there stays, also
+        where another process has stored it meanwhile, and its row is returned, unless something is wrong with it.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Who watches an experiment run is told of it here."""
+"""Watchers of an experiment, which are told of each run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who runs the runs of an experiment: processes of this machine, or the workers of a Dask cluster."""
+"""Workers that do the runs of an experiment: processes of this machine, or the workers of a Dask cluster."""
 
 from __future__ import annotations
 

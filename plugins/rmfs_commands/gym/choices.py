@@ -33,7 +33,7 @@ class Feature:
     name
         For people and for code that looks a column up.
     text
-        What is counted or measured.
+        The quantity counted or measured.
     half
         For x without an upper bound, the x that is shown as 0.5: shown is x / (x + half). None: a share, as it is.
     """
@@ -90,13 +90,13 @@ class Choice:
     Parameters
     ----------
     decides
-        What is decided.
+        Kind of the decision.
     observation
         Features (`FEATURES`) of each slot, float32, shape (slots, features).
     mask
         Which slots may be chosen, bool, shape (slots,).
     options
-        What each slot that may be chosen stands for: a pair of `Order` and `Station` (POA), a `Pod` (PPS), the cell
+        Meaning of each slot that may be chosen: a pair of `Order` and `Station` (POA), a `Pod` (PPS), the cell
         of a storage location (PR), a `Robot` (TA).
     subject
         For which `Station` a pod is chosen, or for which `Pod` a location or a robot; None for POA.

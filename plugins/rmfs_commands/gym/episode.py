@@ -25,7 +25,7 @@ _OPENS = {OrderArrived: 1, OrderCompleted: -1, OrderCancelled: -1}
 
 @define(eq=False)
 class Caller(PolicyRule):
-    """Rule that hands each choice to whoever lets the run go on, and waits for the slot.
+    """Rule that hands each choice to the caller that lets the run go on, and waits for the slot.
 
     It is called deep within a process of the simulation, which is a generator and cannot be left from there. So the
     simulation has a stack of its own, a greenlet.
@@ -72,9 +72,9 @@ class Episode:
     Parameters
     ----------
     scenario
-        What is run.
+        The scenario that is run.
     decides
-        What the caller decides.
+        Kind of the caller's decisions.
     orders_shown
         Of how many orders POA chooses.
     allow_inline_rules

@@ -30,7 +30,7 @@ def make(
     scenario
         A scenario, its file, or the name of a shipped one.
     decides
-        What the caller decides: ``"POA"``, ``"PPS"``, ``"PR"`` or ``"TA"``. The scenario's rule for it is not asked.
+        The caller's decisions: ``"POA"``, ``"PPS"``, ``"PR"`` or ``"TA"``. The scenario's rule for it is not asked.
     overrides
         ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`).
     seed

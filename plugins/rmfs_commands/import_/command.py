@@ -24,7 +24,7 @@ REPORT = "import.json"
     "--format",
     "asked",
     type=click.Choice(["rawsim-o", "rhcr", "lorr", "movingai"]),
-    help="What the files are. [default: as they begin]",
+    help="Format of the files. [default: told by their first lines]",
 )
 @click.option("--out", required=True, metavar="DIR", type=OutPath(), help="Folder to write to.")
 @click.option(
@@ -37,7 +37,7 @@ def import_(files: tuple[Path, ...], asked: str | None, out: Path, seed: int, fo
 
     RAWSim-O: an .xinst or .xlayo, and if you have them .xsett, .xgenc or .xitem, .xconf. RHCR: a .map or .grid. League
     of Robot Runners (lorr): a problem in JSON, or a map. MovingAI: a .map, and a .scen. `rmfs run` or `rmfs plan` takes
-    what is written to DIR. What had no counterpart is said, also in DIR/import.json.
+    what is written to DIR. Everything without a counterpart is reported, also in DIR/import.json.
     """
     from rmfs_commands.cli.file_writing import write_files
     from rmfs_commands.import_.kinds import sorted_out

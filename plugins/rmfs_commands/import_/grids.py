@@ -41,7 +41,7 @@ class Grid:
     starts, goals
         Cells (row * width + column) at which robots begin, and to which they are sent.
     ways
-        Bits of the headings in which each cell may be left; empty where every free cell beside it may be entered.
+        Bits of the headings in which each cell may be left; empty where every free cell next to it may be entered.
     """
 
     text: str

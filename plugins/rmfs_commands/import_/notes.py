@@ -16,7 +16,7 @@ class Note:
     number
         How many there are.
     instead
-        What was done with them.
+        Their treatment.
     """
 
     what: str
@@ -49,9 +49,9 @@ class Imported:
     files
         Texts to write, by the names of their files.
     command
-        What takes these files, as words after ``rmfs``; ``{}`` stands for the folder.
+        Command that takes these files, as words after ``rmfs``; ``{}`` stands for the folder.
     notes
-        What had no counterpart.
+        Things without a counterpart.
     """
 
     kind: str

@@ -130,7 +130,7 @@ def _named(listed: OrderList) -> list[str]:
 
 
 def _referred(kind: str, files: Mapping[str, Path], setting: Setting | None) -> Path:
-    """Return a file that was given, or else the one that a setting names: beside it, or in a folder of resources."""
+    """Return a file that was given, or else the one that a setting names: next to it, or in a folder of resources."""
     if kind in files:
         return files[kind]
     assert setting is not None

@@ -158,7 +158,7 @@ class Deliveries:
     setting
         Rate, bundles at the start, and how full pods may be with all that has come.
     skus
-        What is in bundles, as often as it is ordered.
+        SKUs of the bundles, as often as they are ordered.
     stations
         Number of input stations.
     capacity

@@ -54,7 +54,7 @@ class Setting:
     backlog
         Orders that ``Fill`` keeps waiting.
     rate_per_h
-        Orders an hour and station of ``Poisson``.
+        Orders per hour and station of ``Poisson``.
     initial_orders
         Orders that ``Poisson`` begins with.
     lines, quantities

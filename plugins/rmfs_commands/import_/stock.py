@@ -196,7 +196,7 @@ def stored_bundles(
     Returns
     -------
     tuple
-        What is on the pods at the start, and the bundles that come later, by arrival.
+        Contents of the pods at the start, and the bundles that come later, by arrival.
     """
     shelves = _Shelves(capacity)
     coming: list[tuple[float, str, int]] = []

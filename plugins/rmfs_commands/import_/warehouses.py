@@ -56,7 +56,7 @@ class Warehouse:
     Parameters
     ----------
     name
-        What the file calls it.
+        Its name in the file.
     layout
         Keys of the scenario's section ``layout``.
     queue_length

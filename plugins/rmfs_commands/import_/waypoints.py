@@ -1,7 +1,7 @@
 """RAWSim-O's graph of waypoints as a grid of cells.
 
-Waypoints are a metre apart, along rows and columns; a way leads from each to some of those beside it. What a text map
-cannot say is left out and counted: the map is drawn, read back, and held against the graph.
+Waypoints are a metre apart, along rows and columns; a way leads from each to some of those next to it. What a text map
+cannot say is left out and counted: the map is drawn, read back, and compared with the graph.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ class _Graph:
                     self.apart += 1
 
     def beside(self, cell: int) -> list[tuple[int, int]]:
-        """Return the bits of headings and the cells beside one."""
+        """Return the bits of headings and the cells next to one."""
         row, column = divmod(cell, self.width)
         found = [(1, cell + 1)] if column + 1 < self.width else []
         found += [(2, cell - self.width)] if row else []
@@ -171,7 +171,7 @@ class _Graph:
         return found + ([(8, cell + self.width)] if row + 1 < self.height else [])
 
     def leads(self, cell: int, to: int) -> bool:
-        """Whether a way leads from a cell to one beside it."""
+        """Whether a way leads from a cell to one next to it."""
         return any(other == to and self.ways.get(cell, 0) & bit for bit, other in self.beside(cell))
 
     def leave_out(self, numbers: Iterable[int]) -> None:
@@ -239,7 +239,7 @@ class _Graph:
     def _of_floor(self, cell: int, entries: Container[int]) -> int:
         """Return the ways of a floor cell to floor and queues; ways to storage locations go without saying.
 
-        All four where ways lead to every floor cell beside it, and back. Where the only way leads back along one that
+        All four where ways lead to every floor cell next to it, and back. Where the only way leads back along one that
         comes in, the sign of a one-way cell would close that one: an arm towards a wall or a storage location keeps it
         open.
         """

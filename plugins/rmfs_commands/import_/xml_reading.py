@@ -32,7 +32,7 @@ class Element:
     Parameters
     ----------
     name, file, line
-        What it is called, and where it begins.
+        Its name, and its first line.
     above
         Names of the elements around it, the outermost first.
     """

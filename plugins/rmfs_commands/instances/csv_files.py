@@ -117,7 +117,7 @@ def restocked(instance: Instance, scenario: Scenario, wrong: Wrong = refuse) -> 
 def _levels(
     instance: Instance, given: Replenishment, told: Mapping[str, Mapping[str, float]]
 ) -> Iterator[tuple[int, int]]:
-    """Yield s and S of each SKU in items; s at least what lets no single order line wait for ever."""
+    """Yield s and S of each SKU in items; s at least what lets no single order line wait forever."""
     wanted, largest = Counter[int](), Counter[int]()
     for order in instance.orders:
         for sku, quantity in order.lines:

@@ -84,11 +84,11 @@ def draw_day(
     peaks
         Parts of the day.
     rng
-        What is drawn from.
+        Stream of random numbers.
     zero
         Ticks from midnight to time 0.
     place
-        What an error names.
+        Its name in errors.
 
     Returns
     -------

@@ -17,7 +17,7 @@ from rmfs_core.roles import Role
     "--decides",
     required=True,
     type=click.Choice([*(role.label for role in Role), *KINDS]),
-    help="What the rule decides: POA orders to stations, PPS pods to stations, POA+PPS both together, PR where pods go "
+    help="Kind of decision: POA orders to stations, PPS pods to stations, POA+PPS both together, PR where pods go "
     "back to, TA pods to robots, PP paths, ROA bundles to stations, RPS bundles to pods, ROA+RPS both together, "
     "activation which stations take orders, idle where robots without a task rest, repositioning pods that these carry "
     "elsewhere, packing the packing station of an order, packing-task what a free packer does next; a filter chooses "

@@ -15,7 +15,7 @@ class Kind(NamedTuple):
     group
         Of its entry points.
     requires
-        What its code needs besides rmfs.
+        Packages that its code needs besides rmfs.
     found
         How rmfs comes to it.
     section

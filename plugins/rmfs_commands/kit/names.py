@@ -32,7 +32,7 @@ class NewRule:
         Its name in scenarios or on the command line, its distribution's and its folder's: small letters, digits and
         hyphens.
     role
-        What it decides; or one of `KINDS`.
+        Kind of its decision; or one of `KINDS`.
     """
 
     name: str = field()

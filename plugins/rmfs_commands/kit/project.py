@@ -1,4 +1,4 @@
-"""A distribution with a rule or command, filled in from the templates beside this file and written whole or not at all.
+"""A distribution with a rule or command, made from the templates next to this file and written whole or not at all.
 
 The templates are working files of something called ``the-rule``; only that name, the words in capitals and the version
 of rmfs are replaced.

@@ -1,7 +1,7 @@
 """RAWSim-O's block layout, which is the paper's: blocks of storage locations two deep, one-lane aisles, a hall.
 
 The aisles between the blocks are one-way, in alternating directions; the outermost lanes form a ring that is driven
-counter-clockwise. A picking station lies beside the hall: its queue is entered from an aisle that leads out of the
+counter-clockwise. A picking station is next to the hall: its queue is entered from an aisle that leads out of the
 storage area, folds twice, and ends at the station, which pods leave along the next aisle but one. With a shortcut, a
 robot that finds nobody in line drives on from the first fold straight to the station; and the ring leads into the third
 lane, too.
@@ -38,7 +38,7 @@ def block_map(section: LayoutSection, queue_length: int, place: str = "layout") 
     queue_length
         Cells that a station's queue must have at least; it is three rows deep.
     place
-        What to call the section in errors.
+        Name of the section in errors.
 
     Raises
     ------

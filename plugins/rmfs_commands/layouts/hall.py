@@ -87,9 +87,9 @@ def hall_svg(
     robots
         Cells in which robots stand.
     names
-        What is written on stations, by their cells; None: their numbers.
+        Labels of stations, by their cells; None: their numbers.
     over
-        SVG to be drawn over the floor and beneath pods, stations and robots: a heat map.
+        SVG to be drawn over the floor and under pods, stations and robots: a heat map.
     """
     drawn = [f'<path class="{shape}" d="{d}"/>' for shape, d in _areas(layout).items() if d]
     drawn.append(over)
@@ -114,7 +114,7 @@ def hall_legend(
     layout
         The grid.
     levels
-        What each shade of pods means, as far as there are any.
+        Meaning of each shade of pods, where there are any.
     empty
         Whether there are empty pods.
     robots

@@ -19,7 +19,7 @@ def check_layout(layout: Layout, place: str) -> None:
 
     The aisles, which are the floor without the lanes that lead away from stations, must be strongly connected by
     themselves: then a robot with a pod, which may not cross storage locations, gets from everywhere to everywhere, and
-    so does one without. Storage locations must lie beside them; queues must be entered from them, and stations left
+    so does one without. Storage locations must be next to them; queues must be entered from them, and stations left
     to them.
     """
     if len(layout.stations) == layout.replenishing:
@@ -72,7 +72,7 @@ def _floor_beside(layout: Layout, cell: int) -> list[int]:
 
 
 def reached(starts: Iterable[int], steps: Mapping[int, Sequence[int]]) -> set[int]:
-    """Return where steps lead from some cells, these included; ``steps`` has the cells beside each."""
+    """Return where steps lead from some cells, these included; ``steps`` has the cells next to each."""
     found = set(starts)
     frontier = deque(found)
     while frontier:

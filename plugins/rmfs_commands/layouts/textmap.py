@@ -10,15 +10,15 @@
 ``─ │ ├ ┤ ┬ ┴``  floor that may be left in the directions of its arms
 ``O``      picking station
 ``I``      replenishment station
-``P``      packing station, beside floor; robots do not enter it
-``q``      queue cell; the queue of a station is the chain of them that ends beside it
+``P``      packing station, next to floor; robots do not enter it
+``q``      queue cell; the queue of a station is the chain of them that ends next to it
 ``→ ← ↑ ↓``  queue cell with its direction, for queues that are folded
 ``⇒ ⇐ ⇑ ⇓``    the same, next to the station, where nobody waits: the next pod rolls in from the cell behind
 ``╚ ╝ ╔ ╗ ═ ║``  queue cell with two ways on, where its arms point: to the next cell, and past some to one farther ahead
 ``@``, blank  wall
 =========  ====================================================================================================
 
-Storage locations, chargers and maintenance cells can be entered from and left to every cell beside them. A queue is
+Storage locations, chargers and maintenance cells can be entered from and left to every cell next to them. A queue is
 entered at its far end, from the floor, and wherever an arm of a floor cell points at it; it is left through its
 station. Its cells are one chain, and every way between them leads ahead: a robot on its way to its place in line passes
 cells behind that place only.
@@ -77,7 +77,7 @@ def parse_map(text: str, place: str) -> Layout:
     text
         The map.
     place
-        What to call it in errors, such as the file's name.
+        Its name in errors, such as the file's name.
 
     Raises
     ------

@@ -56,7 +56,7 @@ class Outages:
     Parameters
     ----------
     scenario, warehouse
-        What may fail, and what there is of it.
+        The scenario with its failures, and the warehouse.
     env
         The clock.
     tell

@@ -32,7 +32,7 @@ class Collision:
 
 
 def collisions(roads: Roads, paths: Sequence[TimedPath]) -> tuple[Collision, ...]:
-    """Return every overlap of two paths in a cell, the earliest first. A robot stays for ever where its path ends."""
+    """Return every overlap of two paths in a cell, the earliest first. A robot stays forever where its path ends."""
     at: dict[int, list[tuple[float, float, int]]] = {}
     for robot, path in enumerate(paths):
         for cell, since, until in _stays(roads, path):

@@ -40,7 +40,7 @@ PLAN_FILE, PATHS_FILE = "plan.json", "paths.csv"
     shell_complete=completion.rules,
     help="Planner: sipp, whca-n, free-flow, ...",
 )
-@click.option("--set", "values", multiple=True, metavar="KEY=VALUE", help="A parameter of the planner. Repeatable.")
+@click.option("--set", "values", multiple=True, metavar="KEY=VALUE", help="Set a parameter of the planner. Repeatable.")
 @click.option("--scen", metavar="FILE", help="Take the trips from a MovingAI scenario, the first ones in it.")
 @click.option(
     "--effort",

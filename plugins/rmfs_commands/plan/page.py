@@ -23,7 +23,7 @@ def plan_page(title: str, told: str, layout: Layout, ends: Sequence[tuple[int, i
     title
         Of the plan.
     told
-        What becomes of it, in a sentence.
+        Its outcome, in a sentence.
     layout
         The map.
     ends

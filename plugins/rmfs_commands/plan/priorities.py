@@ -1,10 +1,10 @@
-"""Priority search: whom prioritised planning in one order leaves without a path gets one, and who is in its way yields.
+"""Priority search: a robot that prioritised planning leaves without a path gets one, and others yield.
 
-Paths are planned one after another over one reservation table, each from the start of its trip. Whoever has no path yet
+Paths are planned one after another over one reservation table, each from the start of its trip. A robot without a path
 holds its start for a while only, so that others may drive over it later. A robot that finds no path takes priority over
-those that have failed least often: as few of these as possible leave the table for it, and whoever its path hits plans
-again later. Each time that a robot fails, the others have to keep off its start twice as long, for what keeps a robot
-from ever getting away is somebody in a hurry.
+those that have failed least often: as few of these as possible leave the table for it, and the robots that its path
+hits plan again later. Each time that a robot fails, the others have to keep off its start twice as long: a robot
+that never gets away is blocked by a robot in a hurry.
 
 When all have paths, these are made shorter: a robot with a delay and some of those in its way give up theirs and plan
 again in another order; what costs less is kept. At last each robot plans again alone, all others keeping their paths,
@@ -47,7 +47,7 @@ FEW = 4
 GROUP = 8
 """Robots that plan again together."""
 FRUITLESS = 5
-"""For each robot, groups in a row that bring nothing before the search for shorter paths ends."""
+"""For each robot, groups in a row without a gain before the search for shorter paths ends."""
 
 
 def plan_by_priorities(

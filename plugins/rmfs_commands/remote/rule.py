@@ -12,11 +12,11 @@ from weakref import finalize
 
 from attrs import define, field, validators
 
+from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.remote.channel import Address, Channel, Command
 from rmfs_commands.results.files import json_ready
 from rmfs_commands.states.answers import answer_from
 from rmfs_commands.states.snapshots import HEARD, Snapshots, call_of
-from rmfs_commands.states.state import DECIDING
 from rmfs_commands.states.state_json import parse_json
 from rmfs_commands.states.written import WrittenAnswer, read_answer
 from rmfs_core.decisions import (

@@ -113,7 +113,7 @@ class Columns:
     order
         Kind of each event.
     texts
-        What texts in columns stand for.
+        Meaning of the texts in columns.
     charges
         Of the robots' batteries.
     """

@@ -24,7 +24,7 @@ VIDEO_S = 30
     "--out",
     type=click.Path(path_type=Path),
     metavar="PATH",
-    help=f"Where the page shall be, or the folder of the pictures. [default: DIR/{PAGE}, DIR/{PICTURES}]",
+    help=f"File of the page, or folder of the pictures. [default: DIR/{PAGE}, DIR/{PICTURES}]",
 )
 @click.option("--frames", type=WholeNumberRange(1, 10_000), metavar="N", help="Write N pictures (PNG), not a page.")
 @click.option(
@@ -36,7 +36,7 @@ VIDEO_S = 30
     "--speed",
     type=NumberRange(min=0, min_open=True),
     metavar="X",
-    help=f"Simulated seconds in a second of the video. [default: so many that it takes {VIDEO_S} s]",
+    help=f"Simulated seconds per second of the video. [default: a video of {VIDEO_S} s]",
 )
 @quiet_option
 def replay(

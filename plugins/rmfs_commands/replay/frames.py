@@ -21,7 +21,7 @@ from rmfs_core.world.grid import RESTING
 FINER = 2
 """Pictures are drawn so many times larger, and reduced: edges are smooth."""
 BESIDE, ABOVE = 3.5, 2
-"""Cells beside the layout for stations and their orders, and above it for the caption."""
+"""Cells next to the layout for stations and their orders, and above it for the caption."""
 CHIPS, MOST_CHIPS = 5, 15
 BOLT = ((0.58, 0.1), (0.24, 0.56), (0.46, 0.56), (0.4, 0.9), (0.76, 0.42), (0.53, 0.42))
 """Corners of the sign of a charger, as shares of a cell."""
@@ -204,7 +204,7 @@ def most_open(replay: Replay) -> int:
 
 
 def pictures(replays: Sequence[Replay], ticks: Iterable[int], width: int) -> Iterator[Image.Image]:
-    """Yield the pictures of some times, in ascending order; of two runs beside each other.
+    """Yield the pictures of some times, in ascending order; of two runs side by side.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class Watch:
     Parameters
     ----------
     name
-        What the run is called.
+        Name of the run.
 
     Attributes
     ----------

@@ -50,14 +50,14 @@ def replay(folder: str | Path, other: str | Path | None = None, *, height_px: in
     Parameters
     ----------
     folder, other
-        What ``run(..., out=folder, record=["trace"])`` or `rmfs run --trace` wrote.
+        Folder that ``run(..., out=folder, record=["trace"])`` or `rmfs run --trace` wrote.
     height_px
         How high it is shown; it is as wide as the notebook.
 
     Raises
     ------
     InputError
-        When there is no trace, or one that is damaged, cut off, or of another run than what lies beside it.
+        When there is no trace, or one that is damaged, cut off, or of another run than what is next to it.
     """
     runs = [read_replay(one) for one in (folder, other) if one is not None]
     return Page(" and ".join(run.name for run in runs), page(runs), int(height_px))

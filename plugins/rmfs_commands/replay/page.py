@@ -1,7 +1,7 @@
 """The page of a replay: one HTML file with everything in it, which needs neither network nor other files.
 
 Two regular expressions put its modules together: a bundler would need node wherever rmfs is installed, or a bundle in
-the repository beside its sources; the tests hold each module to the forms that the expressions know.
+the repository next to its sources; the tests hold each module to the forms that the expressions know.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From the folder of a run to its replay: the columns of its trace, and what lies beside it."""
+"""From the folder of a run to its replay: the columns of its trace, and what is next to it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Replay:
     Parameters
     ----------
     name
-        What the page calls it: the name of its folder.
+        Its name on the page: that of its folder.
     start
         The trace's header: what the run started from.
     tick, status
@@ -34,11 +34,11 @@ class Replay:
     columns
         Its events.
     metrics
-        Of its result; empty where none lies beside the trace.
+        Of its result; empty where none is next to the trace.
     says
-        What limits it, as the summary of the result says.
+        Sentence on what limits it, of the result's summary.
     decisions
-        What its rules decided, where it was recorded.
+        Decisions of its rules, where they were recorded.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Replay:
 
 
 class Follower(Protocol):
-    """Who follows a trace while it is read."""
+    """The followers of a trace while it is read."""
 
     def start(self, trace: Trace) -> None:
         """Begin with what the run started from."""
@@ -74,7 +74,7 @@ def read_replay(path: str | Path, follower: Follower | None = None) -> Replay:
     Raises
     ------
     InputError
-        When there is no trace, or one that is damaged, cut off, or of another run than what lies beside it.
+        When there is no trace, or one that is damaged, cut off, or of another run than what is next to it.
     """
     file = trace_file(path)
     stream = TraceStream(file)
@@ -95,7 +95,7 @@ def read_replay(path: str | Path, follower: Follower | None = None) -> Replay:
 
 
 def _result(file: Path, start: Trace) -> tuple[Mapping[str, Any], Sequence[str]]:
-    """Return metrics and what limits the run, of the result beside a trace; none where there is no result."""
+    """Return metrics and what limits the run, of the result next to a trace; none where there is no result."""
     result = file.parent / RESULT_FILE
     if (content := read_result(result)) is None:
         return {}, ()

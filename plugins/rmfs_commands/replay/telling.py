@@ -23,7 +23,7 @@ SHOWN = (
     *("turnover_s", "packed_s", "psv_per_order", "pile_on", "distance_per_order_m"),
     *("orders_per_hour", "picks_per_hour", "picker_utilisation"),
 )
-"""Metrics of the result that the page shows beside what is so at a time."""
+"""Metrics of the result that the page shows next to what is so at a time."""
 ROLES = tuple(role for role in Role if not role.many)
 """All that are decided by one rule at a time."""
 

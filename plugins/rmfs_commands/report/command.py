@@ -15,9 +15,7 @@ PAGE, REPLAY = "report.html", "replay.html"
 
 @click.command(short_help="Write a page on a run: what limits it, and why.")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(path_type=Path), metavar="FILE", help=f"Where the page shall be. [default: DIR/{PAGE}]"
-)
+@click.option("--out", type=click.Path(path_type=Path), metavar="FILE", help=f"File of the page. [default: DIR/{PAGE}]")
 @click.option(
     "--limit", type=WholeNumberRange(min=1), default=10, show_default=True, help="Orders of each kind to list at most."
 )

@@ -21,7 +21,7 @@ class Series:
     Parameters
     ----------
     name
-        What it shows.
+        Its title.
     values
         A figure for each class.
     colour
@@ -58,13 +58,13 @@ def chart(
     Parameters
     ----------
     title
-        What it shows.
+        Its title.
     series
         The figures, bars before lines.
     step
         Width of a class.
     below
-        What the axis below shows.
+        Title of the axis below.
     shown
         How a place on that axis is written.
     marks

@@ -116,7 +116,7 @@ class Heat:
     Parameters
     ----------
     name, title, unit
-        What the replay calls it, what it shows, and in which unit.
+        Its name in the replay, its title, and its unit.
     svg
         The picture; None of a layout that is too large.
     classes

@@ -55,7 +55,7 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
     Parameters
     ----------
     run
-        What is reported.
+        The run to report.
     limit
         How many orders of each kind are listed.
     replay

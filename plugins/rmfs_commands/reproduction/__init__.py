@@ -1,4 +1,4 @@
-"""The evaluation of the paper that rmfs follows, run again and held against its figures."""
+"""The evaluation of the paper that rmfs follows, run again and compared with its figures."""
 
 import lazy_loader
 

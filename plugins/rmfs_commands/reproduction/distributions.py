@@ -1,4 +1,4 @@
-"""Section 4.1: what generated instances look like, beside the distributions that the paper draws them from."""
+"""Section 4.1: what generated instances look like, next to the distributions that the paper draws them from."""
 
 from __future__ import annotations
 

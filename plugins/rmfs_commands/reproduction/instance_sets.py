@@ -137,7 +137,7 @@ def timing(exhibit: Exhibit, rows: Rows, name: str, unit: str) -> Table:
 
 
 def makespans(exhibit: Exhibit, per_order: Exhibit, share: Exhibit, rows: Rows) -> Table:
-    """Return the table of makespans beside those that the two tables of computing time imply."""
+    """Return the table of makespans next to those that the two tables of computing time imply."""
     lines = [
         in_range(
             (of(orders), method),
@@ -151,7 +151,7 @@ def makespans(exhibit: Exhibit, per_order: Exhibit, share: Exhibit, rows: Rows) 
 
 
 def second_baseline(exhibit: Exhibit, rows: Rows) -> Table:
-    """Return the table of the sequential rules with six orders a station, and of the models beside them."""
+    """Return the table of the sequential rules with six orders per station, and of the models next to them."""
     measures = {"visits": "psv_per_order", "distance": "distance_per_order_m", "makespan": "makespan_s"}
     pairs = ((SIX_ORDERS, SEQUENTIAL), *((model, SIX_ORDERS) for model in MODELS))
     lines = [

@@ -8,7 +8,7 @@ from rmfs_commands.reproduction.report import TITLE, Report
 
 
 def to_markdown(report: Report) -> str:
-    """Return the report; its pictures are files beside it, ``<name>.png``."""
+    """Return the report; its pictures are files next to it, ``<name>.png``."""
     parts = [f"# {TITLE}\n", *(_fact(name, value) for name, value in report.facts.items()), ""]
     parts += [_plot(entry) if isinstance(entry, Plot) else _grid(entry) for entry in report.content]
     return "\n".join(parts)

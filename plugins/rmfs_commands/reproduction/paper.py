@@ -40,7 +40,7 @@ class Exhibit:
     item
         Its number in the paper.
     caption, wording
-        What it is of, and what the paper says about it.
+        Its subject, and the paper's words about it.
     values
         The paper's numbers; empty for a picture without numbers.
     rounded_to

@@ -1,4 +1,4 @@
-"""The parts of a reproduction: which experiment each runs, and what its rows are held against."""
+"""The parts of a reproduction: which experiment each runs, and what its rows are compared with."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Part:
     Parameters
     ----------
     name
-        What ``--only`` calls it.
+        Its name for ``--only``.
     experiment
         Name of the shipped experiment file.
     tables

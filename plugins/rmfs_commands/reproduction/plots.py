@@ -92,7 +92,7 @@ def turnover(tables: Tables) -> Figure:
 
 
 def computing_time(tables: Tables) -> Figure:
-    """Draw computing times of a run for t = 1 and t > 1, and for t > 1 per order beside the paper's."""
+    """Draw computing times of a run for t = 1 and t > 1, and for t > 1 per order next to the paper's."""
     table = tables["computing-time"]
     figure, axes = _figure(1, 3, 3.3)
     sets = _sets(table)
@@ -231,7 +231,7 @@ class Drawing:
     Parameters
     ----------
     title
-        What it shows.
+        Its title.
     exhibits
         Tables it is drawn from, in the paper's order.
     draw

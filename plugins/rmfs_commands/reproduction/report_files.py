@@ -25,7 +25,7 @@ def write_report(report: Report, results: Mapping[str, ExperimentResult], folder
     Parameters
     ----------
     report
-        What to write.
+        The report to write.
     results
         Runs by the name of the part, for ``runs-<part>.parquet``.
     folder

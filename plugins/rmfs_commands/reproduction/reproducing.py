@@ -59,13 +59,13 @@ def reproduce(
     Parameters
     ----------
     parts
-        What to run, see `choose_parts`.
+        Parts to run, see `choose_parts`.
     out
         Folder for finished runs and the report.
     quick
         Whether to run the first seed of the smallest instance set alone.
     command
-        What the report says it was made with.
+        The command that made the report, as it is shown there.
     jobs, dask
         As for `run_experiment`.
     watch

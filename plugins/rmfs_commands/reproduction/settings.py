@@ -1,4 +1,4 @@
-"""Section 4.1 and Appendix D: the parameters of the simulation, the paper's beside those that the runs have."""
+"""Section 4.1 and Appendix D: the parameters of the simulation, the paper's next to those that the runs have."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Setting:
 
 
 def settings(exhibit: Exhibit, scenarios: Sequence[Scenario]) -> list[Setting]:
-    """Return the paper's parameters beside all that the scenarios have.
+    """Return the paper's parameters next to those of the scenarios.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A table of the report: the paper's figures beside ours, row by row."""
+"""A table of the report: the paper's figures next to ours, row by row."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ NO_RUN = "no complete run"
 
 @frozen
 class Line:
-    """A figure of the paper beside ours.
+    """A figure of the paper next to ours.
 
     Parameters
     ----------
     label
-        What it is a figure of: parts such as instance set, method.
+        Its subject: parts such as instance set, method.
     paper
         The paper's figure or range; None where it has none.
     ours
@@ -52,7 +52,7 @@ class Table:
     digits
         Digits after the point that make sense.
     what
-        What exactly is shown, where the exhibit's caption leaves it open.
+        The quantity shown, where the exhibit's caption leaves it open.
     """
 
     exhibit: Exhibit

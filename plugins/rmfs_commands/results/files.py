@@ -1,4 +1,4 @@
-"""Writing files whole or not at all: write beside the target, then rename."""
+"""Writing files whole or not at all: write next to the target, then rename."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class OfHosts:
     Parameters
     ----------
     app
-        What answers the others.
+        The app that answers all others.
     hosts
         Names and addresses without ports.
     """
@@ -87,9 +87,9 @@ def app_of(process: RuleProcess, most_bytes: int, hosts: Container[str] | None =
     process
         The rules' process.
     most_bytes
-        The longest request.
+        Largest request.
     hosts
-        What requests may call this host; None: anything.
+        Names by which requests may call this host; None: any.
     """
     metrics = Metrics(process)
     waiting = 0

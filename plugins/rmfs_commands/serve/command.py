@@ -8,19 +8,13 @@ import click
 from click.core import ParameterSource
 
 from rmfs_commands.cli import completion
-from rmfs_commands.cli.options import NumberRange, WholeNumberRange, decides_option, no_inline_option
+from rmfs_commands.cli.options import DECIDING, NumberRange, WholeNumberRange, decides_option, no_inline_option
 from rmfs_commands.cli.screen import tell
 from rmfs_commands.cli.streams import keep_output, own_input
 from rmfs_core.roles import Role
 
 if TYPE_CHECKING:
     import socket
-
-DECIDING = (
-    *(Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA),
-    *(Role.ROA, Role.RPS, Role.ROA_RPS, Role.ACTIVATE, Role.IDLE, Role.MOVE),
-    *(Role.PACKING, Role.PACKING_TASK),
-)
 
 
 def _check_lines(*options: str) -> None:
@@ -49,7 +43,7 @@ def _check_lines(*options: str) -> None:
     metavar="PARAMETER=VALUE",
     help="Set a parameter of the rule; a file that it names is looked up in the current folder. Repeatable.",
 )
-@decides_option(DECIDING, help="What to ask of a rule that decides several things. [default: what the state says]")
+@decides_option(DECIDING, help="Decision to ask of a rule that decides several things. [default: what the state says]")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
 @click.option(
     "--port",
@@ -58,7 +52,11 @@ def _check_lines(*options: str) -> None:
     show_default=True,
     help="Port to listen at; 0 is any free one.",
 )
-@click.option("--stdio", is_flag=True, help="A request a line on standard input, an answer a line on standard output.")
+@click.option(
+    "--stdio",
+    is_flag=True,
+    help="Read one request per line from standard input, and write one answer per line to standard output.",
+)
 @click.option(
     "--limit-s",
     type=NumberRange(0.1, 86_400),
@@ -73,7 +71,7 @@ def _check_lines(*options: str) -> None:
     default=16.0,
     show_default=True,
     metavar="MB",
-    help="The longest request.",
+    help="Largest request.",
 )
 @no_inline_option
 def serve(

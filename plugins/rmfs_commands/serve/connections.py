@@ -16,7 +16,7 @@ class Connection(H11Protocol):
     """A connection that is closed where there are too many, or where it is silent for too long.
 
     Silent is also who begins a request and does not come to its end: uvicorn gives up connections on which nothing
-    comes between two requests, and waits for ever within one.
+    comes between two requests, and waits forever within one.
     """
 
     _silence: asyncio.TimerHandle | None = None

@@ -145,7 +145,7 @@ class RuleProcess:
             self._turn.release()
 
     async def stop(self) -> None:
-        """End the process; whoever waits for an answer is told so."""
+        """End the process; callers that wait for an answer get an error."""
         self._stopped = True
         if self._replacing is not None:
             self._replacing.cancel()

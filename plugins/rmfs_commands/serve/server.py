@@ -66,7 +66,7 @@ def serve(process: RuleProcess, host: str, port: int, most_bytes: int, ready: Ca
     host, port
         Where to listen.
     most_bytes
-        The longest request.
+        Largest request.
     ready
         Called with the socket as soon as requests are taken.
 

@@ -91,7 +91,7 @@ class RangeType(click.ParamType):  # type: ignore[type-arg]  # which only the ne
     default=95.0,
     show_default=True,
     metavar="PERCENT",
-    help="How sure a size has to be enough, or not to be.",
+    help="Confidence with which a size passes or fails.",
 )
 @click.option(
     "--robust",

@@ -2,7 +2,7 @@
 
 Each seed gives one value, and what is asked is whether their mean, over all seeds there could be, is at most a limit.
 After the first few seeds, and again after twice as many, and so on, there is a Student t interval for it. A mean passes
-as soon as the upper end is at most the limit, and fails as soon as the lower end is above it. Who looks K times has K
+as soon as the upper end is at most the limit, and fails as soon as the lower end is above it. K looks have K
 chances to err, so that each of the two ends leaves out the K-th part of what the confidence leaves (Bonferroni): of a
 mean that is above the limit, the chance that it passes at any look is at most 1 - confidence, and likewise for one
 below it that fails; as far as the values are normally distributed, as for any t interval.

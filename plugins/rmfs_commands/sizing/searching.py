@@ -1,7 +1,7 @@
 """The search for the fewest robots, for one number of stations after the other; or the fewest boxes, of packers.
 
 It takes for granted that more robots do no harm, nor more stations. That is not always so: robots stand in each other's
-way. So it looks once more beside what it finds, and says what it did not try.
+way. So it looks once more around what it finds, and says what it did not try.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def search(
     start
         Stations and robots to begin with.
     things
-        What messages call them.
+        Their name in messages.
     """
     least, most = robots
     wide = max(start[1] // 2, 1)

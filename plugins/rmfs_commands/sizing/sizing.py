@@ -34,7 +34,7 @@ def _beside(first: int, second: int) -> tuple[tuple[int, int], ...]:
 
 
 def seek_cheapest(trials: Trials, firsts: Sequence[int], seconds: Range) -> None:
-    """Judge sizes beside the one in which an order costs least, until none of them in the ranges is cheaper.
+    """Judge sizes next to the one in which an order costs least, until none of them in the ranges is cheaper.
 
     The fewest robots are not always the cheapest: with more of them fewer orders are late, and people go home earlier.
     """
@@ -56,7 +56,7 @@ class OtherRules:
     judged
         The size, judged with these rules.
     least
-        What no rules can beat there, mean over the first seeds; None where no bound is known.
+        Bound that no rules can beat there, mean over the first seeds; None where no bound is known.
     """
 
     judged: Candidate
@@ -72,9 +72,9 @@ class Answer:
     scenario
         Its name.
     target
-        What was asked for.
+        The target asked for.
     found
-        What came of each number of stations, or packers, ascending.
+        Findings for each number of stations, or packers, ascending.
     frontier
         The sizes that are enough and have fewer robots, or boxes, than every one with fewer stations, or packers.
     candidates
@@ -82,9 +82,9 @@ class Answer:
     at_once
         Whether all orders arrive at the same time.
     things
-        What is sized.
+        Names of the things that are sized.
     other_rules
-        What other rules do in a size that fails; None where none fails, or the scenario has these rules.
+        Verdict on other rules in a size that fails; None where none fails, or the scenario has these rules.
     """
 
     scenario: str
@@ -167,9 +167,9 @@ def size(
     scenario
         The load, the rules, and the size to begin with.
     name
-        What messages call it.
+        Its name in messages.
     target
-        What is asked for.
+        The target asked for.
     store
         Folder of finished runs; what is there is not run again.
     workers

@@ -37,7 +37,7 @@ class Candidate:
     failed
         Runs that an error ended.
     costs
-        What an order costs in each of these runs; empty where the scenario names no costs.
+        Cost per order in each of these runs; empty where the scenario names no costs.
     """
 
     first: int
@@ -59,9 +59,9 @@ class Trials:
     worlds
         The sizes.
     name
-        What messages call the scenario.
+        Its name in messages.
     target
-        What is asked for.
+        The target asked for.
     store
         Folder of finished runs.
     workers

@@ -37,7 +37,7 @@ class Worlds:
     Parameters
     ----------
     scenario
-        What varies in size.
+        The scenario that varies in size.
     seeds
         Whose orders are looked at.
     """
@@ -130,7 +130,7 @@ class Worlds:
     def overload(self, stations: int) -> str | None:
         """Say so when orders arrive faster, in the long run, than pickers can handle: no run is long enough to tell.
 
-        That can be said of arrivals at one rate for ever, which is what `poisson` without a profile is.
+        That can be said of arrivals at one rate forever, which is what `poisson` without a profile is.
         """
         section, orders = self.scenario.stations, self.orders_per_hour
         fastest = max([1.0, *(one for speed in section.speed.values() for one in speeds_of(speed)[1])])
@@ -148,7 +148,7 @@ class Worlds:
 
     @property
     def orders_per_hour(self) -> float:
-        """The rate at which orders arrive for ever; 0 where they do not."""
+        """The rate at which orders arrive forever; 0 where they do not."""
         arrivals = self.scenario.instance.arrivals
         if self.scenario.instance.orders_file is not None or arrivals.profile is not None:
             return 0.0

@@ -42,11 +42,11 @@ def answer_to_dict(
     skus
         SKU names by id.
     decides
-        What it was asked for; not PP, a filter or an observer.
+        Kind of the decision; not PP, a filter or an observer.
     answer
-        What the rule returned.
+        The rule's answer.
     arguments
-        What its hook was handed besides the warehouse and a random generator; of packing.
+        Arguments of its hook besides the warehouse and a random generator; of packing.
     """
     handed = arguments or {}
     try:

@@ -5,16 +5,10 @@ from __future__ import annotations
 import click
 
 from rmfs_commands.cli import completion
-from rmfs_commands.cli.options import WholeNumberRange, decides_option, no_inline_option
+from rmfs_commands.cli.options import DECIDING, WholeNumberRange, decides_option, no_inline_option
 from rmfs_commands.cli.screen import print_json
 from rmfs_commands.cli.streams import keep_output, own_input
 from rmfs_core.roles import Role
-
-DECIDING = (
-    *(Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA),
-    *(Role.ROA, Role.RPS, Role.ROA_RPS, Role.ACTIVATE, Role.IDLE, Role.MOVE),
-    *(Role.PACKING, Role.PACKING_TASK),
-)
 
 
 def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
@@ -44,7 +38,7 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
     metavar="PARAMETER=VALUE",
     help="Set a parameter of the rule; a file that it names is looked up in the current folder. Repeatable.",
 )
-@decides_option(DECIDING, help="What to ask of a rule that decides several things.")
+@decides_option(DECIDING, help="Decision to ask of a rule that decides several things.")
 @click.option("--seed", type=WholeNumberRange(min=0), metavar="N", help="Seed of the rule's random generator.")
 @no_inline_option
 @click.option(

@@ -9,10 +9,11 @@ from typing import Any, cast
 import pluggy
 from attrs import evolve, frozen
 
+from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.states.deciding import Answer, ask
 from rmfs_commands.states.rebuilding import open_state
-from rmfs_commands.states.state import DECIDES, DECIDING, State
+from rmfs_commands.states.state import DECIDES, State
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
@@ -41,7 +42,7 @@ class Decider:
     choice
         The rule's name and its parameters.
     decides
-        What to ask of a rule that decides several things; by default what the ``ask`` of a state says.
+        Decision to ask of a rule that decides several things; by default the ``ask`` of a state.
     folder
         Where the file of an inline rule is, and files that parameters name.
     allow_inline
@@ -83,7 +84,7 @@ class Decider:
         state
             The state.
         source
-            What a message calls where the state comes from.
+            Name of the state's source in messages.
 
         Raises
         ------
@@ -148,7 +149,7 @@ def decide(
     choice, decides, folder, allow_inline
         The rule, as for `Decider`.
     source
-        What a message calls where the state comes from.
+        Name of the state's source in messages.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Asking a rule in a state: its decision, held against the kernel's checks, and what it comes to."""
+"""Asking a rule in a state: its decision, checked as the kernel does, and its outcome."""
 
 from __future__ import annotations
 
@@ -90,14 +90,14 @@ class Answer:
     rule, distribution, version
         The rule, and where it comes from.
     decides
-        What was asked.
+        Kind of the decision.
     decision
         ``assignments``, ``trips``, ``tasks``, ``cell``, ``bundles``, ``stores``, ``active``, ``rests``, ``moves``,
         ``packing`` or ``task``, with names.
     report
         Status, objective, bound, stopped_early, of a rule that reports them.
     outcome
-        What the decision comes to; None for those of robots, places and stations.
+        Outcome of the decision; None for those of robots, places and stations.
     due
         Orders decided on that have a due time: when, their priority, and what is left until then.
     waiting_for_stock
@@ -169,13 +169,13 @@ def decide_instead(
     choices
         One rule, or a POA and a PPS rule.
     decides
-        What was decided in the state: POA and joint rules answer each other's states.
+        Kind of the decision made in the state: POA and joint rules answer each other's states.
     allow_inline
         Whether rules may be loaded from files.
     source
-        What a message calls where the state comes from.
+        Name of the state's source in messages.
     place
-        What a message calls where the choices come from.
+        Name of the choices' source in messages.
 
     Raises
     ------

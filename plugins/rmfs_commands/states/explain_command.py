@@ -28,18 +28,20 @@ if TYPE_CHECKING:
     "--period", type=WholeNumberRange(min=1), metavar="N", help="Explain how orders were assigned in period N."
 )
 @click.option("--decision", type=WholeNumberRange(min=1), metavar="K", help="Explain decision number K, of any kind.")
-@click.option("--order", metavar="NAME", help="Tell why an order waited, and what was decided for it.")
-@click.option("--pod", metavar="NAME", help="Tell where a pod was sent, fetched and stored.")
+@click.option("--order", metavar="NAME", help="Show why an order waited, and the decisions on it.")
+@click.option("--pod", metavar="NAME", help="Show where a pod was sent, fetched and stored.")
 @click.option(
     "--against",
     "against",
     multiple=True,
     metavar="RULE",
     shell_complete=completion.rules,
-    help="What would this rule have decided in the same state? A name, a table as in scenario files "
+    help="Show the decision of this rule in the same state: a name, a table as in scenario files "
     '(`{ rule = "demand", ... }`), or a POA and a PPS rule (`pod-match + demand`). Repeatable.',
 )
-@click.option("--state", "state_file", type=click.Path(path_type=Path), metavar="FILE", help="Write the state there.")
+@click.option(
+    "--state", "state_file", type=click.Path(path_type=Path), metavar="FILE", help="File to write the state to."
+)
 @click.option("--limit", type=WholeNumberRange(min=1), default=10, show_default=True, help="Orders to show at most.")
 @no_inline_option
 @json_option

@@ -19,7 +19,7 @@ class Names:
     state
         The state.
     source
-        What a message calls its source.
+        Name of the source in messages.
     """
 
     def __init__(self, state: State, source: str) -> None:

@@ -215,7 +215,7 @@ class Memento:
     skus
         Names of the SKUs.
     orders, pods, stations, robots
-        What they are. Orders that have not arrived are not there.
+        Objects of the warehouse, without orders that have not arrived.
     waiting
         Stored pods that are bound for a station and that no robot fetches yet, longest waiting first.
     blocked, reserved

@@ -38,7 +38,7 @@ class OpenState:
     warehouse
         Made from it and shared with nobody, so a decision can be tried out on it.
     view
-        What the rule is given.
+        The view that the rule gets.
     shown
         Ids of the orders in ``view.backlog`` where prefilters left some out, else None.
     period
@@ -102,7 +102,7 @@ def open_state(state: State, source: str = "state") -> OpenState:
     state
         The state.
     source
-        What a message calls where it comes from.
+        Name of its source in messages.
 
     Raises
     ------

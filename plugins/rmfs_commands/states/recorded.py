@@ -9,9 +9,10 @@ from typing import Any
 
 from attrs import frozen
 
+from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.states.patches import patched
 from rmfs_commands.states.recording import RECORDING_FILE, RECORDING_FORMAT, RECORDING_VERSION
-from rmfs_commands.states.state import DECIDING, State
+from rmfs_commands.states.state import State
 from rmfs_commands.states.state_json import check_format, state_from_dict
 from rmfs_commands.trace.json_lines import read_json_lines
 from rmfs_core.errors import InputError
@@ -29,11 +30,11 @@ class Recorded:
     number
         Its place among the recorded decisions, from 1.
     decides, rule
-        What was decided, and the name of the rule.
+        Kind of the decision, and the rule's name.
     content
         The state that the rule saw, as JSON's objects.
     decision
-        What it decided, with names; None when the answer was nothing valid.
+        The decision, with names; None when the answer was nothing valid.
     report
         Status, objective, bound and whether the solve was stopped early, of a rule that reports them.
     place

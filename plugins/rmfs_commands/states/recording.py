@@ -27,10 +27,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.results.files import json_ready
 from rmfs_commands.states.answers import answer_to_dict
 from rmfs_commands.states.snapshots import Snapshots, call_of
-from rmfs_commands.states.state import DECIDING
 from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results
 from rmfs_core.events import Event
 from rmfs_core.hookspecs import hookimpl
@@ -46,7 +46,7 @@ RECORDING_VERSION = 1
 
 
 class DecisionRecorder:
-    """Observer that writes the decisions beside the results while the run goes on, and names the file at its end."""
+    """Observer that writes the decisions next to the results while the run goes on, and names the file at its end."""
 
     file: ClassVar = RECORDING_FILE
 

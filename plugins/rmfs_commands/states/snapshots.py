@@ -141,7 +141,7 @@ class Snapshots:
         Parameters
         ----------
         call
-            What belongs to this call of a rule: ``ask``, and perhaps ``backlog`` and ``random``.
+            Keys of this call of a rule: ``ask``, and perhaps ``backlog`` and ``random``.
         """
         view = self._view
         orders = [OrderMemento.of(view.order(order)) for order in self._told_of_orders]

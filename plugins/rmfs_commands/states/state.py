@@ -17,6 +17,7 @@ from typing import Any
 
 from attrs import frozen
 
+from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.cli.schema import schema_of
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
@@ -26,11 +27,6 @@ from rmfs_core.wording import listed
 
 FORMAT = "rmfs-state"
 VERSIONS = (1, 2)
-DECIDING = (
-    *(Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA),
-    *(Role.ROA, Role.RPS, Role.ROA_RPS, Role.ACTIVATE, Role.IDLE, Role.MOVE),
-    *(Role.PACKING, Role.PACKING_TASK),
-)
 DECIDES = tuple(role.label for role in DECIDING)
 """The decisions that can be asked of a state."""
 

@@ -37,7 +37,7 @@ def state_from_dict(data: object, name: str = "state") -> State:
     data
         As `json.loads` returns it.
     name
-        What a message calls the source.
+        Name of the source in messages.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def parse_json(content: bytes, name: str) -> Any:
     content
         The text in UTF-8.
     name
-        What a message calls where it comes from.
+        Name of its source in messages.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Which truck an order went with, or missed: told from what a run left beside its recorded decisions."""
+"""Which truck an order went with, or missed: told from what a run left next to its recorded decisions."""
 
 from __future__ import annotations
 

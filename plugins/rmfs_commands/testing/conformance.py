@@ -32,7 +32,7 @@ class Finding:
     world
         Name of the trial world where it showed.
     problem
-        What happened there, in a sentence.
+        The finding, in a sentence.
     """
 
     kind: str
@@ -49,7 +49,7 @@ class ConformanceReport:
     rule
         Name of its class.
     decides
-        What it decides, as `rmfs rules` says it.
+        Kinds of decisions, in the words of `rmfs rules`.
     worlds
         Names of the trial worlds in which it was run.
     left_out
@@ -94,16 +94,15 @@ def check_rule(rule: object) -> ConformanceReport:
 
     `trial_worlds` has the worlds, with what each is for; most are tried with unlimited and with finite stock. Those
     that lack what the rule's ``needs`` name are left out; a rule for idle robots that sends none to a charger needs
-    ``"no batteries"``. What the rule does not decide, simple shipped rules do, and one that
-    splits orders around a rule that says where they are packed. In each world it runs three times: with
-    the instance of the first run once more, and with a new one, for which SKUs, orders and pods have other names: those
-    sort as before, but a set of them is gone through in another order. Where the rule plans paths, what the robots did
-    is validated as `validate_trace` does it.
+    ``"no batteries"``. Simple shipped rules take all other decisions; a rule that chooses
+    packing stations is tried with one that splits orders. In each world the rule runs three times: twice with the same
+    instance, and once with a new one, for which SKUs, orders and pods have other names: these sort as before, but a set
+    of them has another order. If the rule plans paths, the robots' movements are validated as by `validate_trace`.
 
     Parameters
     ----------
     rule
-        An instance of the rule's class. It is not used itself, but for its parameters.
+        An instance of the rule's class. Only its parameters are used.
 
     Returns
     -------
@@ -130,7 +129,7 @@ def conformance_report(rule: object) -> ConformanceReport:
     Parameters
     ----------
     rule
-        An instance of the rule's class. It is not used itself, but for its parameters.
+        An instance of the rule's class. Only its parameters are used.
 
     Raises
     ------

@@ -73,7 +73,7 @@ class Outcome:
 
 @define(eq=False)
 class WatchedRule:
-    """A rule on a plugin manager of its own, on which each call is timed and held against the view before it.
+    """A rule on a plugin manager of its own, on which each call is timed and compared with the view before it.
 
     Parameters
     ----------

@@ -50,9 +50,9 @@ class TrialWorld:
     Parameters
     ----------
     name
-        What findings call it.
+        Its name in findings.
     purpose
-        What it is for: what a rule may not have thought of.
+        Its purpose: the case that a rule may have missed.
     scenario
         Robots, stations and limits, with `PLAIN_RULES`, and in some worlds rules for robots without a task.
     instance, layout

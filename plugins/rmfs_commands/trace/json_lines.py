@@ -63,7 +63,7 @@ class JsonLinesFile:
 
 
 def beside_results(run: RunInfo, file: str) -> Path:
-    """Return where an observer writes a file beside the results.
+    """Return where an observer writes a file next to the results.
 
     Raises
     ------

@@ -40,7 +40,7 @@ class Trace:
     scenario
         The resolved scenario as tables.
     layout, motion, instance
-        What the run started from.
+        Inputs of the run.
     pods
         For each pod: ``cell``, ``robot`` (the id, or None), ``bound_for``.
     robots
@@ -56,7 +56,7 @@ class Trace:
     versions
         Of what drew layout, orders and places; empty where the header does not say.
     map_text
-        What the scenario's map file held; None where there is none.
+        Text of the scenario's map file; None where there is none.
     """
 
     scenario: Mapping[str, Any]
@@ -85,7 +85,7 @@ class TraceStream:
     Attributes
     ----------
     start
-        What the run started from: a trace without events, whose ``tick`` and ``status`` are yet to be read.
+        Inputs of the run: a trace without events, whose ``tick`` and ``status`` are yet to be read.
     tick, status
         When the run ended, and how; known once the events have been gone through.
 

@@ -102,7 +102,7 @@ _FIELDS = {
 
 
 class TraceWriter:
-    """Observer that writes the trace beside the results while the run goes on; it has its name once that has ended."""
+    """Observer that writes the trace next to the results while the run goes on; it has its name once that has ended."""
 
     file: ClassVar = FILE
 

@@ -87,7 +87,7 @@ class Search:
     Parameters
     ----------
     scenario, name
-        What is run, and what messages call it.
+        The scenario, and its name in messages.
     space
         The parameters.
     objectives

@@ -1,6 +1,6 @@
 """Whether a recorded run is possible at all, judged from its trace, whatever planned or simulated it.
 
-Read are the trace, with the layout and the scenario in its header, and ``result.json`` and the tables beside it. Shared
+Reads the trace, with the layout and the scenario in its header, and ``result.json`` and the tables next to it. Shared
 with the simulation are what a scenario makes (layout and instance, `rmfs_core.world`), the closed formulas of
 `rmfs_core.motion` and the classes of events; nothing else.
 """

@@ -29,7 +29,7 @@ class Report:
     events
         Number of events in the trace.
     collisions_checked
-        Whether robots were held against each other.
+        Whether robots were checked for collisions.
     metrics_checked
         Whether there were reported metrics to compare.
     start_checked
@@ -49,8 +49,8 @@ def validate_trace(path: str | Path) -> list[Fault]:
     Parameters
     ----------
     path
-        The folder of a run with ``trace.jsonl.gz``, or a trace file. When ``result.json`` lies beside the trace, its
-        metrics must be those that the trace amounts to, and so must the figures of the tables beside it.
+        The folder of a run with ``trace.jsonl.gz``, or a trace file. When ``result.json`` is next to the trace, its
+        metrics must be those that the trace amounts to, and so must the figures of the tables next to it.
 
     Raises
     ------

@@ -33,7 +33,7 @@ TOLERANCE_TICKS = 2
 
 @define
 class Hold:
-    """A robot holds a cell from ``start`` to ``end`` (ticks), and goes to the cell beside it next."""
+    """A robot holds a cell from ``start`` to ``end`` (ticks), and goes to the cell next to it next."""
 
     robot: int
     cell: int

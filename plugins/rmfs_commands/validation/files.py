@@ -1,4 +1,4 @@
-"""The tables beside a trace, held against what it amounts to."""
+"""The tables next to a trace, compared with what the trace amounts to."""
 
 from __future__ import annotations
 

@@ -24,14 +24,14 @@ PLACE = "header of the trace"
 def made_alike(trace: Trace, result: Mapping[str, Any] | None) -> bool:
     """Whether what is installed draws layouts, orders and places as what recorded a trace did.
 
-    Which versions did is said by the header; where it says nothing, by the result beside the trace.
+    Which versions did is said by the header; where it says nothing, by the result next to the trace.
     """
     recorded = trace.versions or ({} if result is None else result.get("versions", {}))
     return all(recorded.get(name) == version(name) for name in MADE_BY)
 
 
 def check_opening(case: Case) -> None:
-    """Add faults: the header against what its scenario makes, as far as that needs no files beside the scenario."""
+    """Add faults: the header against what its scenario makes, as far as that needs no files next to the scenario."""
     trace = case.trace
     try:
         scenario = scenario_from_dict(trace.scenario, name=PLACE)

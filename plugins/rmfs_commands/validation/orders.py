@@ -32,7 +32,7 @@ DECISIONS = (Role.POA, Role.PPS, Role.POA_PPS, *BUNDLE_DECISIONS)
 REPORTING = (Role.POA_PPS, Role.ROA_RPS)
 UNREPORTED = "decided"
 LEFT = ("horizon", "partial")
-"""How a run ends with orders left, but for errors."""
+"""How a run ends with orders left, except for errors."""
 STATUSES = {"optimal": False, "effort": True, "stopped": True, "heuristic": False}
 """Statuses of rmfs's own rules, and whether a limit has ended the solve then."""
 
@@ -236,11 +236,11 @@ class DecisionCheck:
         self.bundles_bound += 1
 
     def arrived(self, event: OrderArrived) -> None:
-        """Count, but for an order that waits for stock."""
+        """Count, except for an order that waits for stock."""
         self.backlog += not self.state.orders[event.order].waits
 
     def cancelled(self, event: OrderCancelled) -> None:
-        """Count, but for an order that waits for stock."""
+        """Count, except for an order that waits for stock."""
         self.backlog -= not self.state.orders[event.order].waits
 
     def in_stock(self, event: OrderInStock) -> None:  # noqa: ARG002

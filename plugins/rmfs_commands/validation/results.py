@@ -75,7 +75,7 @@ def visits_of(trace: Trace) -> list[Row]:
 
 
 def periods_of(trace: Trace) -> list[Row]:
-    """Return the rows of periods.csv, but for the seconds that the wall clock says."""
+    """Return the rows of periods.csv, except for the seconds that the wall clock says."""
     return [
         {
             "period": event.period,

@@ -24,7 +24,7 @@ ROBOT_KG, POD_KG, RESISTANCE, EFFICIENCY, SIDE_M, HALF_TRACK_M, LIFT_M, G = 150,
 
 
 def recompute_robots(trace: Trace, begin: int, completed: int) -> dict[str, float | None]:
-    """Return the metrics by name, but for the lowest charge, which the trace does not tell."""
+    """Return the metrics by name, except for the lowest charge, which the trace does not tell."""
     joules = _energy(trace, begin)
     hours = {f"energy_{part}_wh": amount / WH / EFFICIENCY for part, amount in joules.items()}
     total = sum(hours.values())

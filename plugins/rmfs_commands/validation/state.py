@@ -127,7 +127,7 @@ class State:
             station.line = sorted(waiting, key=lambda i: (slots.index(self.robots[i].cell), i))
 
     def take(self, robot: int, pod: int | None) -> None:
-        """Let a robot carry a pod, or none, whoever did before."""
+        """Let a robot carry a pod, or none, whichever robot did before."""
         old = self.robots[robot].pod
         if old is not None:
             self.pods[old].robot = None
@@ -141,7 +141,7 @@ class State:
         self.robots[robot].pod = pod
 
     def put(self, pod: int, cell: int) -> None:
-        """Let a pod stand in a cell, whoever carried it."""
+        """Let a pod stand in a cell, whichever robot carried it."""
         carrier = self.pods[pod].robot
         if carrier is not None:
             self.robots[carrier].pod = None

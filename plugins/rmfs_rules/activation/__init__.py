@@ -35,7 +35,7 @@ def _staffed(warehouse: WarehouseView) -> list[Station]:
 class All:
     """Activate every station: each takes orders whenever its timetable has it open.
 
-    What a run without an activation rule does; there to be compared with the others.
+    The same as no activation rule; there to be compared with the others.
 
     References
     ----------
@@ -89,7 +89,7 @@ class BacklogThreshold:
     ----------
     M. Merschformann, L. Xie, H. Li: RAWSim-O: a simulation framework for robotic mobile fulfillment systems.
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8 (station activation "backlog threshold", whose code
-    has the defaults; ``least`` is added, for there a backlog below the threshold may wait for ever)
+    has the defaults; ``least`` is added, for there a backlog below the threshold may wait forever)
     """
 
     open_above: int = parameter(50, NOT_NEGATIVE, "Orders in the backlog above which another station is activated")
@@ -104,7 +104,7 @@ class BacklogThreshold:
 
     @hookimpl
     def activate_stations(self, warehouse: WarehouseView) -> Sequence[int]:
-        """Keep the active ones, but for one more or less."""
+        """Keep the active ones, except for one more or less."""
         active = {station.id for station in warehouse.stations if station.active}
         staffed = _staffed(warehouse)
         working = [station for station in staffed if station.active]

@@ -26,7 +26,7 @@ def late(warehouse: WarehouseView, max_wait_s: float | None) -> list[int]:
     warehouse
         The warehouse now.
     max_wait_s
-        How long an order may wait. None: as long as it takes, but for the oldest order if it is larger than any
+        How long an order may wait. None: as long as it takes, except for the oldest order if it is larger than any
         station: it waits `OVERSIZE_WAIT_S`, and as long as a station picks another one as large. Under overload such
         orders would else take all stations, and all others wait.
     """
@@ -41,7 +41,7 @@ def late(warehouse: WarehouseView, max_wait_s: float | None) -> list[int]:
 
 
 def _picks_larger(station: Station, items: int) -> bool:
-    """Whether a station picks an order of more items."""
+    """Whether a station picks a larger order."""
     return any(request.order.items > items for request in station.open_requests)
 
 

@@ -45,7 +45,7 @@ class Pairs:
     warehouse
         The warehouse now.
     table
-        What a SKU counts at most at a station: an order scores the sum over its open lines of min(items, table[station,
+        Largest worth of a SKU at a station: an order scores the sum over its open lines of min(items, table[station,
         SKU]) there. Shape (stations, n_skus). Left out: all orders score the same. `change` changes it.
     shares
         Of orders with the same score the one goes first with the largest share of its open lines whose SKU has a 1 here
@@ -58,7 +58,7 @@ class Pairs:
     first
         Orders that go before all others, whatever their scores, by row.
     extra
-        What a station adds to the scores of all orders, by station, float64; it may be changed in place.
+        Addition of each station to the scores of all orders, by station, float64; it may be changed in place.
     fast_lane
         Places that a station with something to do keeps for orders which the pod that is there can complete.
     queues

@@ -43,7 +43,7 @@ class Stations(NamedTuple):
     queued
         Whether orders join queues, of which ``capacities`` has free capacity and lengths: 1 an order.
     extra
-        What a station adds to the scores of all orders, float64, shape (stations,).
+        Addition of each station to the scores of all orders, float64, shape (stations,).
     placed
         Orders that have a place there, by row, shape (stations, orders), or (stations, 0): none anywhere.
     kept
@@ -112,7 +112,7 @@ class Scores(NamedTuple):
 
 @inlined
 def room(at: int, stations: Stations) -> int:
-    """Capacity for any order: all that is free, but for what a station with something to do keeps."""
+    """Capacity for any order: all that is free, except for what a station with something to do keeps."""
     free = int(stations.capacities[at].free)
     return min(free, max(free - stations.kept, 0)) if stations.capacities[at].load else free
 

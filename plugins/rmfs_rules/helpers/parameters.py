@@ -20,7 +20,7 @@ def parameter(default: Any, check: Any, doc: str, unit: str | None = None, **mor
     check
         One or several validators of attrs; None: every value of its type will do.
     doc, unit
-        What it means, and its unit, as ``rmfs rules`` and the reference page show them.
+        Its meaning and its unit, as ``rmfs rules`` and the reference page show them.
     more
         More metadata.
     """

@@ -23,7 +23,7 @@ def servers(columns: Plain, at: Ids, skus: Ids, station: int, fetch: bool) -> Id
     Parameters
     ----------
     columns
-        What the `Stock` of the pods is made of.
+        Columns of the pods' `Stock`.
     at
         As `Stock.at`, with what this decision has sent.
     skus

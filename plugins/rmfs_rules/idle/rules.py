@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @define
 class Stay:
-    """Leave robots where they are: in the storage location where they set down a pod, beneath it.
+    """Leave robots where they are: in the storage location where they set down a pod, under it.
 
     That is what happens without a rule, too.
 
@@ -38,7 +38,7 @@ class Stay:
 class RestNearest:
     """Let robots rest where no pod stands: then they make way for nobody who comes for a pod.
 
-    A robot that rests beneath a pod goes to the free storage location without one that it reaches first. Ties go to the
+    A robot that rests under a pod goes to the free storage location without one that it reaches first. Ties go to the
     lowest cell index, robots are asked by id.
 
     References
@@ -59,7 +59,7 @@ class RestNearest:
 class RestMiddle:
     """Let robots rest where no pod stands, near the middle of the layout: from there no pod is far.
 
-    A robot that rests beneath a pod goes to the free storage location without one that is nearest to the middle of the
+    A robot that rests under a pod goes to the free storage location without one that is nearest to the middle of the
     grid, along rows and columns. Ties go to the lowest cell index, robots are asked by id.
 
     References
@@ -143,7 +143,7 @@ def _times(warehouse: WarehouseView, robot: Robot) -> Callable[[int], int]:
 
 
 def _to_free(warehouse: WarehouseView, cost_of: Callable[[Robot], Callable[[int], int]]) -> list[RobotMove]:
-    """Send each robot that rests beneath a pod to the free location without one that costs it least."""
+    """Send each robot that rests under a pod to the free location without one that costs it least."""
     without_pod = {*warehouse.free_storage_locations}
     beneath = [robot for robot in warehouse.idle_robots if robot.cell not in without_pod]
     if not beneath:

@@ -146,7 +146,7 @@ class Period:
         sent
             As `filled` has it.
         noise
-            What the orders lack besides, in millionths of a line, shape (orders, stations).
+            Noise added to what orders lack, in millionths of a line, shape (orders, stations).
         """
         return [*kept, *order_search.fill(orders, False, noise, self.choice(sent, kept))]
 

@@ -45,7 +45,7 @@ class Choice(NamedTuple):
     placed
         Whether an order has a place at a station that counts orders, shape (stations, orders), or (stations, 0): none.
     largest
-        Items of the largest order that fits beside others; a larger one takes all of a station.
+        Items of the largest order that fits together with others; a larger one takes all of a station.
     """
 
     lines: Lines
@@ -152,7 +152,7 @@ def best(orders: Ints, by_lines: bool, noise: Ints, c: Choice) -> tuple[np.int64
     by_lines
         Whether lines alone count, not what they are for each place.
     noise
-        What they lack besides, in millionths of a line, shape (orders, stations), or (0, 0): nothing.
+        Noise added to what they lack, in millionths of a line, shape (orders, stations), or (0, 0): nothing.
     c
         See there.
     """

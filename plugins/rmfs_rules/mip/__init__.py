@@ -9,7 +9,7 @@ How a period goes from the warehouse to a proven decision:
    after another (`proof.fewest`, with the searches in `compiled`); column generation (`proof.patterns`); as the last
    resort the solver, with the model in the aggregated form (`proof.aggregated`).
 4. `proof.ties`: among the optima, another one may be preferred.
-5. `printed.constraints`: whatever found it, the solution is held against the constraints as the paper prints them.
+5. `printed.constraints`: whatever found it, the solution is checked by the constraints as the paper prints them.
 
 With ``formulation = "paper"`` a solver gets the models as printed (`printed.models`) in place of 2 to 4. The folders
 import one way: `proof` from `printed`, `compiled` and `period`; `printed` and `compiled` from `period`.

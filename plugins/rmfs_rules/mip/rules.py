@@ -107,7 +107,7 @@ class _Joint:
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
-        """Solve one period; it may be that of an order which is too large for any station to take it beside others."""
+        """Solve one period; it may be that of an order too large for any station to take it together with others."""
         stock, (splits, room) = self._stock_of(warehouse), self._room(warehouse)
         capacity = None if room is None else warehouse.split_orders_open + room
         large = Oversize.of(warehouse, self.max_wait_s, splits=splits, over_time=self.model is Model.SPLIT_OVER_TIME)
@@ -150,7 +150,7 @@ class _Joint:
             warm_up.load()
 
     def solve(self, period: Period, packing: int | None = None) -> Solution:
-        """Solve a period and hold the solution against the printed constraints.
+        """Solve a period and check the solution by the printed constraints.
 
         Parameters
         ----------

@@ -56,7 +56,7 @@ def decision(
 
     Returns
     -------
-    What is decided, and the tick until which nothing can be, as `decide` says.
+    The decision, and the tick until which nothing can be, as `decide` says.
     """
     stations = told(warehouse, without)
     if not any(stations.going_on.tolist()):

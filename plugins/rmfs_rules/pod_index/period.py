@@ -68,7 +68,7 @@ class Stations(NamedTuple):
 
 
 class Pods(NamedTuple):
-    """The pods; arrays of shape (pods,), but for the last one."""
+    """The pods; arrays of shape (pods,), except for the last one."""
 
     last: Ints  # the picking station that it goes to last, where its free items are; NONE: none
     urge: Ints  # ages of the open lines that it has items for, and base_ticks for each, added up

@@ -26,7 +26,7 @@ def decide(
     Parameters
     ----------
     open_lines, pods, given, at
-        What `Lines`, `Stock`, the parameters of the rule, and `Stations`, which are changed, are made of.
+        Arrays of `Lines`, `Stock`, the parameters of the rule, and `Stations`, which are changed.
     placed
         As `Period` has it; it is changed.
     ticks

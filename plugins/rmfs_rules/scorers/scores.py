@@ -53,7 +53,7 @@ class Wanted(NamedTuple):
     lines
         Them as columns.
     each
-        What an item of an order is worth, by row.
+        Worth of an item of each order, by row.
     """
 
     lines: Lines
@@ -70,7 +70,7 @@ class PodScores:
     rng
         Draws lots.
     weights
-        What scores are made of.
+        Weights of the parts of a score.
     """
 
     def __init__(self, warehouse: WarehouseView, rng: np.random.Generator, weights: Weights) -> None:

@@ -36,7 +36,7 @@ def completed(lines: Lines, stock: Stock, pods: Ints, wanted: Ints, each: Floats
     wanted
         Items by SKU that go elsewhere before.
     each
-        What an order is worth, by row.
+        Worth of each order, by row.
     """
     worth, enough, left = np.zeros(len(pods)), np.zeros(len(lines.open_lines), np.int64), np.zeros_like(wanted)
     for i in range(len(pods)):
@@ -72,7 +72,7 @@ def served(lines: Lines, stock: Stock, pods: Ints, wanted: Ints, each: Floats) -
     lines, stock, pods, wanted
         As `completed` has them.
     each
-        What an item of an order is worth, by row.
+        Worth of an item of each order, by row.
     """
     worth = np.zeros(len(pods))
     for i in range(len(pods)):

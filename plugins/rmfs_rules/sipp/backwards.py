@@ -1,6 +1,6 @@
 """When a path can arrive at all: a search from the goal backwards, for a few states.
 
-A label of a state (gap, heading) says: whoever is at rest there by a tick arrives no earlier than another tick. Labels
+A label of a state (gap, heading) says: a robot at rest there by a tick arrives no earlier than another tick. Labels
 are taken in the order of that arrival, so every path arrives no earlier than the one that is taken says, as soon as it
 leads over this or a later one; and every path does until the gap of the start is taken.
 """

@@ -21,7 +21,7 @@ from rmfs_core.traffic import (
 from rmfs_rules.sipp.rule import Sipp
 
 ANYONE = -1
-"""Who has what all robots have that go before another: their paths may still cross."""
+"""The reservations of all robots that go before another: their paths may still cross."""
 
 
 @frozen(eq=False)
@@ -33,7 +33,7 @@ class Way:
     path
         Its new path; None where it keeps the one that it has.
     occupied
-        What that occupies, the leg under way included.
+        Cells that it occupies, the leg under way included.
     arrives
         Tick at which it is there.
     """
@@ -73,7 +73,7 @@ class Search:
     sipp
         Finds each path.
     queries, traffic
-        What the rule is asked with.
+        Arguments of the rule's hook.
     """
 
     def __init__(self, sipp: Sipp, queries: Sequence[Query], traffic: FleetTraffic) -> None:

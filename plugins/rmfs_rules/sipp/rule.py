@@ -51,7 +51,7 @@ class Sipp:
     A search over (cell, heading, gap between reservations) at rest. From a state a robot waits, turns, and drives a
     straight run of any length that ends at rest. For a run, the departures at which all its cells are free are a few
     windows; they are narrowed cell by cell, once for all lengths, since runs differ only where they brake. Of each gap
-    that a run can end in only the earliest arrival counts: whoever comes earlier can wait there until any later
+    that a run can end in only the earliest arrival counts: a robot that comes earlier can wait there until any later
     time. Estimates are exact times without traffic, and never earlier than the goal is free for good, because a path
     has to end with a hold of the goal without end. Where even that is far too early, a search from the goal finds out
     when a path can arrive at all (`backwards.py`). Among equal estimates the state nearest to the goal goes first, then
@@ -88,7 +88,7 @@ class Sipp:
         return None if legs is None else Path(legs)
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
-        """Return the path that arrives first and may stay at the goal for ever; None when there is none."""
+        """Return the path that arrives first and may stay at the goal forever; None when there is none."""
         legs = self._legs(table, query, query.latest, roads.tracks(query.goal, query.loaded))
         return None if legs is None else timed_path(roads, query, legs)
 

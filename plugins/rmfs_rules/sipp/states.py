@@ -61,7 +61,7 @@ class Problem(NamedTuple):
     tracks, table
         The roads, and who has reserved them.
     memory
-        What it writes.
+        Memory that it writes.
     """
 
     me: int

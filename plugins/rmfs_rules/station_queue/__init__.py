@@ -45,7 +45,7 @@ class StationQueue:
     2. those that the pod at the station can complete, before others;
     3. those that its inbound pods can complete, before others; then the oldest.
 
-    What is available, wanted or can be completed is looked at once in a decision. Orders larger than any station do not
+    Availability, demand and completion are looked at once in a decision. Orders larger than any station do not
     queue.
 
     References

@@ -83,11 +83,11 @@ class _Asked:
     Parameters
     ----------
     name
-        What messages call it.
+        Its name in messages.
     distribution
         Where it comes from.
     traits
-        What its class declares besides.
+        Declarations of its class.
     decides
         Roles that it can play.
     hook

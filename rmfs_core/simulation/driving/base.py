@@ -43,7 +43,7 @@ class Course:
     station
         Station whose line it is in or on its way to.
     legs
-        What is reserved and not yet begun: end and wait of each leg.
+        Legs that are reserved and not yet begun: end and wait of each leg.
     under_way
         The leg that it drives: where and when that began, and where and when it ends.
     since
@@ -51,7 +51,7 @@ class Course:
     joined
         Whether it stands in the line.
     reserved, arrives
-        What its path occupies, the leg under way included, and the tick at which it ends.
+        Cells that its path occupies, the leg under way included, and the tick at which it ends.
     overtaken
         How many robots have come between it and the head of the line since it took its place there.
     """

@@ -127,7 +127,7 @@ class CompleteDriving(ReservedDriving):
         return None
 
     def _give_up(self, course: Course) -> None:
-        """Release what a robot has reserved but for its leg under way."""
+        """Release what a robot has reserved except for its leg under way."""
         self.table.release(course.robot.id)
         if (held := self._held(course)) is not None:
             self.table.add(course.robot.id, held)

@@ -150,7 +150,7 @@ class ReservedDriving(Driving):
         return drive(self.roads, *self._begun(course, legs))
 
     def _follow(self, course: Course) -> Process:
-        """Drive what is reserved, leg by leg, for ever."""
+        """Drive what is reserved, leg by leg, forever."""
         robot, run = course.robot, self.run
         while True:
             if not course.legs:
@@ -195,7 +195,7 @@ class ReservedDriving(Driving):
         yield from ()
 
     def to_location(self, robot: Robot, cell: int) -> Process:
-        """Drive to a storage location; whoever rests there is sent away first. Who has to make way rests elsewhere."""
+        """Drive to a storage location; a robot that rests there is sent away first, and rests elsewhere."""
         course = self.courses[robot.id]
         while course.station is not None and robot.pod is None:
             yield course.arrived  # it began in a queue

@@ -4,13 +4,13 @@ Non-volatile: reservations live on, and only robots that need a new path plan, a
 simulated time: robots with pods first, then those nearer to their goals. A robot plans when it is given a goal, where
 its path ends before the goal, when it has lost its path (below), and when the line it stands in moves. One that finds
 no path that moves it stays and plans again two seconds later at the latest, asking no rule while others keep all cells
-beside it; one that has found none, or has been refused, for thirty seconds steps into a free one, drawn at random.
+next to it; one that has found none, or has been refused, for thirty seconds steps into a free one, drawn at random.
 
 Robots drive run by run, and each run is registered when it begins. It occupies its cells as a reserved one does, but
 its last cell without end, since nobody knows yet that the next run will begin in time. No two registered runs overlap;
 a robot at rest has registered its cell. So a run is refused if it crosses a cell after another robot has come to a stop
 there, or comes to a stop in one that another has yet to cross, even if the reserved paths would let both pass. A robot
-that is refused loses its path and keeps its cell; whoever had reserved that cell loses its path as well, and stops
+that is refused loses its path and keeps its cell; the robot that had reserved that cell loses its path too, and stops
 where its own run ends. A run by a shortcut or a second entrance is refused as well as long as a robot that is ahead in
 the line would be behind it then: those ahead have to stand, or be on runs that end, nearer to the station. So robots
 stand in a lane in the order of their line; who joins it later has no place ahead of one that has come so. Where those
@@ -287,8 +287,8 @@ class WindowedDriving(ReservedDriving):
     def stop(self, course: Course) -> None:
         """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.
 
-        So does whoever had reserved that cell, and whoever had reserved the cell where that one stops. What is reserved
-        for a robot that has stopped is what it has registered, which no other robot's overlaps: nobody stops twice.
+        So does the robot that had reserved that cell, then the one that had reserved the cell where that one stops.
+        A robot that has stopped has reserved its registered cells only, which no other overlaps: none stops twice.
         """
         stopping = [course]
         for each in stopping:
@@ -315,7 +315,7 @@ class WindowedDriving(ReservedDriving):
         return self.rests(course) and now - self._progress_of[course.robot.id].moved >= PATIENCE_TICKS
 
     def _step_aside(self, course: Course, query: Query, legs: Rows) -> Rows:
-        """Return a leg into a free cell beside a robot that has stood for long; else the legs that it has.
+        """Return a leg into a free cell next to a robot that has stood for long; else the legs that it has.
 
         Who stands in a line never leaves it so.
         """
@@ -327,7 +327,7 @@ class WindowedDriving(ReservedDriving):
         return legs
 
     def _is_shut_in(self, query: Query) -> bool:
-        """Whether a robot has stood for a while and others keep all cells beside it: no path leads anywhere then."""
+        """Whether a robot has stood for a while and others keep all cells next to it: no path leads anywhere then."""
         if query.start_tick - self._progress_of[query.robot].moved < RETRY_TICKS:
             return False
         for cell in self._steps(query, range(4)):
@@ -341,7 +341,7 @@ class WindowedDriving(ReservedDriving):
             self._request(course)
 
     def _steps(self, query: Query, headings: Iterable[int]) -> Iterator[int]:
-        """Cells beside a robot that it may enter and get on from."""
+        """Cells next to a robot that it may enter and get on from."""
         tracks = self.roads.tracks(query.goal, query.loaded)
         for heading in headings:
             beside = self.roads.layout.neighbour(query.cell, heading)

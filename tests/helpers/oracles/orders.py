@@ -52,7 +52,7 @@ class Greedy:
     orders
         Which orders are in question; None: all that are shown.
     chosen
-        What was chosen.
+        The choice.
     """
 
     now: Moment

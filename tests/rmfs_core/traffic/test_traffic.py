@@ -164,7 +164,7 @@ def test_a_commit_replaces_what_was_there_and_takes_nothing_of_others() -> None:
     table = Reservations(3)
     table.hold(1, 2, 5)
     table.commit(0, occupy((0, 0, 10)))
-    with pytest.raises(ReservedError, match="cell 2 is reserved by 1 from tick 5 for ever") as refused:
+    with pytest.raises(ReservedError, match="cell 2 is reserved by 1 from tick 5 forever") as refused:
         table.commit(0, occupy((1, 0, 10), (2, 0, 6)))
     assert (refused.value.cell, refused.value.owner) == (2, 1)
     assert table.reserved(0) == [(0, 0, 10)]

@@ -31,7 +31,7 @@ def write_report(
     Parameters
     ----------
     result, comparison
-        What to report.
+        The experiment's result to report.
     folder
         Where to.
     width_cm

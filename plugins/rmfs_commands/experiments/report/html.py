@@ -26,9 +26,9 @@ def report_html(result: ExperimentResult, comparison: Comparison, plots: Sequenc
     Parameters
     ----------
     result, comparison
-        What to report.
+        The experiment's result to report.
     plots
-        Plots to embed; those named like a metric go beside its table.
+        Plots to embed; those named like a metric go next to its table.
     """
     sets = comparison.instance_sets
     if len(sets) * len(comparison.rule_sets) * (1 + len(comparison.metrics)) > MOST_ROWS:

@@ -45,7 +45,7 @@ CENSORED = (
 
 
 def caption(comparison: Comparison) -> str:
-    """Return what the figures beside a baseline are, and what p holds for."""
+    """Return what the figures next to a baseline are, and what p holds for."""
     what = _DIFFERENCES.format(comparison.baseline)
     sentences = [
         f"{what}{_TEST}" if comparison.tested else f"{what}.",
@@ -78,7 +78,7 @@ def title(metric: Metric) -> str:
 def answer(comparison: Comparison, metric: str) -> str | None:
     """Return a sentence on which rule set is best in a metric over all instances; None where neither way is better.
 
-    Rule sets with pairs left out are not held against the others: their means are over other runs.
+    Rule sets with pairs left out are not compared with the others: their means are over other runs.
     """
     way, shown_as = better(metric), comparison.described(metric)
     found = comparison.of(comparison.instance_sets[-1], metric)
@@ -148,7 +148,7 @@ def value(metric: Metric, number: float | None) -> str:
 
 
 def difference(metric: Metric, found: Interval, *, bounds: bool = True) -> str:
-    """Return a difference with its interval beside Holm's p: ``-0.17 [-0.21, -0.13]``; or without."""
+    """Return a difference with its interval next to Holm's p: ``-0.17 [-0.21, -0.13]``; or without."""
     finer = _finer(metric)
     return _with_bounds(found, lambda number: _signed(show(finer, number)), bounds=bounds)
 
@@ -166,7 +166,7 @@ def difference_heading(metric: Metric) -> str:
 
 
 def relative(one: Paired, *, bounds: bool = True) -> str:
-    """Return a relative difference in percent with its interval beside Holm's p, or without; a sign where of a mean."""
+    """Return a relative difference in percent, with an interval next to Holm's p; marked where of a mean."""
     shown = _with_bounds(one.relative, lambda number: _signed(f"{100 * number:,.1f}"), " %", bounds=bounds)
     return f"{shown} {OF_MEAN}" if one.of_mean else shown
 

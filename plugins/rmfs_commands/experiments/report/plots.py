@@ -32,7 +32,7 @@ MOST_DOTS = 1_000
 LONGEST = 60
 """Signs of a name that there is room for."""
 PAGE, PANEL = 7.1, 0.9
-"""Inches that a picture of a paper may be high, with a caption below; and that a panel takes beside its rule sets."""
+"""Inches that a picture of a paper may be high, with a caption below; and that a panel takes next to its rule sets."""
 DPI = 150
 DIFFERENCES = "differences"
 STYLE: dict[Any, Any] = {
@@ -51,7 +51,7 @@ STYLE: dict[Any, Any] = {
 PAPER: dict[Any, Any] = dict.fromkeys(
     ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 8
 )
-"""Of pictures for papers, which stand beside text of 8 to 10 pt."""
+"""Of pictures for papers, which stand next to text of 8 to 10 pt."""
 AROUND = ((-9, -9), (3, 3), (3, -9), (-9, 3))
 """Offsets of a number from its dot, in points. They alternate, so that numbers of close dots do not overlap."""
 LETTER = 0.062
@@ -67,7 +67,7 @@ class Plot:
     name
         Of its files, without the ending.
     title
-        What it shows.
+        Its title.
     svg, png, pdf
         The picture; the last two are empty where it is for a page alone.
     """
@@ -92,7 +92,7 @@ def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison, width:
     Parameters
     ----------
     rows, comparison
-        What to draw.
+        Rows and comparison to draw.
     width
         Of each picture in inches, with letters of 8 pt, for a paper that shows it at its size; left out, each is an
         SVG as wide as it needs to be on a screen.
@@ -172,7 +172,7 @@ def _title(comparison: Comparison, metric: str) -> str:
 
 
 def _figure(width: float, height: float) -> Figure:
-    """Return a figure that no window system knows of (pyplot would keep it for ever)."""
+    """Return a figure that no window system knows of (pyplot would keep it forever)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -192,7 +192,7 @@ def _wrapped(text: str, width: float) -> str:
 
 
 def _legend_columns(names: Sequence[str], width: float) -> int:
-    """Return how many names of a legend fit beside each other."""
+    """Return how many names of a legend fit side by side."""
     return max(1, min(4, len(names), int(width / (LETTER * max(map(len, names)) + 0.5))))
 
 
@@ -294,7 +294,7 @@ def _fronts(comparison: Comparison, first: str, second: str, width: float | None
         panel.set_visible(False)
     whole = width or 4.6 * columns
     names = [_wrapped(f"{number} {name}", whole - 0.3) for number, name in enumerate(comparison.rule_sets, 1)]
-    handles = [panels[0].plot([], [], " ")[0] for _ in names]  # names beside the points would overlap
+    handles = [panels[0].plot([], [], " ")[0] for _ in names]  # names next to the points would overlap
     columns = _legend_columns(names, whole)
     figure.legend(handles, names, loc="outside lower center", ncols=columns, handlelength=0, handletextpad=0)
     return figure

@@ -21,7 +21,7 @@ They are the product of the stations' free places, each plus one.
 MOST_STATIONS = 7
 """Stations whose places a packed vector can count, one byte each."""
 USUAL_PODS, USUAL_NUMBER, USUAL_ORDERS = 100, 5, 250
-"""With more orders a step of a search takes longer in proportion; with more pods, and in a set, more than that."""
+"""With more orders, a step of a search takes longer in proportion; with more pods, and in a set, more than that."""
 ENOUGH = 1 << 20
 """Items of a SKU that is not scarce: more than any period takes."""
 LARGEST_ROOM = 127

@@ -51,7 +51,7 @@ def exchanged(a, number, steps, seed):
     steps
         How many exchanges are tried.
     seed
-        What the numbers that are drawn begin with.
+        Seed of the random numbers.
     """
     pods = len(a.pod_start) - 1
     there, state = np.zeros(len(a.at_hand), np.bool_), np.full(1, seed)

@@ -34,9 +34,9 @@ class Sets(NamedTuple):
     Parameters
     ----------
     worth
-        What each order counts (nothing, if not positive).
+        Weight of each order (nothing, if not positive).
     least
-        What a set has to be worth, a single number; it may be raised during the search.
+        Least worth of a set, a single number; it may be raised during the search.
     depth
         Number of pods chosen, a single number.
     chosen
@@ -44,7 +44,7 @@ class Sets(NamedTuple):
     there
         SKUs at hand or on the chosen pods.
     value
-        What they complete.
+        Worth of the orders that they complete.
     pods, potential, left, at
         Pods that may come next, best first, with their potentials; how many, and which is next (-1: not yet looked at).
     """
@@ -140,7 +140,7 @@ def potentials(a, worth, pods, there, more):
     a
         The period (`compiled.arrays.Arrays`).
     worth
-        What each order counts.
+        Weight of each order.
     pods
         The pods to choose from.
     there
@@ -339,9 +339,9 @@ def best_sets(a, number, values, least, kept, work, most_work):
     number
         Number of pods in a set.
     values
-        What each order counts.
+        Weight of each order.
     least
-        What a set has to be worth.
+        Least worth of a set.
     kept
         How many sets are returned at most: the best.
     work, most_work

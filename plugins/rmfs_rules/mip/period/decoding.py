@@ -56,7 +56,7 @@ def parts_of(reduced: Reduced, counts: Counts) -> tuple[Part, ...]:
     reduced
         The period.
     counts
-        What goes where.
+        Counts by kind.
     """
     period = reduced.period
     rooms = list(period.capacities)

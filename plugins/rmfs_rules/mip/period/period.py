@@ -153,7 +153,7 @@ class Preference:
     pods
         From 0 to 1 for each pod; those with more go first. Shape (pods,).
     once_sent
-        What a pod that this period sends has from then on; None: the same as before.
+        Value of a pod from when this period sends it; None: the same as before.
     """
 
     pods: NDArray[np.float64]
@@ -216,7 +216,7 @@ class Period:
         warehouse
             The warehouse.
         stock
-            What its pods hold.
+            Contents of its pods.
         packing
             Whether to look up which orders are split already.
         without

@@ -48,7 +48,7 @@ class Reduced:
     Parameters
     ----------
     period, model
-        What is to be solved.
+        The period and the model to solve.
     counted
         Whether equal orders are counted (False: each is its own type, so that they can be told apart by age).
     """
@@ -236,7 +236,7 @@ class Reduced:
         wanted
             SKUs that a new pod at the station would be useful for. Shape (n_skus,).
         value
-            What a pod is worth besides; a pod is dominated only by one that is worth as much.
+            Further worth of a pod; a pod is dominated only by one that is worth as much.
         """
         pod, sku = self.period.stock.entries
         kept = wanted[sku]
@@ -256,7 +256,7 @@ class Reduced:
 
 
 def _within(pod: NDArray[np.int64], sku: NDArray[np.int64], pods: int) -> NDArray[np.bool_]:
-    """Return for each pair of pods whether the first brings nothing that the second does not bring.
+    """Return for each pair of pods whether the second brings all that the first brings.
 
     That is so when they have as many SKUs in common as the first has. What they have in common is counted SKU by SKU,
     over the pairs of pods that have it; pods (from 0 on) and SKUs are what the pods bring.

@@ -58,7 +58,7 @@ class Solution:
     bound
         Proven lower bound of it.
     how
-        What found it: ``"flow"``, ``"bounds"``, ``"greedy"``, ``"search"``, ``"patterns"``, ``"solver"``, or, where
+        Step that found it: ``"flow"``, ``"bounds"``, ``"greedy"``, ``"search"``, ``"patterns"``, ``"solver"``, or, if
         something came before the proof, ``"effort"`` (it was used up) or ``"stopped"`` (another limit).
     """
 

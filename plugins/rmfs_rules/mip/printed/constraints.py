@@ -1,4 +1,4 @@
-"""Holds a solution against the printed constraints and names the first that it violates by the paper's number.
+"""Checks a solution by the printed constraints and names the first that it violates by the paper's number.
 
 The variables that follow from the lines' assignment (y_os, y_o, u_s, e_o, y_o^l) are derived here, so that a solution
 cannot claim another value for them; what is left to violate is named by the equation that a wrong solution breaks.

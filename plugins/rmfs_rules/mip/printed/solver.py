@@ -35,7 +35,7 @@ class Limits:
     gap
         Relative gap at which it stops.
     effort
-        What may be done in this period, by solver and searches together.
+        Limit of the period's work, by solver and searches together.
     """
 
     solver: Name = "highs"
@@ -114,7 +114,7 @@ def optimise(
     absolute_gap
         Distance between objective and bound that counts as proven; just below 1 where the objective is a whole number.
     seconds
-        What is left of `Limits.max_seconds`.
+        Seconds left of `Limits.max_seconds`.
     nodes
         Most nodes of branch and bound; None for any number.
     """

@@ -182,7 +182,7 @@ class Builder:
         bringing: dict[int, list[int]] = {}
         for pod in reduced.classes(wanted, value):
             if pod in period.inbound[station]:
-                continue  # it would bring nothing but scarce SKUs, and is there already
+                continue  # it would bring scarce SKUs only, and is there already
             column = self.model.x[pod, station] = program.column()
             self.objective[column] = 1.0
             if gains is not None:

@@ -63,7 +63,7 @@ def place_lines(
     lines
         Positions of the lines.
     kinds
-        What the places call each SKU.
+        Number of each SKU among the rows.
     """
     period, room = reduced.period, sum(reduced.period.capacities)
     placed: list[tuple[int, int]] = []
@@ -160,7 +160,7 @@ def fill_with_split_orders(
     free
         Returns the free places.
     kinds
-        What these call each SKU.
+        Number of each SKU among these.
     """
     sizes = reduced.sizes.tolist()
     best: tuple[list[int], AnyPlaces] = ([], free())

@@ -88,7 +88,7 @@ class Scarce:
     def brought(self, cuts: NDArray[np.int64], stations: int) -> Floats:
         """Return what `flow` gains at some cuts by each pod at a station outside: (pods, cuts).
 
-        A pod that is at a station outside already brings nothing more.
+        A pod that is at a station outside already adds no SKU.
         """
         covered = self.by_cut(stations)[self.sku][:, cuts]
         brought = np.minimum(self.number[:, None], np.maximum(self.demand[self.sku, None] - covered, 0.0))

@@ -40,12 +40,12 @@ class Completing:
     reduced
         The period.
     effort
-        What improving may cost.
+        Limit of the work for improving.
 
     Attributes
     ----------
     pods, skus, orders
-        What is numbered, ascending: positions of pods, SKU ids, positions of orders.
+        Numbered things, ascending: positions of pods, SKU ids, positions of orders.
     sizes
         Items of each order.
     open
@@ -197,7 +197,7 @@ def station_by_station(reduced: Reduced, weight: float, effort: Effort) -> Assig
     weight
         W_u.
     effort
-        What improving may cost.
+        Limit of the work for improving.
     """
     period = reduced.period
     completing = Completing(reduced, effort)

@@ -79,7 +79,7 @@ class ColumnGeneration:
     limits
         Solver and limits.
     seconds_left
-        What is left of the time limit; None for none.
+        Seconds left of the time limit; None for none.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class ColumnGeneration:
     least, prices
         With which it was found: no pattern is worth less than ``least`` at these prices of the types.
     pricing
-        What finds the patterns.
+        The search for patterns.
     """
 
     reduced: Reduced
@@ -250,9 +250,9 @@ def choose_among(
     sets
         The sets of pods.
     value
-        What the solution may cost, without the pods of P_s.
+        Highest cost of the solution, without the pods of P_s.
     seconds
-        What is left of the time limit; None for none.
+        Seconds left of the time limit; None for none.
 
     Returns
     -------

@@ -114,7 +114,7 @@ class Pricing:
         prices
             Of each type of orders.
         limit
-            What the patterns have to be worth less than.
+            Upper limit of the patterns' worth, itself excluded.
         """
         values = self.weight * self.sizes + prices
         most = float(self.weight * self.room)
@@ -142,7 +142,7 @@ class Pricing:
         prices
             Of each type of orders.
         limit
-            What they may be worth.
+            Upper limit of their worth.
         kept
             How many sets are returned at most.
 
@@ -173,9 +173,9 @@ class Pricing:
         number
             Number of pods in a set.
         values
-            What an order of each type counts.
+            Weight of an order of each type.
         least
-            What a set has to be worth.
+            Least worth of a set.
         kept
             How many sets are returned at most.
         """
@@ -243,7 +243,7 @@ class Pricing:
         prices
             Of each type of orders.
         seconds
-            What is left of the time limit; None for none.
+            Seconds left of the time limit; None for none.
         """
         period = self.reduced.period
         one = evolve(

@@ -30,7 +30,7 @@ class Program:
     rows
         Columns, their factors, ``"<"``, ``">"`` or ``"="``, and the right side.
     constant
-        What the objective is besides.
+        Constant part of the objective.
     """
 
     upper: list[float] = field(factory=list)
@@ -75,7 +75,7 @@ class Program:
         absolute_gap
             Distance between objective and bound that counts as proven.
         seconds
-            What is left of `Limits.max_seconds`.
+            Seconds left of `Limits.max_seconds`.
         """
         nodes = self._nodes(limits)
         if nodes == 0:

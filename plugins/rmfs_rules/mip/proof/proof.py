@@ -34,7 +34,7 @@ class Proof:
     splits
         How many orders may newly be split; None for any number.
     steps
-        What is tried, in this order: each may offer solutions and raise the bound.
+        Steps, tried in this order: each may offer solutions and raise the bound.
     bound
         No solution has a smaller objective (1).
     best
@@ -132,7 +132,7 @@ class Proof:
         parts
             Assigned lines.
         how
-            What found it; see `Solution.how`.
+            Step that found it; see `Solution.how`.
         """
         period = self.reduced.period
         before = {(pod, s) for s, pods in enumerate(period.inbound) for pod in pods}

@@ -34,7 +34,7 @@ def visits_for_few_splits(reduced: Reduced, number: int, splits: int, effort: Ef
     splits
         How many orders may newly be split.
     effort
-        What is left of the period's effort; the search takes from it.
+        Rest of the period's effort; the search takes from it.
     """
     orders, rooms = _Orders(reduced), np.array(reduced.capacities)
     stations = [visit % len(rooms) for visit in range(number)]

@@ -100,7 +100,7 @@ def proof_of(
     packing_capacity
         C of (18); None for no limit on split orders.
     steps
-        What is tried; all of `STEPS` when None, or of `STEPS_BY_ORDERS` where stations count orders.
+        Steps to try; all of `STEPS` when None, or of `STEPS_BY_ORDERS` where stations count orders.
     """
     if steps is None:
         steps = STEPS_BY_ORDERS if period.counting_orders else STEPS
@@ -286,7 +286,7 @@ def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
 def _as_whole(reduced: Reduced) -> Reduced:
     """Return the period with whole orders alone; single lines that are split over time are such orders each.
 
-    That is the same model then, but for a limit on splits.
+    That is the same model then, except for a limit on splits.
     """
     period = reduced.period
     if reduced.model is Model.INTEGRATED:

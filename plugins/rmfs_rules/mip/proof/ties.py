@@ -52,7 +52,7 @@ def break_ties(proof: Proof, tie_break: TieBreak) -> Solution:
     Parameters
     ----------
     proof
-        What was proven.
+        The proof.
     tie_break
         The second objective; ``"solver"`` for none.
     """

@@ -29,12 +29,10 @@ from calling import refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.serve import connections
-from rmfs_commands.serve.command import DECIDING
 from rmfs_commands.serve.connections import Connection
 from rmfs_commands.serve.openapi import openapi
 from rmfs_commands.serve.server import is_loopback, listen, url_of
 from rmfs_commands.serve.service import SMALL, Service
-from rmfs_commands.states import state
 from rmfs_core.errors import InputError
 
 Serve = Callable[..., tuple[subprocess.Popen[str], int]]
@@ -206,7 +204,6 @@ def test_ports_and_hosts_that_are_taken() -> None:
         port = first.getsockname()[1]
         with pytest.raises(InputError, match=r"cannot listen there: .*ddress already in use"):
             listen("127.0.0.1", port)
-    assert DECIDING == state.DECIDING
     with listen("localhost", 0) as here:
         assert is_loopback(here)
         assert url_of(here).endswith(f":{here.getsockname()[1]}")

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cases import cases
+from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.results.files import to_json
 from rmfs_commands.serve.app import MOST_WAITING, app_of
 from rmfs_commands.serve.process import BusyError, EndedError, LateError, RuleProcess
 from rmfs_commands.serve.service import SMALL, Reply, Service
 from rmfs_commands.serve.warehouses import MOST_KEPT, StaleError, Warehouses
 from rmfs_commands.states import decide, state_from_dict
-from rmfs_commands.states.state import DECIDING
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
@@ -270,11 +270,11 @@ class Client:
     Parameters
     ----------
     process
-        What decides.
+        The process that decides.
     most_bytes
         The longest request.
     hosts
-        What requests may call it.
+        Names by which requests may call it.
     """
 
     def __init__(self, process: Scripted, most_bytes: int = 1000, hosts: tuple[str, ...] | None = None) -> None:

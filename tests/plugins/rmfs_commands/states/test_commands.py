@@ -12,8 +12,7 @@ from calling import exit_code
 from cases import cases
 from installed import RMFS
 from rmfs_commands.cli.main import main
-from rmfs_commands.states import read_recording, state
-from rmfs_commands.states.decide_command import DECIDING
+from rmfs_commands.states import read_recording
 
 
 @pytest.fixture
@@ -93,7 +92,6 @@ def test_standard_input(by_hand: Any, capsys: Any, monkeypatch: Any, changes: di
 
 
 def test_what_can_be_asked(capsys: pytest.CaptureFixture[str]) -> None:
-    assert DECIDING == state.DECIDING
     main(["decide", "--schema"])
     assert json.loads(capsys.readouterr().out)["title"] == "rmfs decision state"
 

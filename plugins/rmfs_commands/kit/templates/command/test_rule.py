@@ -5,7 +5,7 @@ import rmfs
 
 
 def test_rmfs_has_it(capsys: pytest.CaptureFixture[str]) -> None:
-    """It is listed beside the others. (Its distribution has to be installed.)"""
+    """It is listed with the others. (Its distribution has to be installed.)"""
     rmfs.main(["--help"])
     assert "  the-rule " in capsys.readouterr().out
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class TheRule:
     """Show the assigning rule the oldest orders only.
 
-    It decides faster among fewer orders, and none waits for ever.
+    It decides faster among fewer orders, and none waits forever.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class TheRule:
     """Let robots rest where no pod stands, near the stations.
 
-    A robot that rests beneath a pod goes to the free storage location from which the drive to a station is shortest.
+    A robot that rests under a pod goes to the free storage location from which the drive to a station is shortest.
     Ties go to the lowest cell index.
     """
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def the_rule(
     section: LayoutSection, text: str | None, queue_length: int | None, place: str, *, lane_width: int = 1
 ) -> Layout:
-    """Make pairs of rows of storage locations beside aisles, with a picking station at the end of each aisle.
+    """Make pairs of rows of storage locations next to aisles, with a picking station at the end of each aisle.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def the_rule(
     queue_length
         ``stations.queue_length``: as many cells the queues have, 4 where it is None.
     place
-        What errors call the layout.
+        Name of the layout in errors.
     lane_width
         Width of the lanes at both ends of the aisles (cells); ``layout.parameters`` of a scenario sets it.
     """

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class TheRule:
     """Measure what share of the picks the busiest station has, and write the picks of each station to a file.
 
-    The file is ``the_rule.csv`` beside the results, where a run keeps some.
+    The file is ``the_rule.csv`` next to the results, where a run keeps some.
     """
 
     # How tables show what it measures: name, label, unit, digits, meaning.

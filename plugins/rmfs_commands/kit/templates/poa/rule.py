@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class TheRule:
     """Assign the smallest order first, to the station with the most room.
 
-    Small orders are done soon, and then the station has room again. So that large ones do not wait for ever, orders
+    Small orders are done soon, and then the station has room again. So that large ones do not wait forever, orders
     that have waited longer than ``patience_s`` go first, the oldest of them before the others.
 
     Parameters

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class TheRule:
     """Assign the bundle first whose SKU is wanted most, to the station with the most free places.
 
-    How much a SKU is wanted is its open demand per item in the bundle. So that nothing waits for ever, bundles that
+    How much a SKU is wanted is its open demand per item in the bundle. So that nothing waits forever, bundles that
     have waited longer than ``patience_s`` go first, the oldest of them before the others.
 
     Parameters
