@@ -73,7 +73,8 @@ def apply_assignments(
     for pod, station in trips:  # what the decision assigns comes before what was uncovered already
         warehouse.promises.promise_items(pod, station)
     if joint:
-        checks.covered(warehouse.stations, first)
+        if warehouse.next_request > first:
+            checks.covered(warehouse.stations, first)
         checks.wanted(trips)
     checks.packing(warehouse, packing_capacity, split)
     return decision

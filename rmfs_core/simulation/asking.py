@@ -21,6 +21,9 @@ from rmfs_core.warehouse import Warehouse
 from rmfs_core.wording import raised, shown_short
 
 T = TypeVar("T")
+_copied = [0]  # how often a process was copied down to this one: quicker to look at than its id
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=lambda: _copied.append(_copied.pop() + 1))
 
 
 class ImpossibleError(Exception):
@@ -154,7 +157,7 @@ class Asker:
         if observers is not None:
             question = self._question(rule, arguments)
             observers.call("rule_asked", question=question)
-        tables, start, process = travel.seconds, time.perf_counter(), os.getpid()
+        tables, start, copied = travel.seconds, time.perf_counter(), _copied[0]
         try:
             answer = called(**arguments) if self._limit_s is None else within(self._limit_s, called, arguments)
         except OverdueError as error:
@@ -166,7 +169,7 @@ class Asker:
                 raise
             raise self.error(rule, f"raised {raised(error, rule.instance)}", hook) from error
         finally:
-            if os.getpid() != process:  # a copy that the rule made, and would have simulate, and write, a second time
+            if _copied[0] != copied:  # a copy that the rule made, and would have simulate, and write, a second time
                 os._exit(1)
         seconds = time.perf_counter() - start
         self.seconds[name] += seconds

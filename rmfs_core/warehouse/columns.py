@@ -20,8 +20,8 @@ STORED, BUSY = -1, -2
 """Where a pod may leave from (`Stock.at`): its storage location, or nowhere; else the id of the station it leaves."""
 
 
-CAPACITY = np.dtype([(name, np.int64) for name in ("free", "load", "capacity", "counts_orders")])
-"""Capacity of a picking station, as `Station` has it: in items, or in orders where it counts these."""
+CAPACITY = np.dtype([(name, np.int64) for name in ("free", "load", "capacity", "counts_orders", "inbound")])
+"""Capacity of a picking station, as `Station` has it: in items, or in orders where it counts these; and its pods."""
 
 
 class Lines(NamedTuple):

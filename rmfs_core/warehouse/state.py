@@ -268,10 +268,11 @@ class Warehouse:
         return items
 
     def _book(self, station: Station) -> None:
-        """Write the capacity of a station to the records."""
+        """Write the capacity of a station, and how many pods are inbound, to the records."""
         self.changes += 1
         if station.picks:
-            self._capacities[station.id] = station.free_capacity, station._load, station.capacity, station.counts_orders
+            places, pods = (station.capacity, station.counts_orders), len(station._inbound)
+            self._capacities[station.id] = station.free_capacity, station._load, *places, pods
 
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
         """Decide a trip: the pod is bound for the station from now on. ``promise``: and its items are promised."""
@@ -279,7 +280,7 @@ class Warehouse:
         pod._itinerary.append(station.id)
         station._inbound[pod.id] = pod
         self.promises.count(pod, station, 1)
-        self.changes += 1
+        self._book(station)
         if pod._carrier is None:
             self.waiting[pod.id] = pod
         if promise:
@@ -489,10 +490,10 @@ class Warehouse:
         """End a visit: the robot leaves the line, and the pod is no longer bound for the station."""
         station._line.remove(robot)
         self.promises.count(pod, station, -1)
-        self.changes += 1
         self.columns.note(pod)
         pod._itinerary.remove(station.id)
         del station._inbound[pod.id]
+        self._book(station)
 
     def fulfil(self, request: Request, pod: Pod, *, handled: bool = True) -> None:
         """Pick an item of a request from a pod that stands at its station; ``handled``: and give its place back."""

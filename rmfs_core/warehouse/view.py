@@ -102,7 +102,8 @@ class WarehouseView(ReadOnly):
     def capacities(self) -> NDArray[np.void]:
         """Capacities of the picking stations, as records by id: ``free``, ``load``, ``capacity``, ``counts_orders``.
 
-        As `Station` has them, int64, shape (stations,). They hold for one call, later they change in place.
+        As `Station` has them, and ``inbound``: the number of its inbound pods. int64, shape (stations,). They hold for
+        one call, later they change in place.
         """
         return self._state.capacities
 

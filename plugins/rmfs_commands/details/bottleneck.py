@@ -180,6 +180,8 @@ class Bottleneck:
         self._beneath = [_Waits() for _ in run.warehouse.stations]
         self._queueing = [_Waits() for _ in run.warehouse.stations]
         self._given = [_Waits() for _ in run.warehouse.stations]
+        speeds, numbers = run.scenario.stations.speed, range(1, len(run.warehouse.stations) + 1)
+        self._speeds = [mean_speed(speeds.get(str(number), 1.0)) for number in numbers]
         self._orders = self._collect()
         self._share_out()
 
@@ -215,9 +217,8 @@ class Bottleneck:
     def _picking(self, station: int, items: int) -> int:
         """Return the ticks of picking items of an order one after the other, by mean times."""
         section = self._run.scenario.stations
-        speed = mean_speed(section.speed.get(str(station + 1), 1.0))
         begun_s = (section.order_s or 0) + (section.line_s or 0) + section.pick_s
-        return to_ticks((begun_s + (items - 1) * section.handle_s) / speed)
+        return to_ticks((begun_s + (items - 1) * section.handle_s) / self._speeds[station])
 
     def _collect_left(self, order: int, arrival: int) -> None:
         """Collect what an order waited for until the end, or was cancelled, as far as that is known."""
@@ -251,7 +252,7 @@ class Bottleneck:
         pieces, number = self._pieces(), len(self._stations)
         begins = pieces.bounds[:-1]
         busy, idle, short, waiting, stuck, wanted, most = (np.zeros(len(begins), dtype=np.int64) for _ in range(7))
-        duration = np.diff(pieces.bounds.clip(self._begin, self._end))
+        duration, levels = np.diff(pieces.bounds.clip(self._begin, self._end)), list[tuple[Ticks, Ticks, Ticks]]()
         for number_of, station in enumerate(self._stations):
             here, wanting, open_ = pieces.of(station)
             self._lengths.append((int(duration @ here), int(duration @ wanting), int(duration @ open_)))
@@ -260,20 +261,20 @@ class Bottleneck:
             idle += open_ - wanting
             short += np.where(beneath > 0, wanting - here, 0)
             waiting += np.where(beneath > 0, 0, wanting - here)
-            stuck += beneath + station.queue.at(begins)
-            wanted += station.requests.at(begins)
-            most = np.maximum(most, station.requests.at(begins))
+            known, held_up = station.requests.at(begins), beneath + station.queue.at(begins)
+            levels.append((here, known, held_up))
+            stuck += held_up
+            wanted += known
+            most = np.maximum(most, known)
         closed = (number - busy - idle - short - waiting) / number
         shut = self._shut_by_rule(begins, closed)
         even = wanted / np.maximum(busy + idle + short + waiting, 1)
         held_back = most <= np.ceil(even)  # no station has more than its share
         uneven = np.zeros(len(begins))
         none_free = self._robots.free.at(begins) == 0
-        for number_of, station in enumerate(self._stations):
-            here, known = pieces.of(station)[0], station.requests.at(begins)
-            beneath = pieces.beneath(self._robots.beneath_for.get(number_of, []))
+        for number_of, (here, known, held_up) in enumerate(levels):
             beyond = np.maximum(1 - even / np.maximum(known, 1), 0.0) * (1 - closed)
-            uneven += beyond * (beneath + station.queue.at(begins))
+            uneven += beyond * held_up
             shares = {"spread": here * beyond, "hours": here * (closed - shut), "closed": here * shut}
             shares["pickers"] = here * (1 - beyond - closed)
             self._add(self._beneath[number_of], pieces, shares | {"queues": 1 - here})

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import sys
 from array import array
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rmfs_core.clock import to_seconds
@@ -91,6 +91,9 @@ TABLE_FILES = {
     "periods": ("periods.csv", PERIOD_COLUMNS),
 }
 
+AT_ONCE = 256
+"""Decisions that become rows of periods.csv together."""
+
 
 class _Rows:
     """Rows kept as columns, numbers as bare ones (NaN where there is none): a run of days has very many."""
@@ -103,6 +106,10 @@ class _Rows:
     def add(self, *values: Any) -> None:
         for append, value in zip(self._append, values, strict=True):
             append(value)
+
+    def extend(self, rows: Iterable[tuple[Any, ...]]) -> None:
+        for column, values in zip(self.columns.values(), zip(*rows, strict=True), strict=False):
+            column.extend(values)
 
     def rows(self) -> list[Row]:
         shown = [(name, finite if kind is float else kind) for name, kind in self.types.items()]
@@ -131,6 +138,7 @@ class Tables:
         self.instance = instance
         self._arrived = {} if refilled else {i: order.arrival_tick for i, order in enumerate(instance.orders)}
         self._visits, self._periods = _Rows(VISIT_COLUMNS), _Rows(PERIOD_COLUMNS)
+        self._decisions: list[DecisionMade] = []
         self._parts: dict[int, dict[tuple[int, int], None]] = {}
         self._assigned: dict[int, int] = {}
         self._completed: dict[int, int] = {}
@@ -172,20 +180,14 @@ class Tables:
         self._visits.columns["end_s"][event.visit - 1] = event.time_s
 
     def _decided(self, event: DecisionMade) -> None:
-        self._periods.add(
-            event.period,
-            event.time_s,
-            event.decides.label,
-            event.rule,
-            event.backlog,
-            event.assignments,
-            event.trips,
-            sys.intern(event.status),
-            math.nan if event.objective is None else event.objective,
-            math.nan if event.bound is None else event.bound,
-            bool(event.stopped_early),
-            event.wall_s,
-        )
+        self._decisions.append(event)
+        if len(self._decisions) == AT_ONCE:
+            self._take_in()
+
+    def _take_in(self) -> None:
+        """Turn decisions into rows: many at once are quicker, and all of a run would take much memory."""
+        self._periods.extend(map(_period, self._decisions))
+        self._decisions.clear()
 
     @property
     def visits(self) -> list[Row]:
@@ -195,6 +197,7 @@ class Tables:
     @property
     def periods(self) -> list[Row]:
         """Rows of periods.csv."""
+        self._take_in()
         return self._periods.rows()
 
     @property
@@ -227,6 +230,23 @@ class Tables:
             **({"route": order.route or ""} if routed else {}),
             **({"cancelled_s": _seconds(self._cancelled.get(i))} if cancelled else {}),
         }
+
+
+def _period(event: DecisionMade) -> tuple[Any, ...]:
+    return (
+        event.period,
+        event.time_s,
+        event.decides.label,
+        event.rule,
+        event.backlog,
+        event.assignments,
+        event.trips,
+        sys.intern(event.status),
+        math.nan if event.objective is None else event.objective,
+        math.nan if event.bound is None else event.bound,
+        bool(event.stopped_early),
+        event.wall_s,
+    )
 
 
 def _seconds(tick: int | None, since: int | None = 0) -> float | None:

@@ -182,7 +182,7 @@ class Pairs:
 
     def _may_fit(self) -> bool:
         """Whether an order may fit anywhere: a station has room, or an order a place at one."""
-        return bool(self._at.placed.shape[1] or self._free.max(initial=0) > 0)
+        return bool(self._at.placed.shape[1] or max(self._free.tolist(), default=0) > 0)
 
     def _preferred(self, row: int, prefer: Prefer | None) -> int:
         """Return the station that takes an order, of those where it fits; -1: it fits nowhere."""

@@ -156,13 +156,13 @@ def worth(stock: Stock, pods: Ids, wanted: Ids) -> Ids:
     wanted
         Items wanted by SKU, shape (n_skus,).
     """
-    sums: Ids = _search().worth(stock, pods, wanted)
+    sums: Ids = _search().worth(stock.of_pod, stock.sku, stock.items, pods, wanted)
     return sums
 
 
 def held(stock: Stock, values: Ids) -> Ids:
     """Return of all pods the sum of values by SKU, whole numbers, over the SKUs that each has free, shape (pods,)."""
-    sums: Ids = _search().held(stock, values)
+    sums: Ids = _search().held(stock.of_pod, stock.sku, stock.items, values)
     return sums
 
 
@@ -170,8 +170,8 @@ def load() -> None:
     """Load what is compiled, or compile it, by a decision without pods."""
     search, stock = _search(), stock_of((), 1)
     search.servers(tuple(stock), np.zeros(0, np.int64), np.zeros(1, np.int64), 0, True)
-    search.worth(stock, np.zeros(0, np.int64), np.zeros(1, np.int64))
-    search.held(stock, np.zeros(1, np.int64))
+    worth(stock, np.zeros(0, np.int64), np.zeros(1, np.int64))
+    held(stock, np.zeros(1, np.int64))
 
 
 def ticks_from(warehouse: WarehouseView, cells: Ids, station: Station) -> Ids:

@@ -52,20 +52,21 @@ def servers(columns: Plain, at: Ids, skus: Ids, station: int, fetch: bool) -> Id
 
 
 @njit(cache=True)
-def worth(stock: Stock, pods: Ids, wanted: Ids) -> Ids:
-    """Of each pod the sum over its SKUs of min(free items, items wanted)."""
+def worth(of_pod: Ids, sku: Ids, items: Ids, pods: Ids, wanted: Ids) -> Ids:
+    """Of each pod the sum over its SKUs of min(free items, items wanted); of `Stock` it takes what it reads."""
     sums = np.zeros(len(pods), np.int64)
     for i in range(len(pods)):
-        for entry in range(stock.of_pod[pods[i]], stock.of_pod[pods[i] + 1]):
-            sums[i] += min(stock.items[entry], wanted[stock.sku[entry]])
+        for entry in range(of_pod[pods[i]], of_pod[pods[i] + 1]):
+            sums[i] += min(items[entry], wanted[sku[entry]])
     return sums
 
 
 @njit(cache=True)
-def held(stock: Stock, values: Ids) -> Ids:
-    """Of all pods the sum of values by SKU over the SKUs that each has free."""
-    sums = np.zeros(len(stock.at), np.int64)
-    for entry in range(len(stock.items)):
-        if stock.items[entry] > 0:
-            sums[stock.pod[entry]] += values[stock.sku[entry]]
+def held(of_pod: Ids, sku: Ids, items: Ids, values: Ids) -> Ids:
+    """Of all pods the sum of values by SKU over the SKUs that each has free; of `Stock` it takes what it reads."""
+    sums = np.zeros(len(of_pod) - 1, np.int64)
+    for pod in range(len(sums)):
+        for entry in range(of_pod[pod], of_pod[pod + 1]):
+            if items[entry] > 0:
+                sums[pod] += values[sku[entry]]
     return sums

@@ -9,8 +9,8 @@ import numpy as np
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.warehouse import columns_of, stock_of
-from rmfs_rules.pod_index.period import MOST_STEPS, NEVER, Ints, Stations, Weights, next_urgent
+from rmfs_core.warehouse import CAPACITY, columns_of, shown, stock_of
+from rmfs_rules.pod_index.period import MOST_STEPS, NEVER, NONE, Ints, Weights, next_urgent
 from rmfs_rules.pod_index.turns import decide
 
 if TYPE_CHECKING:
@@ -40,15 +40,6 @@ def ticks_to(stations: Sequence[Station], warehouse: WarehouseView) -> Ints:
     return np.array([warehouse.travel.times_to(station.cell, True).min(axis=1) for station in stations])
 
 
-def told(warehouse: WarehouseView, without: Station | None = None) -> Stations:
-    """Return the stations as compiled code takes them; ``without`` takes nothing now."""
-    free, load, capacity, counts = warehouse.capacities.view(np.int64).reshape(-1, 4).T.copy()
-    inbound = [len(station.inbound_pods) for station in warehouse.stations]
-    if without is not None:
-        free[without.id] = 0
-    return Stations(free, load, capacity, np.array(inbound, np.int64), counts, (free > 0).astype(np.int64))
-
-
 def decision(
     warehouse: WarehouseView, weights: Weights, ticks: Ints, room: int | None, without: Station | None
 ) -> tuple[JointDecision, int]:
@@ -58,19 +49,17 @@ def decision(
     -------
     The decision, and the tick until which nothing can be, as `decide` says.
     """
-    stations = told(warehouse, without)
-    if not any(stations.going_on.tolist()):
-        return NOTHING, warehouse.now_tick
-    lines = warehouse.lines
-    counting = [station for station in warehouse.stations if station.counts_orders]
+    lines, stations = warehouse.lines, warehouse.stations
+    counting = [station for station in stations if station.counts_orders]
     # The last order for those that are not there
-    placed = np.zeros((len(stations.room), len(lines.items) + 1), np.bool_) if counting else NOWHERE
+    placed = np.zeros((len(stations), len(lines.items) + 1), np.bool_) if counting else NOWHERE
     for station in counting:
         ids = {request.order.id for request in station.open_requests}
         placed[station.id, lines.row[[order for order in ids if order < len(lines.row)]]] = True
     weights = waiting(warehouse, weights if room is None else weights._replace(packing=True))
-    columns = tuple(lines), tuple(warehouse.stock), tuple(weights), tuple(stations)
-    takes, sends, until = decide(*columns, placed, ticks, warehouse.now_tick, room or 0)
+    columns = tuple(lines), tuple(warehouse.stock), tuple(weights), warehouse.capacities
+    shut = NONE if without is None else without.id
+    takes, sends, until = decide(*columns, shut, placed, ticks, warehouse.now_tick, room or 0)
     if not len(takes) and not len(sends):
         return NOTHING, until
     parts: dict[tuple[int, int], list[int]] = {}
@@ -91,18 +80,16 @@ def waiting(warehouse: WarehouseView, weights: Weights) -> Weights:
 
 def wake_s(warehouse: WarehouseView, weights: Weights) -> float | None:
     """Return when the ages of the lines of a pod will add up, if a station could take it then; None for never."""
-    weights, stations = waiting(warehouse, weights), told(warehouse)
-    able = stations.room[stations.inbound < weights.most_pods].any() and stations.load.any()
-    if not (able and weights.urge_ticks):
+    weights = waiting(warehouse, weights)
+    if not weights.urge_ticks:
         return None
-    columns = tuple(warehouse.lines), tuple(warehouse.stock), tuple(weights), tuple(stations)
+    columns = tuple(warehouse.lines), tuple(warehouse.stock), tuple(weights), warehouse.capacities
     tick = next_urgent(*columns, warehouse.now_tick)
     return None if tick == NEVER else to_seconds(tick)
 
 
 def prepare(weights: Weights) -> None:
     """Load compiled code, or compile it."""
-    stations = tuple(np.zeros((6, 1), np.int64))
-    columns = tuple(columns_of((), 1)), tuple(stock_of((), 1)), tuple(weights), stations
-    decide(*columns, NOWHERE, np.zeros((1, 1), np.int64), 0, 0)
+    columns = tuple(columns_of((), 1)), tuple(stock_of((), 1)), tuple(weights), shown(np.zeros(1, CAPACITY))
+    decide(*columns, NONE, NOWHERE, np.zeros((1, 1), np.int64), 0, 0)
     next_urgent(*columns, 0)

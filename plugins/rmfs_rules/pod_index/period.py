@@ -145,6 +145,16 @@ def needed(load: int, capacity: int, weights: Weights) -> int:
 
 
 @njit(cache=True)
+def stations_of(capacities: NDArray[np.void], without: int) -> Stations:
+    """Return the stations as they are when a period begins; ``without``, if not `NONE`, takes nothing now."""
+    room = capacities["free"].copy()
+    if without != NONE:
+        room[without] = 0
+    load, capacity, inbound = capacities["load"].copy(), capacities["capacity"].copy(), capacities["inbound"].copy()
+    return Stations(room, load, capacity, inbound, capacities["counts_orders"].copy(), (room > 0).astype(np.int64))
+
+
+@njit(cache=True)
 def least_needed(stations: Stations, weights: Weights) -> int:
     """Return the least of what is needed at the stations that take another pod, `NEVER` where none does."""
     least = NEVER
@@ -166,11 +176,11 @@ def soonest(number: Ints, arrivals: Ints, need: int, base_ticks: int, now: int) 
 
 
 @njit(cache=True)
-def next_urgent(lines: Plain, stock: Plain, weights: Plain, stations: Plain, now: int) -> int:
+def next_urgent(lines: Plain, stock: Plain, weights: Plain, capacities: NDArray[np.void], now: int) -> int:
     """Return the next tick at which a pod is wanted enough, `NEVER` for never; arguments as in `decide`."""
-    given = Weights(*weights)
-    need = least_needed(Stations(*stations), given)
-    if need == NEVER or not given.urge_ticks:
+    given, stations = Weights(*weights), stations_of(capacities, NONE)
+    need = least_needed(stations, given)
+    if need == NEVER or not (given.urge_ticks and stations.load.any()):
         return NEVER
     _, number, arrivals = count_lines(Lines(*lines), Stock(*stock))
     return soonest(number, arrivals, need, given.base_ticks, now)  # type: ignore[no-any-return]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.jit import inlined, njit
@@ -19,14 +20,17 @@ if TYPE_CHECKING:
 
 @njit(cache=True)
 def decide(
-    open_lines: Plain, pods: Plain, given: Plain, at: Plain, placed: Bools, ticks: Ints, now: int, packing: int,
+    open_lines: Plain, pods: Plain, given: Plain, capacities: NDArray[np.void], without: int,
+    placed: Bools, ticks: Ints, now: int, packing: int,
 ) -> tuple[Ints, Ints, int]:  # fmt: skip
     """Let stations take their turns, fewest pods first, until all are through.
 
     Parameters
     ----------
-    open_lines, pods, given, at
-        Arrays of `Lines`, `Stock`, the parameters of the rule, and `Stations`, which are changed.
+    open_lines, pods, given
+        Arrays of `Lines`, `Stock` and the parameters of the rule.
+    capacities, without
+        Stations, as the kernel has them; id of one that takes nothing now, or `NONE`.
     placed
         As `Period` has it; it is changed.
     ticks
@@ -39,7 +43,8 @@ def decide(
     `Period.takes` and `Period.sends`; and the tick until which there is nothing to decide while nothing but the time
     changes: that of now where something may be.
     """
-    lines, stock, weights, stations = Lines(*open_lines), Stock(*pods), Weights(*given), Stations(*at)
+    lines, stock, weights = Lines(*open_lines), Stock(*pods), Weights(*given)
+    stations = period.stations_of(capacities, without)
     n_skus, n_pods, n_lines = len(lines.number), len(stock.at), lines.number.sum()
     need, covered = period.least_needed(stations, weights), covers(lines, stock, stations)
     waits = weights.urge_ticks > 0 and stations.load.any()  # else no pod waits to be wanted enough

@@ -50,7 +50,9 @@ class PodMatch(PairOptions):
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
         taken = Counter[tuple[int, int]]()  # items by pod and SKU that go to orders of this decision
-        extra = np.array([-self.spread * station.open_items for station in warehouse.stations], np.float64)
+        extra = np.zeros(len(warehouse.stations))
+        if self.spread:
+            extra -= [self.spread * station.open_items for station in warehouse.stations]
 
         def take(pairs: Pairs, station: Station, row: int) -> None:
             extra[station.id] -= self.spread * pairs.lines.items[row]

@@ -212,7 +212,8 @@ class Run(RuleBasedStateMachine):
         assert (free.pod.tolist(), free.sku.tolist()) == (stock.pod.tolist(), stock.sku.tolist())
         assert free.number.tolist() == stock.items.tolist()
         assert view.capacities.tolist() == [
-            (one.free_capacity, one.load, one.capacity, one.counts_orders) for one in view.stations
+            (one.free_capacity, one.load, one.capacity, one.counts_orders, len(one.inbound_pods))
+            for one in view.stations
         ]
         at = [pod for pod in stock.at.tolist() if pod < 0]
         what = (
