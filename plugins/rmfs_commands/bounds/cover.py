@@ -40,10 +40,13 @@ class Cover:
         No cover costs less.
     how
         ``"optimal"`` where one costs no more; otherwise how far that was proven.
+    pods
+        Ids of the pods of the cheapest cover that was found; none where parts of pods may be taken.
     """
 
     cost: int
     how: str
+    pods: tuple[int, ...] = ()
 
 
 def cheapest_cover(
@@ -71,8 +74,9 @@ def cheapest_cover(
     if not demand:
         return Cover(0, "optimal")
     row_of = {sku: row for row, sku in enumerate(demand)}
-    pods = [(costs[p], _column(pod.contents, demand)) for p, pod in enumerate(instance.pods)]
-    pods = [(cost, column) for cost, column in pods if column]
+    columns = [(p, _column(pod.contents, demand)) for p, pod in enumerate(instance.pods)]
+    ids = [p for p, column in columns if column]
+    pods = [(costs[p], column) for p, column in columns if column]
     model = HighsLp()
     model.num_col_, model.num_row_ = len(pods), len(demand)
     model.col_cost_ = np.array([cost for cost, _ in pods], dtype=float)
@@ -103,7 +107,9 @@ def cheapest_cover(
         bound, how = _dual_bound(model, solver.getSolution().row_dual), "linear relaxation"
     else:
         bound, how = solver.getInfo().mip_dual_bound, "optimal" if optimal else "as far as proven in the limit of nodes"
-    return Cover(math.ceil(max(bound, 0.0) * (1 - TOLERANCE) - TOLERANCE), how)
+    taken = [] if relaxed else solver.getSolution().col_value
+    found = tuple(p for p, share in zip(ids, taken, strict=False) if share > 0.5)
+    return Cover(math.ceil(max(bound, 0.0) * (1 - TOLERANCE) - TOLERANCE), how, found)
 
 
 def _dual_bound(model: Any, prices: Sequence[float]) -> float:

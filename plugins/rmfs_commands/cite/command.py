@@ -17,8 +17,9 @@ def cite(what: tuple[str, ...], as_json: bool, no_inline_rules: bool) -> None:
     """Print BibTeX entries of rmfs and of the sources of rules.
 
     WHAT is the folder of a run or comparison, a scenario or experiment (a file, or the name of a shipped one), or a
-    rule (the name of an installed one, or ./file.py:Class). Comments above an entry say which rules name this source,
-    and what they take from it. Rules of your own are cited by the section "References" of their docstrings.
+    rule (the name of an installed one, or ./file.py:Class), or `benchmark`, the set of `rmfs benchmark`. Comments above
+    an entry say which rules name this source, and what they take from it. Rules of your own are cited by the section
+    "References" of their docstrings.
     """
     from attrs import asdict
 

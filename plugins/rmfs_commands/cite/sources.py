@@ -29,7 +29,9 @@ from rmfs_core.scenario.tomltext import read_toml
 from rmfs_core.wording import did_you_mean
 
 RMFS, CITATION = "rmfs", "CITATION.cff"
-EXPECTED = "a rule, a scenario, an experiment, or the folder of a run or comparison"
+SET, SET_VERSION = "benchmark", "1"
+"""Name by which `rmfs cite` is asked for the instances of `rmfs benchmark`, and the version of the set."""
+EXPECTED = "a rule, a scenario, an experiment, the folder of a run or comparison, or benchmark"
 
 
 @frozen
@@ -65,7 +67,10 @@ def cited(what: Iterable[str], *, allow_inline: bool = True) -> list[Cited]:
     """
     installed = {rule.name: rule for rule in installed_rules()}
     named: dict[str, list[Reference]] = {}
+    of_set = [Cited(_instances(), {SET: ""})] if SET in (what := [*what]) else []
     for one in what:
+        if one == SET:
+            continue
         for rule, text in _references(one, installed, allow_inline):
             named.setdefault(rule, references_in(text))
     pairs = [(rule, reference) for rule, references in named.items() for reference in references]
@@ -73,7 +78,7 @@ def cited(what: Iterable[str], *, allow_inline: bool = True) -> list[Cited]:
     rules: dict[str, dict[str, str]] = {title: {} for title in entries}
     for rule, reference in pairs:
         rules[reference.title][rule] = reference.note
-    return [Cited(_software(), {RMFS: ""}), *(Cited(entry, rules[title]) for title, entry in entries.items())]
+    return [Cited(_software(), {RMFS: ""}), *of_set, *(Cited(entry, rules[title]) for title, entry in entries.items())]
 
 
 def _references(one: str, installed: Mapping[str, RuleDescription], allow_inline: bool) -> Iterator[tuple[str, str]]:
@@ -203,6 +208,13 @@ def _software() -> Reference:
     now = version(RMFS)  # in a note, for classic styles of BibTeX know neither its field nor @software
     told = {"author": CORPORATE, "title": title, "note": f"Version {now}", "year": _year(now), "url": _address()}
     return Reference("misc", RMFS, told)
+
+
+def _instances() -> Reference:
+    title = f"The rmfs benchmark set, version {SET_VERSION}: instances for robotic mobile fulfillment systems"
+    now = version(RMFS)
+    told = {"author": CORPORATE, "title": title, "note": f"With rmfs {now}", "year": _year(now), "url": _address()}
+    return Reference("misc", f"{RMFS}-{SET}", told)
 
 
 def _year(of: str) -> str:

@@ -51,7 +51,7 @@ def generate_instance(section: InstanceSection, seed: int) -> Instance:
     if section.replenishment is not None and section.replenishment.process in ("reorder-point", "poisson"):
         left[left > 0] = _ENOUGH  # it is brought when it runs out
     orders = _draw_orders(section, left, stream(seed, "orders"))
-    arrivals = _draw_arrivals(section, len(orders), stream(seed, "arrivals"))
+    arrivals = draw_arrivals(section, len(orders), stream(seed, "arrivals"))
     due = _draw_due(section.due, arrivals, stream(seed, "due times"))
     held = sorted({sku for contents in pods for sku in contents})
     new_id = {sku: i for i, sku in enumerate(held)}
@@ -164,7 +164,7 @@ def _bring_together(
                 skus[i] = mate
 
 
-def _draw_arrivals(section: InstanceSection, orders: int, rng: Generator) -> list[int]:
+def draw_arrivals(section: InstanceSection, orders: int, rng: Generator) -> list[int]:
     """Return the tick at which each order arrives, ascending."""
     arrivals = section.arrivals
     if arrivals.process in ("start", "refill"):

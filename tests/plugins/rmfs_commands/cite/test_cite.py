@@ -34,8 +34,8 @@ def test_bibtex_json_and_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     assert found["dinkelbach1967nonlinear"]["fields"]["year"] == "1967"
     assert exit_code("cite", "nothing-of-it") == 2
     assert capsys.readouterr().err == (
-        'Error: rmfs cite: found "nothing-of-it"; expected a rule, a scenario, an experiment, or the folder of a '
-        "run or comparison\n"
+        'Error: rmfs cite: found "nothing-of-it"; expected a rule, a scenario, an experiment, the folder of a '
+        "run or comparison, or benchmark\n"
     )
 
 

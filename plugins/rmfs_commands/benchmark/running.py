@@ -1,0 +1,82 @@
+"""One rule set on instances of the set, run as experiments are: finished runs are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from attrs import frozen
+
+from rmfs_commands.benchmark.sets import Frozen
+from rmfs_commands.experiments import Base, Experiment, ExperimentResult, Job, RuleSetChoice, Watcher, run_experiment
+from rmfs_core.errors import InputError
+from rmfs_core.scenario.overrides import parse_override
+from rmfs_core.scenario.tomltext import read_toml
+
+
+@frozen
+class OneSeedEach(Experiment):
+    """An experiment that runs each base with its own seed only."""
+
+    def jobs(self, *, allow_inline_rules: bool = True) -> list[Job]:
+        """Return a run for each base."""
+        own = {base.name: base.scenario.seed for base in self.bases}
+        jobs = super().jobs(allow_inline_rules=allow_inline_rules)
+        return [job for job in jobs if job.seed == own[job.axes["scenario"]]]
+
+
+def rules_given(texts: Sequence[str]) -> dict[str, Any]:
+    """Return the rules that texts name: ``poa_pps=pod-index``, or a TOML file with a section ``[rules]``.
+
+    Raises
+    ------
+    InputError
+        When a text is neither.
+    """
+    found: dict[str, Any] = {}
+    for text in texts:
+        if text.endswith(".toml"):
+            try:
+                table = read_toml(Path(text).read_bytes().decode("utf-8-sig")).get("rules")
+            except (OSError, ValueError) as error:
+                raise InputError(text, f"cannot be read: {error}") from error
+            if not isinstance(table, Mapping):
+                raise InputError(text, "expected a section [rules]")
+            found |= table
+        else:
+            override = parse_override(text)
+            if len(override.path) != 1:
+                raise InputError(f"--rules {text}", "expected KEY=RULE, as in poa_pps=pod-index, or a TOML file")
+            found[override.path[0]] = override.value
+    if not found:
+        raise InputError("--rules", "expected KEY=RULE, as in poa_pps=pod-index, or a TOML file with [rules]")
+    return found
+
+
+def run_on(
+    instances: Sequence[Frozen],
+    rules: Mapping[str, Any],
+    store: Path,
+    *,
+    jobs: int | None = None,
+    dask: str | None = None,
+    watcher: Watcher | None = None,
+    allow_inline_rules: bool = True,
+) -> ExperimentResult:
+    """Run rules on instances, each with its own seed, as `run_experiment` does; a row's ``scenario`` names it."""
+    experiment = OneSeedEach(
+        name="benchmark",
+        bases=tuple(Base(one.name, one.with_rules(rules)) for one in instances),
+        rule_sets=(RuleSetChoice("rules"),),
+        seeds=tuple(dict.fromkeys(one.scenario.seed for one in instances)),
+        baseline="rules",
+    )
+    return run_experiment(
+        experiment,
+        store=store,
+        jobs=jobs,
+        dask=dask,
+        watcher=watcher,
+        allow_inline_rules=allow_inline_rules,
+    )

@@ -1,0 +1,53 @@
+"""Fill in what belongs to the benchmark set: checksums, bounds, and the table of best known values on its page.
+
+    python tools/benchmark_set.py --bounds              # bounds.json, minutes
+    python tools/benchmark_set.py --add FILE            # claims that `rmfs benchmark` has written
+    python tools/benchmark_set.py                       # the page
+
+The set is frozen: checksums are only ever compared (tests/plugins/rmfs_commands/benchmark/test_benchmark.py).
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+
+from rmfs_commands.benchmark import claims, table
+from rmfs_commands.benchmark.sets import benchmark_set
+from rmfs_commands.bounds import bounds_of
+from rmfs_commands.results.files import to_json
+
+PAGE = Path("docs/reference/benchmark-set.md")
+FOLDER = Path(claims.__file__).parent
+BEGIN, END = "% table: python tools/benchmark_set.py\n", "% end of the table\n"
+
+
+def main() -> None:
+    """Do what the arguments say."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--bounds", action="store_true")
+    parser.add_argument("--add", type=Path)
+    given = parser.parse_args()
+    chosen = benchmark_set()
+    if given.bounds:
+        found = {}
+        for one in chosen.instances.values():
+            proven = bounds_of(one.scenario, one.objectives)
+            found[one.name] = {bound.metric: bound.value for bound in proven if bound.value is not None}
+            print(one.name, found[one.name], flush=True)
+        lines = ",\n".join(f" {to_json(name)}: {to_json(values)}" for name, values in found.items())
+        (FOLDER / table.BOUNDS_FILE).write_text(f"{{\n{lines}\n}}\n", "utf-8")
+    known = claims.read_claims()
+    if given.add is not None:
+        known = claims.without_beaten(known + claims.read_claims(given.add), chosen)
+        (FOLDER / claims.FILE).write_text("".join(map(claims.claim_line, known)), "utf-8")
+    instances = list(chosen.instances.values())
+    text = table.page_table(instances, list(table.best_known(instances, known)))
+    page = PAGE.read_text("utf-8")
+    pattern = f"(?<={re.escape(BEGIN)}).*(?={re.escape(END)})"
+    PAGE.write_text(re.sub(pattern, lambda _: f"\n{text}\n", page, flags=re.DOTALL), "utf-8")
+
+
+if __name__ == "__main__":
+    main()
