@@ -493,6 +493,11 @@ class Warehouse:
         if handled:
             self.release(request)
 
+    @staticmethod
+    def request_in_hand(station: Station) -> Request | None:
+        """Return the request of which an item is picked and not yet handled at a station."""
+        return station._in_hand
+
     def close(self, request: Request) -> None:
         """Take a picked item, the oldest of a request, off the books; its place is kept until `release`."""
         station = self.stations[request.station]

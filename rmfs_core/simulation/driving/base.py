@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Generator
+from collections.abc import Generator, Iterable, Sequence
 from typing import Any
 
 import simpy
@@ -16,6 +16,7 @@ from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
 from rmfs_core.simulation.context import RunContext
+from rmfs_core.simulation.resuming import Going
 from rmfs_core.traffic import Traffic
 from rmfs_core.traffic.paths import Rows, Stop, ends_of
 from rmfs_core.warehouse import Robot, Station
@@ -100,6 +101,37 @@ class Driving:
         self.under_way: dict[int, tuple[Robot, int, int, int, int, int]] = {}
         """By robot, what `arrive` is called with at the end of its leg."""
 
+    @property
+    def standing(self) -> list[list[Robot]]:
+        """Robots that stand in a line and wait until it moves, in the order in which they are woken, by station."""
+        return []
+
+    def begin(self) -> None:
+        """Let robots begin, or go on, on their own."""
+
+    def told(self, event: simpy.Event) -> Any:
+        """Return what an event that is to happen is for; None where nothing comes of it."""
+        going = event.value
+        if not (isinstance(going, Going) and going.kind == "leg"):
+            return going
+        _, to, wait, _, start, _ = self.under_way[going.robot or 0]
+        return going._replace(since=start, legs=((to, wait), *map(tuple, self.legs_left(going.robot or 0))))
+
+    def legs_left(self, robot: int) -> Iterable[Sequence[int]]:
+        """Return cell and wait of the legs that a robot drives after that under way."""
+        raise NotImplementedError
+
+    def with_place(self, going: Going) -> Going:
+        """Return what is going on with what else is known of its robot."""
+        return going
+
+    def go_on(self, robot: Robot, going: Going) -> None:
+        """Take in a robot that is where a state has it, with what is going on there."""
+
+    def finish(self, robot: Robot, going: Going) -> Process:
+        """Let a story wait until its robot has driven the legs that a state tells of."""
+        yield from ()
+
     # What each way does for the story
 
     def place(self, robot: Robot, station: Station) -> None:
@@ -148,7 +180,7 @@ class Driving:
     ) -> simpy.Event:
         """Let a robot be on a leg that began at ``start``; return what happens when it is to `arrive`."""
         self.under_way[robot.id] = robot, to, wait, heading, start, turn_ticks
-        return self.run.after(arrival - self.run.warehouse.now)
+        return self.run.after(arrival - self.run.warehouse.now, Going("leg", robot.id))
 
     def cut_off(self) -> None:
         """Put robots under way in the last cells whose centres they have passed: the run is over."""

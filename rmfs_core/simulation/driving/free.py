@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Iterable, Sequence
+
 import simpy
 
 from rmfs_core.clock import UNREACHABLE, to_seconds
 from rmfs_core.events import QueueJoined
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Driving, Process
+from rmfs_core.simulation.resuming import Going
 from rmfs_core.warehouse import Robot, Station
 
 
@@ -20,10 +24,31 @@ class FreeDriving(Driving):
     def __init__(self, run: RunContext) -> None:
         super().__init__(run)
         self._line_moved: list[simpy.Event] = [run.env.event() for _ in run.warehouse.stations]
+        self._standing: list[list[Robot]] = [[] for _ in run.warehouse.stations]
+        self._left: dict[int, deque[list[int]]] = {}
+
+    @property
+    def standing(self) -> list[list[Robot]]:
+        """Robots that wait until their line moves."""
+        return self._standing
+
+    def legs_left(self, robot: int) -> Iterable[Sequence[int]]:
+        """Return the legs of a robot after that under way."""
+        return self._left[robot]
+
+    def finish(self, robot: Robot, going: Going) -> Process:
+        """Drive the legs that are left; who has come to the end of a line joins it there."""
+        legs = deque([cell, wait] for cell, wait in going.legs)
+        yield from self._follow(robot, legs, going.since)
+        if going.legs and robot.pod is not None and (bound := self.run.warehouse.pods[robot.pod].bound_for):
+            station = self.run.warehouse.stations[bound[0]]
+            if robot.cell in (station.cell, *station.cells.queue) and robot not in station.line:
+                self._join(robot, station)
 
     def left(self, station: Station) -> None:
         """Let those in line move up."""
         moved, self._line_moved[station.id] = self._line_moved[station.id], self.run.env.event()
+        self._standing[station.id].clear()
         moved.succeed()
 
     def to_location(self, robot: Robot, cell: int) -> Process:
@@ -37,9 +62,7 @@ class FreeDriving(Driving):
         """Drive to the end of the line, join it, and move up until the station is reached."""
         if robot not in station.line:
             yield from self._drive(robot, station.cells.slot(len(station.line)))
-            self.run.warehouse.join_line(robot, station)
-            assert robot.pod is not None
-            self.run.tell(QueueJoined(self.run.warehouse.now, robot=robot.id, pod=robot.pod, station=station.id))
+            self._join(robot, station)
         slots = (station.cell, *station.cells.queue[station.cells.clear :])
         while True:
             line = station.line
@@ -50,7 +73,13 @@ class FreeDriving(Driving):
             elif line[0] is robot:
                 return
             else:
+                self._standing[station.id].append(robot)
                 yield self._line_moved[station.id]
+
+    def _join(self, robot: Robot, station: Station) -> None:
+        self.run.warehouse.join_line(robot, station)
+        assert robot.pod is not None
+        self.run.tell(QueueJoined(self.run.warehouse.now, robot=robot.id, pod=robot.pod, station=station.id))
 
     def _drive(self, robot: Robot, goal: int) -> Process:
         """Drive to a cell, one event a leg; the rule is asked again where its path ends before the goal."""
@@ -63,8 +92,14 @@ class FreeDriving(Driving):
                 since_s = to_seconds(run.warehouse.now - nearer)
                 problem = f"robot {robot.name} has come no nearer to {travel.layout.where(goal)} for {since_s:.0f} s"
                 raise run.asker.error(self.rule, f"{problem} ({self.allowed})")
-            for to, wait in self.path(robot, goal).tolist():
-                start = run.warehouse.now
-                heading, turn, ticks = self.turn_and_run(robot, to)
-                yield self.set_off(robot, to, wait, heading, start, turn, start + wait + turn + ticks)
-                self.arrive(*self.under_way.pop(robot.id))
+            yield from self._follow(robot, deque(self.path(robot, goal).tolist()), run.warehouse.now)
+
+    def _follow(self, robot: Robot, legs: deque[list[int]], start: int) -> Process:
+        """Drive legs, on the first of them since a tick."""
+        self._left[robot.id] = legs
+        while legs:
+            to, wait = legs.popleft()
+            heading, turn, ticks = self.turn_and_run(robot, to)
+            yield self.set_off(robot, to, wait, heading, start, turn, start + wait + turn + ticks)
+            self.arrive(*self.under_way.pop(robot.id))
+            start = self.run.warehouse.now

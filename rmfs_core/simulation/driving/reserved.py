@@ -65,12 +65,16 @@ class ReservedDriving(Driving):
         self._locations = np.array(locations, dtype=np.int64)
         self._owner: dict[int, Course] = {course.goal: course for course in self.courses}
         self._forgotten = 0
-        if not {course.goal for course in self.courses}.issubset(locations):
-            run.env.process(self._make_way())  # before anyone else sets out
         for course in self.courses:
             self.table.hold(course.robot.id, course.robot.cell, 0)
-            run.env.process(self._follow(course))
         self.table.forget_before(0)
+
+    def begin(self) -> None:
+        """Let robots drive what is reserved; those that stand elsewhere than in storage locations make way."""
+        if not {course.goal for course in self.courses}.issubset(self._locations.tolist()):
+            self.env.process(self._make_way())  # before anyone else sets out
+        for course in self.courses:
+            self.env.process(self._follow(course))
 
     def place(self, robot: Robot, station: Station) -> None:
         """Take in a robot that stands in the line of a station from the start."""
