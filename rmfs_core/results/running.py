@@ -14,6 +14,7 @@ from typing import Any
 from attrs import define, evolve
 
 from rmfs_core import entrypoints
+from rmfs_core.entrypoints import chosen
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RmfsError, RunError, is_interrupt
 from rmfs_core.results.catalogue import Metric, described_by
@@ -38,6 +39,7 @@ def run(
     record: Sequence[str] = (),
     observers: Sequence[object] = (),
     allow_inline_rules: bool = True,
+    save_state: str | Path | None = None,
 ) -> Result:
     """Simulate a scenario.
 
@@ -64,6 +66,9 @@ def run(
         Objects whose ``@hookimpl`` methods are told of every event, besides those that the scenario names.
     allow_inline_rules
         Whether code may be loaded from files: rules such as ``./file.py:Class``.
+    save_state
+        File for the state in which ``run.until_s`` ends the run; a run goes on from it with ``instance.state``. There is
+        none of a run that ends before.
 
     Returns
     -------
@@ -84,12 +89,16 @@ def run(
     resolved = _resolve(scenario, seed, overrides)
     resolved = evolve(resolved, rules=with_objects(resolved.rules, rules or {}))
     recorders, standing = make_recorders(record), make_observers()
+    saver = None if save_state is None else entrypoints.format_module("states").saver(save_state, resolved)
+    observers = observers if saver is None else [*observers, saver]
     told = [*((observer, None) for observer in observers), *recorders, *reversed(standing)]
     writing: Any = nullcontext(lambda _: None)
     if out is not None:
         writing = entrypoints.format_module("results").writing(out, resolved, files_of(one for one, _ in standing))
     with writing as folder_for:
         prepared = prepare(resolved, rules or {}, told, allow_inline_rules, folder_for)
+        if saver is not None:
+            prepared.simulation.at_horizon = saver.save
         prepared.simulate()
         result = prepared.conclude()
         if prepared.folder is not None:
@@ -227,13 +236,17 @@ def prepare(
         failing.callback(rules.sources.close)
         with located(scenario):
             scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
-            instance, layout = make_instance(scenario), make_layout(scenario)
+            instance, layout, begun = make_instance(scenario), make_layout(scenario), None
+            if scenario.instance.state is not None:
+                make = entrypoints.load(chosen(entrypoints.PROCESSES, None, "state"), "instance.state", "process")
+                begun = make(scenario, instance, layout)
+                scenario, instance = begun.scenario, begun.instance
         rows = tables().Tables()
         for observer, name in (*told, (rows, None)):  # whatever another does wrong, the tables have it already
             rules.register_observer(observer, name)
         described = described_by(reversed(rules.instances))
         folder = folder_for(files_of(observer for observer, name in told if name is not None))
-        simulation = Simulation(scenario, instance, layout, rules, folder)
+        simulation = Simulation(scenario, instance, layout, rules, folder, begun)
         prepared = PreparedRun(simulation, rows, versions_of(rules, scenario), described, folder)
         failing.pop_all()
     return prepared

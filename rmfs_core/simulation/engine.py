@@ -312,7 +312,7 @@ class Simulation:
             self.supply.picked(request.sku)
             self._order_bundles(self.supply, request.sku)
         if self.scenario.stations.release == "handled":
-            self.release_later(request, picker_free)
+            self.release_later(request, at._replace(kind="release", robot=None, station=station.id, tick=picker_free))
             self.decisions.round()
         else:
             self._release(request, picker_free)
@@ -329,10 +329,9 @@ class Simulation:
         self._in_stock(served)
         self.decisions.round()
 
-    def release_later(self, request: Request, handled_tick: int) -> None:
+    def release_later(self, request: Request, going: Going) -> None:
         """Give back the place of an item when it is handled."""
-        handled = self._until(handled_tick, Going("release", station=request.station, tick=handled_tick))
-        handled.callbacks.append(lambda _: self._release(request, handled_tick))
+        self._until(going.tick, going).callbacks.append(lambda _: self._release(request, going.tick))
 
     def _release(self, request: Request, handled_tick: int) -> None:
         """Give back the place of an item that is done; its pod may be gone."""

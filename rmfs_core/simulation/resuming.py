@@ -49,32 +49,30 @@ def going_on(run: Any) -> list[Going]:
             if not isinstance(going, Going):
                 raise InputError("run.until_s", f"at {tick} ticks something ends that no state can tell of")
             found.append(going._replace(tick=tick))
-    timed = {going.robot for going in found}
     found += [Going("room", robot.id) for waiting in run.waiting_for_slot for _, robot in waiting]
     found += [Going("line", robot.id) for line in run.driving.standing for robot in line]
     busy = {going.robot for going in found}
     robots = run.warehouse.robots
     found += [Going("drive", r.id) for r in robots if r.id not in busy and (r.task is not None or r.goal is not None)]
-    assert len(timed) <= len(found)
     return [run.driving.with_place(going) if going.robot is not None else going for going in found]
 
 
 def resume(run: Any, begun: Any) -> None:
     """Let all go on that was going on, in that order; what a state does not tell of begins now."""
     warehouse, left = run.warehouse, run.clocks
-    run.visits, run.stories = begun.visits, dict(begun.stories)
-    run.context.asker.period = begun.periods
+    run.visits, run.stories, run.context.asker.period = begun.visits, dict(begun.stories), begun.periods
+    begun.recall(run)
     run.completed = sum(order.complete and (run.packing is None or order.cancelled) for order in warehouse.orders)
     for going in begun.going:
         if going.kind in left:
             left.remove(going.kind)
             run.begin(going.kind)
         elif going.kind == "release":
-            run.release_later(warehouse.request_in_hand(warehouse.stations[going.station]), going.tick)
+            run.release_later(warehouse.request_in_hand(warehouse.stations[going.station]), going)
         elif going.kind == "bundle":
             run.bundle_comes(going)
         elif going.kind == "alarm":
-            run.decisions.ring_at(going.tick)
+            run.decisions.ring_at(going.tick, wanted=going.tick == begun.wakes)
         elif going.robot is not None:
             robot = warehouse.robots[going.robot]
             run.driving.go_on(robot, going)

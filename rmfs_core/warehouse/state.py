@@ -559,6 +559,36 @@ class Warehouse:
         """Let a pod visit the stations that it is bound for in this order."""
         pod._itinerary = list(stations)
 
+    @staticmethod
+    def charge(robot: Robot, joules: float, since: int) -> None:
+        """Let there have been so much in a robot's battery at a tick, since when it stands."""
+        if (battery := robot._battery) is not None:
+            battery.joules, battery.since = min(joules, battery.capacity_j), since
+
+    @staticmethod
+    def capacity_j(robot: Robot) -> float:
+        """Return what a robot's battery holds; 0 without one."""
+        return 0.0 if robot._battery is None else robot._battery.capacity_j
+
+    @staticmethod
+    def charged(robot: Robot) -> tuple[float, int]:
+        """Return what was in a robot's battery when it worked last, and when that was."""
+        return (0.0, 0) if robot._battery is None else (robot._battery.joules, robot._battery.since)
+
+    @staticmethod
+    def picker_until(station: Station) -> int:
+        """Return the tick at which the picker of a station is free, which need not be what may be expected."""
+        return station._picker_free
+
+    def count_bundles(self, number: int) -> None:
+        """Let so many bundles have arrived so far."""
+        self._next_bundle = max(self._next_bundle, number)
+
+    @property
+    def bundles_so_far(self) -> int:
+        """How many bundles have arrived so far."""
+        return self._next_bundle
+
     def put_battery(self, robot: Robot, share: float, *, low: bool) -> None:
         """Give a robot a battery with this share of its capacity in it, for a moment in which no time passes."""
         robot._battery = Battery(BatterySection(), 0.0, lambda: 0, share)
