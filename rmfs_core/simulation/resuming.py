@@ -63,6 +63,8 @@ def resume(run: Any, begun: Any) -> None:
     run.visits, run.stories, run.context.asker.period = begun.visits, dict(begun.stories), begun.periods
     begun.recall(run)
     run.completed = sum(order.complete and (run.packing is None or order.cancelled) for order in warehouse.orders)
+    if run.supply is not None:
+        run.supply.knows(warehouse, [(one.sku, one.items) for one in begun.going if one.kind == "bundle"])
     for going in begun.going:
         if going.kind in left:
             left.remove(going.kind)

@@ -9,6 +9,7 @@ import numpy as np
 from rmfs_core.clock import to_ticks
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import Replenishment, Scenario
+from rmfs_core.warehouse import Warehouse
 from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
 from rmfs_core.world import BundleData, Instance
 
@@ -65,6 +66,14 @@ class Supply:
         self._position[sku] += missing
         full, rest = divmod(missing, self._largest[sku])
         return [self._largest[sku]] * full + [rest] * (rest > 0)
+
+    def knows(self, warehouse: Warehouse, ordered: Iterable[tuple[int, int]]) -> None:
+        """Take note of bundles that are there, of SKUs and items that are on order, and of orders that wait."""
+        there = (*warehouse.bundles.values(), *(bundle for at in warehouse.storing for bundle in at.bundles))
+        self.waits_no_more([OrderLine(bundle.sku, bundle.items) for bundle in there])
+        self.waits_no_more([OrderLine(*one) for one in ordered])
+        for order in warehouse.claims.waiting.values() if warehouse.claims is not None else ():
+            self.waits(order.lines)
 
     def picked(self, sku: int) -> None:
         """Take note that an item was picked."""

@@ -304,6 +304,9 @@ def _going(state: State, names: Names, warehouse: Warehouse) -> tuple[list[Going
             )
         )
         _check(one, going[-1], robot, warehouse, names, path)
+    for i, one in enumerate(told):
+        if one.kind == "handled" and (one.order is None or one.sku is None or one.station is None):
+            names.wrong(("run", "going", i), "expected `order`, `sku` and `station` with what is handled")
     clocks = [] if state.run is not None else [Going("hours"), Going("arrivals"), Going("bundles")]
     for robot in warehouse.robots:  # of which nothing is told: they set out from where they stand
         if robot.id not in stories and (robot.task is not None or robot.goal is not None):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import Any
 
 from rmfs_commands.states.names import Names
@@ -10,7 +10,7 @@ from rmfs_commands.states.state import RunState, State
 from rmfs_core import events
 from rmfs_core.clock import to_ticks
 from rmfs_core.simulation.resuming import AT_STATION, Going
-from rmfs_core.warehouse import Order, Warehouse
+from rmfs_core.warehouse import Warehouse
 
 
 def opening_events(
@@ -19,7 +19,9 @@ def opening_events(
     """Return events of the past, in the order of time: of orders, with what is not picked; of bundles that are there; of
     robots that are under way, as if they had just begun that; of stations that are closed."""
     told = state.run or RunState()
-    found = [*_of_orders(warehouse, told), *_of_bundles(warehouse), *_of_items_in_hand(warehouse, going)]
+    handled = [*_handled(warehouse, going, told, names)]
+    held = {(one.order, one.station) for one in handled}
+    found = [*_of_orders(warehouse, told, held), *_of_bundles(warehouse), *handled]
     found += _of_robots(warehouse, told, names, stories, going)
     now = warehouse.now
     found += [events.StationClosed(now, station.id) for station in warehouse.stations if not station.open]
@@ -28,16 +30,17 @@ def opening_events(
     return sorted(found, key=lambda event: event.tick)
 
 
-def _of_orders(warehouse: Warehouse, told: RunState) -> Iterator[events.Event]:
+def _of_orders(warehouse: Warehouse, told: RunState, held: Container[tuple[int, int]]) -> Iterator[events.Event]:
     now, assigned_s, completed_s = warehouse.now, told.assigned_s, told.completed_s
     for order in warehouse.arrived.values():
         yield events.OrderArrived(order.arrival_tick, order.id)
         if order.cancelled:
             yield events.OrderCancelled(now, order.id)
+        last = {part.station: part for part in order.parts}
         assigned = to_ticks(assigned_s[order.name]) if order.name in assigned_s else now
         for part in order.parts:
             whole = not order.open_lines and part is order.parts[-1]
-            items = part.unpicked_items + _in_hand(warehouse, order, part.station)
+            items = part.unpicked_items + ((order.id, part.station) in held and part is last[part.station])
             yield events.OrderAssigned(
                 assigned if not order.open_lines else now, order.id, part.station, part.skus, items, part.period, whole
             )
@@ -45,12 +48,14 @@ def _of_orders(warehouse: Warehouse, told: RunState) -> Iterator[events.Event]:
             yield events.OrderCompleted(to_ticks(completed_s.get(order.name, now / 1000)), order.id)
 
 
-def _in_hand(warehouse: Warehouse, order: Order, station: int) -> bool:
-    held = warehouse.stations[station].in_hand
-    return held is not None and held[0] == order.id
-
-
-def _of_items_in_hand(warehouse: Warehouse, going: Sequence[Going]) -> Iterator[events.Event]:
+def _handled(
+    warehouse: Warehouse, going: Sequence[Going], told: RunState, names: Names
+) -> Iterator[events.ItemPicked]:
+    """Yield the picks of items that are being handled."""
+    for given in told.going:
+        if given.kind == "handled" and given.station and given.order and given.sku:
+            what = names.stations[given.station], 0, names.orders[given.order], names.skus[given.sku]
+            yield events.ItemPicked(to_ticks(given.since_s), to_ticks(given.since_s), to_ticks(given.until_s), 0, *what)
     for one in going:
         if one.kind == "release" and one.station is not None:
             held = warehouse.stations[one.station].in_hand

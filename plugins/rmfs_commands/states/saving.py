@@ -13,7 +13,7 @@ from rmfs_commands.states.snapshots import Snapshots
 from rmfs_commands.states.supported import check_supported
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError
-from rmfs_core.events import Event, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
+from rmfs_core.events import Event, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import Scenario, located
 from rmfs_core.simulation.resuming import Going, going_on
@@ -46,11 +46,14 @@ class Saver:
         self._assigned: dict[int, int] = {}
         self._completed: dict[int, int] = {}
         self._visits: dict[int, int] = {}
+        self._picked: dict[int, ItemPicked] = {}
 
     @hookimpl
     def on_event(self, event: Event) -> None:
         """Keep when it was."""
-        if isinstance(event, OrderAssigned) and event.complete:
+        if isinstance(event, ItemPicked):
+            self._picked[event.station] = event
+        elif isinstance(event, OrderAssigned) and event.complete:
             self._assigned[event.order] = event.tick
         elif isinstance(event, OrderCompleted):
             self._completed[event.order] = event.tick
@@ -113,6 +116,11 @@ class Saver:
             told |= {"since_s": to_seconds(one.since)} if one.since else {}
             told |= {"until_s": to_seconds(one.tick)} if one.tick else {}
             yield told | ({"legs": [[cell, to_seconds(wait)] for cell, wait in one.legs]} if one.legs else {})
+        for at, last in self._picked.items():
+            if last.picker_free_tick > warehouse.now and warehouse.stations[at].in_hand is None:
+                item = {"station": warehouse.stations[at].name, "order": names[last.order], "sku": skus[last.sku]}
+                times = {"since_s": to_seconds(last.start_tick), "until_s": to_seconds(last.picker_free_tick)}
+                yield {"kind": "handled", **item, **times}
 
 
 def _story(story: tuple[Any, ...] | None, task: int | None, goal: int | None) -> dict[str, Any]:

@@ -36,7 +36,7 @@ DECIDES = tuple(role.label for role in DECIDING)
 
 KINDS = (
     *("leg", "wait", "drive", "room", "line", "lift", "set", "picker", "pick", "stow", "charge"),
-    *("release", "bundle", "alarm", "arrivals", "bundles", "hours"),
+    *("release", "handled", "bundle", "alarm", "arrivals", "bundles", "hours"),
 )
 """What may be going on."""
 
@@ -366,6 +366,7 @@ class GoingState:
     kind: str = key("What it is", check=_one_of(*KINDS))
     robot: str | None = key("Robot that does it", None)
     station: str | None = key("Station where an item is handled", None)
+    order: str | None = key("Order of an item that is handled, and done when it was picked", None)
     sku: str | None = key("SKU of an item or a bundle", None)
     items: int = key("Items of a bundle that is ordered", 0, check=_number(0))
     visit: int = key("Number of the visit", 0, check=_number(0))
