@@ -65,6 +65,7 @@ def resume(run: Any, begun: Any) -> None:
     run.completed = sum(order.complete and (run.packing is None or order.cancelled) for order in warehouse.orders)
     if run.supply is not None:
         run.supply.knows(warehouse, [(one.sku, one.items) for one in begun.going if one.kind == "bundle"])
+    run.driving.take_in(begun.going)
     for going in begun.going:
         if going.kind in left:
             left.remove(going.kind)
@@ -77,7 +78,7 @@ def resume(run: Any, begun: Any) -> None:
             run.decisions.ring_at(going.tick, wanted=going.tick == begun.wakes)
         elif going.robot is not None:
             robot = warehouse.robots[going.robot]
-            run.driving.go_on(robot, going)
+            run.driving.go_on(robot.id)
             if robot.id in run.stories:
                 run.env.process(_story(run, robot, going))
     run.driving.begin()

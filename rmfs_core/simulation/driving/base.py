@@ -55,6 +55,8 @@ class Course:
         What its path occupies, the leg under way included, and the tick at which it ends.
     overtaken
         How many robots have come between it and the head of the line since it took its place there.
+    waits, ready
+        What it waits for before its next leg; the tick until which it waits, where a state has told that.
     """
 
     robot: Robot
@@ -69,6 +71,8 @@ class Course:
     reserved: Rows | None = None
     arrives: int = 0
     overtaken: int = 0
+    waits: simpy.Event | None = None
+    ready: int | None = None
 
 
 class Driving:
@@ -115,7 +119,8 @@ class Driving:
         if not (isinstance(going, Going) and going.kind == "leg"):
             return going
         _, to, wait, _, start, _ = self.under_way[going.robot or 0]
-        return going._replace(since=start, legs=((to, wait), *map(tuple, self.legs_left(going.robot or 0))))
+        legs = ((cell, wait) for cell, wait in self.legs_left(going.robot or 0))
+        return going._replace(since=start, legs=((to, wait), *legs))
 
     def legs_left(self, robot: int) -> Iterable[Sequence[int]]:
         """Return cell and wait of the legs that a robot drives after that under way."""
@@ -125,8 +130,11 @@ class Driving:
         """Return what is going on with what else is known of its robot."""
         return going
 
-    def go_on(self, robot: Robot, going: Going) -> None:
-        """Take in a robot that is where a state has it, with what is going on there."""
+    def take_in(self, going: Iterable[Going]) -> None:
+        """Take in robots that are where a state has them, on the legs that it tells of."""
+
+    def go_on(self, robot: int) -> None:
+        """Let a robot that was taken in go on, on its own."""
 
     def finish(self, robot: Robot, going: Going) -> Process:
         """Let a story wait until its robot has driven the legs that a state tells of."""

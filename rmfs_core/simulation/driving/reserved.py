@@ -7,6 +7,8 @@ may be replaced at any time by others that begin where the leg under way ends, o
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import simpy
@@ -16,6 +18,7 @@ from rmfs_core.events import QueueJoined
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import NO_LEGS, Course, Driving, Process
+from rmfs_core.simulation.resuming import LEGS, Going
 from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, Traffic, drive, roads_on
 from rmfs_core.traffic.paths import Rows, Stop
 from rmfs_core.warehouse import Robot, Station
@@ -35,6 +38,10 @@ def _either(one: simpy.Event, other: simpy.Event) -> simpy.Event:
     one.callbacks.append(happen)
     other.callbacks.append(happen)
     return first
+
+
+def _pairs(legs: Iterable[Sequence[int]]) -> tuple[tuple[int, int], ...]:
+    return tuple((cell, wait) for cell, wait in legs)
 
 
 class ReservedDriving(Driving):
@@ -65,6 +72,7 @@ class ReservedDriving(Driving):
         self._locations = np.array(locations, dtype=np.int64)
         self._owner: dict[int, Course] = {course.goal: course for course in self.courses}
         self._forgotten = 0
+        self._driving: set[int] = set()
         for course in self.courses:
             self.table.hold(course.robot.id, course.robot.cell, 0)
         self.table.forget_before(0)
@@ -74,7 +82,81 @@ class ReservedDriving(Driving):
         if not {course.goal for course in self.courses}.issubset(self._locations.tolist()):
             self.env.process(self._make_way())  # before anyone else sets out
         for course in self.courses:
-            self.env.process(self._follow(course))
+            self.go_on(course.robot.id)
+
+    def go_on(self, robot: int) -> None:
+        """Let a robot drive what is reserved for it."""
+        if robot not in self._driving:
+            self._driving.add(robot)
+            self.env.process(self._follow(self.courses[robot]))
+
+    def told(self, event: simpy.Event) -> Any:
+        """Return what an event is for; of a wait that is over, since the robot has other legs now, nothing comes."""
+        going = super().told(event)
+        if isinstance(going, Going) and going.kind == "wait":
+            course = self.courses[going.robot or 0]
+            return going._replace(since=course.since, legs=_pairs(course.legs)) if course.waits is event else None
+        return going
+
+    def legs_left(self, robot: int) -> Iterable[Sequence[int]]:
+        """Return the legs of a robot after that under way."""
+        return self.courses[robot].legs
+
+    def with_place(self, going: Going) -> Going:
+        """Return what is going on with how often its robot was overtaken."""
+        return going._replace(overtaken=self.courses[going.robot or 0].overtaken)
+
+    def take_in(self, going: Iterable[Going]) -> None:
+        """Take in robots that are where a state has them, on the legs that it tells of, and in their lines."""
+        now, told = self.run.warehouse.now, {one.robot: one for one in going if one.robot is not None}
+        for course in self.courses:
+            self.table.release(course.robot.id)
+        for course in sorted(self.courses, key=lambda one: not self._takes_in(one, told.get(one.robot.id))):
+            if course.reserved is None:
+                self._settle(self.table, course, Stop(course.robot.cell, course.robot.heading, now), NO_LEGS)
+        for station in self.run.warehouse.stations:
+            slots = (station.cell, *station.cells.queue)
+            for course in self.courses:
+                pod = None if course.robot.pod is None else self.run.warehouse.pods[course.robot.pod]
+                if pod is not None and pod.bound_for[:1] == (station.id,) and self._in_line(course, station):
+                    course.station, course.joined = station, course.robot in station.line
+                    self.lines[station.id].append(course)
+            self.lines[station.id].sort(key=lambda one: (not one.joined, slots.index(one.goal)))
+        self._owner = {course.goal: course for course in self.courses}
+
+    def _takes_in(self, course: Course, told: Going | None) -> bool:
+        """Let a robot be on the legs that are told of; return whether there are some."""
+        if told is None or told.kind not in LEGS:
+            return False
+        robot, legs, course.since, course.overtaken = course.robot, [*told.legs], told.since, told.overtaken
+        if told.kind == "wait":
+            start, course.ready = Stop(robot.cell, robot.heading, told.tick - legs[0][1]), told.tick
+            self._settle(self.table, course, start, np.array(legs, dtype=np.int64))
+        else:
+            to, wait = legs.pop(0)
+            heading, turn, ticks = self.turn_and_run(robot, to)
+            start = Stop(robot.cell, robot.heading, told.since + wait)
+            course.under_way = start, Stop(to, heading, start.start_tick + turn + ticks)
+            self._settle(self.table, course, start, np.array([(to, 0), *legs], dtype=np.int64))
+        course.legs = deque([*leg] for leg in legs)
+        return True
+
+    def _settle(self, table: Reservations, course: Course, start: Stop, legs: Rows) -> None:
+        """Reserve what a robot drives, or the cell where it stands."""
+        try:
+            if not len(legs):
+                table.hold(course.robot.id, start.cell, start.start_tick)
+                return
+            course.reserved, end = table.settle(course.robot.id, self.roads, start, legs)
+        except ReservedError as error:
+            other, where = self.run.warehouse.robots[error.owner].name, self.roads.layout.where(error.cell)
+            problem = f"robots {course.robot.name} and {other} have {where} at once; expected one robot in a cell"
+            raise InputError("instance.state", problem) from None
+        course.arrives, course.goal = end.start_tick, end.cell
+
+    def _in_line(self, course: Course, station: Station) -> bool:
+        """Whether a robot with a pod for a station has a place in its line."""
+        return course.goal in (station.cell, *station.cells.queue)
 
     def place(self, robot: Robot, station: Station) -> None:
         """Take in a robot that stands in the line of a station from the start."""
@@ -156,6 +238,8 @@ class ReservedDriving(Driving):
     def _follow(self, course: Course) -> Process:
         """Drive what is reserved, leg by leg, for ever."""
         robot, run = course.robot, self.run
+        if course.under_way is not None:
+            yield from self._leg(course)
         while True:
             if not course.legs:
                 self._path_ended(course)
@@ -163,20 +247,28 @@ class ReservedDriving(Driving):
                     yield course.changed
                 continue
             if wait := course.legs[0][1]:
-                changed = course.changed
-                yield _either(run.after(wait), changed)
+                ticks, course.ready = wait if course.ready is None else course.ready - run.warehouse.now, None
+                changed, course.waits = course.changed, run.after(ticks, Going("wait", robot.id))
+                yield _either(course.waits, changed)
+                course.waits = None
                 if changed.triggered:
                     continue
             to, _ = course.legs.popleft()
             if to == robot.cell or (registered := self.register(course, to)) is None:
                 continue
-            (_, before, now), (_, heading, arrival) = course.under_way = registered
-            since, turn = course.since, self._turns[(heading - before) % 4]
-            yield self.set_off(robot, to, now - since, heading, since, turn, arrival)
-            self.arrive(*self.under_way.pop(robot.id))
-            course.under_way, course.since = None, arrival
-            if course.station is not None and not course.joined:
-                self._join(course.station)
+            course.under_way = registered
+            yield from self._leg(course)
+
+    def _leg(self, course: Course) -> Process:
+        """Drive a leg to its end."""
+        assert course.under_way is not None
+        ((_, before, begun), (to, heading, arrival)), robot = course.under_way, course.robot
+        since, turn = course.since, self._turns[(heading - before) % 4]
+        yield self.set_off(robot, to, begun - since, heading, since, turn, arrival)
+        self.arrive(*self.under_way.pop(robot.id))
+        course.under_way, course.since = None, arrival
+        if course.station is not None and not course.joined:
+            self._join(course.station)
 
     # Robots that begin elsewhere than in storage locations
 
@@ -185,7 +277,8 @@ class ReservedDriving(Driving):
 
         On the floor the one with the fewest cells to go is next: no other stands in its way.
         """
-        idle = {course.robot.cell: course for course in self.courses if course.robot.pod is None}
+        resting = (course for course in self.courses if course.robot.task is None and course.robot.goal is None)
+        idle = {course.robot.cell: course for course in resting if self.rests(course)}
         for station, line in zip(self.run.warehouse.stations, self.lines, strict=True):
             for cell in (station.cell, *station.cells.queue):
                 if cell in idle:
