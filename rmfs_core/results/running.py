@@ -14,7 +14,6 @@ from typing import Any
 from attrs import define, evolve
 
 from rmfs_core import entrypoints
-from rmfs_core.entrypoints import chosen
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RmfsError, RunError, is_interrupt
 from rmfs_core.results.catalogue import Metric, described_by
@@ -67,8 +66,7 @@ def run(
     allow_inline_rules
         Whether code may be loaded from files: rules such as ``./file.py:Class``.
     save_state
-        File for the state in which ``run.until_s`` ends the run; a run goes on from it with ``instance.state``. There is
-        none of a run that ends before.
+        File for the state in which ``run.until_s`` ends the run, from which another goes on (``instance.state``).
 
     Returns
     -------
@@ -238,7 +236,9 @@ def prepare(
             scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
             instance, layout, begun = make_instance(scenario), make_layout(scenario), None
             if scenario.instance.state is not None:
-                make = entrypoints.load(chosen(entrypoints.PROCESSES, None, "state"), "instance.state", "process")
+                make: Any = entrypoints.load(
+                    entrypoints.chosen(entrypoints.PROCESSES, None, "state"), "instance.state", "process"
+                )
                 begun = make(scenario, instance, layout)
                 scenario, instance = begun.scenario, begun.instance
         rows = tables().Tables()

@@ -171,8 +171,8 @@ class InstanceSection:
     skus_file: str | None = key("CSV with columns sku[,size][,reorder_point][,order_up_to]; sizes left out: 1", None)
     replenishment: Replenishment | None = key("Where bundles come from; left out: there are none", None)
     state: str | None = key(
-        "State that the run begins in, a JSON file: its time, orders, pods and robots. Orders that arrive later are those "
-        "of this section; left out: time 0",
+        "State that the run begins in, a JSON file: time, orders, pods, robots. Orders that arrive later are those of "
+        "this section; left out: time 0",
         None,
     )
     pods_at_stations: Mapping[str, tuple[str, ...]] = key(

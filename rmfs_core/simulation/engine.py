@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterable, Iterator
 from functools import partial
-from itertools import groupby
+from itertools import dropwhile, groupby
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -24,14 +24,14 @@ from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving import WAYS
 from rmfs_core.simulation.driving.base import Process
+from rmfs_core.simulation.going import Going
 from rmfs_core.simulation.packing import Packing
-from rmfs_core.simulation.resuming import Going, resume
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
 from rmfs_core.simulation.supply import Supply
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station
-from rmfs_core.warehouse.promises import next_request, oldest_request
+from rmfs_core.warehouse.promises import next_request
 from rmfs_core.wording import one_line
 from rmfs_core.world import Instance, Layout
 
@@ -118,29 +118,22 @@ class Simulation:
         if self._hours:
             self._keep_hours()
         if self._begun is not None:
-            return resume(self, self._begun)
+            self._begun.resume(self)
+            return
         self.driving.begin()
-        for kind in self.clocks:
-            self.begin(kind)
+        for clock in self.clocks.values():
+            self.env.process(clock())
         for robot, pod in placed:  # after the first round: a pod leaves only when that found nothing for it
             self.env.process(self.visit_stations(robot, pod))
 
     @property
-    def clocks(self) -> list[str]:
-        """What happens whatever robots do: kinds of `begin`, in the order in which they begin."""
-        there = {"hours": self._hours, "outages": self._outages, "arrivals": True, "bundles": self.supply}
-        return [kind for kind, one in there.items() if one]
-
-    def begin(self, kind: str) -> None:
-        """Let something happen that robots do not do, from now on."""
-        if kind == "hours":
-            self.env.process(self._follow_hours())
-        elif kind == "outages":
-            self.env.process(self._outages.follow(partial(self.decisions.round, by_clock=True)))
-        elif kind == "arrivals":
-            self.env.process(self._arrivals())
-        elif self.supply is not None:
-            self.env.process(self._bundles(self.supply))
+    def clocks(self) -> dict[str, Callable[[], Process]]:
+        """What happens whatever robots do, in the order in which it begins."""
+        found = {"hours": self._follow_hours} if self._hours else {}
+        if self._outages is not None:
+            found["outages"] = partial(self._outages.follow, partial(self.decisions.round, by_clock=True))
+        found["arrivals"] = self._arrivals
+        return found if self.supply is None else found | {"bundles": partial(self._bundles, self.supply)}
 
     def run(self) -> None:
         """Simulate until every order is complete (and packed), ``run.until_s`` is reached, or somebody interrupts.
@@ -179,17 +172,13 @@ class Simulation:
         orders = () if self._coming else self.warehouse.orders
         given, there = zip(orders, self.info.instance.orders, strict=False), self.warehouse.arrived
         steps = [(order.arrival_tick, self._arrive, order) for order in orders if order.id not in there]
-        steps += [
-            (tick, self._cancel, order)
-            for order, data in given
-            if (tick := data.cancelled_tick) is not None and (order.id not in there or tick > self.now)
-        ]
+        steps += [(tick, self._cancel, order) for order, data in given if (tick := data.cancelled_tick) is not None]
+        steps = [step for step in steps if step[0] > self.now or step[2].id not in there]
         steps.sort(key=itemgetter(0))  # what is cancelled when others arrive leaves after they came
-        decided = self._begun is not None and self._begun.decided
-        if not decided:
+        if self._begun is None or not self._begun.decided:
             self._refill()
-        if not decided and (not steps or steps[0][0] > self.now):
-            self.decisions.round()
+            if not steps or steps[0][0] > self.now:
+                self.decisions.round()
         for tick, now in groupby(steps, key=itemgetter(0)):
             if tick > self.now:
                 yield self._until(tick, Going("arrivals"))
@@ -201,10 +190,8 @@ class Simulation:
         """Bundles arrive that come whatever happens; what has run low at the start is ordered."""
         for sku in range(self.warehouse.n_skus):
             self._order_bundles(supply, sku)
-        begin = self.now
-        for bundle in supply.coming():
-            if self._begun is not None and bundle.arrival_tick <= begin:
-                continue  # it came before
+        begin = -1 if self._begun is None else self.now
+        for bundle in dropwhile(lambda one: one.arrival_tick <= begin, supply.coming()):
             yield self._until(bundle.arrival_tick, Going("bundles"))
             self._bundle_arrives(bundle.sku, bundle.items, bundle.name)
             if self.env.peek() == math.inf and self._full(supply.least_space):
@@ -271,7 +258,9 @@ class Simulation:
         else:
             at = going
         while True:
-            request = next_request(station, pod) if going is None else oldest_request(station, going.sku)
+            request = next_request(station, pod)
+            if going is not None:
+                request = next((one for one in station.open_requests if one.sku == going.sku), None)
             bundle = self.warehouse.next_bundle(station, pod) if request is None else None
             if request is not None:
                 self.warehouse.promises.secure(request, pod)
@@ -443,9 +432,9 @@ class Simulation:
     def bundle_comes(self, going: Going) -> None:
         """Let a bundle that is ordered arrive at its time."""
         arrived = self._until(going.tick, going)
-        arrived.callbacks.append(partial(self._bundle_arrives, going.sku, going.items, ""))
+        arrived.callbacks.append(lambda _: self._bundle_arrives(going.sku or 0, going.items, ""))
 
-    def _bundle_arrives(self, sku: int, items: int, name: str, _: object = None) -> None:
+    def _bundle_arrives(self, sku: int, items: int, name: str) -> None:
         bundle = self.warehouse.bundle_arrives(sku, items, name)
         self._tell(events.BundleArrived(tick=self.now, bundle=bundle.id, name=bundle.name, sku=sku, items=items))
         self.decisions.round(by_clock=True)

@@ -23,7 +23,7 @@ from rmfs_core.simulation.applying import (
 )
 from rmfs_core.simulation.asking import ImpossibleError, sequence_of
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.resuming import Going
+from rmfs_core.simulation.going import Going
 from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
 
 T = TypeVar("T")
@@ -193,7 +193,7 @@ class Decisions:
     def ring_at(self, tick: int, *, wanted: bool = True) -> None:
         """Wake up at a tick, if no answer until then says otherwise."""
         self._alarms.add(tick)
-        self.alarm = tick if wanted else self._alarm
+        self.alarm = tick if wanted else self.alarm
         self._run.after(tick - self.warehouse.now, Going("alarm", tick=tick)).callbacks.append(self._ring)
 
     def _wake_tick(self, rule: BoundRule) -> int | None:

@@ -216,11 +216,6 @@ def next_request(station: Station, pod: Pod) -> Request | None:
     return best
 
 
-def oldest_request(station: Station, sku: int | None) -> Request | None:
-    """Oldest open request of a SKU at a station."""
-    return None if sku is None else station._by_sku[sku][0]
-
-
 def serves_none(station: Station, pod: Pod) -> bool:
     """Whether `next_request` finds none: not where an item of the pod is promised at the station."""
     for by_station in pod._promised.values():

@@ -86,7 +86,7 @@ class Warehouse:
         self.storing = tuple(station for station in stations if station.stores)
         self.bundles: dict[int, Bundle] = {}
         """Those that are assigned to no station; the others are at theirs."""
-        self._next_bundle = 0
+        self.bundles_so_far = 0
         for station in self.stations:
             station._now = lambda: self.now
         for pod in self.pods:
@@ -314,10 +314,10 @@ class Warehouse:
         self, sku: int, items: int, name: str = "", number: int | None = None, tick: int | None = None
     ) -> Bundle:
         """Let a bundle arrive: the next one, now, called by its number, unless told otherwise."""
-        number = self._next_bundle if number is None else number
+        number = self.bundles_so_far if number is None else number
         arrival = self.now if tick is None else tick
         bundle = Bundle(number, name or str(number + 1), sku, items, items * self.sizes[sku], arrival)
-        self._next_bundle = max(self._next_bundle, number + 1)
+        self.bundles_so_far = max(self.bundles_so_far, number + 1)
         self.bundles[number] = bundle
         return bundle
 
@@ -560,34 +560,9 @@ class Warehouse:
         pod._itinerary = list(stations)
 
     @staticmethod
-    def charge(robot: Robot, joules: float, since: int) -> None:
-        """Let there have been so much in a robot's battery at a tick, since when it stands."""
-        if (battery := robot._battery) is not None:
-            battery.joules, battery.since = min(joules, battery.capacity_j), since
-
-    @staticmethod
-    def capacity_j(robot: Robot) -> float:
-        """Return what a robot's battery holds; 0 without one."""
-        return 0.0 if robot._battery is None else robot._battery.capacity_j
-
-    @staticmethod
-    def charged(robot: Robot) -> tuple[float, int]:
-        """Return what was in a robot's battery when it worked last, and when that was."""
-        return (0.0, 0) if robot._battery is None else (robot._battery.joules, robot._battery.since)
-
-    @staticmethod
-    def picker_until(station: Station) -> int:
-        """Return the tick at which the picker of a station is free, which need not be what may be expected."""
-        return station._picker_free
-
-    def count_bundles(self, number: int) -> None:
-        """Let so many bundles have arrived so far."""
-        self._next_bundle = max(self._next_bundle, number)
-
-    @property
-    def bundles_so_far(self) -> int:
-        """How many bundles have arrived so far."""
-        return self._next_bundle
+    def battery_of(robot: Robot) -> Battery | None:
+        """Return a robot's battery."""
+        return robot._battery
 
     def put_battery(self, robot: Robot, share: float, *, low: bool) -> None:
         """Give a robot a battery with this share of its capacity in it, for a moment in which no time passes."""

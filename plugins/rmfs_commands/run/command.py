@@ -49,6 +49,13 @@ LONGEST_SUFFIX = 60
     help=f"Folder for the result's files; files of an earlier run in it are replaced. "
     f"[default: {RUNS_FOLDER}/<scenario>-seed<seed>, with what --set changed]",
 )
+@click.option("--from", "begin", type=click.Path(), metavar="STATE", help="Begin in a state, a JSON file.")
+@click.option(
+    "--save-state",
+    type=click.Path(),
+    metavar="FILE",
+    help="Write the state in which run.until_s ends the run to a file.",
+)
 @click.option("--trace", is_flag=True, help="Record every event in DIR/trace.jsonl.gz too.")
 @click.option("--record-decisions", is_flag=True, help="Record what each rule saw and decided, for `rmfs explain`.")
 @click.option(
@@ -69,6 +76,8 @@ def run(
     seed: int | None,
     overrides: tuple[str, ...],
     out: Path | None,
+    begin: str | None,
+    save_state: str | None,
     trace: bool,
     record_decisions: bool,
     record: tuple[str, ...],
@@ -93,13 +102,17 @@ def run(
     from rmfs_commands.cli.summary import print_bottleneck, print_profile, print_summary
     from rmfs_commands.cli.waiting import StockWaits
     from rmfs_core import run as simulate
-    from rmfs_core.errors import RunError
+    from rmfs_core.errors import InputError, RunError
     from rmfs_core.scenario import located
     from rmfs_core.world import make_layout
 
     _check_recorders(record)
+    overrides = overrides if begin is None else (*overrides, f"instance.state={begin}")
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
     resolved = load_checked(scenario, overrides, seed)
+    if resolved.instance.state is not None and ("trace" in recorded or watch):
+        given = "--watch" if watch else "--trace"
+        raise InputError(given, "expected it without a state to begin in: a trace begins at time 0 yet")
     name = scenario_name(scenario)
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
@@ -120,6 +133,7 @@ def run(
                 record=recorded,
                 observers=[one for one in (waits, progress, viewer, told) if one is not None],
                 allow_inline_rules=not no_inline_rules,
+                save_state=save_state,
             )
     except RunError as error:
         _failed(notes, error, folder, show_traceback=show_traceback)
@@ -135,6 +149,10 @@ def run(
         if profile:
             print_profile(console, result)
         _report(console, result, waits.sentence, folder, recorded)
+        if save_state is not None and result.status == "horizon":
+            say(console, f"The state at the end is in {save_state}: --from {save_state} goes on from there.")
+    if save_state is not None and result.status != "horizon":
+        say(notes, f"The run was over before run.until_s: no state is in {save_state}.")
     if result.interrupted:
         raise click.Abort
     if viewer is not None:
@@ -232,7 +250,8 @@ def _report(console: Console, result: Result, waited: str, folder: Path, record:
         say(console, waited)
     if (warmup := result.scenario.run.warmup_s) is not None:
         simulated = result.metrics["simulated_s"]
-        say(console, f"Metrics count what happens from {duration(warmup)} on (run.warmup_s).")
+        since = "run.warmup_s" if result.scenario.instance.state is None else "run.warmup_s, or the state's time"
+        say(console, f"Metrics count what happens from {duration(warmup)} on ({since}).")
         if simulated <= warmup:
             say(console, f"The run was over at {duration(simulated)}, before that: they count nothing.")
     observers = [observer for observer, _ in make_observers(quiet=True)]

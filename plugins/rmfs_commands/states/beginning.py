@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from rmfs_commands.states.opening import opening_events
 from rmfs_commands.states.plain import Memento, RobotMemento
 from rmfs_commands.states.rebuilding import layout_of
 from rmfs_commands.states.restoring import ContradictionError, restore
+from rmfs_commands.states.resuming import AT_STATION, resume
 from rmfs_commands.states.state import GoingState, LayoutState, PodState, RunState, State
 from rmfs_commands.states.state_json import read_state
 from rmfs_commands.states.supported import check_supported
@@ -25,7 +27,7 @@ from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event
 from rmfs_core.scenario import Scenario
-from rmfs_core.simulation.resuming import AT_STATION, Going
+from rmfs_core.simulation.going import Going
 from rmfs_core.simulation.setup import Opening, open_warehouse
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.world import NORTH, Instance, Layout, OrderData
@@ -84,6 +86,10 @@ class Begun:
         for event in opening_events(self.opening.warehouse, self.state, self.names, self.stories, self.going):
             tell(event)
 
+    def resume(self, run: Any) -> None:
+        """Let a run go on."""
+        resume(run, self)
+
     def recall(self, run: Any) -> None:
         """Give rules and services what they had: random generators, what they remember, what was drawn."""
         if (told := self.state.run) is None:
@@ -121,7 +127,7 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     names = Names(state, str(path))
     state = _placed(state, names, fresh.warehouse, layout)
     names = Names(state, str(path))
-    given, later = _orders(state, instance, scenario), _later(state, names, instance, scenario)
+    given, later = _orders(state, instance), _later(state, instance, scenario)
     skus = tuple(dict.fromkeys([*names.skus, *(instance.skus if later or instance.levels else ())]))
     memento = _fitting(evolve(memento_of(state, names, layout), skus=skus), scenario, fresh, names)
     known = tuple(evolve(one.data, **given[one.data.name]) for one in memento.orders)
@@ -130,7 +136,12 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     sizes, levels = _by_sku(skus, instance, names)
     memento = evolve(memento, orders=tuple(map(_with_data, memento.orders, known)), sizes=memento.sizes or sizes)
     instance = evolve(
-        instance, skus=skus, orders=(*known, *coming), pods=tuple(p.data for p in memento.pods), sizes=sizes, levels=levels
+        instance,
+        skus=skus,
+        orders=(*known, *coming),
+        pods=tuple(p.data for p in memento.pods),
+        sizes=sizes,
+        levels=levels,
     )
     waits = scenario.rules.wait_for_stock is not False
     makes_battery = _battery(scenario, fresh)
@@ -172,23 +183,25 @@ def _placed(state: State, names: Names, fresh: Warehouse, layout: Layout) -> Sta
         state = evolve(state, layout=LayoutState(map=tuple(draw_map(layout).splitlines())))
     carried = {pod for station in state.stations.values() for pod in station.line}
     robots = state.robots or {}
-    carried |= {one.task for one in robots.values() if one.task is not None and state.pods.get(one.task, _NONE).cell is None}
+    carried |= {
+        one.task for one in robots.values() if one.task is not None and state.pods.get(one.task, _NONE).cell is None
+    }
     taken = {*state.empty_pods, *state.reserved, *(pod.cell for pod in state.pods.values())}
     free = iter([cell for cell in fresh.homes if cell not in taken])
     rest = iter([cell for cell in layout.storage_locations if cell not in taken and cell not in fresh.homes])
     pods = {}
     for name, pod in state.pods.items():
         if pod.cell is None and name not in carried:
-            cell = next(free, None) or next(rest, None)
-            pod = evolve(pod, cell=cell)
-        pods[name] = pod if pod.cell is not None or pod.home is not None else evolve(pod, home=fresh.homes[0])
+            pods[name] = evolve(pod, cell=next(free, None) or next(rest, None))
+        else:
+            pods[name] = pod if pod.cell is not None or pod.home is not None else evolve(pod, home=fresh.homes[0])
     return evolve(state, pods=pods)
 
 
 _NONE = PodState({})
 
 
-def _orders(state: State, instance: Instance, scenario: Scenario) -> dict[str, dict[str, Any]]:
+def _orders(state: State, instance: Instance) -> dict[str, dict[str, Any]]:
     """Return what only the scenario knows of the state's orders, by name."""
     known = {order.name: order for order in instance.orders}
     return {
@@ -197,20 +210,26 @@ def _orders(state: State, instance: Instance, scenario: Scenario) -> dict[str, d
     }
 
 
-def _later(state: State, names: Names, instance: Instance, scenario: Scenario) -> list[OrderData]:
+def _later(state: State, instance: Instance, scenario: Scenario) -> list[OrderData]:
     """Return the scenario's orders that arrive later."""
-    now = to_ticks(max((o.arrival_s for o in state.orders.values()), default=0.0) if state.time_s is None else state.time_s)
+    now = to_ticks(
+        max((o.arrival_s for o in state.orders.values()), default=0.0) if state.time_s is None else state.time_s
+    )
     refilled = scenario.instance.arrivals.backlog is not None
     return [one for one in instance.orders if one.name not in state.orders and (refilled or one.arrival_tick > now)]
 
 
-def _by_sku(skus: Sequence[str], instance: Instance, names: Names) -> tuple[tuple[int, ...], tuple[tuple[int, int], ...]]:
+def _by_sku(
+    skus: Sequence[str], instance: Instance, names: Names
+) -> tuple[tuple[int, ...], tuple[tuple[int, int], ...]]:
     """Return sizes and levels of SKUs; InputError where the scenario has some, but not of all that the state names."""
     ids = {sku: i for i, sku in enumerate(instance.skus)}
     if (instance.sizes or instance.levels) and (unknown := next((sku for sku in skus if sku not in ids), None)):
         names.wrong(("skus",), f'names SKU "{unknown}", of which the scenario has no size or reorder point')
     of = [ids[sku] for sku in skus] if instance.sizes or instance.levels else []
-    return tuple(instance.sizes[i] for i in of if instance.sizes), tuple(instance.levels[i] for i in of if instance.levels)
+    return tuple(instance.sizes[i] for i in of if instance.sizes), tuple(
+        instance.levels[i] for i in of if instance.levels
+    )
 
 
 def _fitting(memento: Memento, scenario: Scenario, fresh: Opening, names: Names) -> Memento:
@@ -263,17 +282,16 @@ def _complete(warehouse: Warehouse, state: State, names: Names) -> None:
     """Tell what no memento has: what is in batteries, until when pickers are busy, how many bundles there were."""
     told, robots = state.run or RunState(), state.robots or {}
     for robot in warehouse.robots:
-        if robot.charge is not None:
+        if (battery := warehouse.battery_of(robot)) is not None:
             given = robots.get(robot.name)
             share = 1.0 if given is None or given.charge is None else given.charge
             joules, since_s = told.joules.get(robot.name, (None, None))
-            whole = warehouse.capacity_j(robot)
-            since = warehouse.now if since_s is None else to_ticks(since_s)
-            warehouse.charge(robot, share * whole if joules is None else joules, since)
+            battery.joules = min(share * battery.capacity_j if joules is None else joules, battery.capacity_j)
+            battery.since = warehouse.now if since_s is None else to_ticks(since_s)
     for name, until_s in told.pickers_s.items():
         station = warehouse.stations[names.station(name, "run", "pickers_s", name)]
         warehouse.occupy_picker(station, to_ticks(until_s), to_ticks(station.picker_free_s))
-    warehouse.count_bundles(told.bundles)
+    warehouse.bundles_so_far = max(warehouse.bundles_so_far, told.bundles)
 
 
 def _going(state: State, names: Names, warehouse: Warehouse) -> tuple[list[Going], dict[int, tuple[Any, ...]]]:
@@ -316,7 +334,7 @@ def _going(state: State, names: Names, warehouse: Warehouse) -> tuple[list[Going
     if state.run is None:
         going.sort(key=lambda one: (line.get(one.robot or 0, math.inf), one.robot or 0))
         going += [
-            Going("release", station=station.id, tick=max(warehouse.picker_until(station), warehouse.now + 1))
+            Going("release", station=station.id, tick=max(warehouse.picker_free(station), warehouse.now + 1))
             for station in warehouse.stations
             if station.in_hand is not None
         ]
@@ -372,7 +390,9 @@ def _check(
     if going.kind == "leg":
         layout = warehouse.travel.layout
         cells = [robot.cell, *(cell for cell, _ in going.legs)]
-        straight = all(layout.kind.size > b >= 0 and warehouse.travel.heading(a, b) is not None or a == b
-                       for a, b in zip(cells, cells[1:], strict=False))
+        straight = all(
+            (layout.kind.size > b >= 0 and warehouse.travel.heading(a, b) is not None) or a == b
+            for a, b in pairwise(cells)
+        )
         if not going.legs or not straight:
             names.wrong((*path, "legs"), "expected cells that lie in a row or column, one after the other")

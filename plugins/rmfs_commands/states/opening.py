@@ -6,23 +6,26 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import Any
 
 from rmfs_commands.states.names import Names
+from rmfs_commands.states.resuming import AT_STATION
 from rmfs_commands.states.state import RunState, State
 from rmfs_core import events
 from rmfs_core.clock import to_ticks
-from rmfs_core.simulation.resuming import AT_STATION, Going
+from rmfs_core.simulation.going import Going
 from rmfs_core.warehouse import Warehouse
 
 
 def opening_events(
     warehouse: Warehouse, state: State, names: Names, stories: Mapping[int, tuple[Any, ...]], going: Sequence[Going]
 ) -> list[events.Event]:
-    """Return events of the past, in the order of time: of orders, with what is not picked; of bundles that are there; of
-    robots that are under way, as if they had just begun that; of stations that are closed."""
+    """Return events of the past, in the order of time.
+
+    Orders come with what is not picked of them, robots that are under way as if they had just begun what they do.
+    """
     told = state.run or RunState()
     handled = [*_handled(warehouse, going, told, names)]
     held = {(one.order, one.station) for one in handled}
     found = [*_of_orders(warehouse, told, held), *_of_bundles(warehouse), *handled]
-    found += _of_robots(warehouse, told, names, stories, going)
+    found += _of_robots(warehouse, told, stories, going)
     now = warehouse.now
     found += [events.StationClosed(now, station.id) for station in warehouse.stations if not station.open]
     if (number := sum(robot.on_duty for robot in warehouse.robots)) < len(warehouse.robots):
@@ -48,9 +51,7 @@ def _of_orders(warehouse: Warehouse, told: RunState, held: Container[tuple[int, 
             yield events.OrderCompleted(to_ticks(completed_s.get(order.name, now / 1000)), order.id)
 
 
-def _handled(
-    warehouse: Warehouse, going: Sequence[Going], told: RunState, names: Names
-) -> Iterator[events.ItemPicked]:
+def _handled(warehouse: Warehouse, going: Sequence[Going], told: RunState, names: Names) -> Iterator[events.ItemPicked]:
     """Yield the picks of items that are being handled."""
     for given in told.going:
         if given.kind == "handled" and given.station and given.order and given.sku:
@@ -72,7 +73,7 @@ def _of_bundles(warehouse: Warehouse) -> Iterator[events.Event]:
 
 
 def _of_robots(
-    warehouse: Warehouse, told: RunState, names: Names, stories: Mapping[int, tuple[Any, ...]], going: Sequence[Going]
+    warehouse: Warehouse, told: RunState, stories: Mapping[int, tuple[Any, ...]], going: Sequence[Going]
 ) -> Iterator[events.Event]:
     now, doing = warehouse.now, {one.robot: one for one in going if one.robot is not None}
     visits = {one.visit: to_ticks(one.visit_since_s) for one in told.going if one.visit}

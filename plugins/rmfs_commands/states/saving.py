@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rmfs_commands.results.files import to_json, write_text
 from rmfs_commands.states.memory import labelled, memories
 from rmfs_commands.states.recording import generator_state
+from rmfs_commands.states.resuming import going_on
 from rmfs_commands.states.snapshots import Snapshots
 from rmfs_commands.states.supported import check_supported
 from rmfs_core.clock import to_seconds
@@ -16,8 +17,6 @@ from rmfs_core.errors import InputError
 from rmfs_core.events import Event, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import Scenario, located
-from rmfs_core.simulation.resuming import Going, going_on
-
 
 if TYPE_CHECKING:
     from rmfs_core.simulation.engine import Simulation
@@ -28,7 +27,9 @@ def saver(path: str | Path, scenario: Scenario) -> Saver:
     with located(scenario):
         check_supported(scenario)
         if scenario.run.until_s is None:
-            raise InputError("run.until_s", "found none; expected the time at which the run ends and its state is saved")
+            raise InputError(
+                "run.until_s", "found none; expected the time at which the run ends and its state is saved"
+            )
     return Saver(Path(path))
 
 
@@ -77,8 +78,8 @@ class Saver:
         for order in warehouse.arrived.values():  # with scarce stock, too
             state["orders"][order.name]["waits_for_stock"] = order.waits_for_stock
         names = {order.id: order.name for order in warehouse.orders}
-        stations = {station.name: warehouse.picker_until(station) for station in warehouse.stations}
-        batteries = {robot.name: warehouse.charged(robot) for robot in warehouse.robots if robot.charge is not None}
+        stations = {station.name: warehouse.picker_free(station) for station in warehouse.stations}
+        batteries = {robot.name: warehouse.battery_of(robot) for robot in warehouse.robots}
         services, rules = run.services, run.rules
         state["run"] = {
             "going": [*self._going(run, names)],
@@ -88,7 +89,7 @@ class Saver:
             "assigned_s": {names[order]: to_seconds(tick) for order, tick in self._assigned.items()},
             "completed_s": {names[order]: to_seconds(tick) for order, tick in self._completed.items()},
             "pickers_s": {name: to_seconds(tick) for name, tick in stations.items() if tick > now},
-            "joules": {name: (joules, to_seconds(since)) for name, (joules, since) in batteries.items()},
+            "joules": {name: (one.joules, to_seconds(one.since)) for name, one in batteries.items() if one is not None},
             "random": {
                 label: generator_state(run.context.stream(rule).bit_generator.state) for label, rule in labelled(rules)
             },

@@ -361,7 +361,7 @@ STORIES = ("transport", "store", "move", "rest")
 
 @frozen
 class GoingState:
-    """Something that is going on; `rmfs_core.simulation.resuming.Going` has the kinds."""
+    """Something that is going on; `rmfs_core.simulation.going.Going` has the kinds."""
 
     kind: str = key("What it is", check=_one_of(*KINDS))
     robot: str | None = key("Robot that does it", None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator
 from typing import Any
 
 import simpy
@@ -16,7 +16,7 @@ from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.resuming import Going
+from rmfs_core.simulation.going import Going
 from rmfs_core.traffic import Traffic
 from rmfs_core.traffic.paths import Rows, Stop, ends_of
 from rmfs_core.warehouse import Robot, Station
@@ -104,41 +104,14 @@ class Driving:
         self.allowed = f"longer than run.standstill_s and than {CROSSINGS} crossings of the layout take"
         self.under_way: dict[int, tuple[Robot, int, int, int, int, int]] = {}
         """By robot, what `arrive` is called with at the end of its leg."""
-
-    @property
-    def standing(self) -> list[list[Robot]]:
-        """Robots that stand in a line and wait until it moves, in the order in which they are woken, by station."""
-        return []
+        self.standing: list[list[Robot]] = [[] for _ in run.warehouse.stations]
+        """By station, robots that wait until its line moves, in the order in which they are woken."""
 
     def begin(self) -> None:
         """Let robots begin, or go on, on their own."""
 
-    def told(self, event: simpy.Event) -> Any:
-        """Return what an event that is to happen is for; None where nothing comes of it."""
-        going = event.value
-        if not (isinstance(going, Going) and going.kind == "leg"):
-            return going
-        _, to, wait, _, start, _ = self.under_way[going.robot or 0]
-        legs = ((cell, wait) for cell, wait in self.legs_left(going.robot or 0))
-        return going._replace(since=start, legs=((to, wait), *legs))
-
-    def legs_left(self, robot: int) -> Iterable[Sequence[int]]:
-        """Return cell and wait of the legs that a robot drives after that under way."""
-        raise NotImplementedError
-
-    def with_place(self, going: Going) -> Going:
-        """Return what is going on with what else is known of its robot."""
-        return going
-
-    def take_in(self, going: Iterable[Going]) -> None:
-        """Take in robots that are where a state has them, on the legs that it tells of."""
-
     def go_on(self, robot: int) -> None:
-        """Let a robot that was taken in go on, on its own."""
-
-    def finish(self, robot: Robot, going: Going) -> Process:
-        """Let a story wait until its robot has driven the legs that a state tells of."""
-        yield from ()
+        """Let a robot drive what it has reserved, on its own."""
 
     # What each way does for the story
 

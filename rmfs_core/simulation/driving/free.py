@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
 
 import simpy
 
@@ -11,7 +10,6 @@ from rmfs_core.clock import UNREACHABLE, to_seconds
 from rmfs_core.events import QueueJoined
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Driving, Process
-from rmfs_core.simulation.resuming import Going
 from rmfs_core.warehouse import Robot, Station
 
 
@@ -24,31 +22,13 @@ class FreeDriving(Driving):
     def __init__(self, run: RunContext) -> None:
         super().__init__(run)
         self._line_moved: list[simpy.Event] = [run.env.event() for _ in run.warehouse.stations]
-        self._standing: list[list[Robot]] = [[] for _ in run.warehouse.stations]
-        self._left: dict[int, deque[list[int]]] = {}
-
-    @property
-    def standing(self) -> list[list[Robot]]:
-        """Robots that wait until their line moves."""
-        return self._standing
-
-    def legs_left(self, robot: int) -> Iterable[Sequence[int]]:
-        """Return the legs of a robot after that under way."""
-        return self._left[robot]
-
-    def finish(self, robot: Robot, going: Going) -> Process:
-        """Drive the legs that are left; who has come to the end of a line joins it there."""
-        legs = deque([cell, wait] for cell, wait in going.legs)
-        yield from self._follow(robot, legs, going.since)
-        if going.legs and robot.pod is not None and (bound := self.run.warehouse.pods[robot.pod].bound_for):
-            station = self.run.warehouse.stations[bound[0]]
-            if robot.cell in (station.cell, *station.cells.queue) and robot not in station.line:
-                self._join(robot, station)
+        self.next_legs: dict[int, deque[list[int]]] = {}
+        """By robot, cell and wait of the legs after that under way."""
 
     def left(self, station: Station) -> None:
         """Let those in line move up."""
         moved, self._line_moved[station.id] = self._line_moved[station.id], self.run.env.event()
-        self._standing[station.id].clear()
+        self.standing[station.id].clear()
         moved.succeed()
 
     def to_location(self, robot: Robot, cell: int) -> Process:
@@ -62,7 +42,7 @@ class FreeDriving(Driving):
         """Drive to the end of the line, join it, and move up until the station is reached."""
         if robot not in station.line:
             yield from self._drive(robot, station.cells.slot(len(station.line)))
-            self._join(robot, station)
+            self.join(robot, station)
         slots = (station.cell, *station.cells.queue[station.cells.clear :])
         while True:
             line = station.line
@@ -73,10 +53,11 @@ class FreeDriving(Driving):
             elif line[0] is robot:
                 return
             else:
-                self._standing[station.id].append(robot)
+                self.standing[station.id].append(robot)
                 yield self._line_moved[station.id]
 
-    def _join(self, robot: Robot, station: Station) -> None:
+    def join(self, robot: Robot, station: Station) -> None:
+        """Let a robot that has come to the end of a line stand there."""
         self.run.warehouse.join_line(robot, station)
         assert robot.pod is not None
         self.run.tell(QueueJoined(self.run.warehouse.now, robot=robot.id, pod=robot.pod, station=station.id))
@@ -92,11 +73,11 @@ class FreeDriving(Driving):
                 since_s = to_seconds(run.warehouse.now - nearer)
                 problem = f"robot {robot.name} has come no nearer to {travel.layout.where(goal)} for {since_s:.0f} s"
                 raise run.asker.error(self.rule, f"{problem} ({self.allowed})")
-            yield from self._follow(robot, deque(self.path(robot, goal).tolist()), run.warehouse.now)
+            yield from self.follow(robot, deque(self.path(robot, goal).tolist()), run.warehouse.now)
 
-    def _follow(self, robot: Robot, legs: deque[list[int]], start: int) -> Process:
+    def follow(self, robot: Robot, legs: deque[list[int]], start: int) -> Process:
         """Drive legs, on the first of them since a tick."""
-        self._left[robot.id] = legs
+        self.next_legs[robot.id] = legs
         while legs:
             to, wait = legs.popleft()
             heading, turn, ticks = self.turn_and_run(robot, to)

@@ -7,8 +7,6 @@ may be replaced at any time by others that begin where the leg under way ends, o
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 import simpy
@@ -18,7 +16,7 @@ from rmfs_core.events import QueueJoined
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import NO_LEGS, Course, Driving, Process
-from rmfs_core.simulation.resuming import LEGS, Going
+from rmfs_core.simulation.going import Going
 from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, Traffic, drive, roads_on
 from rmfs_core.traffic.paths import Rows, Stop
 from rmfs_core.warehouse import Robot, Station
@@ -38,10 +36,6 @@ def _either(one: simpy.Event, other: simpy.Event) -> simpy.Event:
     one.callbacks.append(happen)
     other.callbacks.append(happen)
     return first
-
-
-def _pairs(legs: Iterable[Sequence[int]]) -> tuple[tuple[int, int], ...]:
-    return tuple((cell, wait) for cell, wait in legs)
 
 
 class ReservedDriving(Driving):
@@ -70,7 +64,7 @@ class ReservedDriving(Driving):
         self.lines: list[list[Course]] = [[] for _ in run.warehouse.stations]
         """Robots in the line of each station or with a place in it, first in line first."""
         self._locations = np.array(locations, dtype=np.int64)
-        self._owner: dict[int, Course] = {course.goal: course for course in self.courses}
+        self.owner: dict[int, Course] = {course.goal: course for course in self.courses}
         self._forgotten = 0
         self._driving: set[int] = set()
         for course in self.courses:
@@ -89,74 +83,6 @@ class ReservedDriving(Driving):
         if robot not in self._driving:
             self._driving.add(robot)
             self.env.process(self._follow(self.courses[robot]))
-
-    def told(self, event: simpy.Event) -> Any:
-        """Return what an event is for; of a wait that is over, since the robot has other legs now, nothing comes."""
-        going = super().told(event)
-        if isinstance(going, Going) and going.kind == "wait":
-            course = self.courses[going.robot or 0]
-            return going._replace(since=course.since, legs=_pairs(course.legs)) if course.waits is event else None
-        return going
-
-    def legs_left(self, robot: int) -> Iterable[Sequence[int]]:
-        """Return the legs of a robot after that under way."""
-        return self.courses[robot].legs
-
-    def with_place(self, going: Going) -> Going:
-        """Return what is going on with how often its robot was overtaken."""
-        return going._replace(overtaken=self.courses[going.robot or 0].overtaken)
-
-    def take_in(self, going: Iterable[Going]) -> None:
-        """Take in robots that are where a state has them, on the legs that it tells of, and in their lines."""
-        now, told = self.run.warehouse.now, {one.robot: one for one in going if one.robot is not None}
-        for course in self.courses:
-            self.table.release(course.robot.id)
-        for course in sorted(self.courses, key=lambda one: not self._takes_in(one, told.get(one.robot.id))):
-            if course.reserved is None:
-                self._settle(self.table, course, Stop(course.robot.cell, course.robot.heading, now), NO_LEGS)
-        for station in self.run.warehouse.stations:
-            slots = (station.cell, *station.cells.queue)
-            for course in self.courses:
-                pod = None if course.robot.pod is None else self.run.warehouse.pods[course.robot.pod]
-                if pod is not None and pod.bound_for[:1] == (station.id,) and self._in_line(course, station):
-                    course.station, course.joined = station, course.robot in station.line
-                    self.lines[station.id].append(course)
-            self.lines[station.id].sort(key=lambda one: (not one.joined, slots.index(one.goal)))
-        self._owner = {course.goal: course for course in self.courses}
-
-    def _takes_in(self, course: Course, told: Going | None) -> bool:
-        """Let a robot be on the legs that are told of; return whether there are some."""
-        if told is None or told.kind not in LEGS:
-            return False
-        robot, legs, course.since, course.overtaken = course.robot, [*told.legs], told.since, told.overtaken
-        if told.kind == "wait":
-            start, course.ready = Stop(robot.cell, robot.heading, told.tick - legs[0][1]), told.tick
-            self._settle(self.table, course, start, np.array(legs, dtype=np.int64))
-        else:
-            to, wait = legs.pop(0)
-            heading, turn, ticks = self.turn_and_run(robot, to)
-            start = Stop(robot.cell, robot.heading, told.since + wait)
-            course.under_way = start, Stop(to, heading, start.start_tick + turn + ticks)
-            self._settle(self.table, course, start, np.array([(to, 0), *legs], dtype=np.int64))
-        course.legs = deque([*leg] for leg in legs)
-        return True
-
-    def _settle(self, table: Reservations, course: Course, start: Stop, legs: Rows) -> None:
-        """Reserve what a robot drives, or the cell where it stands."""
-        try:
-            if not len(legs):
-                table.hold(course.robot.id, start.cell, start.start_tick)
-                return
-            course.reserved, end = table.settle(course.robot.id, self.roads, start, legs)
-        except ReservedError as error:
-            other, where = self.run.warehouse.robots[error.owner].name, self.roads.layout.where(error.cell)
-            problem = f"robots {course.robot.name} and {other} have {where} at once; expected one robot in a cell"
-            raise InputError("instance.state", problem) from None
-        course.arrives, course.goal = end.start_tick, end.cell
-
-    def _in_line(self, course: Course, station: Station) -> bool:
-        """Whether a robot with a pod for a station has a place in its line."""
-        return course.goal in (station.cell, *station.cells.queue)
 
     def place(self, robot: Robot, station: Station) -> None:
         """Take in a robot that stands in the line of a station from the start."""
@@ -286,7 +212,7 @@ class ReservedDriving(Driving):
                     idle[cell].station = station
                     line.append(idle.pop(cell))
         while strays := idle.keys() - set(self._locations.tolist()):
-            free = [location for location in self._locations.tolist() if location not in self._owner]
+            free = [location for location in self._locations.tolist() if location not in self.owner]
             cell, location = self.roads.layout.nearest(strays, free)
             self._send(idle.pop(cell), location)
         yield from ()
@@ -342,19 +268,19 @@ class ReservedDriving(Driving):
 
     def own(self, course: Course, goal: int) -> None:
         """Make a cell the one that a robot goes to and no other may."""
-        assert self._owner.get(goal, course) is course
+        assert self.owner.get(goal, course) is course
         self._disown(course)
-        self._owner[goal] = course
+        self.owner[goal] = course
         course.goal = goal
 
     def _disown(self, course: Course) -> None:
         """Give up the cell that a robot owns."""
-        if self._owner.get(course.goal) is course:
-            del self._owner[course.goal]
+        if self.owner.get(course.goal) is course:
+            del self.owner[course.goal]
 
     def _clear(self, goal: int, robot: Robot) -> None:
         """Let an empty robot that owns a storage location step aside for another that has to go there."""
-        other = self._owner.get(goal)
+        other = self.owner.get(goal)
         if other is not None and other.robot is not robot:
             assert other.robot.pod is None
             self._send(other, self._refuge(other))
@@ -366,6 +292,6 @@ class ReservedDriving(Driving):
         times = warehouse.travel.times_from(stop.cell, stop.heading, False)[self._locations]
         for i in np.lexsort((self._locations, times)):
             cell = int(self._locations[i])
-            if cell not in self._owner and cell not in wanted:
+            if cell not in self.owner and cell not in wanted:
                 return cell
-        return next(cell for cell in map(int, self._locations) if cell not in self._owner)
+        return next(cell for cell in map(int, self._locations) if cell not in self.owner)

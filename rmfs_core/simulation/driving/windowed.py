@@ -34,10 +34,8 @@ from bisect import insort
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from itertools import pairwise, takewhile
-from typing import Any
 
 import numpy as np
-import simpy
 from attrs import define, evolve
 
 from rmfs_core.clock import UNREACHABLE, far, to_seconds
@@ -46,7 +44,6 @@ from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import NO_LEGS, Course, Process
 from rmfs_core.simulation.driving.reserved import ReservedDriving
-from rmfs_core.simulation.resuming import Going
 from rmfs_core.traffic import FOREVER, Query, Reservations, ReservedError, drive
 from rmfs_core.traffic.paths import Rows, Stop
 from rmfs_core.warehouse import Robot, Station
@@ -114,25 +111,6 @@ class WindowedDriving(ReservedDriving):
         super().place(robot, station)
         self.registered.release(robot.id)
         self.registered.hold(robot.id, robot.cell, 0)
-
-    def take_in(self, going: Iterable[Going]) -> None:
-        """Take in robots that are where a state has them; each plans anew where the leg that it drives now ends."""
-        legs = (one._replace(legs=one.legs[:1]) for one in going if one.kind != "wait")
-        super().take_in(legs)
-        for course in self.courses:
-            self.registered.release(course.robot.id)
-        for course in sorted(self.courses, key=lambda one: one.under_way is None):
-            start, end = course.under_way or (self.next_stop(course), None)
-            run = NO_LEGS if end is None else np.array([(end.cell, 0)], dtype=np.int64)
-            self._settle(self.registered, course, start, run)
-            self._progress_of[course.robot.id].moved = start.start_tick
-
-    def _in_line(self, course: Course, station: Station) -> bool:
-        return course.robot in station.line
-
-    def told(self, event: simpy.Event) -> Any:
-        """Return what an event is for; nothing of rounds, which come anew."""
-        return None if event.value is None else super().told(event)
 
     def to_station(self, robot: Robot, station: Station) -> Process:
         """Drive to the end of the line, and move up until the robot stands in front of the picker."""
