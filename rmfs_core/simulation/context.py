@@ -37,6 +37,8 @@ class RunContext:
         The selected rules, with all observers registered.
     warehouse
         The state.
+    begun
+        Whether the run begins in the middle: robots are put where they are later.
 
     Attributes
     ----------
@@ -52,7 +54,8 @@ class RunContext:
         Returns the event that happens so many ticks later; its value may be what a state tells of it.
     """
 
-    def __init__(self, scenario: Scenario, rules: RuleSet, warehouse: Warehouse) -> None:
+    def __init__(self, scenario: Scenario, rules: RuleSet, warehouse: Warehouse, *, begun: bool = False) -> None:
+        self.begun = begun
         self.scenario = scenario
         self.rules = rules
         self.warehouse = warehouse

@@ -50,12 +50,7 @@ LONGEST_SUFFIX = 60
     f"[default: {RUNS_FOLDER}/<scenario>-seed<seed>, with what --set changed]",
 )
 @click.option("--from", "begin", type=click.Path(), metavar="STATE", help="Begin in a state, a JSON file.")
-@click.option(
-    "--save-state",
-    type=click.Path(),
-    metavar="FILE",
-    help="Write the state in which run.until_s ends the run to a file.",
-)
+@click.option("--save-state", type=click.Path(), metavar="FILE", help="Write the state at run.until_s to a file.")
 @click.option("--trace", is_flag=True, help="Record every event in DIR/trace.jsonl.gz too.")
 @click.option("--record-decisions", is_flag=True, help="Record what each rule saw and decided, for `rmfs explain`.")
 @click.option(
@@ -102,7 +97,7 @@ def run(
     from rmfs_commands.cli.summary import print_bottleneck, print_profile, print_summary
     from rmfs_commands.cli.waiting import StockWaits
     from rmfs_core import run as simulate
-    from rmfs_core.errors import InputError, RunError
+    from rmfs_core.errors import RunError
     from rmfs_core.scenario import located
     from rmfs_core.world import make_layout
 
@@ -110,9 +105,7 @@ def run(
     overrides = overrides if begin is None else (*overrides, f"instance.state={begin}")
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
     resolved = load_checked(scenario, overrides, seed)
-    if resolved.instance.state is not None and ("trace" in recorded or watch):
-        given = "--watch" if watch else "--trace"
-        raise InputError(given, "expected it without a state to begin in: a trace begins at time 0 yet")
+    _check_begin(resolved, "--trace" if "trace" in recorded else "--watch" if watch else None)
     name = scenario_name(scenario)
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
@@ -149,14 +142,26 @@ def run(
         if profile:
             print_profile(console, result)
         _report(console, result, waits.sentence, folder, recorded)
-        if save_state is not None and result.status == "horizon":
-            say(console, f"The state at the end is in {save_state}: --from {save_state} goes on from there.")
-    if save_state is not None and result.status != "horizon":
-        say(notes, f"The run was over before run.until_s: no state is in {save_state}.")
+    _say_saved(notes, save_state, result.status)
     if result.interrupted:
         raise click.Abort
     if viewer is not None:
         viewer.wait()
+
+
+def _say_saved(notes: Console, save_state: str | None, status: str) -> None:
+    """Say where the state is in which a run ended, or that it was over before."""
+    if save_state is not None:
+        over = "The run was over before run.until_s: its state was not saved."
+        say(notes, f"The state at the end is in {save_state}." if status == "horizon" else over)
+
+
+def _check_begin(scenario: Scenario, traced: str | None) -> None:
+    """Refuse an option that needs a trace where a run begins in a state."""
+    from rmfs_core.errors import InputError
+
+    if traced is not None and scenario.instance.state is not None:
+        raise InputError(traced, "expected it without a state to begin in: a trace begins at time 0")
 
 
 def _failed(notes: Console, error: RunError, folder: Path, *, show_traceback: bool) -> None:

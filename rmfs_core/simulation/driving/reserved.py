@@ -67,7 +67,7 @@ class ReservedDriving(Driving):
         self.owner: dict[int, Course] = {course.goal: course for course in self.courses}
         self._forgotten = 0
         self._driving: set[int] = set()
-        for course in self.courses:
+        for course in () if run.begun else self.courses:
             self.table.hold(course.robot.id, course.robot.cell, 0)
         self.table.forget_before(0)
 
