@@ -39,10 +39,10 @@ WORLDS = {
         ),
         *('stations.open={1=[["00:00","00:05"]]}', 'robots.available=[["00:00","00:03"],["00:03","23:00",2]]'),
     ),
-    "pods move": ("rules.move=utility", "rules.idle=near-stations"),
+    "pods move": ("rules.move=utility", "rules.idle=charge-when-low", "layout.chargers=1", "robots.battery.capacity_wh=900"),
     "split": ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
     "low": (
-        *("layout.chargers=2", "rules.idle=charge-when-low", "robots.battery.capacity_wh=18"),
+        *("layout.chargers=2", "rules.idle=charge-when-low", "robots.battery.capacity_wh=33"),
         *("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
     ),
     "restocked": (
@@ -185,9 +185,9 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
 @cases(
     "changes overrides sentence",
     ({"stations": {"1": BY_HAND["stations"]["1"]}}, (), "stations: found 1"),
-    ({"layout": {"map": ["O#"]}}, (), "layout"),
+    ({"layout": {"blocks": {"block_rows": 5, "block_columns": 4, "stations_east": 2}}}, (), "layout: found another grid"),
     ({"robots": {"r": {"cell": 9, "task": "P1"}}}, (), "robots: found 1; expected the scenario's"),
-    ({}, ("run.until_s=60",), "run.until_s: found 60, but the state is of 36000 s"),
+    ({}, ("run.until_s=60",), "run.until_s=60: found 60, but the state is of 36000 s"),
     ({}, ("packing.boxes=4",), "packing: a run cannot begin in a state, or save one, with packing stations"),
     ({}, ("robots.failures={mtbf_h=1,mttr_s=60}",), "with failures yet; expected a scenario without"),
     ({"run": {"going": [{"kind": "dance"}]}}, (), "run.going[0].kind: expected"),
