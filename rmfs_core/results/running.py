@@ -66,7 +66,7 @@ def run(
     allow_inline_rules
         Whether code may be loaded from files: rules such as ``./file.py:Class``.
     save_state
-        File for the state in which ``run.until_s`` ends the run, from which another goes on (``instance.state``).
+        File for the state in which ``run.until_s`` ends the run, from which another goes on (``instance.state_file``).
 
     Returns
     -------
@@ -235,9 +235,9 @@ def prepare(
         with located(scenario):
             scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
             instance, layout, begun = make_instance(scenario), make_layout(scenario), None
-            if scenario.instance.state is not None:
+            if scenario.instance.state_file is not None:
                 make: Any = entrypoints.load(
-                    entrypoints.chosen(entrypoints.PROCESSES, None, "state"), "instance.state", "process"
+                    entrypoints.chosen(entrypoints.PROCESSES, None, "state"), "instance.state_file", "process"
                 )
                 begun = make(scenario, instance, layout)
                 scenario, instance = begun.scenario, begun.instance

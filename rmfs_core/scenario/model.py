@@ -170,7 +170,7 @@ class InstanceSection:
     )
     skus_file: str | None = key("CSV with columns sku[,size][,reorder_point][,order_up_to]; sizes left out: 1", None)
     replenishment: Replenishment | None = key("Where bundles come from; left out: there are none", None)
-    state: str | None = key(
+    state_file: str | None = key(
         "State that the run begins in, a JSON file: time, orders, pods, robots. Orders that arrive later are those of "
         "this section; left out: time 0",
         None,

@@ -80,7 +80,7 @@ class Simulation:
                     raise InputError(
                         f"rules.{rule.role.key}", f"{rule.describe()}, prepare: {one_line(error)}"
                     ) from error
-        self.context = RunContext(scenario, rules, opening.warehouse, begun=begun is not None)  # what the two that follow work on, too
+        self.context = RunContext(scenario, rules, opening.warehouse, begun=begun is not None)
         start, self.stories = self._starting, dict[int, tuple[Any, ...]]()
         starts = start("transport"), start("move"), start("rest")
         self.decisions = Decisions(self.context, *starts, self._refill)

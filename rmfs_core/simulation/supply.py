@@ -70,8 +70,7 @@ class Supply:
     def knows(self, warehouse: Warehouse, ordered: Iterable[tuple[int, int]]) -> None:
         """Take note of bundles that are there, of SKUs and items that are on order, and of orders that wait."""
         there = (*warehouse.bundles.values(), *(bundle for at in warehouse.storing for bundle in at.bundles))
-        self.waits_no_more([OrderLine(bundle.sku, bundle.items) for bundle in there])
-        self.waits_no_more([OrderLine(*one) for one in ordered])
+        self.waits_no_more([*ordered, *((bundle.sku, bundle.items) for bundle in there)])
         for order in warehouse.claims.waiting.values() if warehouse.claims is not None else ():
             self.waits(order.lines)
 
@@ -84,7 +83,7 @@ class Supply:
         for sku, items in lines:
             self._position[sku] -= items
 
-    def waits_no_more(self, lines: Iterable[OrderLine]) -> None:
+    def waits_no_more(self, lines: Iterable[tuple[int, int]]) -> None:
         """Take note that an order waits for stock no more."""
         for sku, items in lines:
             self._position[sku] += items

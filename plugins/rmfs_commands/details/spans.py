@@ -22,7 +22,7 @@ Handlers = Mapping[type[Event], Callable[[Any], None]]
 
 def goes_on(run: RunInfo, begin: int) -> bool:
     """Whether a run goes on from a state, and counts from there: then also orders that arrived before."""
-    return run.scenario.instance.state is not None and begin <= run.warehouse.now_tick + 1
+    return run.scenario.instance.state_file is not None and begin <= run.warehouse.now_tick + 1
 
 
 def ratio(part: float, whole: float) -> float | None:

@@ -102,7 +102,7 @@ def run(
     from rmfs_core.world import make_layout
 
     _check_recorders(record)
-    overrides = overrides if begin is None else (*overrides, f"instance.state={begin}")
+    overrides = overrides if begin is None else (*overrides, f"instance.state_file={begin}")
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
     resolved = load_checked(scenario, overrides, seed)
     _check_begin(resolved, "--trace" if "trace" in recorded else "--watch" if watch else None)
@@ -160,7 +160,7 @@ def _check_begin(scenario: Scenario, traced: str | None) -> None:
     """Refuse an option that needs a trace where a run begins in a state."""
     from rmfs_core.errors import InputError
 
-    if traced is not None and scenario.instance.state is not None:
+    if traced is not None and scenario.instance.state_file is not None:
         raise InputError(traced, "expected it without a state to begin in: a trace begins at time 0")
 
 
@@ -255,7 +255,7 @@ def _report(console: Console, result: Result, waited: str, folder: Path, record:
         say(console, waited)
     if (warmup := result.scenario.run.warmup_s) is not None:
         simulated = result.metrics["simulated_s"]
-        since = "run.warmup_s" if result.scenario.instance.state is None else "run.warmup_s, or the state's time"
+        since = "run.warmup_s" if result.scenario.instance.state_file is None else "run.warmup_s, or the state's time"
         say(console, f"Metrics count what happens from {duration(warmup)} on ({since}).")
         if simulated <= warmup:
             say(console, f"The run was over at {duration(simulated)}, before that: they count nothing.")

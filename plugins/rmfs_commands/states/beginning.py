@@ -106,7 +106,7 @@ class Begun:
 
 
 def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
-    """Return what a run begins in: the state that ``instance.state`` names.
+    """Return what a run begins in: the state that ``instance.state_file`` names.
 
     Parameters
     ----------
@@ -121,8 +121,8 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
         Where the state is none, contradicts itself, or does not fit the scenario.
     """
     check_supported(scenario)
-    assert scenario.instance.state is not None
-    path = Path(scenario.folder) / scenario.instance.state
+    assert scenario.instance.state_file is not None
+    path = Path(scenario.folder) / scenario.instance.state_file
     state, fresh = read_state(path), open_warehouse(scenario, instance, layout)
     names = Names(state, str(path))
     state = _placed(state, names, fresh.warehouse, layout)

@@ -80,6 +80,9 @@ def _of_robots(
     line = {robot.id: station for station in warehouse.stations for robot in station.line}
     for robot in warehouse.robots:
         if robot.id not in stories:
+            if robot.cell in warehouse.travel.layout.chargers and robot.charge is not None:  # it stays where it charged
+                yield events.RobotSent(now, robot.id, robot.cell)
+                yield events.RobotRested(now, robot.id, robot.cell)
             continue
         story, *what = stories[robot.id]
         if story == "rest":

@@ -11,7 +11,6 @@ import simpy
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError
-from rmfs_core.simulation.driving.free import FreeDriving
 from rmfs_core.simulation.going import Going
 from rmfs_core.traffic import ReservedError
 from rmfs_core.traffic.paths import Stop
@@ -72,7 +71,8 @@ def resume(run: Simulation, begun: Any) -> None:
     run.completed = sum(order.complete and (run.packing is None or order.cancelled) for order in warehouse.orders)
     if run.supply is not None:
         run.supply.knows(warehouse, [(one.sku, one.items) for one in begun.going if one.kind == "bundle"])
-    _take_in(run.driving, begun.going)
+    driving: Any = run.driving
+    _take_in(driving, begun.going)
     for going in begun.going:
         if going.kind in left:
             run.env.process(left.pop(going.kind)())
@@ -86,7 +86,8 @@ def resume(run: Simulation, begun: Any) -> None:
             run.decisions.ring_at(going.tick, wanted=going.tick == begun.wakes)
         elif going.robot is not None:
             robot = warehouse.robots[going.robot]
-            run.driving.go_on(robot.id)
+            if hasattr(driving, "courses"):
+                driving.go_on(robot.id)
             if robot.id in run.stories:
                 run.env.process(_story(run, robot, going))
     run.driving.begin()
@@ -98,12 +99,13 @@ def _story(run: Simulation, robot: Robot, going: Going) -> Generator[Any, Any, N
     """Go on with what a robot does."""
     story, *what = run.stories[robot.id]
     serving = going.kind in AT_STATION
-    if going.kind == "leg" and isinstance(run.driving, FreeDriving):
-        yield from run.driving.follow(robot, deque([*leg] for leg in going.legs), going.since)
+    driving: Any = run.driving
+    if going.kind == "leg" and not hasattr(driving, "courses"):
+        yield from driving.follow(robot, deque([*leg] for leg in going.legs), going.since)
         if story == "transport" and robot.pod is not None:
             station = run.warehouse.stations[what[0].bound_for[0]]
             if robot not in station.line:
-                run.driving.join(robot, station)
+                driving.join(robot, station)
     timed = going if serving or going.kind in ("lift", "set", "charge") else None
     if story == "transport" and what[0].location is None:
         yield from run.visit_stations(robot, what[0], timed if serving else None)
@@ -135,7 +137,7 @@ def _take_in(driving: Any, going: Sequence[Going]) -> None:
             except ReservedError as error:
                 one, other = course.robot.name, warehouse.robots[error.owner].name
                 problem = f"robots {one} and {other} have {driving.roads.layout.where(error.cell)} at once"
-                raise InputError("instance.state", f"{problem}; expected one robot in a cell") from None
+                raise InputError("instance.state_file", f"{problem}; expected one robot in a cell") from None
     for station in warehouse.stations:
         slots, line = (station.cell, *station.cells.queue), driving.lines[station.id]
         for course in driving.courses:

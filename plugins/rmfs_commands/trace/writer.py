@@ -134,8 +134,8 @@ class TraceWriter:
 
 def header(run: RunInfo) -> dict[str, Any]:
     """Return the first line of a run's trace."""
-    if run.scenario.instance.state is not None:
-        raise InputError("instance.state", "found a state to begin in, but a trace begins at time 0; expected no trace")
+    if run.scenario.instance.state_file is not None:
+        raise InputError("instance.state_file", "a trace begins at time 0; expected no state to begin in")
     warehouse, instance = run.warehouse, run.instance
     return {
         "format": FORMAT,

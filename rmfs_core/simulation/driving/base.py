@@ -104,14 +104,10 @@ class Driving:
         self.allowed = f"longer than run.standstill_s and than {CROSSINGS} crossings of the layout take"
         self.under_way: dict[int, tuple[Robot, int, int, int, int, int]] = {}
         """By robot, what `arrive` is called with at the end of its leg."""
-        self.standing: list[list[Robot]] = [[] for _ in run.warehouse.stations]
-        """By station, robots that wait until its line moves, in the order in which they are woken."""
+        self.standing: list[list[Robot]] = [[] for _ in run.warehouse.stations]  # that wait until the line moves
 
     def begin(self) -> None:
         """Let robots begin, or go on, on their own."""
-
-    def go_on(self, robot: int) -> None:
-        """Let a robot drive what it has reserved, on its own."""
 
     # What each way does for the story
 

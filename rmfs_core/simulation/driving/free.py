@@ -22,8 +22,7 @@ class FreeDriving(Driving):
     def __init__(self, run: RunContext) -> None:
         super().__init__(run)
         self._line_moved: list[simpy.Event] = [run.env.event() for _ in run.warehouse.stations]
-        self.next_legs: dict[int, deque[list[int]]] = {}
-        """By robot, cell and wait of the legs after that under way."""
+        self.next_legs: dict[int, deque[list[int]]] = {}  # by robot: cell and wait of those after that under way
 
     def left(self, station: Station) -> None:
         """Let those in line move up."""

@@ -39,7 +39,12 @@ WORLDS = {
         ),
         *('stations.open={1=[["00:00","00:05"]]}', 'robots.available=[["00:00","00:03"],["00:03","23:00",2]]'),
     ),
-    "pods move": ("rules.move=utility", "rules.idle=charge-when-low", "layout.chargers=1", "robots.battery.capacity_wh=900"),
+    "pods move": (
+        "rules.move=utility",
+        "rules.idle=charge-when-low",
+        "layout.chargers=1",
+        "robots.battery.capacity_wh=900",
+    ),
     "split": ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
     "low": (
         *("layout.chargers=2", "rules.idle=charge-when-low", "robots.battery.capacity_wh=33"),
@@ -97,7 +102,7 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
     if first.status == "complete":
         return
     whole = simulate(*given, f"run.warmup_s={(at + 1) / 1000}")
-    rest = simulate(*given, f"instance.state={state}")
+    rest = simulate(*given, f"instance.state_file={state}")
     assert rest.status == whole.status == "complete"
     assert rest.orders == whole.orders
     for table, key in (("visits", "end_s"), ("periods", "time_s")):
@@ -113,12 +118,12 @@ def test_a_run_that_is_stopped_twice_goes_on(tmp_path: Path) -> None:
     """The second state tells when orders were assigned and completed before the first."""
     _, state = stopped(tmp_path, 100)
     again = tmp_path / "again.json"
-    simulate(f"instance.state={state}", "run.until_s=300", save_state=again)
-    assert simulate(f"instance.state={again}", "rules.pp=sipp").orders[0]["completed_s"] is not None
+    simulate(f"instance.state_file={state}", "run.until_s=300", save_state=again)
+    assert simulate(f"instance.state_file={again}", "rules.pp=sipp").orders[0]["completed_s"] is not None
     whole = simulate("rules.pp=free-flow")
     _, state = stopped(tmp_path, 100, "rules.pp=free-flow")
-    simulate(f"instance.state={state}", "run.until_s=300", "rules.pp=free-flow", save_state=again)
-    assert simulate(f"instance.state={again}", "rules.pp=free-flow").orders == whole.orders
+    simulate(f"instance.state_file={state}", "run.until_s=300", "rules.pp=free-flow", save_state=again)
+    assert simulate(f"instance.state_file={again}", "rules.pp=free-flow").orders == whole.orders
 
 
 @pytest.mark.parametrize(
@@ -134,7 +139,7 @@ def test_a_run_that_is_stopped_twice_goes_on(tmp_path: Path) -> None:
 def test_another_scenario_goes_on(tmp_path: Path, change: tuple[str, ...], at_s: float) -> None:
     """A state does not say under which rules it came about; what was complete stays so."""
     first, state = stopped(tmp_path, at_s, "rules.pp=whca-n")
-    rest = simulate(f"instance.state={state}", *change)
+    rest = simulate(f"instance.state_file={state}", *change)
     assert rest.status == "complete"
     done = [row for row in first.orders if row["completed_s"] is not None]
     assert [row for row in rest.orders if row["completed_s"] is not None and row["completed_s"] <= at_s] == done
@@ -167,7 +172,7 @@ def written(folder: Path, **changes: Any) -> str:
     """Return the override that names the state, changed."""
     file = folder / "by-hand.json"
     file.write_text(json.dumps(BY_HAND | changes))
-    return f"instance.state={file}"
+    return f"instance.state_file={file}"
 
 
 @pytest.mark.parametrize("pp", ["free-flow", "sipp", "whca-n"])
@@ -185,7 +190,11 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
 @cases(
     "changes overrides sentence",
     ({"stations": {"1": BY_HAND["stations"]["1"]}}, (), "stations: found 1"),
-    ({"layout": {"blocks": {"block_rows": 5, "block_columns": 4, "stations_east": 2}}}, (), "layout: found another grid"),
+    (
+        {"layout": {"blocks": {"block_rows": 5, "block_columns": 4, "stations_east": 2}}},
+        (),
+        "layout: found another grid",
+    ),
     ({"robots": {"r": {"cell": 9, "task": "P1"}}}, (), "robots: found 1; expected the scenario's"),
     ({}, ("run.until_s=60",), "run.until_s=60: found 60, but the state is of 36000 s"),
     ({}, ("packing.boxes=4",), "packing: a run cannot begin in a state, or save one, with packing stations"),
