@@ -21,7 +21,7 @@ from rmfs_commands.states.rebuilding import layout_of
 from rmfs_commands.states.restoring import ContradictionError, restore
 from rmfs_commands.states.resuming import AT_STATION, resume
 from rmfs_commands.states.state import GoingState, LayoutState, PodState, RunState, State
-from rmfs_commands.states.state_json import read_state
+from rmfs_commands.states.state_json import read_json, state_from_dict
 from rmfs_commands.states.supported import check_supported
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
@@ -123,10 +123,11 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     check_supported(scenario)
     assert scenario.instance.state_file is not None
     path = Path(scenario.folder) / scenario.instance.state_file
-    state, fresh = read_state(path), open_warehouse(scenario, instance, layout)
-    names = Names(state, str(path))
+    name = str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+    state, fresh = state_from_dict(read_json(path), name), open_warehouse(scenario, instance, layout)
+    names = Names(state, name)
     state = _placed(state, names, fresh.warehouse, layout)
-    names = Names(state, str(path))
+    names = Names(state, name)
     given, later = _orders(state, instance), _later(state, instance, scenario)
     skus = tuple(dict.fromkeys([*names.skus, *(instance.skus if later or instance.levels else ())]))
     memento = _fitting(evolve(memento_of(state, names, layout), skus=skus), scenario, fresh, names)
@@ -215,8 +216,11 @@ def _later(state: State, instance: Instance, scenario: Scenario) -> list[OrderDa
     now = to_ticks(
         max((o.arrival_s for o in state.orders.values()), default=0.0) if state.time_s is None else state.time_s
     )
-    refilled = scenario.instance.arrivals.backlog is not None
-    return [one for one in instance.orders if one.name not in state.orders and (refilled or one.arrival_tick > now)]
+    given, refilled = scenario.instance, scenario.instance.arrivals.backlog is not None
+    later = [one for one in instance.orders if refilled or one.arrival_tick > now]
+    if refilled or given.orders_file is not None:  # an order of that name is the one that the state has
+        return [one for one in later if one.name not in state.orders]
+    return [evolve(one, name=f"{one.name}*" if one.name in state.orders else one.name) for one in later]
 
 
 def _by_sku(
