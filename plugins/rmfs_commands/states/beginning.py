@@ -105,6 +105,23 @@ class Begun:
         services.last.update({self.names.stations[name]: tuple(last) for name, last in told.begun.items()})
 
 
+def read(scenario: Scenario) -> tuple[State, str]:
+    """Return the state that a scenario names, and what messages call it."""
+    path = Path(scenario.folder) / (scenario.instance.state_file or "")
+    name = str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+    return state_from_dict(read_json(path), name), name
+
+
+def begins_at(scenario: Scenario) -> int:
+    """Return the tick at which a run of a scenario begins."""
+    return 0 if scenario.instance.state_file is None else _now(read(scenario)[0])
+
+
+def _now(state: State) -> int:
+    latest = max((order.arrival_s for order in state.orders.values()), default=0.0)
+    return to_ticks(latest if state.time_s is None else state.time_s)
+
+
 def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     """Return what a run begins in: the state that ``instance.state_file`` names.
 
@@ -121,10 +138,7 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
         Where the state is none, contradicts itself, or does not fit the scenario.
     """
     check_supported(scenario)
-    assert scenario.instance.state_file is not None
-    path = Path(scenario.folder) / scenario.instance.state_file
-    name = str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
-    state, fresh = state_from_dict(read_json(path), name), open_warehouse(scenario, instance, layout)
+    (state, name), fresh = read(scenario), open_warehouse(scenario, instance, layout)
     names = Names(state, name)
     state = _placed(state, names, fresh.warehouse, layout)
     names = Names(state, name)
@@ -213,9 +227,7 @@ def _orders(state: State, instance: Instance) -> dict[str, dict[str, Any]]:
 
 def _later(state: State, instance: Instance, scenario: Scenario) -> list[OrderData]:
     """Return the scenario's orders that arrive later."""
-    now = to_ticks(
-        max((o.arrival_s for o in state.orders.values()), default=0.0) if state.time_s is None else state.time_s
-    )
+    now = _now(state)
     given, refilled = scenario.instance, scenario.instance.arrivals.backlog is not None
     later = [one for one in instance.orders if refilled or one.arrival_tick > now]
     if refilled or given.orders_file is not None:  # an order of that name is the one that the state has
