@@ -22,7 +22,7 @@ class Clock(simpy.Environment):
 
     @property
     def upcoming(self) -> list[tuple[int, simpy.Event]]:
-        """What happens at which tick, in the order in which it does."""
+        """Events and their ticks, in the order in which they happen."""
         return [(int(tick), event) for tick, _, _, event in sorted(self._queue)]
 
 

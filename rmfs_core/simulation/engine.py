@@ -128,7 +128,7 @@ class Simulation:
 
     @property
     def clocks(self) -> dict[str, Callable[[], Process]]:
-        """What happens whatever robots do, in the order in which it begins."""
+        """Processes that go on whatever robots do, in the order in which they begin."""
         found = {"hours": self._follow_hours} if self._hours else {}
         if self._outages is not None:
             found["outages"] = partial(self._outages.follow, partial(self.decisions.round, by_clock=True))

@@ -1,4 +1,4 @@
-"""What is going on at a moment of a run, as plain data.
+"""Things that are going on at a moment of a run, as plain data.
 
 A process that waits for a tick tells what for, as the value of the event that it waits for: so the clock has what is
 going on, in the order in which it ends. A robot's story (`Simulation`) can be entered with what was going on in it.

@@ -35,7 +35,7 @@ from rmfs_core.world import NORTH, Instance, Layout, OrderData
 
 @frozen(eq=False)
 class Begun:
-    """What a run begins in the middle of.
+    """The middle of a run, in which another begins.
 
     Parameters
     ----------

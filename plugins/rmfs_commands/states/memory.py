@@ -1,4 +1,4 @@
-"""What rules remember of a run: written into its state, and given back to the rules of a run that goes on from there.
+"""Memory of rules: written into its state, and given back to the rules of a run that goes on from there.
 
 A rule that remembers has two methods: ``memory()`` returns it as JSON's objects, lists and values, and
 ``remember(memory, warehouse)`` takes it back.

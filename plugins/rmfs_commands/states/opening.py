@@ -1,4 +1,4 @@
-"""What observers of a run that begins in a state are told first: how things came to be as they are."""
+"""Events that observers of a run that begins in a state are told first: how things came to be as they are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is going on at a moment of a run, and a run that goes on from there."""
+"""Things that are going on at a moment of a run, and a run that goes on from there."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ KINDS = (
     *("leg", "wait", "drive", "room", "line", "lift", "set", "picker", "pick", "stow", "charge"),
     *("release", "handled", "bundle", "alarm", "arrivals", "bundles", "hours"),
 )
-"""What may be going on."""
+"""Kinds of things that may be going on."""
 
 MOST = 1_000_000_000
 """Largest number of items, places and the like that a state may have."""
@@ -383,7 +383,7 @@ class GoingState:
 
 @frozen
 class RunState:
-    """What only a run that goes on from here needs, as `rmfs run --save-state` writes it."""
+    """Facts that only a run that goes on from here needs, as `rmfs run --save-state` writes them."""
 
     going: tuple[GoingState, ...] = key("What is going on: in the order in which it ends, then what waits", ())
     visits: int = key("Visits so far", 0, check=_number(0))

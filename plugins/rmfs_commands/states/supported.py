@@ -1,4 +1,4 @@
-"""What a run that begins in a state, or leaves one, cannot have yet."""
+"""Things that a run that begins in a state, or leaves one, cannot have yet."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def rows(table: Sequence[dict[str, Any]], after_s: float, key: str) -> list[dict
     return [{name: value for name, value in row.items() if name != "seconds"} for row in left]
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(
     st.sampled_from(sorted(WORLDS)), st.sampled_from(["free-flow", "sipp"]), st.integers(1, 900_000), st.integers(1, 9)
 )
@@ -116,10 +116,7 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
 
 def test_a_run_that_is_stopped_twice_goes_on(tmp_path: Path) -> None:
     """The second state tells when orders were assigned and completed before the first."""
-    _, state = stopped(tmp_path, 100)
     again = tmp_path / "again.json"
-    simulate(f"instance.state_file={state}", "run.until_s=300", save_state=again)
-    assert simulate(f"instance.state_file={again}", "rules.pp=sipp").orders[0]["completed_s"] is not None
     whole = simulate("rules.pp=free-flow")
     _, state = stopped(tmp_path, 100, "rules.pp=free-flow")
     simulate(f"instance.state_file={state}", "run.until_s=300", "rules.pp=free-flow", save_state=again)
@@ -177,7 +174,7 @@ def written(folder: Path, **changes: Any) -> str:
 
 @pytest.mark.parametrize("pp", ["free-flow", "sipp", "whca-n"])
 def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
-    """What it leaves out is as a scenario has it: robots stand under pods; rules are asked at once."""
+    """The scenario has what it leaves out: robots stand under pods; rules are asked at once."""
     result = simulate(written(tmp_path), f"rules.pp={pp}", "instance.orders=0")
     assert result.status == "complete"
     assert [(row["order"], row["arrival_s"]) for row in result.orders] == [("A", 35000), ("B", 35500)]
