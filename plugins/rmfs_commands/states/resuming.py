@@ -114,45 +114,83 @@ def _story(run: Simulation, robot: Robot, going: Going) -> Generator[Any, Any, N
 
 
 def _take_in(driving: Any, going: Sequence[Going]) -> None:
-    """Let robots that keep out of each other's way be where a state has them: on their legs, and in their lines.
-
-    Those whose paths are planned for a window plan anew where the leg that they drive now ends.
-    """
+    """Let robots that keep out of each other's way be where a state has them: on their legs, and in their lines."""
     if not hasattr(driving, "courses"):
         return
     warehouse, windows = driving.run.warehouse, hasattr(driving, "registered")
-    told = {one.robot: one for one in going if one.kind == "leg" or (one.kind == "wait" and not windows)}
-    starts = [_on_legs(driving, course, told.get(course.robot.id), windows) for course in driving.courses]
-    for table in (driving.table, *([driving.registered] if windows else [])):
-        for course in driving.courses:
-            table.release(course.robot.id)
-        for course, (start, legs) in sorted(zip(driving.courses, starts, strict=True), key=lambda one: not one[1][1]):
-            try:
-                if legs:
-                    ends = np.array(legs, dtype=np.int64)
-                    course.reserved, end = table.settle(course.robot.id, driving.roads, start, ends)
-                    course.arrives, course.goal = end.start_tick, end.cell
-                else:
-                    table.hold(course.robot.id, start.cell, start.start_tick)
-            except ReservedError as error:
-                one, other = course.robot.name, warehouse.robots[error.owner].name
-                problem = f"robots {one} and {other} have {driving.roads.layout.where(error.cell)} at once"
-                raise InputError("instance.state_file", f"{problem}; expected one robot in a cell") from None
+    told = {one.robot: one for one in going if one.kind in ("leg", "wait")}
+    starts = [_on_legs(driving, course, told.get(course.robot.id)) for course in driving.courses]
+    _reserve(driving, driving.table, starts)
+    if windows:
+        runs = [
+            (course.under_way[0], ends[:1]) if course.under_way else (driving.next_stop(course), [])
+            for course, (_, ends) in zip(driving.courses, starts, strict=True)
+        ]
+        _reserve(driving, driving.registered, runs)
+    for course, (_, ends) in zip(driving.courses, starts, strict=True):
+        course.goal = ends[-1][0] if ends else course.robot.cell
     for station in warehouse.stations:
         slots, line = (station.cell, *station.cells.queue), driving.lines[station.id]
+        places = {robot.id: place for place, robot in enumerate(station.line)}
+        entries = {}
         for course in driving.courses:
             pod = None if course.robot.pod is None else warehouse.pods[course.robot.pod]
-            joined = course.robot in station.line
-            if joined or (not windows and pod and pod.bound_for[:1] == (station.id,) and course.goal in slots):
+            if pod is None or (course.robot.id not in places and pod.bound_for[:1] != (station.id,)):
+                continue
+            joined = course.robot.id in places
+            if windows and (joined or course.legs or course.under_way):
+                entry = _entry(driving, course, station)
+                if joined or (entry is not None and course.goal in slots):
+                    entries[course.robot.id] = driving.progress_of[course.robot.id].entry = entry or 0
+                    line.append(course)
+                if joined or entry is not None:
+                    course.station, course.joined, course.goal = station, joined, station.cell
+            elif not windows and course.goal in slots:
                 course.station, course.joined = station, joined
                 line.append(course)
-        places = {robot.id: place for place, robot in enumerate(station.line)}
-        line.sort(key=lambda one: places.get(one.robot.id, len(places) + slots.index(one.goal)))
+        last = len(places)
+        line.sort(key=lambda one: (places.get(one.robot.id, last), entries.get(one.robot.id) or 0, _slot(slots, one)))
+        for course in driving.courses if windows else ():
+            leaves = course.robot.cell == station.cell and course.robot.pod is not None and course not in line
+            if leaves and course.under_way is None:
+                driving.progress_of[course.robot.id].leaves = station
+                line.insert(0, course)
     driving.owner.clear()
-    driving.owner.update({course.goal: course for course in driving.courses})
+    driving.owner.update({course.goal: course for course in driving.courses if course.station is None or not windows})
 
 
-def _on_legs(driving: Any, course: Any, told: Going | None, windows: bool) -> tuple[Stop, list[tuple[int, int]]]:
+def _slot(slots: Sequence[int], course: Any) -> int:
+    return slots.index(course.goal) if course.goal in slots else len(slots)
+
+
+def _entry(driving: Any, course: Any, station: Any) -> int | None:
+    """Return the tick at which a robot's reserved path enters the queue of a station; None where it does not."""
+    if course.reserved is None:
+        return None
+    cells, since, _ = course.reserved
+    enters = since[np.isin(cells, station.cells.queue)]
+    return int(enters[0]) if len(enters) else None
+
+
+def _reserve(driving: Any, table: Any, starts: Sequence[tuple[Stop, list[tuple[int, int]]]]) -> None:
+    """Reserve what robots drive, and the cells where the others stand."""
+    for course in driving.courses:
+        table.release(course.robot.id)
+    for course, (start, legs) in sorted(zip(driving.courses, starts, strict=True), key=lambda one: not one[1][1]):
+        try:
+            if legs:
+                rows, end = table.settle(course.robot.id, driving.roads, start, np.array(legs, dtype=np.int64))
+                if table is driving.table:
+                    course.reserved, course.arrives = rows, end.start_tick
+            else:
+                table.hold(course.robot.id, start.cell, start.start_tick)
+        except ReservedError as error:
+            one, other = course.robot.name, driving.run.warehouse.robots[error.owner].name
+            problem = f"robots {one} and {other} have {driving.roads.layout.where(error.cell)} at once"
+            raise InputError("instance.state_file", f"{problem}; expected one robot in a cell") from None
+
+
+def _on_legs(driving: Any, course: Any, told: Going | None) -> tuple[Stop, list[tuple[int, int]]]:
     """Let a robot be on the legs that are told of; return from where and when all of them are driven."""
     robot = course.robot
     if told is None or not told.legs:
@@ -163,7 +201,6 @@ def _on_legs(driving: Any, course: Any, told: Going | None, windows: bool) -> tu
         course.legs = deque([*leg] for leg in legs)
         return start, legs
     to, wait = legs.pop(0)
-    legs = [] if windows else legs
     heading, turn, ticks = driving.turn_and_run(robot, to)
     start = Stop(robot.cell, robot.heading, told.since + wait)
     course.under_way, course.legs = (start, Stop(to, heading, start.start_tick + turn + ticks)), deque(map(list, legs))
