@@ -37,7 +37,7 @@ def going_on(run: Simulation) -> list[Going]:
 
 
 def _told(driving: Any, tick: int, event: simpy.Event) -> Going | None:
-    """Return what an event is for; None where nothing comes of it: robots that plan in rounds plan anew."""
+    """Return what an event is for; None where nothing comes of it: robots that wait for a round ask anew."""
     going = event.value
     if not isinstance(going, Going):
         if hasattr(driving, "registered"):
@@ -139,7 +139,7 @@ def _take_in(driving: Any, going: Sequence[Going]) -> None:
                 continue
             joined = course.robot.id in places
             if windows and (joined or course.legs or course.under_way):
-                entry = _entry(driving, course, station)
+                entry = _entry(course, station)
                 if joined or (entry is not None and course.goal in slots):
                     entries[course.robot.id] = driving.progress_of[course.robot.id].entry = entry or 0
                     line.append(course)
@@ -163,7 +163,7 @@ def _slot(slots: Sequence[int], course: Any) -> int:
     return slots.index(course.goal) if course.goal in slots else len(slots)
 
 
-def _entry(driving: Any, course: Any, station: Any) -> int | None:
+def _entry(course: Any, station: Any) -> int | None:
     """Return the tick at which a robot's reserved path enters the queue of a station; None where it does not."""
     if course.reserved is None:
         return None
