@@ -38,6 +38,7 @@ def run(
     record: Sequence[str] = (),
     observers: Sequence[object] = (),
     allow_inline_rules: bool = True,
+    save_state: str | Path | None = None,
 ) -> Result:
     """Simulate a scenario.
 
@@ -64,6 +65,8 @@ def run(
         Objects whose ``@hookimpl`` methods are told of every event, besides those that the scenario names.
     allow_inline_rules
         Whether code may be loaded from files: rules such as ``./file.py:Class``.
+    save_state
+        File for the state in which ``run.until_s`` ends the run, from which another goes on (``instance.state_file``).
 
     Returns
     -------
@@ -84,12 +87,16 @@ def run(
     resolved = _resolve(scenario, seed, overrides)
     resolved = evolve(resolved, rules=with_objects(resolved.rules, rules or {}))
     recorders, standing = make_recorders(record), make_observers()
+    saver = None if save_state is None else entrypoints.format_module("states").saver(save_state, resolved)
+    observers = observers if saver is None else [*observers, saver]
     told = [*((observer, None) for observer in observers), *recorders, *reversed(standing)]
     writing: Any = nullcontext(lambda _: None)
     if out is not None:
         writing = entrypoints.format_module("results").writing(out, resolved, files_of(one for one, _ in standing))
     with writing as folder_for:
         prepared = prepare(resolved, rules or {}, told, allow_inline_rules, folder_for)
+        if saver is not None:
+            prepared.simulation.at_horizon = saver.save
         prepared.simulate()
         result = prepared.conclude()
         if prepared.folder is not None:
@@ -227,13 +234,19 @@ def prepare(
         failing.callback(rules.sources.close)
         with located(scenario):
             scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
-            instance, layout = make_instance(scenario), make_layout(scenario)
+            instance, layout, begun = make_instance(scenario), make_layout(scenario), None
+            if scenario.instance.state_file is not None:
+                make: Any = entrypoints.load(
+                    entrypoints.chosen(entrypoints.PROCESSES, None, "state"), "instance.state_file", "process"
+                )
+                begun = make(scenario, instance, layout)
+                scenario, instance = begun.scenario, begun.instance
         rows = tables().Tables()
         for observer, name in (*told, (rows, None)):  # whatever another does wrong, the tables have it already
             rules.register_observer(observer, name)
         described = described_by(reversed(rules.instances))
         folder = folder_for(files_of(observer for observer, name in told if name is not None))
-        simulation = Simulation(scenario, instance, layout, rules, folder)
+        simulation = Simulation(scenario, instance, layout, rules, folder, begun)
         prepared = PreparedRun(simulation, rows, versions_of(rules, scenario), described, folder)
         failing.pop_all()
     return prepared

@@ -170,6 +170,11 @@ class InstanceSection:
     )
     skus_file: str | None = key("CSV with columns sku[,size][,reorder_point][,order_up_to]; sizes left out: 1", None)
     replenishment: Replenishment | None = key("Where bundles come from; left out: there are none", None)
+    state_file: str | None = key(
+        "State that the run begins in, a JSON file: time, orders, pods, robots. Orders that arrive later are those of "
+        "this section; left out: time 0",
+        None,
+    )
     pods_at_stations: Mapping[str, tuple[str, ...]] = key(
         "Pods that stand at a station when the run starts: station name to pod names, in the order of the queue",
         factory=dict,

@@ -26,6 +26,7 @@ DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("instance", "pods_file"): GENERATED,
     ("instance", "arrivals", "profile"): frozenset(),
     ("instance", "skus_file"): frozenset(),
+    ("instance", "state_file"): frozenset(),
     ("instance", "replenishment", "file"): frozenset(),
     ("layout", "map_file"): DRAWN,
     ("robots", "file"): frozenset(),

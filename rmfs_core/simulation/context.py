@@ -17,6 +17,15 @@ from rmfs_core.simulation.asking import Asker, Observers
 from rmfs_core.warehouse import Warehouse, WarehouseView
 
 
+class Clock(simpy.Environment):
+    """Simulated time in ticks, and what happens next."""
+
+    @property
+    def upcoming(self) -> list[tuple[int, simpy.Event]]:
+        """Events and their ticks, in the order in which they happen."""
+        return [(int(tick), event) for tick, _, _, event in sorted(self._queue)]
+
+
 class RunContext:
     """The clock, the warehouse and the rules of a run, and those who are told of it.
 
@@ -28,6 +37,8 @@ class RunContext:
         The selected rules, with all observers registered.
     warehouse
         The state.
+    begun
+        Whether the run begins in the middle: robots are put where they are later.
 
     Attributes
     ----------
@@ -40,15 +51,16 @@ class RunContext:
     asker
         Asks rules.
     after
-        Returns the event that happens so many ticks later.
+        Returns the event that happens so many ticks later; its value may be what a state tells of it.
     """
 
-    def __init__(self, scenario: Scenario, rules: RuleSet, warehouse: Warehouse) -> None:
+    def __init__(self, scenario: Scenario, rules: RuleSet, warehouse: Warehouse, *, begun: bool = False) -> None:
+        self.begun = begun
         self.scenario = scenario
         self.rules = rules
         self.warehouse = warehouse
-        self.env = simpy.Environment()
-        self.after: Callable[[int], simpy.Event] = self.env.timeout
+        self.env = Clock(warehouse.now)
+        self.after: Callable[..., simpy.Event] = self.env.timeout
         self.view = WarehouseView(warehouse)
         self.observers = Observers(rules, warehouse)
         self.asker = Asker(warehouse, scenario.run.decision_limit_s, self.observers)
@@ -65,7 +77,7 @@ class RunContext:
     ) -> tuple[Any, float]:
         """Ask a rule, with the whole view unless another is given; return its answer and the seconds it took."""
         arguments["warehouse"] = view or self.view
-        arguments["rng"] = self._streams.get(id(rule)) or self._stream(rule)
+        arguments["rng"] = self._streams.get(id(rule)) or self.stream(rule)
         return self.asker.ask(rule, arguments, hook)
 
     @property
@@ -80,8 +92,10 @@ class RunContext:
             "observers": self.observers.seconds,
         }
 
-    def _stream(self, rule: BoundRule) -> np.random.Generator:
-        """Make a rule's random generator: by role and name, and by place among filters of the same name."""
+    def stream(self, rule: BoundRule) -> np.random.Generator:
+        """Return a rule's random generator: made by role and name, and by place among filters of the same name."""
+        if (known := self._streams.get(id(rule))) is not None:
+            return known
         same = [other for other in self.rules.filters if other.name == rule.name]
         place = same.index(rule) + 1 if rule in same else None
         self._streams[id(rule)] = rule_stream(self.scenario.seed, rule.role, rule.name, place)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterable, Iterator
 from functools import partial
-from itertools import groupby
+from itertools import dropwhile, groupby
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving import WAYS
 from rmfs_core.simulation.driving.base import Process
+from rmfs_core.simulation.going import Going
 from rmfs_core.simulation.packing import Packing
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
@@ -53,16 +54,24 @@ class Simulation:
         The selected rules, with all observers registered.
     out
         The folder of the results; None where none are kept.
+    begun
+        What the run begins in the middle of, as the process ``state`` makes it; None: at time 0, with nothing begun.
     """
 
     def __init__(
-        self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet, out: Path | None = None
+        self,
+        scenario: Scenario,
+        instance: Instance,
+        layout: Layout,
+        rules: RuleSet,
+        out: Path | None = None,
+        begun: Any = None,
     ) -> None:
         with located(scenario):
             for rule in rules.deciding:
                 for problem in unmet_needs(rule, f"rules.{rule.role.key}", scenario, instance):
                     raise problem
-            opening = open_warehouse(scenario, instance, layout)
+            opening = open_warehouse(scenario, instance, layout) if begun is None else begun.opening
             for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
                 try:
                     if rule.traits.prepare is not None:
@@ -71,25 +80,29 @@ class Simulation:
                     raise InputError(
                         f"rules.{rule.role.key}", f"{rule.describe()}, prepare: {one_line(error)}"
                     ) from error
-        self.context = RunContext(scenario, rules, opening.warehouse)  # what the two that follow work on, too
-        start = self._starting
-        starts = start(self._transport), start(self._move), start(self._rest)
+        self.context = RunContext(scenario, rules, opening.warehouse, begun=begun is not None)
+        start, self.stories = self._starting, dict[int, tuple[Any, ...]]()
+        starts = start("transport"), start("move"), start("rest")
         self.decisions = Decisions(self.context, *starts, self._refill)
         self.driving = WAYS[rules.pp.traits.reserves](self.context)
         # Short names for what the processes use
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
         self.motion = opening.warehouse.travel.motion
-        self._services, self._outages = opening.services, self._make_outages()
+        self.services, self._outages = opening.services, self._make_outages()
         self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
         self._at_stations, self._hours = opening.at_stations, opening.hours
-        self._waiting_for_slot: list[list[simpy.Event]] = [[] for _ in self.warehouse.stations]
-        self._visits = self._completed = 0
-        self._coming = [*reversed(self.warehouse.orders)] if scenario.instance.arrivals.backlog is not None else []
-        self._supply = Supply(scenario, instance) if instance.restocked else None
-        self._packing = Packing(self.context, opening.services, self._packed) if opening.warehouse.packing else None
-        self.status, self.interrupted = "partial", False
+        self.waiting_for_slot: list[list[tuple[simpy.Event, Robot]]] = [[] for _ in self.warehouse.stations]
+        self.visits = self.completed = 0
+        coming = scenario.instance.arrivals.backlog is not None
+        arrived = self.warehouse.arrived
+        self._coming = [order for order in reversed(self.warehouse.orders) if coming and order.id not in arrived]
+        self.supply = Supply(scenario, instance) if instance.restocked else None
+        self.packing = Packing(self.context, opening.services, self._packed) if opening.warehouse.packing else None
+        self.status, self.interrupted, self._begun = "partial", False, begun
+        self.at_horizon: Callable[[Simulation], None] = lambda _: None
+        """Is called where ``run.until_s`` ends the run, before robots under way are put anywhere."""
 
     @property
     def now(self) -> int:
@@ -97,19 +110,30 @@ class Simulation:
         return self.warehouse.now
 
     def start(self) -> None:
-        """Place what is at the stations, tell the observers, and let everything begin at time 0."""
+        """Place what is at the stations, tell the observers, and let everything begin at time 0, or go on."""
         placed = self._place_at_stations()
         self.context.observers.call("run_started", run=self.info)
+        if self._begun is not None:
+            self._begun.tell(self.context.tell)
         if self._hours:
             self._keep_hours()
-            self.env.process(self._follow_hours())
-        if self._outages is not None:
-            self.env.process(self._outages.follow(partial(self.decisions.round, by_clock=True)))
-        self.env.process(self._arrivals())
-        if self._supply is not None:
-            self.env.process(self._bundles(self._supply))
+        if self._begun is not None:
+            self._begun.resume(self)
+            return
+        self.driving.begin()
+        for clock in self.clocks.values():
+            self.env.process(clock())
         for robot, pod in placed:  # after the first round: a pod leaves only when that found nothing for it
-            self.env.process(self._visit_stations(robot, pod))
+            self.env.process(self.visit_stations(robot, pod))
+
+    @property
+    def clocks(self) -> dict[str, Callable[[], Process]]:
+        """Processes that go on whatever robots do, in the order in which they begin."""
+        found = {"hours": self._follow_hours} if self._hours else {}
+        if self._outages is not None:
+            found["outages"] = partial(self._outages.follow, partial(self.decisions.round, by_clock=True))
+        found["arrivals"] = self._arrivals
+        return found if self.supply is None else found | {"bundles": partial(self._bundles, self.supply)}
 
     def run(self) -> None:
         """Simulate until every order is complete (and packed), ``run.until_s`` is reached, or somebody interrupts.
@@ -123,18 +147,19 @@ class Simulation:
         until, decisions = self.scenario.run.until_s, self.decisions
         end = math.inf if until is None else to_ticks(until) + 1
         orders, warehouse, peek, step = len(self.warehouse.orders), self.warehouse, self.env.peek, self.env.step
-        while self._completed < orders and not self.interrupted:
+        while self.completed < orders and not self.interrupted:
             if (upcoming := peek()) > warehouse.now:
                 if upcoming >= end or decisions.alarms_in_a_row > MOST_ALARMS:
                     if upcoming == math.inf or decisions.alarms_in_a_row > MOST_ALARMS:
                         raise StandstillError(endings.standstill(warehouse, self.rules, self.info.instance.skus))
                     warehouse.advance(int(end) - 1)
+                    self.at_horizon(self)
                     self.driving.cut_off()
                     self.status = "horizon"
                     return
                 warehouse.advance(upcoming)  # type: ignore[arg-type]  # a whole number of ticks
             step()
-        self.status = "complete" if self._completed == orders else "partial"
+        self.status = "complete" if self.completed == orders else "partial"
 
     def notes(self) -> Iterator[str]:
         """Yield sentences on what may be a surprise at the end of a run that is not complete."""
@@ -145,16 +170,18 @@ class Simulation:
     def _arrivals(self) -> Process:
         """Orders join the backlog, at their times or as there is room, and are cancelled; a round runs at the start."""
         orders = () if self._coming else self.warehouse.orders
-        given = zip(orders, self.info.instance.orders, strict=False)
-        steps = [(order.arrival_tick, self._arrive, order) for order in orders]
+        given, there = zip(orders, self.info.instance.orders, strict=False), self.warehouse.arrived
+        steps = [(order.arrival_tick, self._arrive, order) for order in orders if order.id not in there]
         steps += [(tick, self._cancel, order) for order, data in given if (tick := data.cancelled_tick) is not None]
+        steps = [step for step in steps if step[0] > self.now or step[2].id not in there]
         steps.sort(key=itemgetter(0))  # what is cancelled when others arrive leaves after they came
-        self._refill()
-        if not steps or steps[0][0] > 0:
-            self.decisions.round()
+        if self._begun is None or not self._begun.decided:
+            self._refill()
+            if not steps or steps[0][0] > self.now:
+                self.decisions.round()
         for tick, now in groupby(steps, key=itemgetter(0)):
             if tick > self.now:
-                yield self._until(tick)
+                yield self._until(tick, Going("arrivals"))
             changed = [step(order) for _, step, order in now]
             if any(changed):
                 self.decisions.round()
@@ -163,8 +190,9 @@ class Simulation:
         """Bundles arrive that come whatever happens; what has run low at the start is ordered."""
         for sku in range(self.warehouse.n_skus):
             self._order_bundles(supply, sku)
-        for bundle in supply.coming():
-            yield self._until(bundle.arrival_tick)
+        begin = -1 if self._begun is None else self.now
+        for bundle in dropwhile(lambda one: one.arrival_tick <= begin, supply.coming()):
+            yield self._until(bundle.arrival_tick, Going("bundles"))
             self._bundle_arrives(bundle.sku, bundle.items, bundle.name)
             if self.env.peek() == math.inf and self._full(supply.least_space):
                 return  # what comes changes nothing any more
@@ -173,7 +201,7 @@ class Simulation:
         """A round runs whenever stations or robots come or go. Ends when a whole day has brought nothing else."""
         alone, most = 0, 2 * sum(len(timetable.spans) for timetable in self._hours.values())
         while alone <= most and (ticks := [t for x in self._hours.values() if (t := x.next_change(self.now))]):
-            yield self._until(min(ticks))
+            yield self._until(min(ticks), Going("hours"))
             self._keep_hours()
             self.decisions.round(by_clock=True)
             alone = alone + 1 if self.env.peek() == math.inf else 0
@@ -191,132 +219,167 @@ class Simulation:
                 self.warehouse.put_on_duty(number)
                 self._tell(events.RobotsOnDuty(tick=self.now, number=number))
 
-    def _transport(self, robot: Robot, pod: Pod) -> Process:
+    # A robot's story begins at the start, or with what was going on when a state was written
+
+    def transport(self, robot: Robot, pod: Pod, going: Going | None = None) -> Process:
         """A robot's task: fetch a pod, carry it along its stations, and store it."""
-        yield from self._fetch(robot, pod)
-        yield from self._visit_stations(robot, pod)
-
-    def _fetch(self, robot: Robot, pod: Pod) -> Process:
         assert pod.location is not None
-        yield from self.driving.to_location(robot, pod.location)
-        yield from self._take_slot(self.warehouse.stations[pod.bound_for[0]])
-        yield from self._lift(robot, pod)
+        if going is None:
+            yield from self.driving.to_location(robot, pod.location)
+            yield from self._take_slot(robot, self.warehouse.stations[pod.bound_for[0]])
+        yield from self._lift(robot, pod, going)
+        yield from self.visit_stations(robot, pod)
 
-    def _lift(self, robot: Robot, pod: Pod) -> Process:
-        start = self.now
-        yield self.context.after(self._services.lift(pod.id))
+    def _lift(self, robot: Robot, pod: Pod, going: Going | None = None) -> Process:
+        if going is None:
+            going = Going("lift", robot.id, since=self.now, tick=self.now + self.services.lift(pod.id))
+        yield self._until(going.tick, going)
         cell = robot.cell
         self.warehouse.lift(robot, pod)
-        self._tell(events.PodLifted(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=cell))
+        self._tell(events.PodLifted(tick=self.now, start_tick=going.since, robot=robot.id, pod=pod.id, cell=cell))
 
-    def _visit_stations(self, robot: Robot, pod: Pod) -> Process:
+    def visit_stations(self, robot: Robot, pod: Pod, going: Going | None = None) -> Process:
+        """Carry a pod along its stations, and store it."""
         station: Station | None = self.warehouse.stations[pod.bound_for[0]]
         while station is not None:
             yield from self.driving.to_station(robot, station)
-            station = yield from self._serve(robot, pod, station)
+            station = yield from self._serve(robot, pod, station, going)
+            going = None
         yield from self._store(robot, pod)
 
-    def _serve(self, robot: Robot, pod: Pod, station: Station) -> Generator[simpy.Event, Any, Station | None]:
+    def _serve(
+        self, robot: Robot, pod: Pod, station: Station, going: Going | None = None
+    ) -> Generator[simpy.Event, Any, Station | None]:
         """Stand at the station while the pod serves requests there; return where the robot carries it on to."""
-        self._visits += 1
-        visit, picks = self._visits, 0
-        self._tell(events.VisitStarted(tick=self.now, visit=visit, robot=robot.id, pod=pod.id, station=station.id))
+        if going is None:
+            self.visits += 1
+            at = Going("picker", robot.id, visit=self.visits)
+            self._tell(events.VisitStarted(self.now, at.visit, robot=robot.id, pod=pod.id, station=station.id))
+        else:
+            at = going
         while True:
             request = next_request(station, pod)
+            if going is not None:
+                request = next((one for one in station.open_requests if one.sku == going.sku), None)
             bundle = self.warehouse.next_bundle(station, pod) if request is None else None
             if request is not None:
                 self.warehouse.promises.secure(request, pod)
             elif bundle is None:
                 break
-            if (free := self.warehouse.picker_free(station)) > self.now:
-                yield self._until(free)
-            if not station.in_service:
-                yield self._outages.repaired(station)
+            at = at._replace(kind="picker", sku=None if request is None else request.sku)
+            if going is None or going.kind == "picker":
+                if (free := self.warehouse.picker_free(station)) > self.now:
+                    yield self._until(free, at)
+                if not station.in_service:
+                    yield self._outages.repaired(station)
+                going = None
             if request is not None:
-                yield from self._pick(request, pod, station, visit)
-                picks += 1
+                yield from self._pick(request, pod, station, at if going is None else going)
+                at = at._replace(picks=at.picks + 1)
             elif bundle is not None:
-                yield from self._store_bundle(bundle, pod, station, visit)
+                yield from self._store_bundle(bundle, pod, station, at if going is None else going)
+            going = None
         following = self._leave(robot, pod, station)
         next_station = None if following is None else following.id
-        self._tell(events.VisitEnded(self.now, visit, pod.id, station.id, picks, next_station))
-        if self._packing is not None and picks:
-            self.env.process(self._packing.visit_ended(station.id, self.warehouse.picker_free(station)))
+        self._tell(events.VisitEnded(self.now, at.visit, pod.id, station.id, at.picks, next_station))
+        if self.packing is not None and at.picks:
+            self.env.process(self.packing.visit_ended(station.id, self.warehouse.picker_free(station)))
         return following
 
-    def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
-        item = station.id, visit, request.order.id, request.sku
-        pick_ticks, handle_ticks, expected = self._services.pick(*item, self.now)
-        start, picker_free = self.now, self.now + handle_ticks
-        self.warehouse.occupy_picker(station, picker_free, start + expected)
-        yield self.context.after(pick_ticks)
+    def _pick(self, request: Request, pod: Pod, station: Station, at: Going) -> Process:
+        if at.kind != "pick":
+            item = station.id, at.visit, request.order.id, request.sku
+            pick_ticks, handle_ticks, expected = self.services.pick(*item, self.now)
+            self.warehouse.occupy_picker(station, self.now + handle_ticks, self.now + expected)
+            at = at._replace(kind="pick", since=self.now, tick=self.now + pick_ticks)
+        picker_free = self.warehouse.picker_free(station)
+        yield self._until(at.tick, at)
         self.warehouse.fulfil(request, pod, handled=False)
         picked = request.order.id, request.sku
-        self._tell(events.ItemPicked(self.now, start, picker_free, visit, station.id, pod.id, *picked))
-        if self._supply is not None:
-            self._supply.picked(request.sku)
-            self._order_bundles(self._supply, request.sku)
+        self._tell(events.ItemPicked(self.now, at.since, picker_free, at.visit, station.id, pod.id, *picked))
+        if self.supply is not None:
+            self.supply.picked(request.sku)
+            self._order_bundles(self.supply, request.sku)
         if self.scenario.stations.release == "handled":
-            self._until(picker_free).callbacks.append(lambda _: self._release(request, picker_free))
+            self.release_later(request, at._replace(kind="release", robot=None, station=station.id, tick=picker_free))
             self.decisions.round()
         else:
             self._release(request, picker_free)
 
-    def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, visit: int) -> Process:
-        start = self.now
-        ticks, expected = self._services.store(station.id, bundle.id, self.now)
-        self.warehouse.occupy_picker(station, start + ticks, start + expected)
-        yield self._until(self.warehouse.picker_free(station))
+    def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, at: Going) -> Process:
+        if at.kind != "stow":
+            ticks, expected = self.services.store(station.id, bundle.id, self.now)
+            self.warehouse.occupy_picker(station, self.now + ticks, self.now + expected)
+            at = at._replace(kind="stow", since=self.now, tick=self.now + ticks)
+        yield self._until(at.tick, at)
         served = self.warehouse.store_bundle(bundle, pod)
-        self._tell(events.BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))
+        stored = at.since, at.visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items
+        self._tell(events.BundleStored(self.now, *stored))
         self._in_stock(served)
         self.decisions.round()
+
+    def release_later(self, request: Request, going: Going) -> None:
+        """Give back the place of an item when it is handled."""
+        self._until(going.tick, going).callbacks.append(lambda _: self._release(request, going.tick))
 
     def _release(self, request: Request, handled_tick: int) -> None:
         """Give back the place of an item that is done; its pod may be gone."""
         self.warehouse.release(request)
         if request.order.complete:
-            self._completed += self._packing is None
+            self.completed += self.packing is None
             self._tell(events.OrderCompleted(tick=self.now, order=request.order.id))
-        if self._packing is not None:
-            self._packing.released(request, handled_tick)
+        if self.packing is not None:
+            self.packing.released(request, handled_tick)
         self.decisions.round()
 
     def _packed(self, freed: bool) -> None:
         """Count a packed order; a box that is free now changes what can be decided."""
-        self._completed += 1
+        self.completed += 1
         if freed:
             self.decisions.round()
 
     def _store(self, robot: Robot, pod: Pod) -> Process:
-        yield from self._set_down(robot, pod, self.decisions.storage_location(pod))
+        cell = self.decisions.storage_location(pod)
+        self.stories[robot.id] = "store", pod, cell
+        yield from self.store(robot, pod, cell)
+
+    def store(self, robot: Robot, pod: Pod, cell: int, going: Going | None = None) -> Process:
+        """Carry a pod to its storage location."""
+        yield from self._set_down(robot, pod, cell, going)
         self.decisions.round()
 
-    def _set_down(self, robot: Robot, pod: Pod, cell: int) -> Process:
-        yield from self.driving.to_location(robot, cell)
-        start = self.now
-        yield self.context.after(self._services.lift(pod.id))
+    def _set_down(self, robot: Robot, pod: Pod, cell: int, going: Going | None = None) -> Process:
+        if going is None:
+            yield from self.driving.to_location(robot, cell)
+            going = Going("set", robot.id, since=self.now, tick=self.now + self.services.lift(pod.id))
+        yield self._until(going.tick, going)
+        start = going.since
         self.warehouse.store(robot, pod)
         self._tell(events.PodStored(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=robot.cell))
         self._is_free(robot)
 
-    def _move(self, robot: Robot, pod: Pod, cell: int) -> Process:
+    def move(self, robot: Robot, pod: Pod, cell: int, going: Going | None = None) -> Process:
         """Carry a stored pod elsewhere, without a visit. Whatever was decided for it in the meantime comes next."""
-        assert pod.location is not None
-        yield from self.driving.to_location(robot, pod.location)
-        yield from self._lift(robot, pod)
-        yield from self._set_down(robot, pod, cell)
+        if going is None and pod.location is not None:
+            yield from self.driving.to_location(robot, pod.location)
+        if pod.location is not None:
+            yield from self._lift(robot, pod, going)
+            going = None
+        yield from self._set_down(robot, pod, cell, going)
         self.decisions.round(by_clock=True)
 
-    def _rest(self, robot: Robot, cell: int, share: float) -> Process:
+    def rest(self, robot: Robot, cell: int, share: float, going: Going | None = None) -> Process:
         """Drive to where the robot rests; at a charger it stays until its battery is as full as it shall be."""
-        if cell not in self.warehouse.reserved:  # else PR has chosen it at the same moment, and the robot stays
-            yield from self.driving.to_location(robot, cell)
-        self._tell(events.RobotRested(tick=self.now, robot=robot.id, cell=robot.cell))
-        if self._outages is not None:
-            yield from self._outages.charge(robot, share)
-        elif ticks := self.warehouse.ticks_to_charge(robot, share):
-            yield self.context.after(ticks)
+        if going is None:
+            if cell not in self.warehouse.reserved:  # else PR has chosen it at the same moment, and the robot stays
+                yield from self.driving.to_location(robot, cell)
+            self._tell(events.RobotRested(tick=self.now, robot=robot.id, cell=robot.cell))
+            if self._outages is not None:
+                yield from self._outages.charge(robot, share)
+            elif ticks := self.warehouse.ticks_to_charge(robot, share):
+                going = Going("charge", robot.id, tick=self.now + ticks)
+        if going is not None:
+            yield self._until(going.tick, going)
         self.warehouse.send(robot, None)
         self._is_free(robot)
         self.decisions.round(by_clock=True)
@@ -336,7 +399,7 @@ class Simulation:
         """Send a robot without a task to where it is repaired, or charges on."""
         self.warehouse.send(robot, cell)
         self._tell(events.RobotSent(tick=self.now, robot=robot.id, cell=cell))
-        self.env.process(self._rest(robot, cell, 0.0))
+        self.env.process(self.rest(robot, cell, 0.0))
 
     def _is_free(self, robot: Robot) -> None:
         """Let a robot without a task be out of service, if it has failed or shall be maintained."""
@@ -346,37 +409,41 @@ class Simulation:
     def _arrive(self, order: Order) -> bool:
         self.warehouse.order_arrives(order, self.now)
         self._tell(events.OrderArrived(tick=self.now, order=order.id))
-        if self._supply is not None and order.waits_for_stock:
-            self._supply.waits(order.lines)
+        if self.supply is not None and order.waits_for_stock:
+            self.supply.waits(order.lines)
             for line in order.lines:
-                self._order_bundles(self._supply, line.sku)
+                self._order_bundles(self.supply, line.sku)
         return True
 
     def _cancel(self, order: Order) -> bool:
         """Let an order leave, and return True; but one that is begun is picked on."""
         if order.parts:
             return False
-        if self._supply is not None and order.waits_for_stock:
-            self._supply.waits_no_more(order.lines)
+        if self.supply is not None and order.waits_for_stock:
+            self.supply.waits_no_more(order.lines)
         served = self.warehouse.cancel(order)
-        self._completed += 1
+        self.completed += 1
         self._tell(events.OrderCancelled(tick=self.now, order=order.id))
         self._in_stock(served)
         return True
 
     def _in_stock(self, served: Iterable[Order]) -> None:
         for order in served:
-            if self._supply is not None:
-                self._supply.waits_no_more(order.lines)
+            if self.supply is not None:
+                self.supply.waits_no_more(order.lines)
             self._tell(events.OrderInStock(tick=self.now, order=order.id))
 
     def _order_bundles(self, supply: Supply, sku: int) -> None:
         """Let what is ordered of a SKU arrive after the lead time."""
         for items in supply.order(sku):
-            arrived = self.context.after(supply.lead_ticks)
-            arrived.callbacks.append(partial(self._bundle_arrives, sku, items, ""))
+            self.bundle_comes(Going("bundle", sku=sku, items=items, tick=self.now + supply.lead_ticks))
 
-    def _bundle_arrives(self, sku: int, items: int, name: str, _: object = None) -> None:
+    def bundle_comes(self, going: Going) -> None:
+        """Let a bundle that is ordered arrive at its time."""
+        arrived = self._until(going.tick, going)
+        arrived.callbacks.append(lambda _: self._bundle_arrives(going.sku or 0, going.items, ""))
+
+    def _bundle_arrives(self, sku: int, items: int, name: str) -> None:
         bundle = self.warehouse.bundle_arrives(sku, items, name)
         self._tell(events.BundleArrived(tick=self.now, bundle=bundle.id, name=bundle.name, sku=sku, items=items))
         self.decisions.round(by_clock=True)
@@ -389,9 +456,14 @@ class Simulation:
         for _ in range(min(wanted - there, len(self._coming))):
             self._arrive(self._coming.pop())
 
-    def _starting(self, story: Callable[..., Process]) -> Callable[..., Any]:
+    def _starting(self, story: str) -> Callable[..., Any]:
         """Return what sets a robot off on a story."""
-        return lambda *what: self.env.process(story(*what))
+
+        def start(robot: Robot, *what: Any) -> None:
+            self.stories[robot.id] = story, *what
+            self.env.process(getattr(self, story)(robot, *what))
+
+        return start
 
     def _place_at_stations(self) -> list[tuple[Robot, Pod]]:
         """Put the pods that are at a station from the start into its line, each on a robot."""
@@ -401,15 +473,16 @@ class Simulation:
             self.warehouse.place_at_station(robot, pod, station)
             self.driving.place(robot, station)
             placed.append((robot, pod))
+            self.stories[robot.id] = "transport", pod
         return placed
 
-    def _take_slot(self, station: Station) -> Process:
+    def _take_slot(self, robot: Robot, station: Station) -> Process:
         """Wait for a slot at a station: a pod sets out only when it will find room in the queue."""
         if station.queue_room > 0:
             self.warehouse.claim_slot(station)
         else:
             handed_over = self.env.event()
-            self._waiting_for_slot[station.id].append(handed_over)
+            self.waiting_for_slot[station.id].append((handed_over, robot))
             yield handed_over
 
     def _leave(self, robot: Robot, pod: Pod, station: Station) -> Station | None:
@@ -420,8 +493,8 @@ class Simulation:
         """
         self.warehouse.leave(robot, pod, station)
         self.driving.left(station)
-        if self._waiting_for_slot[station.id]:
-            self._waiting_for_slot[station.id].pop(0).succeed()  # the slot goes to the robot that has waited longest
+        if self.waiting_for_slot[station.id]:
+            self.waiting_for_slot[station.id].pop(0)[0].succeed()  # the slot goes to the robot that has waited longest
         else:
             self.warehouse.give_up_slot(station)
         if not pod.bound_for or robot.low:
@@ -432,8 +505,9 @@ class Simulation:
         self.warehouse.claim_slot(following)
         return following
 
-    def _until(self, tick: int) -> simpy.Event:
-        return self.context.after(tick - self.now)
+    def _until(self, tick: int, going: Going) -> simpy.Event:
+        """Return what happens at a tick; a state tells of it as what is going on."""
+        return self.context.after(tick - self.now, going)
 
     def _full(self, least: int) -> bool:
         """Whether no bundle can be stored, also of those to come, which take that much space at least."""

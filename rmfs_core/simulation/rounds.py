@@ -23,6 +23,7 @@ from rmfs_core.simulation.applying import (
 )
 from rmfs_core.simulation.asking import ImpossibleError, sequence_of
 from rmfs_core.simulation.context import RunContext
+from rmfs_core.simulation.going import Going
 from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
 
 T = TypeVar("T")
@@ -56,7 +57,8 @@ class Decisions:
         assert assigning is not None
         self.assigning: BoundRule = assigning
         self._waking = list({id(rule.instance): rule for rule in run.rules.deciding if rule.wake is not None}.values())
-        self._alarm: int | None = None
+        self.alarm: int | None = None
+        """Tick at which the last answers want to be woken up."""
         self._alarms: set[int] = set()
         self.alarms_in_a_row = 0
 
@@ -184,10 +186,15 @@ class Decisions:
 
     def _set_alarm(self) -> None:
         """Ask when to wake up. No alarm is taken back: one that is not what the last answers say rings for nothing."""
-        self._alarm = min((tick for tick in map(self._wake_tick, self._waking) if tick is not None), default=None)
-        if self._alarm is not None and self._alarm not in self._alarms:
-            self._alarms.add(self._alarm)
-            self._run.after(self._alarm - self.warehouse.now).callbacks.append(self._ring)
+        self.alarm = min((tick for tick in map(self._wake_tick, self._waking) if tick is not None), default=None)
+        if self.alarm is not None and self.alarm not in self._alarms:
+            self.ring_at(self.alarm)
+
+    def ring_at(self, tick: int, *, wanted: bool = True) -> None:
+        """Wake up at a tick, if no answer until then says otherwise."""
+        self._alarms.add(tick)
+        self.alarm = tick if wanted else self.alarm
+        self._run.after(tick - self.warehouse.now, Going("alarm", tick=tick)).callbacks.append(self._ring)
 
     def _wake_tick(self, rule: BoundRule) -> int | None:
         answer, _ = self._run.ask(rule, hook=rule.wake)
@@ -195,7 +202,7 @@ class Decisions:
 
     def _ring(self, _: object) -> None:
         self._alarms.remove(self.warehouse.now)
-        if self.warehouse.now == self._alarm:
+        if self.warehouse.now == self.alarm:
             self.round(by_clock=True)
 
     def _apply(self, rule: BoundRule, apply: Callable[..., T], answer: object, **arguments: Any) -> T:

@@ -53,8 +53,8 @@ class Services:
                 raise InputError(f"stations.speed.{name}", f"no station {name}; expected 1 to {stations}")
             spans, self.speeds[int(name) - 1] = speeds_of(speed)
             self._shifts[int(name) - 1] = Timetable(spans, zero)
-        self._begun: Counter[tuple[int | str, ...]] = Counter()  # items of a line, visits to it, orders at a station
-        self._last: dict[int, tuple[int, int, int]] = {}  # of each station: visit, order, SKU
+        self.begun: Counter[tuple[int | str, ...]] = Counter()  # items of a line, visits to it, orders at a station
+        self.last: dict[int, tuple[int, int, int]] = {}  # of each station: visit, order, SKU
 
     def speed(self, station: int, tick: int) -> float:
         """Return how fast the picker of a station is; bundles are stored at speed 1 where nothing is picked."""
@@ -67,8 +67,8 @@ class Services:
             return self._fixed
         section, before_s, expected_s = self._section, 0.0, float(self._section.handle_s)
         pick_s, handle_s = self.item_s(order, sku, self._next(order, sku))
-        if self._last.get(station) != (now := (visit, order, sku)):
-            self._last[station] = now
+        if self.last.get(station) != (now := (visit, order, sku)):
+            self.last[station] = now
             before_s += self.begin_line_s(order, sku, self._next(order, sku, 0))
             expected_s += section.line_s or 0
         if not self._next(order, station, 0, 0):
@@ -108,9 +108,9 @@ class Services:
 
     def packs(self, kind: str, order: int, items: int) -> int:
         """Return the ticks of a packer's task: ``"put"`` the next tote of an order, of so many items, or ``"pack"``."""
-        given, number = self._packing, self._begun[kind, order, 0]
+        given, number = self._packing, self.begun[kind, order, 0]
         base, each = (given.tote_s, given.put_s) if kind == "put" else (given.pack_s, given.pack_item_s)
-        self._begun[kind, order, 0] += items
+        self.begun[kind, order, 0] += items
         total = self._one(base, f"{kind} order", order, self._next(kind, order))
         if hasattr(each, "spread"):
             each, items = sum(self._one(each, f"{kind} item", order, number + n) for n in range(items)), 1
@@ -118,8 +118,8 @@ class Services:
 
     def _next(self, *what: int | str) -> int:
         """Count something; return how many there were before."""
-        self._begun[what] += 1
-        return self._begun[what] - 1
+        self.begun[what] += 1
+        return self.begun[what] - 1
 
     def _one(self, seconds: float | None, purpose: str, *what: int) -> float:
         if not hasattr(seconds, "spread"):

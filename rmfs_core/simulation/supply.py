@@ -9,6 +9,7 @@ import numpy as np
 from rmfs_core.clock import to_ticks
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import Replenishment, Scenario
+from rmfs_core.warehouse import Warehouse
 from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
 from rmfs_core.world import BundleData, Instance
 
@@ -66,6 +67,13 @@ class Supply:
         full, rest = divmod(missing, self._largest[sku])
         return [self._largest[sku]] * full + [rest] * (rest > 0)
 
+    def knows(self, warehouse: Warehouse, ordered: Iterable[tuple[int, int]]) -> None:
+        """Take note of bundles that are there, of SKUs and items that are on order, and of orders that wait."""
+        there = (*warehouse.bundles.values(), *(bundle for at in warehouse.storing for bundle in at.bundles))
+        self.waits_no_more([*ordered, *((bundle.sku, bundle.items) for bundle in there)])
+        for order in warehouse.claims.waiting.values() if warehouse.claims is not None else ():
+            self.waits(order.lines)
+
     def picked(self, sku: int) -> None:
         """Take note that an item was picked."""
         self._position[sku] -= 1
@@ -75,7 +83,7 @@ class Supply:
         for sku, items in lines:
             self._position[sku] -= items
 
-    def waits_no_more(self, lines: Iterable[OrderLine]) -> None:
+    def waits_no_more(self, lines: Iterable[tuple[int, int]]) -> None:
         """Take note that an order waits for stock no more."""
         for sku, items in lines:
             self._position[sku] += items

@@ -86,7 +86,7 @@ class Warehouse:
         self.storing = tuple(station for station in stations if station.stores)
         self.bundles: dict[int, Bundle] = {}
         """Those that are assigned to no station; the others are at theirs."""
-        self._next_bundle = 0
+        self.bundles_so_far = 0
         for station in self.stations:
             station._now = lambda: self.now
         for pod in self.pods:
@@ -316,10 +316,10 @@ class Warehouse:
         self, sku: int, items: int, name: str = "", number: int | None = None, tick: int | None = None
     ) -> Bundle:
         """Let a bundle arrive: the next one, now, called by its number, unless told otherwise."""
-        number = self._next_bundle if number is None else number
+        number = self.bundles_so_far if number is None else number
         arrival = self.now if tick is None else tick
         bundle = Bundle(number, name or str(number + 1), sku, items, items * self.sizes[sku], arrival)
-        self._next_bundle = max(self._next_bundle, number + 1)
+        self.bundles_so_far = max(self.bundles_so_far, number + 1)
         self.bundles[number] = bundle
         return bundle
 
@@ -507,6 +507,11 @@ class Warehouse:
         if handled:
             self.release(request)
 
+    @staticmethod
+    def request_in_hand(station: Station) -> Request | None:
+        """Return the request of which an item is picked and not yet handled at a station."""
+        return station._in_hand
+
     def close(self, request: Request) -> None:
         """Take a picked item, the oldest of a request, off the books; its place is kept until `release`."""
         station = self.stations[request.station]
@@ -567,6 +572,11 @@ class Warehouse:
     def reroute(self, pod: Pod, stations: Sequence[int]) -> None:
         """Let a pod visit the stations that it is bound for in this order."""
         pod._itinerary = list(stations)
+
+    @staticmethod
+    def battery_of(robot: Robot) -> Battery | None:
+        """Return a robot's battery."""
+        return robot._battery
 
     def put_battery(self, robot: Robot, share: float, *, low: bool) -> None:
         """Give a robot a battery with this share of its capacity in it, for a moment in which no time passes."""

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from attrs import evolve, frozen
 
+from rmfs_commands.states.beginning import begins_at
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario
@@ -58,7 +59,7 @@ def cut(scenario: Scenario, hours: float | None) -> Cut:
     if not ticks:
         place = "instance.orders" if scenario.instance.orders_file is None else "instance.orders_file"
         raise InputError(place, "found no orders; expected some, by which rule sets can be compared")
-    begin = max(ticks[0], round((scenario.run.warmup_s or 0) * TICKS_PER_S))
+    begin = max(ticks[0], round((scenario.run.warmup_s or 0) * TICKS_PER_S), begins_at(scenario))
     zero = Calendar(scenario.instance.start).time_of_day()
     trucks = [order.due_tick for order in orders if order.due_tick is not None and order.arrival_tick >= begin]
     trucks = trucks if scenario.instance.departures is not None else []

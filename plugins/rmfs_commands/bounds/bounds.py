@@ -54,7 +54,8 @@ def bounds_of(scenario: Scenario, metrics: Collection[str] = BOUNDED) -> tuple[B
     """Return the bounds of a scenario with its seed, one for each of the metrics that is in `BOUNDED`.
 
     They hold for every run that completes all orders, whatever the scenario's rules, but that these may carry pods
-    elsewhere without a visit only where it has `rules.move`. There are none where an order may be cancelled.
+    elsewhere without a visit only where it has `rules.move`. There are none where an order may be cancelled, or a
+    run begins in a state.
 
     Raises
     ------
@@ -77,7 +78,8 @@ def find_bounds(
         When there are more pods or robots than places for them.
     """
     refilled = scenario.instance.arrivals.backlog is not None  # then none is cancelled
-    if not refilled and any(order.cancelled_tick is not None for order in instance.orders):
+    cancelled = not refilled and any(order.cancelled_tick is not None for order in instance.orders)
+    if cancelled or scenario.instance.state_file is not None:
         return ()
     start = _Start(open_warehouse(scenario, instance, layout), instance, moved=scenario.rules.move is not None)
     found: list[Bound] = []

@@ -104,6 +104,7 @@ class Delays:
         """When the last of all orders that are known beforehand was complete, or cancelled."""
         self.times: dict[int, array[int]] = {}
         """Of each completed order, the ticks that the columns have in seconds."""
+        self._before = 0
         self.picks: dict[int, tuple[int, int]] = {}
         """Of each completed order, the station of its last pick, and how many of its items that visit served."""
         self.handlers: Handlers = {
@@ -160,6 +161,9 @@ class Delays:
 
     def _completed(self, event: OrderCompleted) -> None:
         order, arrival = event.order, self.arrival[event.order]
+        if order not in self._served:  # before a run that began in a state
+            self._before += 1
+            return
         last, none_free, *_ = self.last.pop(order)
         (asked, none_asked, *way), station, picked, _, items = self._served.pop(order)
         self.picks[order] = station, items
@@ -178,7 +182,7 @@ class Delays:
         self._note_done(event.tick)
 
     def _note_done(self, tick: int) -> None:
-        if self._known and len(self.times) + len(self.cancelled) == len(self._orders):
+        if self._known and len(self.times) + len(self.cancelled) + self._before == len(self._orders):
             self.all_done = tick
             self._robots.picked(tick)
 

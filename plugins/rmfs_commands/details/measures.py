@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from rmfs_commands.details.catalogue import on_time
 from rmfs_commands.details.departures import last_truck
-from rmfs_commands.details.spans import Handlers, Number, percentile, ratio
+from rmfs_commands.details.spans import Handlers, Number, goes_on, percentile, ratio
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import OrderArrived, OrderAssigned, OrderCancelled, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
@@ -27,7 +27,7 @@ class Measures:
 
     def __init__(self, run: RunInfo, begin: int) -> None:
         self._orders = run.instance.orders
-        self._begin = begin
+        self._begin, self._goes_on = begin, goes_on(run, begin)
         known = run.scenario.instance.arrivals.backlog is None
         self._arrived = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
         self._assigned: dict[int, int] = {}
@@ -74,7 +74,7 @@ class Measures:
         counted = {order: tick for order, tick in self._completed.items() if tick >= self._begin}
         items = sum(self._orders[order].items for order in counted)
         lines = sum(len(self._orders[order].lines) for order in counted)
-        timed = {i: tick for i, tick in counted.items() if self._arrived[i] >= self._begin}
+        timed = {i: tick for i, tick in counted.items() if self._goes_on or self._arrived[i] >= self._begin}
         arrived = self._arrived
         times = {
             "turnover": [tick - arrived[order] for order, tick in timed.items()],
@@ -104,7 +104,9 @@ class Measures:
     def due(self, done: Mapping[int, int]) -> Iterator[tuple[OrderData, int, int | None]]:
         """Yield each order with a due time that counts, that time, and when it was done; ``done``: ticks by order."""
         for i, order in enumerate(self._orders):
-            if order.due_tick is not None and i not in self._cancelled and self._arrived.get(i, -1) >= self._begin:
+            arrived = self._arrived.get(i, -1) >= self._begin
+            there = self._goes_on and done.get(i, self._begin) >= self._begin  # not complete when the run began
+            if order.due_tick is not None and i not in self._cancelled and (arrived or there):
                 yield order, order.due_tick, done.get(i)
 
     @property

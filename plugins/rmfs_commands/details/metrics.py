@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rmfs_commands.details.catalogue import METRICS
-from rmfs_commands.details.spans import Number, ratio
+from rmfs_commands.details.spans import Number, goes_on, ratio
 from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.events import (
     DecisionMade,
@@ -50,8 +50,12 @@ class Metrics:
         }
         self.begin(Instance((), (), ()), 0)
 
-    def begin(self, instance: Instance, stations: int, warmup_s: float | None = None) -> None:
-        """Start afresh for an instance, a number of stations and a warm-up (all that events do not tell)."""
+    def begin(self, instance: Instance, stations: int, warmup_s: float | None = None, *, goes_on: bool = False) -> None:
+        """Start afresh for an instance, a number of stations and a warm-up (all that events do not tell).
+
+        ``goes_on``: orders count as well that had arrived when the run began.
+        """
+        self.goes_on = goes_on
         self.stations = stations
         self.warmup = to_ticks(warmup_s or 0)
         # By order: when it arrived, its parts (station and period each), when its last line was assigned
@@ -71,7 +75,9 @@ class Metrics:
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Start afresh."""
-        self.begin(run.instance, len(run.warehouse.stations), run.scenario.run.warmup_s)
+        warmup_s = run.scenario.run.warmup_s
+        on = goes_on(run, to_ticks(warmup_s or 0))
+        self.begin(run.instance, len(run.warehouse.stations), warmup_s, goes_on=on)
 
     @hookimpl
     def run_ended(self, tick: int, status: str) -> None:
@@ -124,7 +130,7 @@ class Metrics:
             self._note_split_orders()
             arrived, assigned = self.arrival_ticks[event.order], self.assigned_ticks.get(event.order, event.tick)
             self.completed += 1
-            if arrived >= self.warmup:
+            if self.goes_on or arrived >= self.warmup:
                 self.timed += 1
                 self.backlog_ticks += assigned - arrived
                 self.station_ticks += event.tick - assigned

@@ -62,7 +62,8 @@ class Replenishment:
         self._begin, self._skus = begin, run.instance.skus
         self._names = [pod.name for pod in run.instance.pods]
         self._robots = len(run.warehouse.robots)
-        self._bundles: list[_Bundle] = []
+        self._bundles: dict[int, _Bundle] = {}
+        self._since = run.warehouse.now_tick
         self._visits: set[int] = set()
         held: dict[int, int | None] = {}
         for pod in run.instance.pods:
@@ -91,7 +92,7 @@ class Replenishment:
             }
 
     def _arrived(self, event: BundleArrived) -> None:
-        self._bundles.append(_Bundle(event.name, event.sku, event.items, event.tick))
+        self._bundles[event.bundle] = _Bundle(event.name, event.sku, event.items, event.tick)
 
     def _assigned(self, event: BundleAssigned) -> None:
         self._bundles[event.bundle].assigned = event.tick
@@ -104,7 +105,8 @@ class Replenishment:
         self._change(event, event.sku, event.items)
 
     def _picked(self, event: ItemPicked) -> None:
-        self._change(event, event.sku, -1)
+        if event.tick >= self._since:  # else a run that began in a state knows it
+            self._change(event, event.sku, -1)
 
     def _change(self, event: Event, sku: int, items: int) -> None:
         """Note that there are more or fewer items of a SKU from now on."""
@@ -144,7 +146,7 @@ class Replenishment:
 
     def bundles(self) -> Iterator[dict[str, Any]]:
         """Yield a row for each bundle that arrived; nothing where it has not come to that."""
-        for bundle in self._bundles:
+        for bundle in self._bundles.values():
             stored = bundle.stored
             told = (bundle.name, self._skus[bundle.sku], bundle.items, to_seconds(bundle.arrived))
             assigned = None if bundle.assigned is None else to_seconds(bundle.assigned)
@@ -162,7 +164,7 @@ class Replenishment:
         """Return the metrics by name, with those of orders among them; none where there is no replenishment."""
         if not self.on:
             return {}
-        done = [(bundle, stored) for bundle in self._bundles if (stored := bundle.stored) is not None]
+        done = [(bundle, stored) for bundle in self._bundles.values() if (stored := bundle.stored) is not None]
         done = [(bundle, stored) for bundle, stored in done if stored.tick >= self._begin]
         timed = [stored.tick - bundle.arrived for bundle, stored in done if bundle.arrived >= self._begin]
         items = sum(bundle.items for bundle, _ in done)

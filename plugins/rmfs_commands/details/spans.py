@@ -12,11 +12,17 @@ from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import Event
+from rmfs_core.info import RunInfo
 
 Span = tuple[int, int]
 Number = int | float | None
 Handlers = Mapping[type[Event], Callable[[Any], None]]
 """Functions called at each kind of event."""
+
+
+def goes_on(run: RunInfo, begin: int) -> bool:
+    """Whether a run goes on from a state, and counts from there: then also orders that arrived before."""
+    return run.scenario.instance.state_file is not None and begin <= run.warehouse.now_tick + 1
 
 
 def ratio(part: float, whole: float) -> float | None:

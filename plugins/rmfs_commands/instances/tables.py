@@ -138,6 +138,7 @@ class Tables:
         self.instance = instance
         self._arrived = {} if refilled else {i: order.arrival_tick for i, order in enumerate(instance.orders)}
         self._visits, self._periods = _Rows(VISIT_COLUMNS), _Rows(PERIOD_COLUMNS)
+        self._at: dict[int, int] = {}  # rows of visits that have not ended
         self._decisions: list[DecisionMade] = []
         self._parts: dict[int, dict[tuple[int, int], None]] = {}
         self._assigned: dict[int, int] = {}
@@ -156,7 +157,8 @@ class Tables:
             add(event)
 
     def _picked(self, event: ItemPicked) -> None:
-        self._visits.columns["picks"][event.visit - 1] += 1
+        if (row := self._at.get(event.visit)) is not None:  # else it ended before a run that began in a state
+            self._visits.columns["picks"][row] += 1
 
     def _order_arrived(self, event: OrderArrived) -> None:
         self._arrived[event.order] = event.tick
@@ -173,11 +175,12 @@ class Tables:
         self._cancelled[event.order] = event.tick
 
     def _visit_started(self, event: VisitStarted) -> None:
-        pod = self.instance.pods[event.pod].name
+        pod, self._at[event.visit] = self.instance.pods[event.pod].name, len(self._visits.columns["picks"])
         self._visits.add(event.visit, pod, event.station + 1, event.robot + 1, event.time_s, math.nan, 0)
 
     def _visit_ended(self, event: VisitEnded) -> None:
-        self._visits.columns["end_s"][event.visit - 1] = event.time_s
+        if (row := self._at.pop(event.visit, None)) is not None:
+            self._visits.columns["end_s"][row], self._visits.columns["picks"][row] = event.time_s, event.picks
 
     def _decided(self, event: DecisionMade) -> None:
         self._decisions.append(event)

@@ -249,7 +249,7 @@ class _Followed:
         self.pods = {pod.name: pod.id for pod in view.pods}
         stations = (*view.stations, *(station for station in view.replenishment_stations if not station.picks))
         self.stations = {station.name: station.id for station in stations}
-        self.orders: dict[str, int] = {}
+        self.orders = {order.name: order.id for order in view.orders}
         self.skus = {sku: i for i, sku in enumerate(run.instance.skus)}
         self._opened = opened
         self._channel: Channel | None = None

@@ -49,6 +49,8 @@ LONGEST_SUFFIX = 60
     help=f"Folder for the result's files; files of an earlier run in it are replaced. "
     f"[default: {RUNS_FOLDER}/<scenario>-seed<seed>, with what --set changed]",
 )
+@click.option("--from", "begin", type=click.Path(), metavar="STATE", help="Begin in a state, a JSON file.")
+@click.option("--save-state", type=click.Path(), metavar="FILE", help="Write the state at run.until_s to a file.")
 @click.option("--trace", is_flag=True, help="Record every event in DIR/trace.jsonl.gz too.")
 @click.option("--record-decisions", is_flag=True, help="Record what each rule saw and decided, for `rmfs explain`.")
 @click.option(
@@ -69,6 +71,8 @@ def run(
     seed: int | None,
     overrides: tuple[str, ...],
     out: Path | None,
+    begin: str | None,
+    save_state: str | None,
     trace: bool,
     record_decisions: bool,
     record: tuple[str, ...],
@@ -98,8 +102,10 @@ def run(
     from rmfs_core.world import make_layout
 
     _check_recorders(record)
+    overrides = overrides if begin is None else (*overrides, f"instance.state_file={begin}")
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
     resolved = load_checked(scenario, overrides, seed)
+    _check_begin(resolved, "--trace" if "trace" in recorded else "--watch" if watch else None)
     name = scenario_name(scenario)
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
@@ -120,6 +126,7 @@ def run(
                 record=recorded,
                 observers=[one for one in (waits, progress, viewer, told) if one is not None],
                 allow_inline_rules=not no_inline_rules,
+                save_state=save_state,
             )
     except RunError as error:
         _failed(notes, error, folder, show_traceback=show_traceback)
@@ -135,10 +142,26 @@ def run(
         if profile:
             print_profile(console, result)
         _report(console, result, waits.sentence, folder, recorded)
+    _say_saved(notes, save_state, result.status)
     if result.interrupted:
         raise click.Abort
     if viewer is not None:
         viewer.wait()
+
+
+def _say_saved(notes: Console, save_state: str | None, status: str) -> None:
+    """Say where the state is in which a run ended, or that it was over before."""
+    if save_state is not None:
+        over = "The run was over before run.until_s: its state was not saved."
+        say(notes, f"The state at the end is in {save_state}." if status == "horizon" else over)
+
+
+def _check_begin(scenario: Scenario, traced: str | None) -> None:
+    """Refuse an option that needs a trace where a run begins in a state."""
+    from rmfs_core.errors import InputError
+
+    if traced is not None and scenario.instance.state_file is not None:
+        raise InputError(traced, "expected it without a state to begin in: a trace begins at time 0")
 
 
 def _failed(notes: Console, error: RunError, folder: Path, *, show_traceback: bool) -> None:
@@ -232,7 +255,8 @@ def _report(console: Console, result: Result, waited: str, folder: Path, record:
         say(console, waited)
     if (warmup := result.scenario.run.warmup_s) is not None:
         simulated = result.metrics["simulated_s"]
-        say(console, f"Metrics count what happens from {duration(warmup)} on (run.warmup_s).")
+        since = "run.warmup_s" if result.scenario.instance.state_file is None else "run.warmup_s, or the state's time"
+        say(console, f"Metrics count what happens from {duration(warmup)} on ({since}).")
         if simulated <= warmup:
             say(console, f"The run was over at {duration(simulated)}, before that: they count nothing.")
     observers = [observer for observer, _ in make_observers(quiet=True)]

@@ -291,10 +291,11 @@ def _packing(opened: OpenState, role: Role) -> dict[str, Any]:
 def _generator(state: State, rule: BoundRule) -> np.random.Generator:
     if state.random is None:
         return rule_stream(state.seed, rule.role, rule.name)
-    return _restored(state.random)
+    return restored_generator(state.random)
 
 
-def _restored(random: RandomState) -> np.random.Generator:
+def restored_generator(random: RandomState) -> np.random.Generator:
+    """Return the random generator that a state tells of."""
     bits = np.random.PCG64(0)
     bits.state = {
         "bit_generator": "PCG64",

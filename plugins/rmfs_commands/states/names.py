@@ -38,6 +38,11 @@ class Names:
         if len(self.skus) < len(skus):
             self.wrong(("skus",), "found a name twice; expected each once")
 
+    @property
+    def tells_robots(self) -> bool:
+        """Whether the state lists its robots."""
+        return self._state.robots is not None
+
     def wrong(self, path: KeyPath, problem: str) -> NoReturn:
         """Say what is wrong with the state, and where."""
         raise InputError(Source(self.source).place_of(path), problem)

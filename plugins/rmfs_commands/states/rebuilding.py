@@ -153,7 +153,7 @@ def _layout(state: State, names: Names) -> Layout:
     if state.layout is None:
         return _stand_in(len(state.stations), len(state.pods))
     longest = max(station.queue_length or QUEUE_LENGTH for station in state.stations.values())
-    layout = _layout_of(state.layout, longest, Source(names.source).place_of(("layout",)))
+    layout = layout_of(state.layout, longest, Source(names.source).place_of(("layout",)))
     if len(layout.stations) != len(state.stations):
         names.wrong(
             ("stations",), f"found {len(state.stations)}; expected {len(layout.stations)}, as the layout has them"
@@ -162,7 +162,8 @@ def _layout(state: State, names: Names) -> Layout:
 
 
 @lru_cache(maxsize=4)
-def _layout_of(given: LayoutState, queue_length: int, place: str) -> Layout:
+def layout_of(given: LayoutState, queue_length: int, place: str) -> Layout:
+    """Return the grid that a state tells of."""
     if given.map is not None:
         layout = parse_map("\n".join(given.map), f"{place}.map")
     else:

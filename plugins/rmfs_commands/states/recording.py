@@ -83,7 +83,7 @@ class DecisionRecorder:
         call = call_of(question)
         generator = question.rng.bit_generator.state
         if generator != self._fresh.setdefault((decides, question.rule), generator):
-            call["random"] = _random(generator)
+            call["random"] = generator_state(generator)
         change = self._snapshots.look(call)
         self._asked = {"decides": decides.label, "rule": question.rule, "change": change, "decision": None}
 
@@ -112,7 +112,8 @@ class DecisionRecorder:
             self._asked = None
 
 
-def _random(generator: Mapping[str, Any]) -> dict[str, Any]:
+def generator_state(generator: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the state of a random generator as a state tells it."""
     return {
         "state": str(generator["state"]["state"]),
         "increment": str(generator["state"]["inc"]),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from attrs import asdict, evolve
@@ -20,7 +20,8 @@ from rmfs_commands.states.plain import (
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
 from rmfs_core.simulation.setup import packing_of
 from rmfs_core.warehouse import Order, PackingStation, PackingTask, Robot, Station, Warehouse
-from rmfs_core.world import CellKind, Instance
+from rmfs_core.warehouse.battery import Battery
+from rmfs_core.world import CellKind, Instance, OrderData
 from rmfs_core.world.travel import Travel
 
 T = TypeVar("T")
@@ -35,17 +36,46 @@ class ContradictionError(ValueError):
         self.path = path
 
 
-def restore(memento: Memento, travel: Travel) -> Warehouse:
-    """Return a new warehouse as a memento tells it; ContradictionError where that contradicts itself or the layout."""
+def restore(
+    memento: Memento,
+    travel: Travel,
+    later: Sequence[OrderData] = (),
+    battery: Callable[[Callable[[], int]], Battery] | None = None,
+    *,
+    wait_for_stock: bool = True,
+    restocked: bool | None = None,
+) -> Warehouse:
+    """Return a new warehouse as a memento tells it.
+
+    Parameters
+    ----------
+    memento
+        What it tells.
+    travel
+        Travel times on the layout.
+    later
+        Orders that arrive later.
+    battery
+        Makes a robot's battery; None: only their charge is known.
+    wait_for_stock
+        Whether orders that the stock cannot serve wait.
+    restocked
+        Whether bundles may arrive; None: if a station stores some.
+
+    Raises
+    ------
+    ContradictionError
+        Where it contradicts itself or the layout.
+    """
     _check_names(memento, travel)
     cells = travel.layout.stations
     warehouse = Warehouse(
         Instance(
             memento.skus,
-            tuple(o.data for o in memento.orders),
+            (*(o.data for o in memento.orders), *later),
             tuple(p.data for p in memento.pods),
             memento.sizes,
-            restocked=any(s.bundle_capacity for s in memento.stations),
+            restocked=any(s.bundle_capacity for s in memento.stations) if restocked is None else restocked,
         ),
         travel,
         [
@@ -56,12 +86,13 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         [p.home if p.cell is None else p.cell for p in memento.pods],
         memento.blocked,
         [p.capacity for p in memento.pods],
+        battery,
         wait_for_stock=False,
         packing=_packing_stations(memento.packing, travel),
     )
     warehouse.homes = tuple(p.home for p in memento.pods)
     warehouse.advance(memento.now)
-    for order, given in zip(warehouse.orders, memento.orders, strict=True):
+    for order, given in zip(warehouse.orders, memento.orders, strict=False):
         warehouse.order_arrives(order)
         begun = bool(given.parts and given.cancelled)
         _check(not begun, "found it for an order that is begun", "orders", order.id, "cancelled")
@@ -80,7 +111,7 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         known = f"found {cell}; expected a charger of the layout that is not named before"
         _check(cell in warehouse.chargers, known, "chargers_down")
         warehouse.put_charger_in_service(cell, False, ())
-    if not warehouse.unlimited_stock:
+    if wait_for_stock and not warehouse.unlimited_stock:
         warehouse.begin_to_wait({i: o.waits for i, o in enumerate(memento.orders) if o.waits is not None})
     _bind(warehouse, memento)
     _carry(warehouse, memento)
@@ -214,7 +245,7 @@ def _carry(warehouse: Warehouse, memento: Memento) -> None:
             warehouse.take_task(robot, pod)
             if memento.pods[pod.id].cell is None:
                 warehouse.lift(robot, pod)
-        if given.charge is not None:
+        if given.charge is not None and robot.charge is None:
             warehouse.put_battery(robot, given.charge, low=given.low)
     in_line: set[int] = set()
     for station, told in zip(warehouse.stations, memento.stations, strict=True):
@@ -291,7 +322,7 @@ def _packing_stations(told: Sequence[PackingMemento], travel: Travel) -> list[Pa
 
 def _pack(warehouse: Warehouse, memento: Memento) -> None:
     """Let orders be as far as they are at their packing stations."""
-    for order, given in zip(warehouse.orders, memento.orders, strict=True):
+    for order, given in zip(warehouse.orders, memento.orders, strict=False):
         if given.packing is not None:
             path = ("orders", order.id, "packing")
             problem = "found it for an order of which no part is assigned"

@@ -98,7 +98,7 @@ class Snapshots:
         self._pods = [pod.name for pod in view.pods]
         self._at = (*view.stations, *(station for station in view.replenishment_stations if not station.picks))
         self._stations = [station.name for station in self._at]
-        self._orders: dict[int, str] = {}
+        self._orders = {order.id: order.name for order in view.orders}
         self._dated, battery = False, run.scenario.robots.battery
         self._chargers_fail = battery is not None and battery.charger_outages is not None
         self._told_of_orders: dict[int, None] = {}

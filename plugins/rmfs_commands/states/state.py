@@ -30,6 +30,12 @@ VERSIONS = (1, 2)
 DECIDES = tuple(role.label for role in DECIDING)
 """The decisions that can be asked of a state."""
 
+KINDS = (
+    *("leg", "wait", "drive", "room", "line", "lift", "set", "picker", "pick", "stow", "charge"),
+    *("release", "handled", "bundle", "alarm", "arrivals", "bundles", "hours"),
+)
+"""Kinds of things that may be going on."""
+
 MOST = 1_000_000_000
 """Largest number of items, places and the like that a state may have."""
 
@@ -346,6 +352,50 @@ class RandomState:
                 raise ValueError(f'expected texts of decimal digits, numbers below 2^128, found "{text}"')
 
 
+STORIES = ("transport", "store", "move", "rest")
+
+
+@frozen
+class GoingState:
+    """Something that is going on; `rmfs_core.simulation.going.Going` has the kinds."""
+
+    kind: str = key("What it is", check=_one_of(*KINDS))
+    robot: str | None = key("Robot that does it", None)
+    station: str | None = key("Station where an item is handled", None)
+    order: str | None = key("Order of an item that is handled, and done when it was picked", None)
+    sku: str | None = key("SKU of an item or a bundle", None)
+    items: int = key("Items of a bundle that is ordered", 0, check=_number(0))
+    visit: int = key("Number of the visit", 0, check=_number(0))
+    visit_since_s: float = key("When that began", 0.0, unit="s", check=_TIME)
+    picks: int = key("Picks in it so far", 0, check=_number(0))
+    since_s: float = key("When it began", 0.0, unit="s", check=_TIME)
+    until_s: float = key("When it ends; left out: when something else happens", 0.0, unit="s", check=_TIME)
+    legs: tuple[tuple[float, ...], ...] = key("Cell and wait (s) of each leg that is not driven yet", ())
+    overtaken: int = key("How often it was overtaken in its line", 0, check=_number(0))
+    story: str | None = key("What the robot does: `transport`, `store`, `move`, `rest`", None, check=_one_of(*STORIES))
+    cell: int | None = key("Cell where that ends", None, check=_number(0))
+    charge: float = key("Share of the battery's capacity until which it rests", 0.0, check=within(0, 1))
+
+
+@frozen
+class RunState:
+    """Facts that only a run that goes on from here needs, as `rmfs run --save-state` writes them."""
+
+    going: tuple[GoingState, ...] = key("What is going on: in the order in which it ends, then what waits", ())
+    visits: int = key("Visits so far", 0, check=_number(0))
+    periods: int = key("Periods so far", 0, check=_number(0))
+    bundles: int = key("Bundles that have arrived so far", 0, check=_number(0))
+    wakes_s: float | None = key("When rules want to be woken up", None, unit="s", check=_TIME)
+    assigned_s: Mapping[str, float] = key("When the last line of an order was assigned", factory=dict)
+    completed_s: Mapping[str, float] = key("When an order was complete", factory=dict)
+    pickers_s: Mapping[str, float] = key("When a station's picker will be free, where that is known", factory=dict)
+    joules: Mapping[str, tuple[float, ...]] = key("What was in a robot's battery, and when (s)", factory=dict)
+    random: Mapping[str, RandomState] = key("Random generators of rules", factory=dict)
+    drawn: Mapping[str, int] = key("How many service times were drawn, by what they were for", factory=dict)
+    begun: Mapping[str, tuple[int, ...]] = key("Visit, order and SKU of a station's last pick (ids)", factory=dict)
+    memory: Mapping[str, Any] = key("What rules remember", factory=dict)
+
+
 @frozen
 class State:
     """The warehouse as a rule sees it when it is asked."""
@@ -387,6 +437,11 @@ class State:
     seed: int = key("Seed of the rule's random generator, where `random` is left out", 1, check=at_least(0))
     random: RandomState | None = key("State of the rule's random generator, where it has drawn already", None)
     chargers_down: tuple[int, ...] = key("Cells of chargers that are out of service", ())
+    run: RunState | None = key(
+        "What a run that goes on from here needs besides; left out: rules are asked first, and robots set out from "
+        "where they stand",
+        None,
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.version == VERSIONS[0] and any(o.due_s is not None or o.priority for o in self.orders.values()):
@@ -412,6 +467,8 @@ class State:
             raise ValueError("found `chargers_down` in a state of version 1; expected version 2 with it")
         if self.version == VERSIONS[0] and self.packing is not None:
             raise ValueError("found `packing` in a state of version 1; expected version 2 with it")
+        if self.version == VERSIONS[0] and self.run is not None:
+            raise ValueError("found `run` in a state of version 1; expected version 2 with it")
 
 
 def state_schema() -> dict[str, Any]:

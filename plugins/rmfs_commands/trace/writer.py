@@ -67,6 +67,7 @@ from rmfs_commands.results.files import json_ready
 from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results
 from rmfs_core import events
 from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.errors import InputError
 from rmfs_core.events import DecisionMade, Event
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import scenario_to_dict
@@ -133,6 +134,8 @@ class TraceWriter:
 
 def header(run: RunInfo) -> dict[str, Any]:
     """Return the first line of a run's trace."""
+    if run.scenario.instance.state_file is not None:
+        raise InputError("instance.state_file", "a trace begins at time 0; expected no state to begin in")
     warehouse, instance = run.warehouse, run.instance
     return {
         "format": FORMAT,

@@ -102,6 +102,14 @@ class BacklogThreshold:
         """Forget when the last run changed anything."""
         self._changed_s = -math.inf
 
+    def memory(self) -> float | None:
+        """Return when it last changed anything, for the state of a run."""
+        return None if math.isinf(self._changed_s) else self._changed_s
+
+    def remember(self, memory: float | None, warehouse: WarehouseView) -> None:  # noqa: ARG002
+        """Take that back."""
+        self._changed_s = -math.inf if memory is None else float(memory)
+
     @hookimpl
     def activate_stations(self, warehouse: WarehouseView) -> Sequence[int]:
         """Keep the active ones, except for one more or less."""

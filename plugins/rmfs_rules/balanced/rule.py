@@ -73,6 +73,17 @@ class Balanced:
                 tasks.append(TaskAssignment(robot.id, waiting[station].pop(0).id))
         return tasks
 
+    def memory(self) -> dict[str, Any]:
+        """Return whose station each robot belongs to, and since when, for the state of a run."""
+        at_s = None if math.isinf(self._shared_at_s) else self._shared_at_s
+        return {"station_of": [*self.station_of.items()], "active": sorted(self._active), "shared_at_s": at_s}
+
+    def remember(self, memory: dict[str, Any], warehouse: WarehouseView) -> None:
+        """Take that back."""
+        self._robots, self._active = warehouse.robots, frozenset(memory["active"])
+        self.station_of = {int(robot): int(station) for robot, station in memory["station_of"]}
+        self._shared_at_s = -math.inf if memory["shared_at_s"] is None else float(memory["shared_at_s"])
+
     def _reallocate(self, warehouse: WarehouseView) -> None:
         if self._robots is not warehouse.robots:  # another run
             self._robots = warehouse.robots

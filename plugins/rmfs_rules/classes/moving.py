@@ -27,8 +27,17 @@ class Pause:
         if self.until_s(warehouse) is not None:
             return []
         found = moves()
-        self._robots, self._until_s = warehouse.robots, None if found else warehouse.now_s + retry_s
+        self.begin(warehouse, None if found else warehouse.now_s + retry_s)
         return found
+
+    def begin(self, warehouse: WarehouseView, until_s: float | None) -> None:
+        """Pause until a time; None: no longer."""
+        self._robots, self._until_s = warehouse.robots, until_s
+
+    @property
+    def told(self) -> float | None:
+        """When it is over, or was."""
+        return self._until_s
 
     def until_s(self, warehouse: WarehouseView) -> float | None:
         """Return when the pause is over; None when there is none."""

@@ -60,6 +60,14 @@ class _Moving(ByStock):
         """Look into repositioning again when the pause is over."""
         return self._pause.until_s(warehouse)
 
+    def memory(self) -> float | None:
+        """Return when the pause is over, for the state of a run."""
+        return self._pause.told
+
+    def remember(self, memory: float | None, warehouse: WarehouseView) -> None:
+        """Take that back."""
+        self._pause.begin(warehouse, None if memory is None else float(memory))
+
     def _wanted(self, warehouse: WarehouseView) -> worth.Values:
         """Return how much each pod is wanted."""
         return worth.combined(warehouse, self.weight_speed, self.weight_demand)

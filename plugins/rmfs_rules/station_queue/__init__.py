@@ -84,6 +84,14 @@ class StationQueue:
         candidates = warehouse.showing([warehouse.order(order) for order in lines.order_id[chosen].tolist()])
         return self._drain(candidates, available, np.isin(chosen, large))
 
+    def memory(self) -> list[tuple[int, int]]:
+        """Return which order queues for which station, for the state of a run."""
+        return [*self.queue_of.items()]
+
+    def remember(self, memory: Sequence[Sequence[int]], warehouse: WarehouseView) -> None:
+        """Take that back."""
+        self._robots, self.queue_of = warehouse.robots, {int(order): int(station) for order, station in memory}
+
     def _fill(self, warehouse: WarehouseView, available: Ints, large: Ints) -> None:
         """Let orders join queues, the best pair of order and station first."""
         wanted = np.zeros_like(available)

@@ -16,6 +16,7 @@ from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
 from rmfs_core.simulation.context import RunContext
+from rmfs_core.simulation.going import Going
 from rmfs_core.traffic import Traffic
 from rmfs_core.traffic.paths import Rows, Stop, ends_of
 from rmfs_core.warehouse import Robot, Station
@@ -54,6 +55,8 @@ class Course:
         Cells that its path occupies, the leg under way included, and the tick at which it ends.
     overtaken
         How many robots have come between it and the head of the line since it took its place there.
+    waits, ready
+        What it waits for before its next leg; the tick until which it waits, where a state has told that.
     """
 
     robot: Robot
@@ -68,6 +71,8 @@ class Course:
     reserved: Rows | None = None
     arrives: int = 0
     overtaken: int = 0
+    waits: simpy.Event | None = None
+    ready: int | None = None
 
 
 class Driving:
@@ -99,6 +104,10 @@ class Driving:
         self.allowed = f"longer than run.standstill_s and than {CROSSINGS} crossings of the layout take"
         self.under_way: dict[int, tuple[Robot, int, int, int, int, int]] = {}
         """By robot, what `arrive` is called with at the end of its leg."""
+        self.standing: list[list[Robot]] = [[] for _ in run.warehouse.stations]  # that wait until the line moves
+
+    def begin(self) -> None:
+        """Let robots begin, or go on, on their own."""
 
     # What each way does for the story
 
@@ -148,7 +157,7 @@ class Driving:
     ) -> simpy.Event:
         """Let a robot be on a leg that began at ``start``; return what happens when it is to `arrive`."""
         self.under_way[robot.id] = robot, to, wait, heading, start, turn_ticks
-        return self.run.after(arrival - self.run.warehouse.now)
+        return self.run.after(arrival - self.run.warehouse.now, Going("leg", robot.id))
 
     def cut_off(self) -> None:
         """Put robots under way in the last cells whose centres they have passed: the run is over."""

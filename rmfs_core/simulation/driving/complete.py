@@ -99,7 +99,7 @@ class CompleteDriving(ReservedDriving):
         self._commit(ahead, paths[1])
         line[place - 1 : place + 1] = [course, ahead]
         for each, goal in ((course, first.goal), (ahead, second.goal)):
-            self._owner[goal], each.goal = each, goal
+            self.owner[goal], each.goal = each, goal
         ahead.overtaken += 1
         return True
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import simpy
 
 from rmfs_core.clock import UNREACHABLE, to_seconds
@@ -20,10 +22,12 @@ class FreeDriving(Driving):
     def __init__(self, run: RunContext) -> None:
         super().__init__(run)
         self._line_moved: list[simpy.Event] = [run.env.event() for _ in run.warehouse.stations]
+        self.next_legs: dict[int, deque[list[int]]] = {}  # by robot: cell and wait of those after that under way
 
     def left(self, station: Station) -> None:
         """Let those in line move up."""
         moved, self._line_moved[station.id] = self._line_moved[station.id], self.run.env.event()
+        self.standing[station.id].clear()
         moved.succeed()
 
     def to_location(self, robot: Robot, cell: int) -> Process:
@@ -37,9 +41,7 @@ class FreeDriving(Driving):
         """Drive to the end of the line, join it, and move up until the station is reached."""
         if robot not in station.line:
             yield from self._drive(robot, station.cells.slot(len(station.line)))
-            self.run.warehouse.join_line(robot, station)
-            assert robot.pod is not None
-            self.run.tell(QueueJoined(self.run.warehouse.now, robot=robot.id, pod=robot.pod, station=station.id))
+            self.join(robot, station)
         slots = (station.cell, *station.cells.queue[station.cells.clear :])
         while True:
             line = station.line
@@ -50,7 +52,14 @@ class FreeDriving(Driving):
             elif line[0] is robot:
                 return
             else:
+                self.standing[station.id].append(robot)
                 yield self._line_moved[station.id]
+
+    def join(self, robot: Robot, station: Station) -> None:
+        """Let a robot that has come to the end of a line stand there."""
+        self.run.warehouse.join_line(robot, station)
+        assert robot.pod is not None
+        self.run.tell(QueueJoined(self.run.warehouse.now, robot=robot.id, pod=robot.pod, station=station.id))
 
     def _drive(self, robot: Robot, goal: int) -> Process:
         """Drive to a cell, one event a leg; the rule is asked again where its path ends before the goal."""
@@ -63,8 +72,14 @@ class FreeDriving(Driving):
                 since_s = to_seconds(run.warehouse.now - nearer)
                 problem = f"robot {robot.name} has come no nearer to {travel.layout.where(goal)} for {since_s:.0f} s"
                 raise run.asker.error(self.rule, f"{problem} ({self.allowed})")
-            for to, wait in self.path(robot, goal).tolist():
-                start = run.warehouse.now
-                heading, turn, ticks = self.turn_and_run(robot, to)
-                yield self.set_off(robot, to, wait, heading, start, turn, start + wait + turn + ticks)
-                self.arrive(*self.under_way.pop(robot.id))
+            yield from self.follow(robot, deque(self.path(robot, goal).tolist()), run.warehouse.now)
+
+    def follow(self, robot: Robot, legs: deque[list[int]], start: int) -> Process:
+        """Drive legs, on the first of them since a tick."""
+        self.next_legs[robot.id] = legs
+        while legs:
+            to, wait = legs.popleft()
+            heading, turn, ticks = self.turn_and_run(robot, to)
+            yield self.set_off(robot, to, wait, heading, start, turn, start + wait + turn + ticks)
+            self.arrive(*self.under_way.pop(robot.id))
+            start = self.run.warehouse.now

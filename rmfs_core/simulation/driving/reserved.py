@@ -16,6 +16,7 @@ from rmfs_core.events import QueueJoined
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import NO_LEGS, Course, Driving, Process
+from rmfs_core.simulation.going import Going
 from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, Traffic, drive, roads_on
 from rmfs_core.traffic.paths import Rows, Stop
 from rmfs_core.warehouse import Robot, Station
@@ -63,14 +64,25 @@ class ReservedDriving(Driving):
         self.lines: list[list[Course]] = [[] for _ in run.warehouse.stations]
         """Robots in the line of each station or with a place in it, first in line first."""
         self._locations = np.array(locations, dtype=np.int64)
-        self._owner: dict[int, Course] = {course.goal: course for course in self.courses}
+        self.owner: dict[int, Course] = {course.goal: course for course in self.courses}
         self._forgotten = 0
-        if not {course.goal for course in self.courses}.issubset(locations):
-            run.env.process(self._make_way())  # before anyone else sets out
-        for course in self.courses:
+        self._driving: set[int] = set()
+        for course in () if run.begun else self.courses:
             self.table.hold(course.robot.id, course.robot.cell, 0)
-            run.env.process(self._follow(course))
         self.table.forget_before(0)
+
+    def begin(self) -> None:
+        """Let robots drive what is reserved; those that stand elsewhere than in storage locations make way."""
+        if not {course.goal for course in self.courses}.issubset(self._locations.tolist()):
+            self.env.process(self._make_way())  # before anyone else sets out
+        for course in self.courses:
+            self.go_on(course.robot.id)
+
+    def go_on(self, robot: int) -> None:
+        """Let a robot drive what is reserved for it."""
+        if robot not in self._driving:
+            self._driving.add(robot)
+            self.env.process(self._follow(self.courses[robot]))
 
     def place(self, robot: Robot, station: Station) -> None:
         """Take in a robot that stands in the line of a station from the start."""
@@ -152,6 +164,8 @@ class ReservedDriving(Driving):
     def _follow(self, course: Course) -> Process:
         """Drive what is reserved, leg by leg, forever."""
         robot, run = course.robot, self.run
+        if course.under_way is not None:
+            yield from self._leg(course)
         while True:
             if not course.legs:
                 self._path_ended(course)
@@ -159,20 +173,28 @@ class ReservedDriving(Driving):
                     yield course.changed
                 continue
             if wait := course.legs[0][1]:
-                changed = course.changed
-                yield _either(run.after(wait), changed)
+                ticks, course.ready = wait if course.ready is None else course.ready - run.warehouse.now, None
+                changed, course.waits = course.changed, run.after(ticks, Going("wait", robot.id))
+                yield _either(course.waits, changed)
+                course.waits = None
                 if changed.triggered:
                     continue
             to, _ = course.legs.popleft()
             if to == robot.cell or (registered := self.register(course, to)) is None:
                 continue
-            (_, before, now), (_, heading, arrival) = course.under_way = registered
-            since, turn = course.since, self._turns[(heading - before) % 4]
-            yield self.set_off(robot, to, now - since, heading, since, turn, arrival)
-            self.arrive(*self.under_way.pop(robot.id))
-            course.under_way, course.since = None, arrival
-            if course.station is not None and not course.joined:
-                self._join(course.station)
+            course.under_way = registered
+            yield from self._leg(course)
+
+    def _leg(self, course: Course) -> Process:
+        """Drive a leg to its end."""
+        assert course.under_way is not None
+        ((_, before, begun), (to, heading, arrival)), robot = course.under_way, course.robot
+        since, turn = course.since, self._turns[(heading - before) % 4]
+        yield self.set_off(robot, to, begun - since, heading, since, turn, arrival)
+        self.arrive(*self.under_way.pop(robot.id))
+        course.under_way, course.since = None, arrival
+        if course.station is not None and not course.joined:
+            self._join(course.station)
 
     # Robots that begin elsewhere than in storage locations
 
@@ -181,7 +203,8 @@ class ReservedDriving(Driving):
 
         On the floor the one with the fewest cells to go is next: no other stands in its way.
         """
-        idle = {course.robot.cell: course for course in self.courses if course.robot.pod is None}
+        resting = (course for course in self.courses if course.robot.task is None and course.robot.goal is None)
+        idle = {course.robot.cell: course for course in resting if self.rests(course)}
         for station, line in zip(self.run.warehouse.stations, self.lines, strict=True):
             for cell in (station.cell, *station.cells.queue):
                 if cell in idle:
@@ -189,7 +212,7 @@ class ReservedDriving(Driving):
                     idle[cell].station = station
                     line.append(idle.pop(cell))
         while strays := idle.keys() - set(self._locations.tolist()):
-            free = [location for location in self._locations.tolist() if location not in self._owner]
+            free = [location for location in self._locations.tolist() if location not in self.owner]
             cell, location = self.roads.layout.nearest(strays, free)
             self._send(idle.pop(cell), location)
         yield from ()
@@ -245,19 +268,19 @@ class ReservedDriving(Driving):
 
     def own(self, course: Course, goal: int) -> None:
         """Make a cell the one that a robot goes to and no other may."""
-        assert self._owner.get(goal, course) is course
+        assert self.owner.get(goal, course) is course
         self._disown(course)
-        self._owner[goal] = course
+        self.owner[goal] = course
         course.goal = goal
 
     def _disown(self, course: Course) -> None:
         """Give up the cell that a robot owns."""
-        if self._owner.get(course.goal) is course:
-            del self._owner[course.goal]
+        if self.owner.get(course.goal) is course:
+            del self.owner[course.goal]
 
     def _clear(self, goal: int, robot: Robot) -> None:
         """Let an empty robot that owns a storage location step aside for another that has to go there."""
-        other = self._owner.get(goal)
+        other = self.owner.get(goal)
         if other is not None and other.robot is not robot:
             assert other.robot.pod is None
             self._send(other, self._refuge(other))
@@ -269,6 +292,6 @@ class ReservedDriving(Driving):
         times = warehouse.travel.times_from(stop.cell, stop.heading, False)[self._locations]
         for i in np.lexsort((self._locations, times)):
             cell = int(self._locations[i])
-            if cell not in self._owner and cell not in wanted:
+            if cell not in self.owner and cell not in wanted:
                 return cell
-        return next(cell for cell in map(int, self._locations) if cell not in self._owner)
+        return next(cell for cell in map(int, self._locations) if cell not in self.owner)

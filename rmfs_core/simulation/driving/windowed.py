@@ -88,11 +88,11 @@ class WindowedDriving(ReservedDriving):
 
     def __init__(self, run: RunContext) -> None:
         super().__init__(run)
-        self._progress_of = [Progress() for _ in self.courses]
+        self.progress_of = [Progress() for _ in self.courses]
         self.registered = Reservations(self.roads.cells)
         """The runs under way, or the cells that robots stand in; no two robots ever have a cell at once."""
         self._run = np.zeros((1, 2), dtype=np.int64)
-        for course in self.courses:
+        for course in () if run.begun else self.courses:
             self.registered.hold(course.robot.id, course.robot.cell, 0)
         lanes = [(station.cell, *station.cells.queue) for station in run.warehouse.stations]
         self._slots = [(slots, dict(pairwise(slots))) for slots in lanes]
@@ -119,7 +119,7 @@ class WindowedDriving(ReservedDriving):
             self.leave_station(course)
             self._disown(course)
             course.station, course.goal = station, station.cell
-            self._progress_of[robot.id].passes = False
+            self.progress_of[robot.id].passes = False
             self._set_out(course)
         while robot.cell != station.cell:
             yield course.arrived
@@ -139,14 +139,14 @@ class WindowedDriving(ReservedDriving):
         self._request(course)
 
     def _start_clocks(self, course: Course) -> None:
-        progress = self._progress_of[course.robot.id]
+        progress = self.progress_of[course.robot.id]
         progress.moved = progress.nearer = self.run.warehouse.now
         progress.nearest, progress.refused = UNREACHABLE + 1, None
 
     def leave_station(self, course: Course) -> None:
         """Note that a robot goes elsewhere; it stays in the line until it begins a run away."""
         if course.station is not None:
-            self._progress_of[course.robot.id].leaves = course.station
+            self.progress_of[course.robot.id].leaves = course.station
             course.station, course.joined = None, False
 
     def _target(self, course: Course) -> int:
@@ -204,7 +204,7 @@ class WindowedDriving(ReservedDriving):
                 legs = self._ask(evolve(query, goal=course.station.cells.queue[-1]), needed=False)
         if len(legs) and legs[0, 0] == query.cell and (legs[:, 0] == query.cell).all():
             legs = NO_LEGS
-        progress = self._progress_of[course.robot.id]
+        progress = self.progress_of[course.robot.id]
         if not len(legs) or (progress.refused is not None and self._has_stood_long(course)):
             ticks = self.run.warehouse.travel.ticks(query.cell, query.heading, course.goal, query.loaded)
             if ticks < progress.nearest:
@@ -219,14 +219,14 @@ class WindowedDriving(ReservedDriving):
 
     def _go(self, course: Course, legs: Rows) -> None:
         """Reserve a path, and see whether it leads into a line."""
-        progress = self._progress_of[course.robot.id]
+        progress = self.progress_of[course.robot.id]
         rows, station = self.run.asker.apply(self.rule, lambda: self._commit(course, legs)), course.station
         if station is not None and course not in self.lines[station.id]:
             enters = rows[1][self._queues[station.id][rows[0]]]
             if len(enters):
-                passing = (self._progress_of[other.robot.id] for other in self.lines[station.id])
+                passing = (self.progress_of[other.robot.id] for other in self.lines[station.id])
                 progress.entry = max([int(enters[0]), *(other.entry for other in passing if other.passes)])
-                insort(self.lines[station.id], course, key=lambda other: self._progress_of[other.robot.id].entry)
+                insort(self.lines[station.id], course, key=lambda other: self.progress_of[other.robot.id].entry)
 
     def let_move_up(self, station: Station) -> None:
         """Let those who rest in a line plan for the places that they have now."""
@@ -241,7 +241,7 @@ class WindowedDriving(ReservedDriving):
     def register(self, course: Course, to: int) -> tuple[Stop, Stop] | None:
         """Register a run, and return its start and end; when another is in its way, stop the robot instead."""
         start, robot = self.next_stop(course), course.robot.id
-        progress, ways = self._progress_of[robot], self._ways_past(course.station, start.cell, to)
+        progress, ways = self.progress_of[robot], self._ways_past(course.station, start.cell, to)
         progress.refused = self.gets_ahead(course, ways, planned=False) if ways else None
         self._run[0, 0] = to
         try:
@@ -312,7 +312,7 @@ class WindowedDriving(ReservedDriving):
 
     def _has_stood_long(self, course: Course) -> bool:
         now = self.run.warehouse.now
-        return self.rests(course) and now - self._progress_of[course.robot.id].moved >= PATIENCE_TICKS
+        return self.rests(course) and now - self.progress_of[course.robot.id].moved >= PATIENCE_TICKS
 
     def _step_aside(self, course: Course, query: Query, legs: Rows) -> Rows:
         """Return a leg into a free cell next to a robot that has stood for long; else the legs that it has.
@@ -328,7 +328,7 @@ class WindowedDriving(ReservedDriving):
 
     def _is_shut_in(self, query: Query) -> bool:
         """Whether a robot has stood for a while and others keep all cells next to it: no path leads anywhere then."""
-        if query.start_tick - self._progress_of[query.robot].moved < RETRY_TICKS:
+        if query.start_tick - self.progress_of[query.robot].moved < RETRY_TICKS:
             return False
         for cell in self._steps(query, range(4)):
             last = self.table.reserved(cell)[-1:]
@@ -357,7 +357,7 @@ class WindowedDriving(ReservedDriving):
         """Return the message of a run that ends because a robot got no farther."""
         sentences = [self.waits_for(other) for other in self.courses if other is course or self._stands(other)]
         now = self.run.warehouse.now
-        since_s = to_seconds(now - self._progress_of[course.robot.id].nearer)
+        since_s = to_seconds(now - self.progress_of[course.robot.id].nearer)
         return (
             f"The run stands still at {to_seconds(now):.3f} s: robot {course.robot.name} has come no nearer to its "
             f"goal for {since_s:.0f} s ({self.allowed}). {'; '.join(sentences)}. Paths were planned by "
@@ -367,14 +367,14 @@ class WindowedDriving(ReservedDriving):
     def _stands(self, course: Course) -> bool:
         """Whether a robot wants to move and does not."""
         stands = course.under_way is None and course.robot.cell != self._target(course)
-        return stands and self.run.warehouse.now - self._progress_of[course.robot.id].moved >= RETRY_TICKS
+        return stands and self.run.warehouse.now - self.progress_of[course.robot.id].moved >= RETRY_TICKS
 
     def waits_for(self, course: Course) -> str:
         """Say where a robot is, and which cell of whose keeps it there."""
         robot, layout, now = course.robot, self.roads.layout, self.run.warehouse.now
         target = self._target(course)
         query = self._departure(course, target)
-        cell, blocker = self._progress_of[robot.id].refused, None
+        cell, blocker = self.progress_of[robot.id].refused, None
         if cell is not None:
             blocker = self.registered.blocker(cell, now, owner=robot.id)
         if cell is None or blocker is None:

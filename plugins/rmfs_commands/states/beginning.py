@@ -1,0 +1,414 @@
+"""A run that begins in a state: the entry point ``state`` of the group ``rmfs.processes``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from attrs import evolve, frozen
+
+from rmfs_commands.cli.map_drawing import draw_map
+from rmfs_commands.states.deciding import restored_generator
+from rmfs_commands.states.mementos import memento_of
+from rmfs_commands.states.memory import labelled, remind
+from rmfs_commands.states.names import Names
+from rmfs_commands.states.opening import opening_events
+from rmfs_commands.states.plain import Memento, RobotMemento
+from rmfs_commands.states.rebuilding import layout_of
+from rmfs_commands.states.restoring import ContradictionError, restore
+from rmfs_commands.states.resuming import AT_STATION, resume
+from rmfs_commands.states.state import GoingState, LayoutState, PodState, RunState, State
+from rmfs_commands.states.state_json import read_json, state_from_dict
+from rmfs_commands.states.supported import check_supported
+from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.errors import InputError
+from rmfs_core.events import Event
+from rmfs_core.scenario import Scenario
+from rmfs_core.simulation.going import Going
+from rmfs_core.simulation.setup import Opening, open_warehouse
+from rmfs_core.warehouse import Warehouse
+from rmfs_core.world import NORTH, Instance, Layout, OrderData
+
+
+@frozen(eq=False)
+class Begun:
+    """The middle of a run, in which another begins.
+
+    Parameters
+    ----------
+    scenario
+        The scenario, whose metrics count from the state's time on.
+    instance
+        The orders of the state, and those that arrive later; pods with what is on them.
+    opening
+        The warehouse as it is.
+    state, names
+        What was read.
+    going, stories
+        What is going on, and what robots do: kind, pod or cell, and so on.
+    """
+
+    scenario: Scenario
+    instance: Instance
+    opening: Opening
+    state: State
+    names: Names
+    going: Sequence[Going]
+    stories: Mapping[int, tuple[Any, ...]]
+
+    @property
+    def decided(self) -> bool:
+        """Whether rules have decided all that they can at this time."""
+        return self.state.run is not None
+
+    @property
+    def visits(self) -> int:
+        """Visits so far."""
+        return 0 if self.state.run is None else self.state.run.visits
+
+    @property
+    def periods(self) -> int:
+        """Periods so far."""
+        parts = (part.period for order in self.opening.warehouse.arrived.values() for part in order.parts)
+        return max(parts, default=0) if self.state.run is None else self.state.run.periods
+
+    @property
+    def wakes(self) -> int | None:
+        """Tick at which rules want to be woken up."""
+        told = self.state.run
+        return None if told is None or told.wakes_s is None else to_ticks(told.wakes_s)
+
+    def tell(self, tell: Callable[[Event], None]) -> None:
+        """Tell observers how things came to be as they are."""
+        for event in opening_events(self.opening.warehouse, self.state, self.names, self.stories, self.going):
+            tell(event)
+
+    def resume(self, run: Any) -> None:
+        """Let a run go on."""
+        resume(run, self)
+
+    def recall(self, run: Any) -> None:
+        """Give rules and services what they had: random generators, what they remember, what was drawn."""
+        if (told := self.state.run) is None:
+            return
+        rules = dict(labelled(run.rules))
+        for label, random in told.random.items():
+            if label in rules:
+                run.context.stream(rules[label]).bit_generator.state = restored_generator(random).bit_generator.state
+        remind(run.rules, told.memory, run.view)
+        services = run.services
+        for what, number in told.drawn.items():
+            services.begun[tuple(int(one) if one.isdecimal() else one for one in what.split(" "))] = number
+        services.last.update({self.names.stations[name]: tuple(last) for name, last in told.begun.items()})
+
+
+def read(scenario: Scenario) -> tuple[State, str]:
+    """Return the state that a scenario names, and what messages call it."""
+    path = Path(scenario.folder) / (scenario.instance.state_file or "")
+    name = str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+    return state_from_dict(read_json(path), name), name
+
+
+def begins_at(scenario: Scenario) -> int:
+    """Return the tick at which a run of a scenario begins."""
+    return 0 if scenario.instance.state_file is None else _now(read(scenario)[0])
+
+
+def _now(state: State) -> int:
+    latest = max((order.arrival_s for order in state.orders.values()), default=0.0)
+    return to_ticks(latest if state.time_s is None else state.time_s)
+
+
+def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
+    """Return what a run begins in: the state that ``instance.state_file`` names.
+
+    Parameters
+    ----------
+    scenario, layout
+        Stations, robots and the grid; the state has to fit them.
+    instance
+        The scenario's own, of which the orders are used that arrive later.
+
+    Raises
+    ------
+    InputError
+        Where the state is none, contradicts itself, or does not fit the scenario.
+    """
+    check_supported(scenario)
+    (state, name), fresh = read(scenario), open_warehouse(scenario, instance, layout)
+    names = Names(state, name)
+    state = _placed(state, names, fresh.warehouse, layout)
+    names = Names(state, name)
+    given, later = _orders(state, instance), _later(state, instance, scenario)
+    skus = tuple(dict.fromkeys([*names.skus, *(instance.skus if later or instance.levels else ())]))
+    memento = _fitting(evolve(memento_of(state, names, layout), skus=skus), scenario, fresh, names)
+    known = tuple(evolve(one.data, **given[one.data.name]) for one in memento.orders)
+    ids = {sku: i for i, sku in enumerate(skus)}
+    coming = tuple(evolve(one, lines=tuple((ids[instance.skus[sku]], n) for sku, n in one.lines)) for one in later)
+    sizes, levels = _by_sku(skus, instance, names)
+    memento = evolve(memento, orders=tuple(map(_with_data, memento.orders, known)), sizes=memento.sizes or sizes)
+    instance = evolve(
+        instance,
+        skus=skus,
+        orders=(*known, *coming),
+        pods=tuple(p.data for p in memento.pods),
+        sizes=sizes,
+        levels=levels,
+    )
+    waits = scenario.rules.wait_for_stock is not False
+    makes_battery = _battery(scenario, fresh)
+    try:
+        warehouse = restore(
+            memento, fresh.warehouse.travel, coming, makes_battery, wait_for_stock=waits, restocked=instance.restocked
+        )
+    except ContradictionError as error:
+        names.wrong(names.path(error.path), error.problem)
+    _complete(warehouse, state, names)
+    opening = Opening(warehouse, (), fresh.hours, fresh.services)
+    counted = max(scenario.run.warmup_s or 0, (warehouse.now + 1) / TICKS_PER_S)
+    going, stories = _going(state, names, warehouse)
+    scenario = evolve(scenario, run=evolve(scenario.run, warmup_s=counted))
+    until_s = scenario.run.until_s
+    if until_s is not None and to_ticks(until_s) <= warehouse.now:
+        found = f"found {until_s:g}, but the state is of {warehouse.now / TICKS_PER_S:g} s"
+        raise InputError("run.until_s", f"{found}; expected a later time, counted from time 0 as in the state")
+    return Begun(scenario, instance, opening, state, names, going, stories)
+
+
+def _with_data(order: Any, data: OrderData) -> Any:
+    return evolve(order, data=data)
+
+
+def _battery(scenario: Scenario, fresh: Opening) -> Any:
+    from rmfs_core.simulation.setup import battery_of
+
+    return battery_of(scenario, fresh.warehouse.travel)
+
+
+def _placed(state: State, names: Names, fresh: Warehouse, layout: Layout) -> State:
+    """Return a state with the scenario's grid, and with places for what has none."""
+    if state.layout is not None:
+        told = draw_map(layout_of(state.layout, layout.stations[0].places, names.source))
+        if told != draw_map(layout):
+            names.wrong(("layout",), "found another grid than the scenario's; expected the same, or none")
+    else:
+        state = evolve(state, layout=LayoutState(map=tuple(draw_map(layout).splitlines())))
+    carried = {pod for station in state.stations.values() for pod in station.line}
+    robots = state.robots or {}
+    carried |= {
+        one.task for one in robots.values() if one.task is not None and state.pods.get(one.task, _NONE).cell is None
+    }
+    taken = {*state.empty_pods, *state.reserved, *(pod.cell for pod in state.pods.values())}
+    free = iter([cell for cell in fresh.homes if cell not in taken])
+    rest = iter([cell for cell in layout.storage_locations if cell not in taken and cell not in fresh.homes])
+    pods = {}
+    for name, pod in state.pods.items():
+        if pod.cell is None and name not in carried:
+            pods[name] = evolve(pod, cell=next(free, None) or next(rest, None))
+        else:
+            pods[name] = pod if pod.cell is not None or pod.home is not None else evolve(pod, home=fresh.homes[0])
+    return evolve(state, pods=pods)
+
+
+_NONE = PodState({})
+
+
+def _orders(state: State, instance: Instance) -> dict[str, dict[str, Any]]:
+    """Return what only the scenario knows of the state's orders, by name."""
+    known = {order.name: order for order in instance.orders}
+    return {
+        name: {"cancelled_tick": order.cancelled_tick, "route": order.route} if (order := known.get(name)) else {}
+        for name in state.orders
+    }
+
+
+def _later(state: State, instance: Instance, scenario: Scenario) -> list[OrderData]:
+    """Return the scenario's orders that arrive later."""
+    now = _now(state)
+    given, refilled = scenario.instance, scenario.instance.arrivals.backlog is not None
+    later = [one for one in instance.orders if refilled or one.arrival_tick > now]
+    if refilled or given.orders_file is not None:  # an order of that name is the one that the state has
+        return [one for one in later if one.name not in state.orders]
+    return [evolve(one, name=f"{one.name}*" if one.name in state.orders else one.name) for one in later]
+
+
+def _by_sku(
+    skus: Sequence[str], instance: Instance, names: Names
+) -> tuple[tuple[int, ...], tuple[tuple[int, int], ...]]:
+    """Return sizes and levels of SKUs; InputError where the scenario has some, but not of all that the state names."""
+    ids = {sku: i for i, sku in enumerate(instance.skus)}
+    if (instance.sizes or instance.levels) and (unknown := next((sku for sku in skus if sku not in ids), None)):
+        names.wrong(("skus",), f'names SKU "{unknown}", of which the scenario has no size or reorder point')
+    of = [ids[sku] for sku in skus] if instance.sizes or instance.levels else []
+    return tuple(instance.sizes[i] for i in of if instance.sizes), tuple(
+        instance.levels[i] for i in of if instance.levels
+    )
+
+
+def _fitting(memento: Memento, scenario: Scenario, fresh: Opening, names: Names) -> Memento:
+    """Return a memento with the stations and robots of the scenario, in the state that is told."""
+    stations, robots = fresh.warehouse.stations, fresh.warehouse.robots
+    if len(memento.stations) != len(stations):
+        names.wrong(("stations",), f"found {len(memento.stations)}; expected the scenario's {len(stations)}")
+    told = []
+    for i, (given, own) in enumerate(zip(memento.stations, stations, strict=True)):
+        claimed = given.queue_length + 1 - given.queue_room
+        staffed = (True, None) if i not in fresh.hours else (given.staffed, given.changes)
+        told.append(
+            evolve(
+                given,
+                capacity=own.capacity,
+                counts_orders=own.counts_orders,
+                queue_length=own.queue_length,
+                queue_room=max(own.queue_length + 1 - claimed, 0),
+                bundle_capacity=own.bundle_capacity,
+                staffed=staffed[0],
+                changes=staffed[1],
+                active=given.active if scenario.rules.activate is not None else True,
+            )
+        )
+        if not given.in_service:
+            names.wrong(("stations", given.name, "in_service"), "a run cannot begin with a station that has failed yet")
+    found = [_robot(one, scenario, fresh, names) for one in memento.robots]
+    if names.tells_robots and len(found) != len(robots):
+        names.wrong(("robots",), f"found {len(found)}; expected the scenario's robots.count = {len(robots)}")
+    taken, number = {one.cell for one in found}, len(robots) - len(found)
+    if number < 0:
+        names.wrong(("stations",), f"pods in lines need {len(found)} robots; the scenario has {len(robots)}")
+    places = [robot.cell for robot in robots if robot.cell not in taken]
+    places += [cell for cell in fresh.warehouse.travel.layout.storage_locations if cell not in {*taken, *places}]
+    found += [RobotMemento(str(len(found) + 1 + i), places[i], NORTH, None) for i in range(number)]
+    return evolve(memento, stations=tuple(told), robots=tuple(found))
+
+
+def _robot(robot: RobotMemento, scenario: Scenario, fresh: Opening, names: Names) -> RobotMemento:
+    """Return a robot as the scenario has robots."""
+    if not robot.in_service:
+        names.wrong(("robots", robot.name, "in_service"), "a run cannot begin with a robot that has failed yet")
+    if robot.cell < 0:
+        names.wrong(("robots", robot.name, "cell"), "is missing; expected the cell where it stands")
+    robot = robot if None in fresh.hours else evolve(robot, on_duty=True)
+    return robot if scenario.robots.battery is not None else evolve(robot, charge=None, low=False)
+
+
+def _complete(warehouse: Warehouse, state: State, names: Names) -> None:
+    """Tell what no memento has: what is in batteries, until when pickers are busy, how many bundles there were."""
+    told, robots = state.run or RunState(), state.robots or {}
+    for robot in warehouse.robots:
+        if (battery := warehouse.battery_of(robot)) is not None:
+            given = robots.get(robot.name)
+            share = 1.0 if given is None or given.charge is None else given.charge
+            joules, since_s = told.joules.get(robot.name, (None, None))
+            battery.joules = min(share * battery.capacity_j if joules is None else joules, battery.capacity_j)
+            battery.since = warehouse.now if since_s is None else to_ticks(since_s)
+    for name, until_s in told.pickers_s.items():
+        station = warehouse.stations[names.station(name, "run", "pickers_s", name)]
+        warehouse.occupy_picker(station, to_ticks(until_s), to_ticks(station.picker_free_s))
+    warehouse.bundles_so_far = max(warehouse.bundles_so_far, told.bundles)
+
+
+def _going(state: State, names: Names, warehouse: Warehouse) -> tuple[list[Going], dict[int, tuple[Any, ...]]]:
+    """Return what is going on, and the robots' stories."""
+    stories: dict[int, tuple[Any, ...]] = {}
+    robots = {robot.name: robot for robot in warehouse.robots}
+    going: list[Going] = []
+    told = () if state.run is None else state.run.going
+    for i, one in enumerate(told):
+        path = ("run", "going", i)
+        robot = None if one.robot is None else robots.get(one.robot)
+        if one.robot is not None and robot is None:
+            names.wrong((*path, "robot"), f'names robot "{one.robot}", which the state does not list')
+        if one.until_s and to_ticks(one.until_s) <= warehouse.now:
+            names.wrong((*path, "until_s"), f"found {one.until_s:g}, which is not later than the state's time")
+        if robot is not None and one.story is not None:
+            stories[robot.id] = _story(one, robot, warehouse, names, path)
+        going.append(
+            Going(
+                one.kind,
+                None if robot is None else robot.id,
+                None if one.station is None else names.station(one.station, *path, "station"),
+                None if one.sku is None else names.sku(one.sku, *path, "sku"),
+                *(one.items, one.visit, one.picks, to_ticks(one.since_s)),
+                tuple((int(cell), to_ticks(wait)) for cell, wait in one.legs),
+                one.overtaken,
+                to_ticks(one.until_s),
+            )
+        )
+        _check(one, going[-1], robot, warehouse, names, path)
+    for i, one in enumerate(told):
+        if one.kind == "handled" and (one.order is None or one.sku is None or one.station is None):
+            names.wrong(("run", "going", i), "expected `order`, `sku` and `station` with what is handled")
+    clocks = [] if state.run is not None else [Going("hours"), Going("arrivals"), Going("bundles")]
+    for robot in warehouse.robots:  # of which nothing is told: they set out from where they stand
+        if robot.id not in stories and (robot.task is not None or robot.goal is not None):
+            stories[robot.id] = _begun_story(robot, warehouse)
+            going.append(Going("drive", robot.id))
+    line = {robot.id: place for station in warehouse.stations for place, robot in enumerate(station.line)}
+    if state.run is None:
+        going.sort(key=lambda one: (line.get(one.robot or 0, math.inf), one.robot or 0))
+        going += [
+            Going("release", station=station.id, tick=max(warehouse.picker_free(station), warehouse.now + 1))
+            for station in warehouse.stations
+            if station.in_hand is not None
+        ]
+    return [*clocks, *going], stories
+
+
+def _begun_story(robot: Any, warehouse: Warehouse) -> tuple[Any, ...]:
+    """Return what a robot does of which a state tells task or goal alone."""
+    if robot.task is None:
+        return "rest", robot.goal, 1.0
+    pod = warehouse.pods[robot.task]
+    if pod.bound_for:
+        return "transport", pod
+    free = [*sorted(warehouse.reserved), *warehouse.free_locations]
+    cell = free[0]
+    if cell not in warehouse.reserved:
+        warehouse.reserve(cell)
+    return ("store" if pod.location is None else "move"), pod, cell
+
+
+def _story(one: GoingState, robot: Any, warehouse: Warehouse, names: Names, path: tuple[Any, ...]) -> tuple[Any, ...]:
+    if one.story == "rest":
+        if robot.goal is None or one.cell is None:
+            names.wrong((*path, "story"), f'found "rest" for robot "{robot.name}", which has no goal')
+        return "rest", one.cell, one.charge
+    if robot.task is None:
+        names.wrong((*path, "story"), f'found "{one.story}" for robot "{robot.name}", which has no task')
+    pod = warehouse.pods[robot.task]
+    if one.story == "transport":
+        if not pod.bound_for:
+            names.wrong((*path, "story"), f'found "transport", but pod "{pod.name}" is bound for no station')
+        return "transport", pod
+    if one.cell not in warehouse.reserved:
+        names.wrong((*path, "cell"), f"found {one.cell}; expected a cell that `reserved` names")
+    return one.story, pod, one.cell
+
+
+def _check(
+    one: GoingState, going: Going, robot: Any, warehouse: Warehouse, names: Names, path: tuple[Any, ...]
+) -> None:
+    """Check that what is going on can be, in this warehouse."""
+    if going.kind in AT_STATION:
+        at = next((station for station in warehouse.stations if station.line[:1] == (robot,)), None)
+        if at is None:
+            names.wrong((*path, "kind"), f'found "{going.kind}", but robot "{one.robot}" is first in no line')
+        skus = {request.sku for request in at.open_requests}
+        if going.sku is not None and going.sku not in skus:
+            names.wrong((*path, "sku"), f'found "{one.sku}", of which the station has no request')
+    if going.kind == "release" and (going.station is None or warehouse.stations[going.station].in_hand is None):
+        names.wrong((*path, "station"), 'found "release" of a station without `in_hand`')
+    if going.kind in ("lift", "set", "charge", "pick", "stow", "leg", "alarm") and not going.tick:
+        names.wrong((*path, "until_s"), f'is missing; expected when what is "{going.kind}" ends')
+    if going.kind == "leg":
+        layout = warehouse.travel.layout
+        cells = [robot.cell, *(cell for cell, _ in going.legs)]
+        straight = all(
+            (layout.kind.size > b >= 0 and warehouse.travel.heading(a, b) is not None) or a == b
+            for a, b in pairwise(cells)
+        )
+        if not going.legs or not straight:
+            names.wrong((*path, "legs"), "expected cells that lie in a row or column, one after the other")

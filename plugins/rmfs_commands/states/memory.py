@@ -1,0 +1,53 @@
+"""Memory of rules: written into its state, and given back to the rules of a run that goes on from there.
+
+A rule that remembers has two methods: ``memory()`` returns it as JSON's objects, lists and values, and
+``remember(memory, warehouse)`` takes it back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import attrs
+
+from rmfs_core.errors import InputError
+
+FORGETFUL = ("rmfs_rules.switch",)
+"""Modules of shipped rules that remember, and tell nobody; what others keep is computed anew."""
+
+
+def labelled(rules: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the rules that decide, each by what it decides and its name, and its place where some are the same."""
+    found: dict[str, int] = {}
+    for rule in rules.deciding:
+        label = f"{rule.role.label} {rule.name}"
+        found[label] = found.get(label, 0) + 1
+        yield label if found[label] == 1 else f"{label} {found[label]}", rule
+
+
+def memories(rules: Any) -> dict[str, Any]:
+    """Return what each rule of a run remembers; InputError where one does not say."""
+    found = {}
+    for label, rule in labelled(rules):
+        kind = type(rule.instance)
+        if hasattr(rule.instance, "memory"):
+            found[label] = rule.instance.memory()
+        elif kind.__module__ in FORGETFUL or not kind.__module__.startswith("rmfs_rules."):
+            kept = [field.name for field in attrs.fields(kind) if not field.init]
+            if kept:
+                expected = "expected a rule that remembers nothing, or has the methods `memory` and `remember`"
+                found_ = f"{rule.describe()} remembers what no state tells ({kept[0]})"
+                raise InputError(f"rules.{rule.role.key}", f"{found_}; {expected}")
+    return found
+
+
+def remind(rules: Any, memory: Mapping[str, Any], warehouse: Any) -> None:
+    """Let rules remember what a state tells; a rule of another name begins afresh."""
+    for label, rule in labelled(rules):
+        if label in memory and hasattr(rule.instance, "remember"):
+            try:
+                rule.instance.remember(memory[label], warehouse)
+            except (TypeError, ValueError, KeyError, AttributeError) as error:
+                problem = f"expected what {rule.describe()} has written, found something else"
+                raise InputError(f"run.memory.{label}", problem) from error

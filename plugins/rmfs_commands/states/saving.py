@@ -1,0 +1,134 @@
+"""Writing the state in which ``run.until_s`` ends a run: the entry point ``states`` of the group ``rmfs.formats``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rmfs_commands.results.files import to_json, write_text
+from rmfs_commands.states.memory import labelled, memories
+from rmfs_commands.states.recording import generator_state
+from rmfs_commands.states.resuming import going_on
+from rmfs_commands.states.snapshots import Snapshots
+from rmfs_commands.states.supported import check_supported
+from rmfs_core.clock import to_seconds
+from rmfs_core.errors import InputError
+from rmfs_core.events import Event, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.scenario import Scenario, located
+
+if TYPE_CHECKING:
+    from rmfs_core.simulation.engine import Simulation
+
+
+def saver(path: str | Path, scenario: Scenario) -> Saver:
+    """Return what writes the state of a run to a file; InputError where that cannot be."""
+    with located(scenario):
+        check_supported(scenario)
+        if scenario.run.until_s is None:
+            raise InputError(
+                "run.until_s", "found none; expected the time at which the run ends and its state is saved"
+            )
+    return Saver(Path(path))
+
+
+class Saver:
+    """Observer that keeps when orders were assigned and complete, and visits began, and writes the state.
+
+    Parameters
+    ----------
+    path
+        The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self.saved = path, False
+        self._assigned: dict[int, int] = {}
+        self._completed: dict[int, int] = {}
+        self._visits: dict[int, int] = {}
+        self._picked: dict[int, ItemPicked] = {}
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Keep when it was."""
+        if isinstance(event, ItemPicked):
+            self._picked[event.station] = event
+        elif isinstance(event, OrderAssigned) and event.complete:
+            self._assigned[event.order] = event.tick
+        elif isinstance(event, OrderCompleted):
+            self._completed[event.order] = event.tick
+        elif isinstance(event, VisitStarted):
+            self._visits[event.visit] = event.tick
+
+    def save(self, run: Simulation) -> None:
+        """Write the state of a run that stands between two ticks."""
+        with located(run.scenario):
+            state = self.state(run)
+        write_text(self._path, to_json(state, indent=1) + "\n")
+        self.saved = True
+
+    def state(self, run: Simulation) -> dict[str, Any]:
+        """Return it as JSON's objects, lists and values."""
+        snapshots, warehouse, now = Snapshots(run.info), run.warehouse, run.warehouse.now
+        for order in warehouse.arrived:
+            snapshots.told(OrderArrived(now, order))
+        snapshots.look({})
+        state = snapshots.state | {"version": 2}
+        for order in warehouse.arrived.values():  # with scarce stock, too
+            state["orders"][order.name]["waits_for_stock"] = order.waits_for_stock
+        names = {order.id: order.name for order in warehouse.orders}
+        stations = {station.name: warehouse.picker_free(station) for station in warehouse.stations}
+        batteries = {robot.name: warehouse.battery_of(robot) for robot in warehouse.robots}
+        services, rules = run.services, run.rules
+        state["run"] = {
+            "going": [*self._going(run, names)],
+            "visits": run.visits,
+            "periods": run.context.asker.period,
+            "bundles": warehouse.bundles_so_far,
+            "assigned_s": {names[order]: to_seconds(tick) for order, tick in self._assigned.items()},
+            "completed_s": {names[order]: to_seconds(tick) for order, tick in self._completed.items()},
+            "pickers_s": {name: to_seconds(tick) for name, tick in stations.items() if tick > now},
+            "joules": {name: (one.joules, to_seconds(one.since)) for name, one in batteries.items() if one is not None},
+            "random": {
+                label: generator_state(run.context.stream(rule).bit_generator.state) for label, rule in labelled(rules)
+            },
+            "memory": memories(rules),
+        }
+        if run.decisions.alarm is not None:
+            state["run"]["wakes_s"] = to_seconds(run.decisions.alarm)
+        if services.vary or hasattr(run.scenario.robots.lift_s, "spread"):
+            state["run"]["drawn"] = {" ".join(map(str, what)): number for what, number in services.begun.items()}
+            state["run"]["begun"] = {warehouse.stations[at].name: last for at, last in services.last.items()}
+        return state
+
+    def _going(self, run: Simulation, names: dict[int, str]) -> Iterator[dict[str, Any]]:
+        warehouse, skus = run.warehouse, run.info.instance.skus
+        for one in going_on(run):
+            told: dict[str, Any] = {"kind": one.kind}
+            if one.robot is not None:
+                robot = warehouse.robots[one.robot]
+                told |= {"robot": robot.name, **_story(run.stories.get(robot.id), robot.task, robot.goal)}
+            told |= {} if one.station is None else {"station": warehouse.stations[one.station].name}
+            told |= {} if one.sku is None else {"sku": skus[one.sku]}
+            told |= {name: value for name in ("items", "visit", "picks", "overtaken") if (value := getattr(one, name))}
+            if one.visit:
+                told["visit_since_s"] = to_seconds(self._visits[one.visit])
+            told |= {"since_s": to_seconds(one.since)} if one.since else {}
+            told |= {"until_s": to_seconds(one.tick)} if one.tick else {}
+            yield told | ({"legs": [[cell, to_seconds(wait)] for cell, wait in one.legs]} if one.legs else {})
+        for at, last in self._picked.items():
+            if last.picker_free_tick > warehouse.now and warehouse.stations[at].in_hand is None:
+                item = {"station": warehouse.stations[at].name, "order": names[last.order], "sku": skus[last.sku]}
+                times = {"since_s": to_seconds(last.start_tick), "until_s": to_seconds(last.picker_free_tick)}
+                yield {"kind": "handled", **item, **times}
+
+
+def _story(story: tuple[Any, ...] | None, task: int | None, goal: int | None) -> dict[str, Any]:
+    """Return what is told of a robot's story; nothing of one that is over."""
+    if story is None or (task is None and goal is None):
+        return {}
+    kind, *what = story
+    if kind == "rest":
+        return {"story": kind, "cell": what[0], "charge": what[1]}
+    return {"story": kind} if kind == "transport" else {"story": kind, "cell": what[1]}

@@ -1,0 +1,258 @@
+"""A run that begins in a state: what it was stopped in, and what others write."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import rmfs_core
+from calling import refused
+from cases import cases
+from rmfs_core import Result
+from rmfs_core.errors import InputError
+
+WORLDS = {
+    "plain": (),
+    "scarce": ("instance.items_per_sku=8", "rules.poa=first-come", "rules.pr=random", "stations.release=picked"),
+    "orders come": (
+        "instance.arrivals.process=poisson",
+        "instance.arrivals.orders_per_hour=300",
+        "instance.due.allowance_s=300",
+    ),
+    "refilled": ("instance.arrivals.process=refill", "instance.arrivals.backlog=6", "rules.ta=nearest-robot"),
+    "times vary": (
+        *(
+            'robots.lift_s={mean=3,cv=0.5,distribution="lognormal"}',
+            'stations.pick_s={mean=7,cv=0.5,distribution="lognormal"}',
+        ),
+        *("stations.line_s=2", "rules.poa=station-queue"),
+    ),
+    "shifts": (
+        *(
+            "instance.arrivals.process=poisson",
+            "instance.arrivals.orders_per_hour=400",
+            "rules.activate=backlog-threshold",
+        ),
+        *('stations.open={1=[["00:00","00:05"]]}', 'robots.available=[["00:00","00:03"],["00:03","23:00",2]]'),
+    ),
+    "pods move": (
+        "rules.move=utility",
+        "rules.idle=charge-when-low",
+        "layout.chargers=1",
+        "robots.battery.capacity_wh=900",
+    ),
+    "split": ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
+    "low": (
+        *("layout.chargers=2", "rules.idle=charge-when-low", "robots.battery.capacity_wh=33"),
+        *("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
+    ),
+    "restocked": (
+        *(
+            "instance.items_per_sku=3",
+            "instance.pod_capacity=24",
+            "layout.replenishment_west=1",
+            "rules.roa=first-bundle",
+        ),
+        *(
+            "rules.rps=emptiest-pod",
+            "instance.replenishment.process=reorder-point",
+            "instance.replenishment.lead_s=120",
+        ),
+        *("instance.replenishment.reorder_point=4", "instance.replenishment.order_up_to=12"),
+        *("instance.replenishment.bundle_items=6", "instance.arrivals.process=poisson"),
+        "instance.arrivals.orders_per_hour=400",
+    ),
+}
+SAME = ("charge_lowest_percent", "replenishment_robot_percent")
+"""Metrics that know what was before, or what it led to: the lowest charge, and what a trip was for."""
+WITHOUT = ("turnover", "late", "tardiness", "on_time")
+"""Beginnings of metrics of orders that arrived in the time that counts: here, of all that were completed in it."""
+
+
+def simulate(*overrides: str, scenario: str = "examples/small", **options: Any) -> Result:
+    return rmfs_core.run(scenario, overrides=["instance.orders=25", *overrides], **options)
+
+
+def stopped(folder: Path, at_s: float, *world: str) -> tuple[Result, Path]:
+    """Return a run that ends at a time, and its state."""
+    state = folder / "state.json"
+    return simulate(*world, f"run.until_s={at_s}", save_state=state), state
+
+
+def rows(table: Sequence[dict[str, Any]], after_s: float, key: str) -> list[dict[str, Any]]:
+    """Return the rows of a table of what ends after a time, but for wall-clock time."""
+    left = (row for row in table if row[key] is None or row[key] > after_s)
+    return [{name: value for name, value in row.items() if name != "seconds"} for row in left]
+
+
+@settings(max_examples=15)
+@given(
+    st.sampled_from(sorted(WORLDS)), st.sampled_from(["free-flow", "sipp"]), st.integers(1, 900_000), st.integers(1, 9)
+)
+def test_a_run_goes_on_as_if_it_had_not_been_stopped(
+    tmp_path_factory: pytest.TempPathFactory, world: str, pp: str, at: int, seed: int
+) -> None:
+    """Orders, visits and decisions are those of the run that was not stopped; so is what is counted from then on."""
+    at_s, given = at / 1000, (*WORLDS[world], f"rules.pp={pp}", f"seed={seed}")
+    first, state = stopped(tmp_path_factory.mktemp("run"), at_s, *given)
+    if first.status == "complete":
+        return
+    whole = simulate(*given, f"run.warmup_s={(at + 1) / 1000}")
+    rest = simulate(*given, f"instance.state_file={state}")
+    assert rest.status == whole.status == "complete"
+    assert rest.orders == whole.orders
+    for table, key in (("visits", "end_s"), ("periods", "time_s")):
+        assert rows(getattr(rest, table), 0, key) == rows(getattr(whole, table), at_s, key)
+    for name, value in whole.metrics.items():
+        if name not in SAME and not name.startswith(WITHOUT):
+            assert (name, rest.metrics[name]) == (name, value)
+    turnover = [row["turnover_s"] for row in rest.orders if row["completed_s"] > at_s]
+    assert rest.metrics["turnover_s"] == pytest.approx(sum(turnover) / len(turnover))
+
+
+def test_a_run_that_is_stopped_twice_goes_on(tmp_path: Path) -> None:
+    """The second state tells when orders were assigned and completed before the first."""
+    again = tmp_path / "again.json"
+    whole = simulate("rules.pp=free-flow")
+    _, state = stopped(tmp_path, 100, "rules.pp=free-flow")
+    simulate(f"instance.state_file={state}", "run.until_s=300", "rules.pp=free-flow", save_state=again)
+    assert simulate(f"instance.state_file={again}", "rules.pp=free-flow").orders == whole.orders
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("rules.pp=whca-n",),
+        ("rules.pp=whca-n", "stations.open.2=[]"),
+        ("rules.pp=sipp", "rules.poa=first-come", "rules.pps=nearest-pod", "rules.ta=nearest-robot"),
+        ("rules.pp=free-flow",),
+    ],
+)
+@pytest.mark.parametrize("at_s", [40.25, 160.0, 301.5])
+def test_another_scenario_goes_on(tmp_path: Path, change: tuple[str, ...], at_s: float) -> None:
+    """A state does not say under which rules it came about; what was complete stays so."""
+    first, state = stopped(tmp_path, at_s, "rules.pp=whca-n")
+    rest = simulate(f"instance.state_file={state}", *change)
+    assert rest.status == "complete"
+    done = [row for row in first.orders if row["completed_s"] is not None]
+    assert [row for row in rest.orders if row["completed_s"] is not None and row["completed_s"] <= at_s] == done
+    assert rest.metrics["orders_completed"] == 25 - len(done)
+    if "stations.open.2=[]" in change:
+        assert all(row["stations"] == "1" for row in rest.orders if (row["assigned_s"] or 0) > at_s)
+
+
+BY_HAND: dict[str, Any] = {
+    "format": "rmfs-state",
+    "version": 2,
+    "time_s": 36000,
+    "pods": {
+        "P1": {"contents": {"milk": None, "tea": 5}},
+        "P2": {"contents": {"jam": 6}},
+        "P3": {"contents": {"tea": 2}},
+    },
+    "stations": {
+        "1": {"item_capacity": 15, "requests": [{"order": "A", "sku": "tea"}], "inbound": ["P1"], "line": ["P1"]},
+        "2": {"item_capacity": 15, "requests": [{"order": "B", "sku": "jam"}], "inbound": ["P2"]},
+    },
+    "orders": {
+        "A": {"lines": {"milk": 1, "tea": 1}, "arrival_s": 35000},
+        "B": {"lines": {"jam": 2}, "arrival_s": 35500, "due_s": 36600},
+    },
+}
+
+
+def written(folder: Path, **changes: Any) -> str:
+    """Return the override that names the state, changed."""
+    file = folder / "by-hand.json"
+    file.write_text(json.dumps(BY_HAND | changes))
+    return f"instance.state_file={file}"
+
+
+@pytest.mark.parametrize("pp", ["free-flow", "sipp", "whca-n"])
+def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
+    """The scenario has what it leaves out: robots stand under pods; rules are asked at once."""
+    result = simulate(written(tmp_path), f"rules.pp={pp}", "instance.orders=0")
+    assert result.status == "complete"
+    assert [(row["order"], row["arrival_s"]) for row in result.orders] == [("A", 35000), ("B", 35500)]
+    assert all(36000 < row["completed_s"] < 36200 for row in result.orders)
+    assert result.metrics["orders_completed"] == 2
+    assert result.metrics["turnover_s"] == pytest.approx(sum(row["turnover_s"] for row in result.orders) / 2)
+    assert result.metrics["late_orders"] == 0
+
+
+@cases(
+    "changes overrides sentence",
+    ({"stations": {"1": BY_HAND["stations"]["1"]}}, (), "stations: found 1"),
+    (
+        {"layout": {"blocks": {"block_rows": 5, "block_columns": 4, "stations_east": 2}}},
+        (),
+        "layout: found another grid",
+    ),
+    ({"robots": {"r": {"cell": 9, "task": "P1"}}}, (), "robots: found 1; expected the scenario's"),
+    ({}, ("run.until_s=60",), "run.until_s=60: found 60, but the state is of 36000 s"),
+    ({}, ("packing.boxes=4",), "packing: a run cannot begin in a state, or save one, with packing stations"),
+    ({}, ("robots.failures={mtbf_h=1,mttr_s=60}",), "with failures yet; expected a scenario without"),
+    ({"run": {"going": [{"kind": "dance"}]}}, (), "run.going[0].kind: expected"),
+    (
+        {"run": {"going": [{"kind": "lift", "robot": "9"}]}},
+        (),
+        'run.going[0].robot: names robot "9", which the state does not list',
+    ),
+    (
+        {"run": {"going": [{"kind": "pick", "robot": "2", "sku": "tea", "until_s": 36001}]}},
+        (),
+        'run.going[0].kind: found "pick", but robot "2" is first in no line',
+    ),
+    (
+        {"run": {"going": [{"kind": "alarm", "until_s": 5}]}},
+        (),
+        "run.going[0].until_s: found 5, which is not later than the state's time",
+    ),
+    (
+        {"run": {"going": [{"kind": "release", "station": "1", "until_s": 36001}]}},
+        (),
+        'run.going[0].station: found "release" of a station without `in_hand`',
+    ),
+)
+def test_what_cannot_be_is_refused(
+    tmp_path: Path, changes: dict[str, Any], overrides: tuple[str, ...], sentence: str
+) -> None:
+    """In one sentence: place, what was found, what would be right."""
+    with pytest.raises(InputError) as error:
+        simulate(written(tmp_path, **changes), "instance.orders=0", *overrides)
+    assert sentence in str(error.value)
+
+
+@cases(
+    "overrides sentence",
+    ((), "run.until_s: found none"),
+    (("packing.boxes=4", "run.until_s=60"), "packing: a run cannot begin in a state, or save one"),
+    (
+        ('rules.ta={rule="switch",cases=[{rule="nearest-robot"}]}', "run.until_s=60"),
+        "remembers what no state tells",
+    ),
+)
+def test_a_state_that_would_not_be_whole_is_not_written(
+    tmp_path: Path, overrides: tuple[str, ...], sentence: str
+) -> None:
+    with pytest.raises(InputError, match=sentence):
+        simulate(*overrides, save_state=tmp_path / "state.json")
+    assert not (tmp_path / "state.json").exists()
+
+
+def test_commands_begin_in_a_state(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from rmfs_commands.cli.main import main
+
+    monkeypatch.chdir(tmp_path)
+    small = ("run", "examples/small", "--set", "instance.orders=25", "--set", "rules.pp=free-flow", "-q")
+    main([*small, "--set", "run.until_s=100", "--save-state", "s.json", "--out", "a"])
+    main([*small, "--from", "s.json", "--out", "b"])
+    assert json.loads((tmp_path / "b/result.json").read_text())["status"] == "complete"
+    capsys.readouterr()
+    assert "expected it without a state" in refused(capsys, main, [*small, "--from", "s.json", "--trace"])
