@@ -82,7 +82,8 @@ COMMON = ("instance.orders=15", "instance.skus=12", "instance.pods=12", "layout.
 
 def shipped(decides: str) -> list[str]:
     found = installed_rules()
-    return [rule.name for rule in found if rule.distribution == "rmfs" and decides in rule.decides and not rule.error]
+    decide = [rule for rule in found if rule.distribution == "rmfs" and decides in rule.decides and not rule.error]
+    return [rule.name for rule in decide if rule.name != "remote"]  # another program decides
 
 
 def rows(roles: Sequence[str]) -> Iterator[tuple[str, ...]]:
