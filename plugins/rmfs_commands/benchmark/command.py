@@ -314,7 +314,7 @@ def _keep(file: Path, claim: Claim) -> None:
     from rmfs_commands.results.files import write_text
 
     before = file.read_text("utf-8") if file.exists() else ""
-    write_text(file, before + claim_line(claim))
+    write_text(file, before + "\n" * (before[-1:] not in ("", "\n")) + claim_line(claim))
 
 
 def _show(grid: Grid, columns: int = 20) -> None:

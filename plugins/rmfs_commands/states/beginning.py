@@ -46,9 +46,9 @@ class Begun:
     opening
         The warehouse as it is.
     state, names
-        What was read.
+        State as read, and its names.
     going, stories
-        What is going on, and what robots do: kind, pod or cell, and so on.
+        Processes under way, and tasks of robots: kind, pod or cell, and so on.
     """
 
     scenario: Scenario
