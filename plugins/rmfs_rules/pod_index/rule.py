@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from attrs import define, field, validators
+from attrs import define, field, setters, validators
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_core.clock import to_seconds
@@ -140,7 +140,9 @@ class PodIndex:
     _weights: Weights = field(init=False, eq=False, repr=False)
     _stations: tuple[Station, ...] = field(default=(), init=False, eq=False, repr=False)
     _ticks: Ints = field(init=False, eq=False, repr=False)  # driving times to these, which never change in a run
-    _quiet: tuple[object, int, tuple[Pod, ...], int] = field(default=(None, 0, (), 0), init=False, eq=False, repr=False)
+    _quiet: tuple[object, int, tuple[Pod, ...], int] = field(
+        default=(None, 0, (), 0), init=False, eq=False, repr=False, on_setattr=setters.NO_OP
+    )
     # What the warehouse was like when nothing could be decided, and the tick until which nothing can as long as it is
 
     @_weights.default
@@ -152,10 +154,10 @@ class PodIndex:
         """Take lines and send pods, one after another, until the places are taken or left free."""
         if not warehouse.backlog_size or self._quiet_until(warehouse) > warehouse.now_tick:
             return NOTHING
-        quantity = warehouse.lines.quantity
-        if quantity[quantity.argmax()] <= warehouse.largest_capacity:  # `max` takes ten times as long
+        lines, now = warehouse.lines, warehouse.now_tick
+        if lines.quantity[lines.quantity.argmax()] <= warehouse.largest_capacity:  # `max` takes ten times as long
             decided, until = self._decide(warehouse)
-            if until > warehouse.now_tick and not warehouse.filtered:
+            if until > now and not warehouse.filtered:
                 self._quiet = warehouse.stations, warehouse.version, warehouse.leaving_pods, until
             return decided
         return with_oversize(
