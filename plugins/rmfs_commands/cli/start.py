@@ -7,7 +7,7 @@ import os
 import sys
 
 YOUNG = 50_000
-"""Objects made since the last look for cycles at which the next one begins: 700 look in vain, a thousand times a run."""
+"""Objects made between two collections of cycles; Python's 700 are far too few where a warehouse is made of objects."""
 
 
 def main() -> None:
