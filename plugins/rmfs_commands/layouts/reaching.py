@@ -39,8 +39,8 @@ def check_layout(layout: Layout, place: str) -> None:
     steps: list[list[int]] = [[] for _ in layout.kind]
     backward: list[list[int]] = [[] for _ in layout.kind]
     for heading in range(4):
-        cells = np.flatnonzero(to_floor[heading] & (layout.moves >> heading & 1 == 1))
-        for cell, following in zip(cells.tolist(), beside[heading, cells].tolist(), strict=True):
+        leaving = np.flatnonzero(to_floor[heading] & (layout.moves >> heading & 1 == 1))
+        for cell, following in zip(leaving.tolist(), beside[heading, leaving].tolist(), strict=True):
             steps[cell].append(following)
             backward[following].append(cell)
     aisles = reached([start], steps)

@@ -140,7 +140,7 @@ def _changes(state: int, by: int, arrival: int, problem: Problem) -> bool:
         return True
     if by <= states[state, DONE]:
         return False
-    return states[state, PLACE] < 0 or by > states[state, ARRIVAL] or arrival < states[state, DUE]
+    return bool(states[state, PLACE] < 0 or by > states[state, ARRIVAL] or arrival < states[state, DUE])
 
 
 @inlined
