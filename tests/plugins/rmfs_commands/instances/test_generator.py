@@ -8,7 +8,7 @@ from attrs import evolve
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rmfs_commands.instances.generator import generate_instance, order_lengths, sku_demand
+from rmfs_commands.instances.generator import draw_distinct, generate_instance, order_lengths, sku_demand
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Arrivals, InstanceSection
 from rmfs_core.scenario.model import Due, SkuDemand
@@ -92,6 +92,15 @@ def test_drawn_orders_follow_the_distributions() -> None:
     single = Counter(skus[0] for skus in orders if len(skus) == 1)
     shares = np.array([single[str(i)] for i in range(1, 21)]) / single.total()
     assert shares == pytest.approx(sku_demand(20), abs=0.012)
+
+
+@pytest.mark.parametrize("skus", [6, 40, 3_000])
+def test_distinct_draws_are_those_of_numpy(skus: int) -> None:
+    ours, theirs, weights = np.random.default_rng(5), np.random.default_rng(5), sku_demand(skus)
+    shares = weights.cumsum() / weights.cumsum()[-1]
+    for number in [1, 2, 3, 6] * 50:
+        expected = theirs.choice(skus, number, replace=False, p=weights)
+        assert draw_distinct(number, weights, shares, ours).tolist() == expected.tolist()
 
 
 def test_skus_on_pods() -> None:
