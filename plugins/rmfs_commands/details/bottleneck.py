@@ -72,9 +72,6 @@ WORTH_SAYING = 10
 _NO_LESS: Mapping[str, float | None] = {"time_s": None, "time_percent": None}
 """Of a gain that no time is known of."""
 
-LINE = 72
-"""Characters of a sentence, so that a summary takes ten lines of a terminal: causes are named as far as they fit."""
-
 BUSY = 90
 """Percent of the packers' time at work, or of the boxes reserved, from which on they limit a run."""
 
@@ -549,15 +546,10 @@ def sentences(
 
 
 def _with_others(told: str, limit: str | None, percent: Mapping[str, float | None]) -> str:
-    """Return a sentence with the next causes, as far as there is room for them in the line."""
+    """Return a sentence with the next causes, the largest first."""
     others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
-    before = "; then"
-    for cause in sorted(others, key=lambda cause: -others[cause]):
-        further = f"{told}{before} {cause} {others[cause]:.0f} %"
-        if len(further) >= LINE:
-            break
-        told, before = further, ","
-    return f"{told}."
+    named = ", ".join(f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause]))
+    return f"{told}; then {named}." if named else f"{told}."
 
 
 def _seconds(seconds: float) -> str:
