@@ -57,7 +57,7 @@ class Weights(NamedTuple):
 
 
 class Looks(NamedTuple):
-    """What is looked at before each period: fields of `Weights`, `Lines` and `Stock`."""
+    """Figures looked at before each period: fields of `Weights`, `Lines` and `Stock`."""
 
     full: float
     most_pods: int
