@@ -72,6 +72,9 @@ WORTH_SAYING = 10
 _NO_LESS: Mapping[str, float | None] = {"time_s": None, "time_percent": None}
 """Of a gain that no time is known of."""
 
+LINE = 72
+"""Characters of a sentence, so that a summary takes ten lines of a terminal."""
+
 BUSY = 90
 """Percent of the packers' time at work, or of the boxes reserved, from which on they limit a run."""
 
@@ -546,9 +549,11 @@ def sentences(
 
 
 def _with_others(told: str, limit: str | None, percent: Mapping[str, float | None]) -> str:
-    """Return a sentence with the next causes, the largest first."""
+    """Return a sentence with the next causes, the largest first; without its explanation where both do not fit."""
     others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
     named = ", ".join(f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause]))
+    if named and len(told) + len(named) >= LINE - len("; then "):
+        told = told.partition(":")[0]
     return f"{told}; then {named}." if named else f"{told}."
 
 
