@@ -47,8 +47,7 @@ def earlier(kind: type[Kind], by: int = 1, **where: Any) -> Damage:
     def damage(trace: Trace) -> Trace:
         at = find(trace, kind, **where)
         moved = evolve(trace.events[at], tick=trace.events[at - by].tick)
-        rest = put(trace, at)
-        return put(rest, at - by, moved, instead_of=0)
+        return put(put(trace, at), at - by, moved, instead_of=0)
 
     return damage
 

@@ -227,8 +227,7 @@ def test_parts_are_put_and_then_packed(tiny_run: Prepare) -> None:
     for put in run.of(PartPut):
         assert put.tick - put.start_tick == 3000 + 4000 * put.items
     together = {event.order: event.tick for event in run.of(OrderConsolidated)}
-    last = {event.order: event.tick for event in run.of(PartPut)}
-    assert together == last != {}
+    assert together == {event.order: event.tick for event in run.of(PartPut)} != {}
     for event in run.of(OrderPacked):
         assert event.tick - event.start_tick == 30_000 + 5_000 * run.warehouse.orders[event.order].items
         assert event.start_tick >= together.get(event.order, 0)
@@ -354,6 +353,5 @@ def test_orders_larger_than_any_station_are_packed_with_one_box(tiny_run: Prepar
     orders = small_instance(large | {"2": {"a": 1, "c": 1}}, {name: [*skus] for name, skus in PODS.items()})
     rules = {"poa": rule} if rule == "pod-match" else {"poa_pps": rule}
     run = tiny_run(orders, capacity=(5, 5), robots=3, change=packing(boxes=1, packers=1), **rules).done()
-    assert run.simulation.status == "complete"
-    assert len(run.of(OrderPacked)) == 3
+    assert (run.simulation.status, len(run.of(OrderPacked))) == ("complete", 3)
     assert None in [event.box for event in run.of(PackingAssigned) if event.order < 2]

@@ -60,8 +60,7 @@ def test_a_part_of_the_time_is_simulated(
 def test_a_cut_without_the_busiest_hour_says_so() -> None:
     scenario = load_scenario("examples/small", ["instance.orders=200", *DAY])
     assert "--hours 4 includes it" in cut(scenario, 2).told[-1]
-    assert len(cut(scenario, 3).told) == 3
-    assert len(cut(scenario, 4.5).told) == 1
+    assert (len(cut(scenario, 3).told), len(cut(scenario, 4.5).told)) == (3, 1)
 
 
 def test_the_busiest_hour_is_one_of_the_clock() -> None:
@@ -107,8 +106,7 @@ def test_the_candidates_are_those_that_the_scenario_lets_be(
     scenario = load_scenario(name, overrides)
     assert lets_split(scenario, RuleSet.load(scenario.rules, ".")) is split
     experiment = advice_experiment(scenario, "hall", (1, 2), split=split)
-    assert experiment.baseline == own
-    assert len(experiment.rule_sets) == others + 1
+    assert (experiment.baseline, len(experiment.rule_sets)) == (own, others + 1)
     assert ("packed_s" in experiment.metrics) is (scenario.packing is not None)
     assert len(experiment.jobs()) == 2 * (others + 1)
 

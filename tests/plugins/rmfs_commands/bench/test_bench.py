@@ -180,8 +180,7 @@ def test_a_rule_takes_its_place_and_no_other(role: Role, changed: dict[str, obje
     (Role.ROA_RPS, {"roa_rps": "new"}),
 )
 def test_a_rule_for_bundles_has_bundles_to_decide_about(role: Role, changed: dict[str, object]) -> None:
-    assert names("small", role) == PLAIN | changed
-    assert keys_of(role)[0] == role.key
+    assert (names("small", role), keys_of(role)[0]) == (PLAIN | changed, role.key)
     scenario = world_with("small", role, RuleChoice("new"), ["instance.replenishment.lead_s=60"])
     assert (scenario.instance.replenishment.process, scenario.instance.replenishment.lead_s) == ("reorder-point", 60)
     assert world_with("small", Role.POA, RuleChoice("new")).instance.replenishment is None

@@ -211,8 +211,7 @@ def test_kinds_of_sources() -> None:
 def test_other_kinds(text: str, kind: str, fields: dict[str, str]) -> None:
     """Preprints, conferences, reports; what is written otherwise is a note as a whole."""
     (found,) = references_in(text)
-    assert found.kind == kind
-    assert {**found.fields, **fields} == found.fields
+    assert (found.kind, {**found.fields, **fields}) == (kind, found.fields)
 
 
 @given(st.text())

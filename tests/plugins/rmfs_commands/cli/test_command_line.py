@@ -572,8 +572,7 @@ def test_what_is_cached_loads_without_what_compiles(tmp_path: Path) -> None:
         command = [sys.executable, "-c", dedent(program), *arguments]
         return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout.strip()
 
-    assert run() == "3 too few False True True"
-    assert run() == "3 too few True True True"
+    assert (run(), run()) == ("3 too few False True True", "3 too few True True True")
     assert run("new") == "3 too few True True True\n3"
 
 
@@ -653,8 +652,7 @@ def test_what_is_compiled_is_said_once() -> None:
     notes = Console(file=io.StringIO())
     with compiling_announced(notes):
         pass
-    assert njit(lambda number: number - 1)(1) == 0
-    assert notes.file.getvalue() == ""
+    assert (njit(lambda number: number - 1)(1), notes.file.getvalue()) == (0, "")
 
 
 CALLING_BACK = """

@@ -31,8 +31,7 @@ def test_rows_are_read_in_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(parquet_tables, "ROWS_PER_BATCH", 4)
     file = tmp_path / "lines.parquet"
     pyarrow.parquet.write_table(pa.table({"order": [str(i) for i in range(10)]}), file)
-    found = list(Table(file).rows(["order", None]))
-    assert found == [(i, (str(i - 1), "")) for i in range(1, 11)]
+    assert list(Table(file).rows(["order", None])) == [(i, (str(i - 1), "")) for i in range(1, 11)]
     monkeypatch.setattr(loading, "ROWS_PER_BATCH", 2)
     lines, lost = loaded(tmp_path / "t.csv", "o,s,q\nA,tea,1\nB,tea,0\nC,jam,2\nD,,1\nE,rye,3\n")
     assert lines == [("A", "tea", 1, 1), ("C", "jam", 2, 3), ("E", "rye", 3, 5)]

@@ -48,9 +48,7 @@ def trace_file(tmp_path: Path, tiny: RunInfo) -> Path:
 
 def test_what_is_written_is_read_back(trace_file: Path, tiny: RunInfo) -> None:
     trace = read_trace(trace_file)
-    assert trace.events == READ
-    assert trace.instance == tiny.instance
-    assert trace.motion == tiny.motion
+    assert (trace.events, trace.instance, trace.motion) == (READ, tiny.instance, tiny.motion)
     assert (trace.layout.kind == tiny.layout.kind).all()
     assert (trace.layout.moves == tiny.layout.moves).all()
     assert trace.layout.stations == tiny.layout.stations

@@ -114,8 +114,7 @@ def test_a_leg_is_a_turn_and_a_run(
 ) -> None:
     """Worked out from 1 m/s^2, 1.5 m/s and 2.5 s for a full turn; the wait is not in it."""
     way, _ = driving(world, tmp_path)
-    robot = Robot(0, 6, NORTH)
-    assert way.turn_and_run(robot, to) == (heading, turn, run)
+    assert way.turn_and_run(Robot(0, 6, NORTH), to) == (heading, turn, run)
 
 
 @cases(
@@ -444,8 +443,7 @@ def test_nobody_is_put_off_for_ever() -> None:
     LetsOthersWait.most.clear()
     overrides = ["robots.count=3", "stations.pick_s=1"]
     result = rmfs_core.run("examples/small", rules={"pp": LetsOthersWait()}, overrides=overrides)
-    assert result.status == "complete"
-    assert max(LetsOthersWait.most) == 3
+    assert (result.status, max(LetsOthersWait.most)) == ("complete", 3)
 
 
 @pytest.fixture(params=["sipp", "whca-n"])

@@ -62,8 +62,7 @@ def test_a_title_stands_by_itself(metric: Metric, text: str) -> None:
 
 
 def test_a_mean_has_a_digit_more_than_a_run() -> None:
-    assert value(MAKESPAN, 12.34) == "12.34"
-    assert value(PLAIN, 12.34) == "12.3"
+    assert (value(MAKESPAN, 12.34), value(PLAIN, 12.34)) == ("12.34", "12.3")
     assert value(PLAIN, None) == "-"
 
 
@@ -106,10 +105,8 @@ def test_pandas_reads_the_runs(result: ExperimentResult, tmp_path: Path) -> None
     runs = pandas.read_parquet(tmp_path / "runs.parquet")
     assert runs.shape == (18, 13)
     means = runs.groupby(["instance.orders", "rule_set"])["pile_on"].mean()
-    assert means[50, "good"] == pytest.approx(3.2)
-    assert runs["pile_on"].isna().sum() == 1
-    assert runs["error"].iloc[-1] == FAILURE
-    assert runs["seed"].dtype == "int64"
+    assert (means[50, "good"], runs["pile_on"].isna().sum()) == (pytest.approx(3.2), 1)
+    assert (runs["error"].iloc[-1], runs["seed"].dtype) == (FAILURE, "int64")
     assert runs["decision_s_first"].dtype == "float64"
 
 
@@ -124,8 +121,7 @@ def test_axis_values_of_several_kinds_are_texts(result: ExperimentResult, tmp_pa
 
 def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
     rows = list(csv.DictReader(summary_csv(result.comparison()).splitlines()))
-    assert tuple(rows[0]) == SUMMARY_COLUMNS
-    assert len(rows) == 3 * 3 * 3
+    assert (tuple(rows[0]), len(rows)) == (SUMMARY_COLUMNS, 3 * 3 * 3)
     (one,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "bad")]
     assert (one["seeds"], one["pairs"], one["left_out"], one["runs"], one["failed"]) == ("2", "4", "2", "6", "1")
     assert float(one["difference"]) == pytest.approx(2.0)
@@ -453,8 +449,7 @@ def test_many_runs_make_a_small_page(result: ExperimentResult) -> None:
     sets = [row | {"instance": f"{row['instance']}-{i}"} for i in range(100) for row in result.rows]
     page = page_of(evolve(result, rows=sets))
     assert "Tables are of all 200 instance sets together; summary.csv has each of them." in page
-    assert page.count("<tr>") == 4 * (1 + 3)
-    assert page.count('<span class="bad">') == 100
+    assert (page.count("<tr>"), page.count('<span class="bad">')) == (4 * (1 + 3), 100)
 
 
 def test_what_tells_nothing_is_the_same_as_on_the_terminal(result: ExperimentResult) -> None:
@@ -518,8 +513,7 @@ def test_a_plot_that_is_missing_is_left_out(result: ExperimentResult) -> None:
 
 
 def test_the_report_says_what_was_run(result: ExperimentResult) -> None:
-    assert fact(result, "Runs") == "18"
-    assert fact(result, "Scenarios") == "small"
+    assert (fact(result, "Runs"), fact(result, "Scenarios")) == ("18", "small")
     assert fact(result, "instance.orders") == "50, 100"
     assert fact(result, "Rule sets") == "base, good, bad"
     assert fact(result, "Versions") == "rmfs 0.1.0"
