@@ -12,30 +12,22 @@ from attrs import evolve
 
 import rmfs_core
 from cases import cases
-from damage import find, put, repeat
+from damage import find, put
 from replenished import RULES, scenario_of
 from rmfs_commands.trace import Trace, read_trace
 from rmfs_commands.validation import check_trace, faults_of
 from rmfs_commands.validation.stock import joined_at, lets_wait
 from rmfs_core.events import (
     BundleArrived,
-    BundleAssigned,
-    BundleBound,
     BundleStored,
     DecisionMade,
     Event,
     ItemPicked,
     OrderArrived,
-    OrderAssigned,
     OrderCompleted,
-    OrderConsolidated,
     OrderInStock,
-    OrderPacked,
-    PackingAssigned,
     PackingStarted,
-    PartArrived,
     PartPut,
-    PartSent,
 )
 
 SUPPLY = {"process": "reorder-point", "reorder_point": 3, "order_up_to": 8, "bundle_items": 4, "lead_s": 30.0}
@@ -79,26 +71,6 @@ def test_a_run_with_replenishment_has_no_fault(replenished: Trace) -> None:
     instance = evolve(replenished.instance, levels=((10**15, 10**16),) * 4)
     assert "bundle-arrival" in kinds(evolve(replenished, instance=instance))
     assert "pod-capacity" in kinds(evolve(replenished, instance=evolve(replenished.instance, sizes=(99,) * 4)))
-
-
-@cases(
-    "kind change fault",
-    (BundleArrived, lambda event: None, "bundle-arrival"),
-    (BundleAssigned, lambda event: None, "bundle-elsewhere"),
-    (BundleAssigned, lambda event: evolve(event, station=0), "bundle-capacity"),
-    (BundleStored, lambda event: None, "left-early"),
-    (BundleStored, lambda event: evolve(event, items=event.items + 9), "pod-capacity"),
-    (BundleStored, lambda event: evolve(event, items=event.items - 1), "bundle-items"),
-    (BundleStored, lambda event: evolve(event, start_tick=event.start_tick + 1), "store-time"),
-    (BundleStored, lambda event: evolve(event, visit=99), "no-visit"),
-)
-def test_what_cannot_have_happened_is_found(replenished: Trace, kind: type[Event], change: Change, fault: str) -> None:
-    assert fault in kinds(changed(replenished, kind, change))
-
-
-@pytest.mark.parametrize("kind", [BundleAssigned, BundleBound, BundleStored])
-def test_nothing_happens_to_a_bundle_twice(replenished: Trace, kind: type[Event]) -> None:
-    assert "bundle-twice" in kinds(repeat(kind, number=0)(replenished))
 
 
 def test_bundles_of_a_file(tmp_path: Path) -> None:
@@ -150,12 +122,6 @@ def test_orders_that_wait(short_folder: Path, short: Trace) -> None:
     assert len(told) > 5
     assert told.items() <= joined_at(short).items()
     assert lets_wait(short)
-    i, late = next((i, event) for i, event in enumerate(short.events) if isinstance(event, OrderInStock))
-    events = [*short.events[:i], *short.events[i + 1 :]]
-    at, before = max((j, event) for j, event in enumerate(events[:i]) if isinstance(event, OrderAssigned))
-    early = evolve(before, order=late.order)
-    kinds = {kind for kind, _ in faults_with(short, [*events[:at], early, *events[at:]])}
-    assert "assigned-without-stock" in kinds
     rules = {**short.scenario["rules"], "wait_for_stock": False}
     trace = evolve(short, scenario={**short.scenario, "rules": rules})
     assert not lets_wait(trace)
@@ -261,43 +227,6 @@ def packed(tmp_path_factory: pytest.TempPathFactory) -> Trace:
     folder = tmp_path_factory.mktemp("packed")
     rmfs_core.run("examples/packing", overrides=FEW, out=folder, record=["trace"])
     return read_trace(folder / "trace.jsonl.gz")
-
-
-def split(event: Any) -> bool:
-    return event.box is not None
-
-
-CHANGES: dict[str, tuple[type[Event], Callable[[Any], Any], Callable[[Any], bool]]] = {
-    "packing-bound": (PackingAssigned, lambda event: evolve(event, box=None), split),
-    "box": (PackingAssigned, lambda event: evolve(event, box=1 - event.box), split),
-    "tote": (PartSent, lambda event: evolve(event, items=event.items + 1), lambda _: True),
-    "conveyor-time": (PartArrived, lambda event: evolve(event, tick=event.tick - 1), lambda _: True),
-    "put": (PartPut, lambda event: evolve(event, start_tick=event.start_tick - 1), lambda _: True),
-    "consolidated": (PartPut, lambda event: evolve(event, items=event.items - 1), lambda _: True),
-    "packed-early": (OrderConsolidated, lambda event: evolve(event, order=event.order ^ 1), lambda _: True),
-    "pack-time": (PackingStarted, lambda event: evolve(event, tick=event.tick - 1), lambda _: True),
-}
-
-
-@pytest.mark.parametrize("kind", CHANGES)
-def test_what_cannot_be_is_found(packed: Trace, kind: str) -> None:
-    """As late in the run as there is one: a box that another order has."""
-    cls, change, where = CHANGES[kind]
-    found = set()
-    for at, event in enumerate(packed.events):
-        if isinstance(event, cls) and where(event):
-            events = (*packed.events[:at], change(event), *packed.events[at + 1 :])
-            found |= {fault.kind for fault in faults_of(evolve(packed, events=events))}
-            if kind in found:
-                return
-    pytest.fail(f"found {found}")
-
-
-def test_an_order_that_is_not_packed_is_found(packed: Trace) -> None:
-    last = [event for event in packed.events if isinstance(event, OrderPacked)][-1]
-    (fault,) = faults_of(evolve(packed, events=tuple(event for event in packed.events if event is not last)))[-1:]
-    assert fault.kind in ("not-packed", "end")
-    assert "not-packed" in {fault.kind for fault in faults_of(evolve(packed, events=packed.events[:-1]))}
 
 
 @pytest.mark.parametrize("change", [{"packers": 0}, {"open": {"1": [["12:00", "13:00"]]}}])
