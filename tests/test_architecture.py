@@ -22,7 +22,7 @@ PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
 MOST_LINES, MOST_FILES, MOST_FOLDERS = 13_420, 85, 8
 """The kernel's budget: round numbers with room, to be lowered when the kernel becomes smaller."""
-MOST_TEST_LINES = 49_100
+MOST_TEST_LINES = 48_480
 """The budget of the tests. A new test first looks for the table of its subject, and for the test that it replaces."""
 
 NAMES_A_PLUGIN = {

@@ -285,7 +285,6 @@ READING = """
 from pathlib import Path
 from attrs import define
 from rmfs_core import hookimpl
-
 @define
 class Reading:
     file: Path
@@ -335,7 +334,6 @@ rules = { poa = "pod-match", pps = "demand" }
 FAILING_RULE = """
 import attrs
 from rmfs_core import Path, hookimpl
-
 @attrs.define
 class Failing:
     @hookimpl

@@ -59,9 +59,7 @@ def test_what_is_no_answer_ends_the_run(tiny_run: Prepare, tmp_path: Path, role:
         "from rmfs.helpers import send_pods; return send_pods(warehouse, 9, lambda station, pods: pods[0])",
     ],
 )
-def test_an_error_within_the_kernel_or_a_helper_names_the_line_of_the_rule(
-    tiny_run: Prepare, tmp_path: Path, body: str
-) -> None:
+def test_an_error_within_the_kernel_or_a_helper_names_the_line_of_the_rule(tiny_run, tmp_path, body) -> None:
     assert re.search(r"\(.*bad\.py, line 11\)", what_ends(prepare_bad(tiny_run, tmp_path, "pps", body), "pps"))
 
 
@@ -125,9 +123,7 @@ def observed(tiny_run: Prepare, folder: Path, method: str, head: str = "") -> To
 
 @pytest.mark.parametrize("hook", ["on_event(self, event)", "run_started(self, run)"])
 @cases("body problem", ("raise OSError('full')", "OSError: full"), ("Fraction('a')", "ValueError: Invalid literal"))
-def test_an_observer_that_raises_is_named(
-    tiny_run: Prepare, tmp_path: Path, hook: str, body: str, problem: str
-) -> None:
+def test_an_observer_that_raises_is_named(tiny_run, tmp_path, hook, body, problem) -> None:
     """With its own line, also where a library raises."""
     with pytest.raises(RuleError, match=rf'rule "\./bad\.py:Bad" .*{problem}.* \(\S*bad\.py, line 7\)'):
         observed(tiny_run, tmp_path, f"def {hook}: {body}", "from fractions import Fraction\n").done()

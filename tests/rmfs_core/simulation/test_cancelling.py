@@ -6,14 +6,7 @@ from attrs import evolve
 
 from cases import cases
 from rmfs_commands.testing import small_instance
-from rmfs_core.events import (
-    DecisionMade,
-    OrderArrived,
-    OrderAssigned,
-    OrderCancelled,
-    OrderCompleted,
-    OrderInStock,
-)
+from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCancelled, OrderCompleted, OrderInStock
 from rmfs_core.scenario.model import Arrivals, Scenario
 from told import Prepare
 

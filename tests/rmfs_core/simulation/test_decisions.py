@@ -223,7 +223,6 @@ WAKING = """
 import time
 from attrs import define
 from rmfs_core import hookimpl
-
 @define
 class Waking:
     @hookimpl

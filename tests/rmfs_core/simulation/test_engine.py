@@ -37,7 +37,6 @@ from rmfs_core.scenario.model import (
     StationsSection,
 )
 from rmfs_core.simulation.setup import motion_of, open_warehouse
-from rmfs_core.timetable import Span
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.world import Instance
 from saying import said
@@ -350,7 +349,6 @@ def test_pods_at_stations_are_told_first_in_line_first() -> None:
 COUNTS_ITEMS = """
 from attrs import define
 from rmfs_core import OrderAssignment, hookimpl
-
 @define
 class CountsItems:
     @hookimpl
@@ -383,9 +381,7 @@ def test_a_standstill_says_what_is_left(tiny_run: Prepare, tmp_path: Path, order
     ((("00:00", "00:01"),), (("00:01", "24:00"),), 61.0, "no robot is on duty while a station is open at any time."),
     (None, None, 1.0, "1 of 1 order arrived, with 0 items picked."),
 )
-def test_why_no_order_is_complete_is_said(
-    tiny_run: Prepare, stations: Any, robots: tuple[Span, ...] | None, until_s: float, sentence: str
-) -> None:
+def test_why_no_order_is_complete_is_said(tiny_run, stations, robots, until_s, sentence) -> None:
     def change(scenario: Scenario) -> Scenario:
         return evolve(
             scenario,

@@ -28,11 +28,9 @@ FEW = ["instance.orders=9"]
 MINE = """
 from attrs import define
 from rmfs_core import OrderAssignment, hookimpl
-
 @define
 class Mine:
     "POA: the first order that fits."
-
     @hookimpl
     def assign_orders(self, warehouse):
         fits = ((o, s) for o in warehouse.backlog for s in warehouse.stations if warehouse.fits(o, s))
@@ -41,7 +39,6 @@ class Mine:
 COUNTING = """
 import json
 from pathlib import Path
-
 @define
 class Counts:
     "PR: the first free location; notes how many orders its run has."
@@ -52,7 +49,6 @@ class Counts:
             file.write(f"{len(run.instance.orders)} {run.scenario.seed}\\n")
     @hookimpl
     def choose_storage_location(self, warehouse): return min(warehouse.free_storage_locations)
-
 @define
 class Both:
     "POA and PPS, and neither well."
@@ -261,9 +257,7 @@ class Nothing:
     "POA: assigns nothing, so the run stands still."
     @hookimpl
     def assign_orders(self, warehouse): return []
-
 INTERRUPTS = iter([KeyboardInterrupt])
-
 @define
 class Interrupted:
     "POA: somebody presses Ctrl-C while it thinks for the first time."
@@ -272,12 +266,10 @@ class Interrupted:
         for interrupt in INTERRUPTS:
             raise interrupt
         return []
-
 @define
 class Endless(Nothing):
     "POA: needs unlimited stock."
     needs = ("unlimited stock",)
-
 @define
 class Both:
     "POA and PPS: the first of everything."

@@ -196,11 +196,7 @@ def random_world(rng: random.Random, rules: dict[str, str]) -> Scenario:
             "instance": instance,
             "layout": {"block_rows": 5, "block_columns": 2, "stations_east": stations, "hall_width": 2},
             "robots": robots | quick if rng.random() < 0.3 else robots,
-            "stations": {
-                **times,
-                "queue_length": 2,
-                "release": rng.choice(("picked", "handled")),
-            },
+            "stations": {**times, "queue_length": 2, "release": rng.choice(("picked", "handled"))},
             "rules": {**rules, "pp": "free-flow"},
             "run": {"warmup_s": 60.0} if rng.random() < 0.2 else {},
         },

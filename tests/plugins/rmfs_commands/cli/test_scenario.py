@@ -127,7 +127,6 @@ def test_the_list_fits_the_screen(capsys, monkeypatch, width) -> None:
 RULE = """
 from attrs import define
 from rmfs_core import hookimpl
-
 @define
 class Mine:
     size: int = 1

@@ -133,7 +133,6 @@ def test_encodings(tmp_path: Path, text: str, encoding: str, stored: str) -> Non
     (b'o,s\n1,"a"b\n', ", line 2: found a quote within a field in quotes; expected it doubled"),
 )
 def test_what_is_no_such_table_is_refused(tmp_path: Path, content: bytes, problem: str) -> None:
-    """One sentence with file, line or row, and what would be right."""
     assert refusal(lambda: rows(tmp_path, content)) == f"{tmp_path / 't.csv'}{problem}"
 
 

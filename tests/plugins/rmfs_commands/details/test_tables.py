@@ -230,14 +230,11 @@ def test_every_run_says_what_an_order_takes() -> None:
     assert metrics["energy_per_order_wh"] == pytest.approx(parts / 5)
 
 
-def test_nothing_of_waiting_where_no_order_waits(tmp_path: Path) -> None:
+def test_runs_have_no_figures_of_what_they_lack(tmp_path: Path) -> None:
     over = ["rules.wait_for_stock=false", "instance.orders=5", "rules.pp=free-flow"]
     result = rmfs_core.run("examples/replenished", overrides=over, out=tmp_path)
     assert "turnover_stock_s" not in result.metrics
     assert (tmp_path / "delays.csv").read_text(encoding="utf-8").startswith("order,turnover_s,backlog_s,")
-
-
-def test_runs_without_replenishment_have_none_of_it(tmp_path: Path) -> None:
     result = rmfs_core.run("examples/small", overrides=["instance.orders=3"], out=tmp_path)
     assert not {"bundles_stored", "stock_outs"} & result.metrics.keys()
     assert not (tmp_path / "bundles.csv").exists()

@@ -63,19 +63,14 @@ from attrs import define
 from rmfs_core import hookimpl
 from rmfs_core.events import RobotMoved
 from rmfs_core.results.catalogue import Metric
-
-
 @define
 class Legs:
     """Counts the legs that robots drive; ``seed`` is called like a column of the table."""
-
     measures = (Metric("legs_driven", "Legs driven", "legs", 1, "Legs of all robots."),)
     driven: int = 0
-
     @hookimpl
     def on_event(self, event):
         self.driven += isinstance(event, RobotMoved)
-
     @hookimpl
     def measured(self):
         return {"legs_driven": self.driven, "half": self.driven / 2, "seed": -5.5}
@@ -185,7 +180,6 @@ RULE = """
 from attrs import define
 from rmfs_core import hookimpl
 from its_helper import number
-
 @define
 class Mine:
     @hookimpl

@@ -158,7 +158,6 @@ RULE = """
 import {imported}
 from attrs import define
 from rmfs_core import hookimpl
-
 @define
 class Mine:
     @hookimpl
@@ -331,9 +330,7 @@ def test_what_is_not_stored_leaves_nothing(job: Job, runs: RunStore, monkeypatch
         assert list(runs.folder.iterdir()) == []
 
 
-def test_a_run_that_another_process_stores_meanwhile_stays(
-    job: Job, runs: RunStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_another_process_stores_meanwhile_stays(job, runs, monkeypatch) -> None:
     """Whether it is there when the files are written, in place of one with something wrong, or first at the rename."""
     outcome, rename, write = simulate(job), Path.rename, Path.write_bytes
     other = evolve(outcome, run_s=99.0)

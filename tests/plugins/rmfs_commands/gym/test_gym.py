@@ -447,12 +447,10 @@ POLICY = """
 from attrs import define
 from rmfs_core.roles import Role
 from rmfs_commands.gym import PolicyRule
-
 @define
 class Policy(PolicyRule):
     decides = (Role.POA, Role.PPS)
     slot: int | None = None
-
     def choose(self, choice):
         return min(choice.options) if self.slot is None else self.slot
 """

@@ -45,9 +45,7 @@ def test_sizes_are_those_of_the_scenario() -> None:
     skus_per_pod=st.integers(2, 4),
     items_per_sku=st.none() | st.integers(5, 9),
 )
-def test_pods_can_fill_every_order(
-    seed: int, skus: int, pods: int, skus_per_pod: int, items_per_sku: int | None
-) -> None:
+def test_pods_can_fill_every_order(seed, skus, pods, skus_per_pod, items_per_sku) -> None:
     section = InstanceSection(
         orders=5, skus=skus, pods=pods, skus_per_pod=min(skus, skus_per_pod), items_per_sku=items_per_sku
     )
@@ -287,9 +285,7 @@ def test_a_file_is_made_that_says_how(folder: Path, capsys: pytest.CaptureFixtur
     ("--peak 17:00-17:00=2", "found '17:00-17:00=2'"),
     ("--start noon", '--start: expected a time in ISO 8601, such as 2024-03-01T06:30, found "noon"'),
 )
-def test_what_makes_no_sense_is_refused(
-    folder: Path, capsys: pytest.CaptureFixture[str], options: str, said: str
-) -> None:
+def test_what_makes_no_sense_is_refused(folder, capsys, options, said) -> None:
     assert exit_code("scale", "orders.csv", "--out", "new.csv", *options.split()) == 2
     assert said in capsys.readouterr().err
     assert not (folder / "new.csv").exists()

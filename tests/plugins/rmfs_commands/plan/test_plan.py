@@ -243,10 +243,7 @@ def test_maps_of_both_kinds(tmp_path: Path) -> None:
     ),
     ("type octile\nheight 1\nwidth 8\n....", "room.map, line 4: expected the line `map` after type, height and width"),
     ("type octile\nheight 2\nwidth 2\nmap\n..\n", "room.map: found 1 row of the map; expected 2, as its height says"),
-    (
-        "type octile\nheight 1\nwidth 3\nmap\n..\n",
-        "room.map, line 5: found 2 cells; expected 3, the map's width",
-    ),
+    ("type octile\nheight 1\nwidth 3\nmap\n..\n", "room.map, line 5: found 2 cells; expected 3, the map's width"),
     ("type octile\nheight 1\nwidth 2\nmap\n.x\n", "room.map, line 5: unknown sign 'x'; expected one of . G S @ O T W"),
     ("", "room.map: the map is empty; expected rows of characters such as `#` and `.`"),
 )
@@ -637,7 +634,6 @@ def test_they_agree_with_the_reservation_table(seed: int) -> None:
 
 
 def test_a_page_shows_the_plan(tmp_path: Path) -> None:
-    """Each robot has a path, a goal, and moves from its start to there."""
     (tmp_path / "hall.map").write_text("......\n......\n", encoding="utf-8")
     trips = "version 1\n0\thall.map\t6\t2\t0\t0\t5\t1\t6\n0\thall.map\t6\t2\t5\t0\t0\t1\t6\n"
     (tmp_path / "two.scen").write_text(trips, encoding="utf-8")

@@ -179,13 +179,10 @@ def test_pages_are_written_where_asked(day, capsys, short, tmp_path) -> None:
     assert "<title>day and short</title>" in (tmp_path / "both.html").read_text(encoding="utf-8")
 
 
-def test_pictures_from_a_time_to_another(day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_pictures_and_a_video_from_a_time_to_another(day, tmp_path, capsys) -> None:
     assert called(str(day), "--frames", "2", "--from", "60", "--to", "120", "--out", str(tmp_path)) == 0
     assert capsys.readouterr().out == f"2 pictures in {tmp_path}.\n"
     assert sorted(file.name for file in tmp_path.iterdir()) == ["frame-001.png", "frame-002.png"]
-
-
-def test_a_video(day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "x.gif"
     assert called(str(day), "--video", str(file), "--from", "60", "--to", "70", "--speed", "5") == 0
     assert capsys.readouterr().out == f"A video in {file}.\n"

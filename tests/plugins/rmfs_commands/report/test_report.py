@@ -197,9 +197,7 @@ def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]
     (("run.until_s=90", "run.warmup_s=30"), 30, 1, 3, "The run ended at its horizon at 0:01:30: "),
     (("run.until_s=90", "run.warmup_s=100"), 100, 0, 3, "The run ended at its horizon at 0:01:30: "),
 )
-def test_headings_are_the_metrics(
-    tmp_path: Path, changes: tuple[str, ...], begin: float, late: int, left: int, lead: str
-) -> None:
+def test_headings_are_the_metrics(tmp_path, changes, begin, late, left, lead) -> None:
     """Orders that were cancelled, that arrive when the run is over, or in its warm-up, are not among them."""
     (tmp_path / "orders.csv").write_text(DAY, encoding="utf-8")
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\nP,tea,\nQ,ale,\n", encoding="utf-8")
@@ -237,15 +235,7 @@ def _edit(old: str, new: str) -> Callable[[Path], None]:
     ("trace.jsonl.gz", _cut, "trace.jsonl.gz"),
     ("decisions.jsonl.gz", _cut, "decisions.jsonl.gz"),
 )
-def test_what_is_missing_or_damaged_is_refused(
-    late: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    name: str,
-    damage: Callable[[Path], object],
-    told: str,
-) -> None:
-    """In one sentence, and nothing is written."""
+def test_what_is_missing_or_damaged_is_refused(late, tmp_path, capsys, name, damage, told) -> None:
     folder = tmp_path / "run"
     shutil.copytree(late, folder)
     damage(folder / name)

@@ -82,9 +82,7 @@ def test_stations_that_cannot_keep_up_are_left_out(poisson: Scenario, here: Any,
     (100.0, Verdict.PASSES, "passes. The rules fail there, not the hardware."),
     (800.0, Verdict.FAILS, "fails. Any rules: "),
 )
-def test_where_rules_fail_those_that_serve_best_are_tried(
-    poisson: Scenario, here: Any, tmp_path: Path, of_others: float, verdict: Verdict, told: str
-) -> None:
+def test_where_rules_fail_those_that_serve_best_are_tried(poisson, here, tmp_path, of_others, verdict, told) -> None:
     def made_up(job: Job) -> Outcome:
         outcome = simulate(job)
         assert outcome.result is not None
@@ -291,7 +289,6 @@ def test_what_can_be_asked_of_a_limit(poisson: Scenario) -> None:
 FAILING_RULE = """
 import attrs
 from rmfs_core import hookimpl
-
 @attrs.define
 class Failing:
     @hookimpl
@@ -409,9 +406,7 @@ def test_what_no_rules_can_keep_needs_no_run(poisson: Scenario) -> None:
         "{:.0f} items per hour at 6.5 s each, {:.0f} lines per hour at 1 s each and 250 orders per hour at 2 s each",
     ),
 )
-def test_pickers_that_cannot_keep_up(
-    poisson: Scenario, begun: dict[str, Any], items_s: float, lines_s: float, orders_s: float, told: str
-) -> None:
+def test_pickers_that_cannot_keep_up(poisson, begun, items_s, lines_s, orders_s, told) -> None:
     """Items an hour times 13 s is more than an hour has, for so many pickers, and what is begun comes on top."""
     arrivals = Arrivals(process="poisson", orders_per_hour=250)
     stations = evolve(poisson.stations, **begun)
@@ -512,9 +507,7 @@ def test_packers_and_boxes_are_sized(folder: Path, capsys: pytest.CaptureFixture
     assert "Packers and boxes are those of each packing station." in content["notes"]
 
 
-def test_with_costs_the_cheapest_size_is_sought_beside_the_fewest_robots(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_with_costs_the_cheapest_size_is_sought_beside_the_fewest_robots(folder, capsys) -> None:
     prices = ("--set", "costs={picker_per_h=60, robot_per_h=1}", "--set", "instance.arrivals={process='start'}")
     asked = ("--stations", "2", "--robots", "1-6", "--seeds", "2", "--jobs", "1", "--json")
     assert size_code("hall.toml", "--most", "turnover_s=5000", *asked, *prices) == 0
@@ -559,14 +552,9 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
     (("--p95", "900", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
     (("--p95", "900", "--boxes", "4"), "--packers, --boxes: the scenario has no packing stations; expected one with a"),
     (("--p95", "900", "--boxes", "4", "--robots", "4"), "expected --stations and --robots, or --packers and --boxes"),
-    (
-        ("--p95", "9", "--boxes", "999999", "--set", "packing.boxes=1"),
-        "--boxes: found 999,999; expected 100,000 at",
-    ),
+    (("--p95", "9", "--boxes", "999999", "--set", "packing.boxes=1"), "--boxes: found 999,999; expected 100,000 at"),
 )
-def test_wrong_input_is_one_sentence(
-    arguments: tuple[str, ...], sentence: str, folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_input_is_one_sentence(arguments, sentence, folder, capsys) -> None:
     assert size_code("hall.toml", *arguments) == 2
     err = capsys.readouterr().err
     assert sentence in err

@@ -470,14 +470,12 @@ def test_kinds_are_reported_once() -> None:
 
 RULE = """
 from rmfs_core.rule_helpers import send_pods
-
 @define
 class Eager:
     needs = ({need!r},)
     @hookimpl
     def select_pods(self, warehouse, max_fetches):
         return send_pods(warehouse, max_fetches, lambda station, pods, wanted: pods[0])
-
 @define
 class Keeps:
     needs = ({need!r},)
@@ -523,7 +521,6 @@ def test_rules_that_send_nobody_to_chargers_are_refused_with_batteries(rule: str
     ("prepare = 'fast'", "has prepare = 'fast'; expected a method"),
 )
 def test_a_trait_of_the_wrong_type_is_refused(install: Callable[..., None], trait: str, sentence: str) -> None:
-    """When the rule is loaded, with one sentence that names it and says what would be right."""
     rule = f"@define\nclass Odd:\n    {trait}\n    @hookimpl\n    def select_pods(self):\n        return []\n"
     install("acme", {"odd": "acme_rules:Odd"}, acme_rules=rule)
     assert refusal(lambda: rmfs_core.run("examples/small", overrides=["rules.pps=odd"])).startswith(

@@ -156,7 +156,6 @@ def test_a_broken_trace_is_an_input_error(trace_file, change, line, problem) -> 
     ),
 )
 def test_a_field_of_another_type_is_named(trace_file: Path, line: str, problem: str) -> None:
-    """With the event, what was found there and what would be right; a truth value is no number."""
     rewrite(trace_file, lambda lines: [lines[0], line, *lines[1:]])
     assert refusal(lambda: read_trace(trace_file)) == f"{trace_file}, line 2: {problem}"
 

@@ -365,7 +365,6 @@ def drive(script: Any, steps: tuple[Any, ...]) -> None:
 
 @pytest.mark.parametrize(("kind", "steps"), [row[1:] for row in MISTAKES], ids=[row[0] for row in MISTAKES])
 def test_each_mistake_is_found_alone(new_script: Any, kind: str, steps: tuple[Any, ...]) -> None:
-    """A single mistake in a hand-written trace is that one kind of fault, and the robot is named."""
     script = new_script(ONE_WAY, robots=[(0, 0)], pods=[(3, 3), (3, 2)])
     drive(script, steps)
     faults = faults_of(script.trace())

@@ -213,7 +213,7 @@ def alter_metric(folder: Path) -> None:
 code_of = partial(exit_code, "validate")
 
 
-def test_a_good_run(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_good_run_and_one_with_a_fault(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert code_of(str(copied)) == 0
     first, second = capsys.readouterr().out.splitlines()
     assert first.startswith("no faults in ")
@@ -228,6 +228,11 @@ def test_a_good_run(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert code_of(str(copied), "--json") == 1
     (fault,) = json.loads(capsys.readouterr().out)["faults"]
     assert fault["kind"] == "metric"
+    assert code_of(str(copied)) == 1
+    out = capsys.readouterr().out
+    assert "metric" in out
+    assert "picks is reported as" in out
+    assert "1 fault in " in out
 
 
 def test_a_trace_of_another_version(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -243,15 +248,6 @@ def test_the_trace_alone(copied: Path, capsys: pytest.CaptureFixture[str]) -> No
     (copied / "result.json").unlink()
     assert code_of(str(copied / "trace.jsonl.gz")) == 0
     assert "no result.json" in capsys.readouterr().out
-
-
-def test_faults_are_shown(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    alter_metric(copied)
-    assert code_of(str(copied)) == 1
-    out = capsys.readouterr().out
-    assert "metric" in out
-    assert "picks is reported as" in out
-    assert "1 fault in " in out
 
 
 def test_many_faults_are_cut_off(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -468,5 +464,4 @@ def test_a_map_is_read_from_the_header(tmp_path: Path) -> None:
     (lambda t: says(t, "robots", count=-1), "nothing can be run as the scenario says: header of the trace"),
 )
 def test_other_starts_are_told(recorded: Trace, change: Callable[[Trace], Trace], sentence: str) -> None:
-    """With what there is and what there would be."""
     assert [told for told in faults(change(recorded)) if told.startswith(sentence)]
