@@ -1,4 +1,4 @@
-"""What ends a run: rules and observers that raise or take too long, and impossible decisions."""
+"""Ends of runs: rules and observers that raise or take too long, and impossible decisions."""
 
 import os
 import re
