@@ -262,7 +262,7 @@ SHOWN = (
     *("Inbound", "Requests", "Picks"),
     *("Rule set", "Pairs", "Mean", "Difference", "Relative", "p (Holm)", "Runs", "Complete", "Partial", "Failed"),
     *("Stood still", "Stopped early", "x bound", "Times the bound", "Interval", "Seeds", "Verdict"),
-    *("Free", "Not covered", "Queue room", "Inbound pods", "Order", "Waits", "Drive", "New visits", "Unused"),
+    *("Free", "Not covered", "Queue free", "Inbound pods", "Order", "Waits", "Drive", "New visits", "Unused"),
     *("Visits + 2 unused", "Objective", "Bound", "Period"),
     *("Scenario", "Experiment", "Metric", "Event", "Trace", "Recorder", "Fault", "Hook", "Observer", "Inline rule"),
     *("Due in", "Priority", "Where the time went", "Effort"),

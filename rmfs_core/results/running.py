@@ -83,7 +83,7 @@ def run(
         ``"failed"``, and is saved in ``out`` like any other.
     """
     if record and out is None:
-        raise InputError(record[0], "what is recorded needs a folder to be written to; expected `out` with it")
+        raise InputError(record[0], "recordings need a folder to be written to; expected `out`, too")
     resolved = _resolve(scenario, seed, overrides)
     resolved = evolve(resolved, rules=with_objects(resolved.rules, rules or {}))
     recorders, standing = make_recorders(record), make_observers()

@@ -354,7 +354,7 @@ def bind(
         called = created[key].traits.hook(role)
         if role is Role.PP and called not in marked_methods(rule):
             reserves = created[key].traits.reserves
-            raise InputError(place, f"{name} has reserves = {reserves!r} and no hook `{called}`, which that goes with")
+            raise InputError(place, f"{name} has reserves = {reserves!r} and no hook `{called}`; expected both")
         created[key].hooks.add(called)
         ones.append(created[key])
     manager = new_manager()

@@ -153,8 +153,8 @@ class InstanceSection:
         15,
         check=at_least(1, MOST_ORDERS),
     )
-    lines: tuple[float, ...] | None = key("Weights of orders of 1, 2, ... lines, in place of the geometric ones", None)
-    demand: SkuDemand | None = key("Demand of SKUs, in place of the geometric one", None)
+    lines: tuple[float, ...] | None = key("Weights of orders of 1, 2, ... lines, instead of the geometric ones", None)
+    demand: SkuDemand | None = key("Demand of SKUs, instead of the geometric one", None)
     due: Due | None = key("When generated orders are due; left out: whenever", None)
     departures: Departures | None = key("When trucks leave, which is when orders are due; left out: no truck", None)
     start: str | None = key("Time 0 in ISO 8601; left out: midnight, before the first date of the orders' file", None)
@@ -357,7 +357,7 @@ class StationsSection:
         None,
     )
     release: str = key(
-        "An order is complete, and its place free, when its last item is `picked` or, as in RAWSim-O, `handled`",
+        "An order is complete, and its capacity free, when its last item is `picked` or, as in RAWSim-O, `handled`",
         "handled",
         check=OneOf("picked", "handled"),
     )
@@ -389,19 +389,19 @@ class PackingSection:
     """Packing stations, where split orders come together in boxes. Times of conveyors and of putting are assumed."""
 
     stations: int | None = key("Their number; left out: one for each `P` of the map, or else 1", None, check=MANY)
-    boxes: int = key("Boxes of each: split orders that it has room for", 78, check=MANY)
+    boxes: int = key("Boxes of each: split orders that it holds", 78, check=MANY)
     packers: int = key("Packers at each", 4, check=MANY)
     sorters: int = key("Those at each who put parts into boxes; 0: packers do", 0, check=at_least(0, MOST_PODS))
     conveyor_s: float | None = key("Time from any picking station; left out: 60", None, unit="s", check=MAYBE_NO_TIME)
     conveyor_speed_m_per_s: float | None = key(
-        "In place of it, the speed along rows and columns of a map with packing stations (`P`)",
+        "Instead of it, the speed along rows and columns of a map with packing stations (`P`)",
         None,
         unit="m/s",
         check=MOVING,
     )
     tote: str = key(
-        "What goes into one tote: a `part`, all that a picking station picks of an order until the order's place there "
-        "is free, or, of split orders, what it picks in one `visit` of a pod",
+        "What goes into one tote: a `part`, all that a picking station picks of an order until its capacity there is "
+        "free, or, of split orders, what it picks in one `visit` of a pod",
         "part",
         check=OneOf("part", "visit"),
     )
@@ -452,13 +452,13 @@ class RulesSection:
 
     poa: RuleChoice | None = key("Pick order assignment: orders to stations", None)
     pps: RuleChoice | None = key("Pick pod selection: pods to stations", None)
-    poa_pps: RuleChoice | None = key("A joint rule for both, in place of `poa` and `pps`", None)
+    poa_pps: RuleChoice | None = key("A joint rule for both, instead of `poa` and `pps`", None)
     pr: RuleChoice = key("Pod repositioning: where a pod goes back to", RuleChoice("nearest"))
     ta: RuleChoice = key("Task allocation: tasks to robots", RuleChoice("balanced"))
     pp: RuleChoice = key("Path planning", RuleChoice("sipp"))
     roa: RuleChoice | None = key("Replenishment order assignment: bundles to replenishment stations", None)
     rps: RuleChoice | None = key("Replenishment pod selection: bundles to pods", None)
-    roa_rps: RuleChoice | None = key("A joint rule for both, in place of `roa` and `rps`", None)
+    roa_rps: RuleChoice | None = key("A joint rule for both, instead of `roa` and `rps`", None)
     activate: RuleChoice | None = key("Activation: which stations take orders; left out: all that are open", None)
     idle: RuleChoice | None = key("Robots without a task: where they rest and charge; left out: where they are", None)
     move: RuleChoice | None = key("Active repositioning: idle robots carry stored pods elsewhere; left out: none", None)

@@ -120,10 +120,10 @@ def _check_replaced(scenario: Scenario, data: Mapping[str, Any]) -> None:
         file, replaced = replaced_keys(getattr(scenario, name))
         for key in data.get(name, {}):
             if key in replaced:
-                raise KeyProblem(f"has no meaning with `{name}.{file}`; leave one of them out", (name, key))
+                raise KeyProblem(f"has no effect with `{name}.{file}`; leave one of them out", (name, key))
     for key in data.get("rules", {}) if scenario.packing is None else ():
         if key in PACKING_RULES:
-            raise KeyProblem("has no meaning without a section `packing`; leave it out", ("rules", key))
+            raise KeyProblem("has no effect without a section `packing`; leave it out", ("rules", key))
 
 
 def _check_rule_names(scenario: Scenario) -> None:

@@ -240,7 +240,7 @@ def _numbers(answer: object, known: Container[str]) -> dict[str, float | None]:
         if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
             raise ImpossibleError(f"named a metric {shown_short(name)}; expected letters, digits and underscores")
         if name in known:
-            raise ImpossibleError(f"named a metric {name!r}, which there is already")
+            raise ImpossibleError(f"named a metric {name!r}, which exists already")
         plain = isinstance(number, int | float) and not isinstance(number, bool) and abs(number) < 1 << 63
         if number is not None and not plain:
             told = f"measured {name} = {shown_short(number)}"

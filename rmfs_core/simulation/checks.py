@@ -89,7 +89,7 @@ def trip(warehouse: Warehouse, given: decisions.PodTrip) -> tuple[Pod, Station]:
     pod = known("pod", given.pod, warehouse.pods)
     station = known("station", given.station, warehouse.picking)
     if station.id in pod.bound_for:
-        raise ImpossibleError(f"sent pod {pod.label} to station {station.label}, where it already is or is bound for")
+        raise ImpossibleError(f"sent pod {pod.label} to station {station.label}, but it is there or bound for it")
     return pod, station
 
 
@@ -208,11 +208,11 @@ def rest(warehouse: Warehouse, given: decisions.RobotMove) -> tuple[Robot, int, 
     elif not charges and cell not in layout.storage_locations:
         problem = "no storage location or charger"
     elif cell in warehouse.taken_cells():
-        problem = "where another robot or pod is or goes, or a pod is to be fetched, or the robot is"
+        problem = "which a robot or pod occupies or is bound for"
     elif not 0 <= share <= 1:
         problem = f"until its charge is {share}; expected a share from 0 to 1"
     elif not charges and (robot.low or share):
-        problem = f"no charger; its charge is {robot.charge or 0:.3f}, and it was to go where it charges"
+        problem = f"no charger; expected one, at a charge of {robot.charge or 0:.3f}"
     if problem:
         raise ImpossibleError(f"sent robot {robot.label} to rest in cell {cell}, {problem}")
     return robot, cell, share

@@ -271,7 +271,7 @@ class Travel:
         """
         table = self.ways_to(goal, loaded)
         if table[cell, heading] >= clock.far(table):
-            raise ValueError(f"no way from {self.layout.where(cell)} to {self.layout.where(goal)}")
+            raise ValueError(f"no path from {self.layout.where(cell)} to {self.layout.where(goal)}")
         ends = self._search.descend(cell, heading, goal, table, *self._grid(goal, loaded))
         return tuple(Leg(int(end)) for end in ends)
 

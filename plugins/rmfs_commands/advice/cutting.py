@@ -58,7 +58,7 @@ def cut(scenario: Scenario, hours: float | None) -> Cut:
     ticks = sorted(order.arrival_tick for order in orders)
     if not ticks:
         place = "instance.orders" if scenario.instance.orders_file is None else "instance.orders_file"
-        raise InputError(place, "found no orders; expected some, by which rule sets can be compared")
+        raise InputError(place, "found no orders; expected at least one, to compare rule sets")
     begin = max(ticks[0], round((scenario.run.warmup_s or 0) * TICKS_PER_S), begins_at(scenario))
     zero = Calendar(scenario.instance.start).time_of_day()
     trucks = [order.due_tick for order in orders if order.due_tick is not None and order.arrival_tick >= begin]

@@ -330,7 +330,7 @@ def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[st
     if getattr(poa.instance, "max_wait_s", 0) is not None:
         return []
     return [
-        "Note: stations count items, so room gets free in small pieces that only small orders fit, and "
+        "Note: stations count items, so capacity becomes free in small amounts that fit only small orders; "
         f"large ones wait; parameter `max_wait_s` of {poa.name} limits how long, and `stations.order_capacity` counts "
         "orders instead."
     ]

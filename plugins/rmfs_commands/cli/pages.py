@@ -43,7 +43,7 @@ def check_target(file: Path | None) -> None:
     except OSError as error:
         raise InputError(str(file), f"cannot be written: {error.strerror}; expected the name of a new file") from None
     if not page:
-        raise InputError(str(file), "is there, and is no page; expected a new name, or that of a page to replace")
+        raise InputError(str(file), "exists, and is no page; expected a new name, or that of a page to replace")
 
 
 def embedded(svg: bytes) -> str:

@@ -74,7 +74,7 @@ def print_summary(console: Console, name: str, result: Result) -> None:
 
 PARTS = {
     "stock": "waiting for stock",
-    "room": "waiting for room at a station",
+    "room": "waiting for station capacity",
     "robot": "waiting for a robot",
     "pod": "waiting for the pod",
     "driving": "driving",

@@ -54,13 +54,13 @@ LIMITS: Mapping[str, tuple[str, str]] = {
     "pickers": ("busy with other items", "one more station"),
     "robots": ("none was free", "one more robot"),
     "chargers": ("robots charged or waited for it", "one more charger"),
-    "queues": ("no room for pods, pickers had none", "longer queues (`stations.queue_length`)"),
+    "queues": ("queues full, pickers without a pod", "longer queues (`stations.queue_length`)"),
     "spread": ("other stations had less to pick", "rules that spread the orders evenly"),
     "held": ("held back, no station was given them", "rules that assign them earlier"),
     "stock": ("the pods held too little", "stock that never lacks"),
     "hours": ("stations closed or robots off duty", "stations and robots at all hours"),
     "closed": ("`rules.activate` had stations closed", "a rule that opens more stations"),
-    "room": ("stations were full, with robots free", "more room (`stations.item_capacity`)"),
+    "room": ("stations were full, with robots free", "more capacity (`stations.item_capacity`)"),
     "pods": ("pods were elsewhere, robots free", "the same SKUs on more pods"),
 }
 """Causes that there could be less of: what happened meanwhile, and what would help. Those besides are ``driving`` and

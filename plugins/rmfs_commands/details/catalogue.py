@@ -125,7 +125,7 @@ DETAILS: tuple[Metric, ...] = (
     ),
     Metric(
         "waiting_for_room_per_visit_s",
-        "  for room at the station",
+        "  for a free queue cell",
         "s",
         1,
         "The part of it that robots spend under their pods until the station's queue has room; the rest is traffic.",

@@ -30,7 +30,7 @@ def changes_of(table: Mapping[str, Any]) -> dict[str, Any]:
     for key, value in table.items():
         for dotted, entry in _descend(Scenario, (), key.split("."), value):
             if dotted in found:
-                raise KeyProblem("is there twice", tuple(dotted.split(".")))
+                raise KeyProblem("found this key twice; expected it once", tuple(dotted.split(".")))
             found[dotted] = entry
     return found
 

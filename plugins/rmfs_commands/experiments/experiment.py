@@ -252,7 +252,7 @@ class Experiment:
     def _check_columns(self, columns: Collection[str]) -> None:
         for axis in self.axes:
             if axis.name in columns:
-                raise InputError(f"axes.{axis.name}", "the table has another column of that name; expected another one")
+                raise InputError(f"axes.{axis.name}", "the summary has a column of that name; expected another name")
 
     def jobs(self, *, allow_inline_rules: bool = True) -> list[Job]:
         """Return every run, by instance, rule set and seed.
@@ -365,5 +365,5 @@ def _check_distinct(key: str, names: Sequence[object]) -> None:
     seen: set[object] = set()
     for name in names:
         if name in seen:
-            raise InputError(key, f"{name} is there twice; expected different ones")
+            raise InputError(key, f"found {name} twice; expected each once")
         seen.add(name)

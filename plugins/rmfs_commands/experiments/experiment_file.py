@@ -220,7 +220,7 @@ def _rule_sets(value: Any) -> Iterator[RuleSetChoice]:
             labels = " + ".join(map(label_of, choice))
             whole = ": ".join(part for part in (name, labels) if part)
             if whole in names:
-                raise KeyProblem(f"{whole} is there twice; expected different ones", ("rule_sets", place))
+                raise KeyProblem(f"found {whole} twice; expected each once", ("rule_sets", place))
             names.add(whole)
             yield RuleSetChoice(whole, changes | dict(zip(several, choice, strict=True)))
 

@@ -56,7 +56,7 @@ def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenar
         section, *rest = override.path
         file, replaced = replaced_keys(getattr(scenario, section))
         if rest and rest[0] in replaced:
-            raise InputError(f"{place}, {'.'.join(override.path)}", f"has no meaning with `{section}.{file}`")
+            raise InputError(f"{place}, {'.'.join(override.path)}", f"has no effect with `{section}.{file}`")
     folders = {os.path.realpath(named_in): named_in for named_in in _folders(scenario, changes, folder)}
     if len(folders) > 1:
         raise InputError(

@@ -51,7 +51,7 @@ class DecisionEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         allow_inline_rules: bool = True,
     ) -> None:
         if isinstance(overrides, str):  # a sequence of letters
-            raise InputError("overrides", f"found {shown_short(overrides)}; expected a list of texts such as it")
+            raise InputError("overrides", f"found {shown_short(overrides)}; expected a list of such texts")
         if isinstance(scenario, Scenario) and overrides:
             raise InputError("overrides", "expected a scenario file with them; change a Scenario with attrs.evolve")
         self.scenario = load_scenario(scenario, overrides, seed) if not isinstance(scenario, Scenario) else scenario

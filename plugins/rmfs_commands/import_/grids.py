@@ -163,4 +163,4 @@ def _weight(text: str, place: str) -> float | None:
         return None
     if re.fullmatch(r"[0-9]{1,9}(\.[0-9]{0,12})?", text):
         return float(text)
-    raise InputError(place, f"expected a weight such as 1, or inf where there is no way, found {shown_short(text)}")
+    raise InputError(place, f"expected a weight such as 1, or inf where there is no passage, found {shown_short(text)}")

@@ -144,7 +144,7 @@ def levels(
         found[sku.name] = point, point + sku.bundle
         space += found[sku.name][1] * sku.weight
     if not weight or space > capacity:
-        notes.add("SKUs whose bundles have no room on pods all at once", len(wanted), "stock is not filled up")
+        notes.add("SKUs whose bundles do not all fit on pods at once", len(wanted), "stock is not filled up")
         return None
     notes.add("levels of all stock at which bundles come", 1, "levels of each SKU (skus.csv)")
     return Supply({sku.name: sku.weight for sku in wanted}, max(sku.bundle for sku in wanted), levels=found)

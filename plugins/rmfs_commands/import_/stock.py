@@ -52,7 +52,7 @@ def drawn_contents(setting: Setting, skus: Sequence[Sku], capacity: Sequence[flo
     shelves, load, wanted, missed, stored = _Shelves(capacity), 0.0, setting.stocked * sum(capacity), 0, 0
     weightless = all(sku.weight == 0 for sku in skus)
     if weightless or wanted > 1e9:
-        raise InputError(place, "found pods that hold bundles without end; expected a capacity and weights of items")
+        raise InputError(place, "found pods of unlimited capacity; expected a capacity and weights of items")
     while load < wanted and missed < MISSES:
         for i in rng.choice(len(skus), AT_ONCE, p=shares / shares.sum()):
             sku = skus[i]
@@ -64,9 +64,7 @@ def drawn_contents(setting: Setting, skus: Sequence[Sku], capacity: Sequence[flo
             else:
                 missed += 1
         if stored > MOST_BUNDLES:
-            problem = (
-                f"found room for more than {MOST_BUNDLES:,} bundles on pods; expected fewer, as weights of items say"
-            )
+            problem = f"found pods that can hold over {MOST_BUNDLES:,} bundles; expected fewer (by item weights)"
             raise InputError(place, problem)
     return shelves.contents
 
@@ -210,7 +208,7 @@ def stored_bundles(
             coming.append((time, sku, items))
     if not later:
         notes.add("bundles that arrive during the run", len(found.bundles) - without_room, "on pods at the start")
-    notes.add("bundles that no pod has room for", without_room)
+    notes.add("bundles that fit on no pod", without_room)
     wanted: dict[str, int] = {}
     for _, lines in found.orders:
         for sku, items in lines:

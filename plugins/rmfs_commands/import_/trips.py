@@ -165,7 +165,7 @@ def _locations(file: Path, number: int | None) -> list[list[int]]:
     lines = [(i, line) for i, line in enumerate(read_text(file).splitlines(), 1) if line.strip() and line[0] != "#"]
     read = [[_location(text, f"{file}, line {i}") for text in line.split(",") if text.strip()] for i, line in lines]
     if not read or len(read[0]) != 1:
-        raise InputError(str(file), "expected how many there are in the first line, and a line of locations for each")
+        raise InputError(str(file), "expected the number of entries in the first line, then one line for each")
     wanted = read[0][0] if number is None else number
     if min(wanted, read[0][0], len(read) - 1) < wanted:
         found = min(read[0][0], len(read) - 1)

@@ -155,7 +155,7 @@ class _Graph:
             cell = self.cells[number]
             for other in point.ways:
                 if other not in points:
-                    raise InputError(point.place, f"a way leads to waypoint {other}; there is none of that number")
+                    raise InputError(point.place, f"found a path to waypoint {other}, which does not exist")
                 to = self.cells[other]
                 if bit := bits.get((to % self.width - cell % self.width, to // self.width - cell // self.width)):
                     self.ways[cell] = self.ways.get(cell, 0) | bit
@@ -306,7 +306,7 @@ def _grid(
     for number, (column, row) in found.items():
         cell = (row - north) * width + column - west
         if (other := taken.setdefault(cell, number)) != number:
-            raise InputError(points[number].place, f"found waypoints {other} and {number} in one place; expected one")
+            raise InputError(points[number].place, f"found waypoints {other} and {number} at one point; expected one")
         cells[number] = cell
     return cells, width, height, (west + off_x, north + off_y)
 

@@ -230,7 +230,7 @@ def read_orders(
     column_of_routes = None if departures is None else departures.column
     if departures is not None and column_of_routes is not None:
         if column_of_routes in (*ORDER_COLUMNS, *read):
-            problem = f"found `{column_of_routes}`, which says something else; expected a column of routes"
+            problem = f"found `{column_of_routes}`, which has another meaning; expected a column of routes"
             raise InputError("instance.departures.column", problem)
         read[column_of_routes] = partial(_route, departures)
 
@@ -267,7 +267,7 @@ def read_orders(
             wrong(InputError(f"{file}, line {line}, {column}", problem))
         elif cancelled is not None and cancelled < arrival:
             column = "cancelled" if "cancelled" in row else "cancelled_s"
-            problem = f"found {row[column]}; expected no time before the order arrives, or nothing"
+            problem = f"found {row[column]}; expected a time not before the order arrives, or nothing"
             wrong(InputError(f"{file}, line {line}, {column}", problem))
         else:
             later: dict[str, Any] = {"due_tick": due, "cancelled_tick": cancelled}
@@ -300,7 +300,7 @@ def _read_pods(file: Path, wrong: Wrong) -> dict[str, tuple[Place | None, dict[s
         place = _place(row, file, line) if any(column in row for column in PLACE_COLUMNS) else None
         (first, contents), sku = pods.setdefault(row["pod"], (place, {})), row["sku"]
         if place and first and place[:2] != first[:2]:
-            raise InputError(place[2], f"found row {place[0]}, column {place[1]}; the pod stands where {first[2]} says")
+            raise InputError(place[2], f"found row {place[0]}, column {place[1]}; expected the location of {first[2]}")
         held = contents.get(sku, 0)
         if items != 0 or sku in contents:
             contents[sku] = None if held is None or items is None else held + items

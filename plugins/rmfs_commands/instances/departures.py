@@ -52,7 +52,7 @@ def departing(instance: Instance, scenario: Scenario) -> Instance:
     if section.arrivals.backlog is not None:
         raise InputError(PLACE, 'expected none with arrivals of process "refill", whose times nobody knows beforehand')
     if dated := [order.name for order in instance.orders if order.due_tick is not None]:
-        raise InputError(PLACE, f"found a due time of order {dated[0]} besides; expected the one or the other")
+        raise InputError(PLACE, f"found a due time of order {dated[0]}, too; expected one of them")
     if given.column is not None and section.orders_file is None:
         raise InputError(f"{PLACE}.column", "expected it with `instance.orders_file`, where that column is")
     trucks = trucks_of(given, Calendar(section.start).time_of_day())

@@ -117,7 +117,7 @@ def write_project(rule: NewRule, into: str | Path) -> Path:
     rule.check_free()
     texts = project_files(rule)
     if os.path.lexists(folder):
-        raise InputError(str(folder), "is there already; expected a name that is free in the folder")
+        raise InputError(str(folder), "exists already; expected another name")
     try:
         with TemporaryDirectory(prefix=".new-rule.", dir=output_folder(into)) as beside:
             project = Path(beside) / rule.name

@@ -130,7 +130,7 @@ def hall_legend(
         (counted(picking, "picking station"), picking, square.format("pick")),
         (counted(layout.replenishing, "replenishment station"), layout.replenishing, square.format("store")),
         (counted(len(layout.packing), "packing station"), len(layout.packing), square.format("pack")),
-        (f"queues with room for {waiting:,} pods", waiting, square.format("lane") + _sign(0)),
+        (f"queues for {waiting:,} pods", waiting, square.format("lane") + _sign(0)),
         ("one-way aisles", _one_way(layout), square.format("way") + _sign(0)),
         ("walls", bool((layout.kind == CellKind.WALL).any()), square.format("wall")),
         (counted(len(layout.chargers), "charger"), len(layout.chargers), square.format("charge")),

@@ -153,7 +153,7 @@ def _check_reach(roads: Roads, trips: Sequence[Any], place: str) -> None:
     for number, trip in enumerate(trips, 1):
         start, goal = roads.layout.where(trip.start), roads.layout.where(trip.goal)
         if roads.travel.ticks(trip.start, NORTH, trip.goal, False) >= UNREACHABLE:
-            raise InputError(place, f"no way from {start} to {goal}, the trip of robot {number}")
+            raise InputError(place, f"robot {number} has no path from {start} to {goal}")
         for end, cell, where in (("start", trip.start, start), ("goal", trip.goal, goal)):
             if (end, cell) in seen:
                 raise InputError(place, f"robots {seen[end, cell]} and {number} have the same {end}, {where}")

@@ -39,6 +39,6 @@ def random_trips(roads: Roads, robots: int, seed: int, place: str) -> tuple[Trip
     if len(trips) < robots:
         raise InputError(
             place,
-            f"found room for {counted(len(trips), 'robot')} with start and goal; expected {robots}",
+            f"found starts and goals for {counted(len(trips), 'robot')}; expected {robots}",
         )
     return tuple(trips)

@@ -101,7 +101,7 @@ def _result(file: Path, start: Trace) -> tuple[Mapping[str, Any], Sequence[str]]
         return {}, ()
     found, told = content.get("scenario"), start.scenario
     if different := _difference(found, told, ""):
-        raise InputError(str(result), f"is of another run than {file.name}: {different}; expected what one run wrote")
+        raise InputError(str(result), f"is of another run than {file.name}: {different}; expected files of one run")
     said: Any = content
     for key in ("summary", "bottleneck", "says"):
         said = said.get(key) if isinstance(said, Mapping) else None

@@ -32,7 +32,7 @@ ROBOTS = {
     "station": ("at the station", 3),
     "storing": ("storing", 9),
     "queue": ("in the queue", 5),
-    "waiting": ("waiting for others or room", 2),
+    "waiting": ("waiting for robots or a queue cell", 2),
     "to_rest": ("to rest", 10),
     "charging": ("charging", 4),
     "moving_pods": ("moving pods", 7),

@@ -83,7 +83,7 @@ def read_run(folder: Path) -> Run:
     departures = None if result.scenario.instance.departures is None else _table(folder / DEPARTURES)
     orders = [row["order"] for row in result.orders]
     if sorted(orders) != sorted(row["order"] for row in delays):
-        raise InputError(str(folder / DELAYS), "has other orders than orders.csv; expected what one run wrote")
+        raise InputError(str(folder / DELAYS), "has other orders than orders.csv; expected files of one run")
     replay = floor = recording = None
     if (folder / TRACE_FILE).exists():
         floor = Floor(to_ticks(result.scenario.run.warmup_s or 0))
@@ -101,7 +101,7 @@ def _table(file: Path) -> list[Row]:
             reader = csv.DictReader(stream, strict=True)
             missing = [name for name in COLUMNS[file.name] if name not in (reader.fieldnames or ())]
             if missing:
-                raise InputError(f"{file}, line 1", f"has no column {missing[0]}; expected what `rmfs run` writes")
+                raise InputError(f"{file}, line 1", f"has no column {missing[0]}; expected a file of `rmfs run`")
             try:
                 return [{name: _value(name, text) for name, text in row.items()} for row in reader]
             except (ValueError, TypeError, csv.Error) as error:
@@ -110,7 +110,7 @@ def _table(file: Path) -> list[Row]:
     except UnicodeDecodeError as error:
         raise InputError(str(file), f"expected UTF-8 text: {error}") from error
     except OSError as error:
-        problem = f"cannot be read: {error.strerror or error}; expected what `rmfs run` writes"
+        problem = f"cannot be read: {error.strerror or error}; expected a file of `rmfs run`"
         raise InputError(str(file), problem) from error
 
 

@@ -87,7 +87,7 @@ def packing_tables(rows: Rows, paper: Mapping[str, Exhibit]) -> list[Table]:
             relative(select(rows, rule_set=rule_set), sequential, metric("psv_per_order")),
         )
         for label, key, rule_set in (
-            ("room for 10 split orders", "limited", "packing-10"),
+            ("packing capacity 10", "limited", "packing-10"),
             ("no limit", "unlimited", UNFILTERED),
         )
     ]

@@ -227,7 +227,7 @@ def output_folder(path: str | Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError) as error:
-        raise InputError(str(folder), "found a file in the way; expected a folder, or nothing") from error
+        raise InputError(str(folder), "found a file; expected a folder, or a new name") from error
     except OSError as error:
         raise InputError(str(folder), f"cannot be made: {error.strerror or error}") from error
     if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):

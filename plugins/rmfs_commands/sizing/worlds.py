@@ -76,7 +76,7 @@ class Worlds:
         least, most = (fixed, fixed) if self.on_a_map else stations or (1, TIMES[0] * fixed)
         few, many = robots or (1, min(TIMES[1] * self.scenario.robots.count, self.places))
         if many > self.places:
-            raise InputError("--robots", f"found {many:,}; the layout has {self.places:,} places to park them")
+            raise InputError("--robots", f"found {many:,}; the layout has {self.places:,} storage locations")
         return _numbers("--stations", least, most), (few, many)
 
     @property

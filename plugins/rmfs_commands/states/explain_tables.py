@@ -201,9 +201,9 @@ def _stations(opened: OpenState) -> Table:
         *(("Bundles",) if stores else ()),
         "Requests",
         "Not covered",
-        "Queue room",
+        "Queue free",
         "Inbound pods",
-        right=("Free", *(("Bundles",) if stores else ()), "Requests", "Not covered", "Queue room"),
+        right=("Free", *(("Bundles",) if stores else ()), "Requests", "Not covered", "Queue free"),
     )
     for station in opened.warehouse.stations:
         there = set(station.pods_in_line)

@@ -37,7 +37,7 @@ def memories(rules: Any) -> dict[str, Any]:
             kept = [field.name for field in attrs.fields(kind) if not field.init]
             if kept:
                 expected = "expected a rule that remembers nothing, or has the methods `memory` and `remember`"
-                found_ = f"{rule.describe()} remembers what no state tells ({kept[0]})"
+                found_ = f"{rule.describe()} keeps data that no state holds ({kept[0]})"
                 raise InputError(f"rules.{rule.role.key}", f"{found_}; {expected}")
     return found
 
@@ -49,5 +49,5 @@ def remind(rules: Any, memory: Mapping[str, Any], warehouse: Any) -> None:
             try:
                 rule.instance.remember(memory[label], warehouse)
             except (TypeError, ValueError, KeyError, AttributeError) as error:
-                problem = f"expected what {rule.describe()} has written, found something else"
+                problem = f"expected the memory that {rule.describe()} writes, found other data"
                 raise InputError(f"run.memory.{label}", problem) from error

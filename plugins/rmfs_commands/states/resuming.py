@@ -42,7 +42,7 @@ def _told(driving: Any, tick: int, event: simpy.Event) -> Going | None:
     if not isinstance(going, Going):
         if hasattr(driving, "registered"):
             return None
-        raise InputError("run.until_s", f"at {to_seconds(tick)} s something ends that no state can tell of")
+        raise InputError("run.until_s", f"at {to_seconds(tick)} s something ends that a state cannot hold")
     robot = going.robot or 0
     legs = tuple((cell, wait) for cell, wait in _legs_left(driving, robot)) if going.kind in ("leg", "wait") else ()
     if going.kind == "leg":

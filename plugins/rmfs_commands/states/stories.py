@@ -267,11 +267,11 @@ def _why_not_chosen(warehouse: WarehouseView, order: Order, did: str) -> str:
     if not stations:
         return "all stations were closed"
     items, kind = order.open_items, "" if len(stations) == len(warehouse.stations) else "open "
-    no_room = f"no {kind}station had room for its {items} open item{'s' if items > 1 else ''}"
+    no_room = f"no {kind}station could take its {items} open item{'s' if items > 1 else ''}"
     # What a rule that splits orders could have done, too; whether this one does, the recording does not tell.
     least = min(line.quantity for line in order.open_lines)
     some = any(station.free_capacity >= least for station in stations if not station.counts_orders)
-    return f"{no_room}, only for some of them" if some else no_room
+    return f"{no_room}, only some of them" if some else no_room
 
 
 def _serves(decision: Recorded, trip: Mapping[str, str]) -> str:

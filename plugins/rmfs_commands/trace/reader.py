@@ -116,7 +116,7 @@ class TraceStream:
                 self.tick, self.status = _end(place, line)
                 extra = next(self._lines, None)
                 if extra is not None:
-                    raise InputError(extra[0], "found a line behind the end; expected nothing")
+                    raise InputError(extra[0], "found a line after the event 'end'; expected none")
                 return
             self._place = place
             yield _event(place, line)
@@ -157,7 +157,7 @@ def fitting(file: Path, done: str) -> Iterator[None]:
     try:
         yield
     except (TypeError, KeyError, IndexError, AttributeError, ValueError, ArithmeticError) as error:
-        problem = f"what it says does not fit together, so that it cannot be {done}; expected what rmfs has recorded"
+        problem = f"the events contradict each other, so that it cannot be {done}; expected a trace by rmfs"
         raise InputError(str(file), f"{problem} ({one_line(error)})") from error
 
 

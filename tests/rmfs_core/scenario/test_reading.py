@@ -114,7 +114,7 @@ BAD_FILES = [
     ),
     (
         '[instance]\norders_file = "o"\npods_file = "p"\narrivals = { process = "day" }',
-        ", line 4, instance.arrivals: has no meaning with `instance.orders_file`; leave one of them out",
+        ", line 4, instance.arrivals: has no effect with `instance.orders_file`; leave one of them out",
     ),
     (
         '[instance]\norders_file = "o.csv"',

@@ -299,7 +299,7 @@ def test_what_an_override_replaces() -> None:
     assert load_scenario("paper-250", ["layout.map_file="]).stations.queue_length == 12
     given = ["stations.queue_length=3", "layout.map_file=hall.txt"]
     assert load_scenario("paper-250", given).stations.queue_length == 3
-    problem = r"^--set layout.block_rows=3: has no meaning with `layout.map_file`; leave one of them out$"
+    problem = r"^--set layout.block_rows=3: has no effect with `layout.map_file`; leave one of them out$"
     for order in (1, -1):
         with pytest.raises(InputError, match=problem):
             load_scenario("paper-250", ["layout.block_rows=3", "layout.map_file=hall.txt"][::order])

@@ -272,7 +272,7 @@ def test_what_observers_measure_is_put_together(tmp_path: Path) -> None:
     ({"walks per h": 3}, "named a metric 'walks per h'; expected letters, digits and underscores"),
     ({"größe": 3}, "named a metric 'größe'; expected letters, digits and underscores"),
     ({3: 3}, "named a metric 3; expected letters, digits and underscores"),
-    ({"runs": 3}, "named a metric 'runs', which there is already"),
+    ({"runs": 3}, "named a metric 'runs', which exists already"),
     ({"walks": "3"}, "measured walks = '3'; expected an int or float below 2^63, or None"),
     ({"walks": True}, "measured walks = True; expected an int or float below 2^63, or None"),
     ({"walks": float("inf")}, "measured walks = inf; expected an int or float below 2^63, or None"),
@@ -430,7 +430,7 @@ WRONG = [
     ("poa", "return [OrderAssignment(0, 0, skus=(0.0,))]", f"named SKU id 0.0; {NAMED}"),
     ("pps", "return [PodTrip(9, 0)]", "named pod 9, which does not exist; ids are 0 to 2"),
     ("pps", "return [PodTrip(-1, 0)]", "named pod -1, which does not exist; ids are 0 to 2"),
-    ("pps", "return [PodTrip(0, 0), PodTrip(0, 0)]", f"pod p (id 0) {POD}, where it already is or is bound for"),
+    ("pps", "return [PodTrip(0, 0), PodTrip(0, 0)]", f"pod p (id 0) {POD}, but it is there or bound for it"),
     ("pps", "return [PodTrip(2, 0)]", f"pod r (id 2) {POD}, but it holds no item of any request uncovered there"),
     (
         "pps",
@@ -603,7 +603,7 @@ def test_robots_without_a_task_rest_where_nobody_else_does(world: Warehouse) -> 
     world.bind(world.pods[0], world.stations[0])
     for cell in (free[0], world.pods[0].cell):
         world.reserve(cell) if cell in world.free_locations else None
-        assert "where another robot or pod is or goes" in impossible(checks.rest, world, RobotMove(0, cell))
+        assert "which a robot or pod occupies or is bound for" in impossible(checks.rest, world, RobotMove(0, cell))
     assert "no charger" in impossible(checks.rest, world, RobotMove(0, world.free_locations[3], 0.5))
     assert "is 2.0; expected a share from 0 to 1" in impossible(checks.rest, world, RobotMove(0, free[3], 2.0))
     world.send(one, world.free_locations[3])

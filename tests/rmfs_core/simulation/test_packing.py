@@ -321,7 +321,7 @@ def test_rules_of_packing_stations_need_some(tiny_run: Prepare) -> None:
     scenario = tiny_run(SINGLES, change=packing()).simulation.scenario
     assert scenario.rules.packing_task == RuleChoice("first-come")
     assert "pack" not in repr(scenario_to_dict(evolve(scenario, packing=None, folder=".")))
-    with pytest.raises(InputError, match=r"--set rules\.packing=least-reserved: has no meaning without"):
+    with pytest.raises(InputError, match=r"--set rules\.packing=least-reserved: has no effect without"):
         load_scenario("examples/small", ["rules.packing=least-reserved"])
 
 

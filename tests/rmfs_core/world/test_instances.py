@@ -17,7 +17,7 @@ from saying import said
 
 def test_what_instances_tell() -> None:
     assert OrderData("1", arrival_tick=0, lines=((0, 2), (3, 5))).items == 7
-    with pytest.raises(InputError, match=r"has no meaning with `instance.orders_file`"):
+    with pytest.raises(InputError, match=r"has no effect with `instance.orders_file`"):
         load_scenario("examples/from-csv", ["instance.generator=paper"])
 
 

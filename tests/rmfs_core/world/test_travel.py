@@ -177,7 +177,7 @@ def test_no_way_is_said() -> None:
     assert travel.nearest([(0, EAST), (7, NORTH)], 2, loaded=True) == 1
     assert travel.nearest([(5, EAST), (0, NORTH)], 2, loaded=True) == 0
     layout = parse_map("#.@#\n.qO.\n....\n@@@@\n#...", "split")
-    with pytest.raises(ValueError, match="no way from row 1, column 1 to row 5, column 1"):
+    with pytest.raises(ValueError, match="no path from row 1, column 1 to row 5, column 1"):
         Travel(layout, Motion()).fastest_path(0, NORTH, 16, loaded=False)
 
 

@@ -347,7 +347,7 @@ export function doing(names, phase, waits) {
     storing: () => `takes ${names.pod(phase.pod)} to storage`,
     setting_down: () => `sets ${names.pod(phase.pod)} down`,
   }[phase.phase]();
-  return waits ? `${said}; stands still, for others or for room` : said;
+  return waits ? `${said}; waits for other robots or a queue cell` : said;
 }
 
 /**

@@ -82,11 +82,11 @@ def test_equal_runs_have_equal_keys(one: Experiment) -> None:
 
 @cases(
     "changes problem",
-    ({"metrics": ("picks", "picks")}, "metrics: picks is there twice; expected different ones"),
+    ({"metrics": ("picks", "picks")}, "metrics: found picks twice; expected each once"),
     ({"by": ("instance.order",)}, 'by: there is no axis "instance.order" (did you mean `instance.orders`?)'),
     (
         {"axes": (Axis("pile_on", points("robots.count", 1)),)},
-        "axes.pile_on: the table has another column of that name; expected another one",
+        "axes.pile_on: the summary has a column of that name; expected another name",
     ),
 )
 def test_what_an_experiment_cannot_be_is_refused(one: Experiment, changes: dict[str, Any], problem: str) -> None:
@@ -235,7 +235,7 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ("seeds =", "seedz =", "seedz: unknown key (did you mean `seeds`?)"),
     ("seeds = [1, 2]", "", "seeds: this part is missing"),
     ("seeds = [1, 2]", "seeds = []", "line 3, seeds: expected at least one, found none"),
-    ("seeds = [1, 2]", "seeds = [1, 1]", "seeds: 1 is there twice"),
+    ("seeds = [1, 2]", "seeds = [1, 1]", "seeds: found 1 twice"),
     ("seeds = [1, 2]", "seeds = [1, -2]", "whole numbers >= 0"),
     ("seeds = [1, 2]", 'seeds = ["1"]', "whole numbers >= 0"),
     ("seeds = [1, 2]", "seeds = { first = 1, cuont = 2 }", "{ first = 1, count = 10 }"),
@@ -246,7 +246,7 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ("seeds = [1, 2]", "seeds = { first = 9223372036854775807, count = 2 }", "found 9223372036854775808"),
     ('baseline = "pod-match"', "", "baseline: this part is missing"),
     ('baseline = "pod-match"', 'baseline = "pod-mtach"', 'no rule set "pod-mtach" (did you mean `pod-match`?)'),
-    ('name = "first-come"', 'name = "pod-match"', "line 7, rule_sets[1]: pod-match is there twice"),
+    ('name = "first-come"', 'name = "pod-match"', "line 7, rule_sets[1]: found pod-match twice"),
     ('name = "first-come"', "", "expected a `name` in each [[rule_sets]], found none in number 2"),
     ("rules.poa =", "rules.pao =", 'rule set "first-come": unknown key (did you mean `poa`?)'),
     ("rules.poa =", "ruls.poa =", 'rule set "first-come": unknown key (did you mean `rules`?)'),
@@ -273,7 +273,7 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     (
         "[[rule_sets]]",
         '[axes]\nstatus = [{ label = "x", "robots.count" = 4 }]\n[[rule_sets]]',
-        "the table has another column of that name",
+        "the summary has a column of that name",
     ),
     (
         "[[rule_sets]]",
@@ -359,7 +359,7 @@ def test_nested_and_dotted_keys_are_the_same(table: dict[str, object], changes: 
 def test_a_key_that_is_there_twice_is_named() -> None:
     with pytest.raises(KeyProblem) as caught:
         changes_of({"robots.count": 4, "robots": {"count": 5}})
-    assert caught.value.problem.startswith("is there twice")
+    assert caught.value.problem.startswith("found this key twice")
     assert caught.value.path == ("robots", "count")
 
 
@@ -395,7 +395,7 @@ def test_files_in_two_folders_are_refused(folder: Path) -> None:
 
 
 def test_keys_that_would_be_ignored_are_refused() -> None:
-    with pytest.raises(InputError, match=r"instance.orders: has no meaning with `instance.orders_file`"):
+    with pytest.raises(InputError, match=r"instance.orders: has no effect with `instance.orders_file`"):
         resolve(load_scenario("examples/from-csv"), {"instance.orders": 3}, ".", "test")
 
 

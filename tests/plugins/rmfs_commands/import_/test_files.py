@@ -290,10 +290,10 @@ def test_pods_are_filled_to_their_share() -> None:
 def test_pods_that_hold_nothing_stay_empty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Bundles that fit nowhere are not there; pods without end, or for which it would take hours, are refused."""
     assert drawn_contents(SETTING, SKUS, [4.0, 3.0], "x") == [{}, {}]
-    with pytest.raises(InputError, match="found pods that hold bundles without end"):
+    with pytest.raises(InputError, match="found pods of unlimited capacity"):
         drawn_contents(SETTING, [Sku("s", 1, 0.0, 5)], [100.0], "x")
     monkeypatch.setattr(stock, "MOST_BUNDLES", 10_000)
-    with pytest.raises(InputError, match=r"^x: found room for more than 10,000 bundles on pods"):
+    with pytest.raises(InputError, match=r"^x: found pods that can hold over 10,000 bundles"):
         drawn_contents(SETTING, [Sku("s", 1, 1e-9, 1)], [100.0], "x")
 
 
@@ -351,7 +351,7 @@ def test_bundles_that_come_later_are_listed_by_arrival() -> None:
     assert contents == [{"s3": None}, {"s1": None}]
     assert coming == [(0.0, "s0", 3), (9.0, "s1", 9)]
     assert notes.taken == [
-        Note("bundles that no pod has room for", 1, "left out"),
+        Note("bundles that fit on no pod", 1, "left out"),
         Note("SKUs of which orders want more than bundles bring", 2, "never run out"),
     ]
 
@@ -411,7 +411,7 @@ def test_what_is_not_ordered_or_refilled() -> None:
     assert supply.levels == {"s0": (19, 24), "s1": (0, 10)}
     notes = Notes()
     assert levels(POISSON, SKUS, 19.0, {}, notes) is None
-    assert notes.taken == [Note("SKUs whose bundles have no room on pods all at once", 2, "stock is not filled up")]
+    assert notes.taken == [Note("SKUs whose bundles do not all fit on pods at once", 2, "stock is not filled up")]
 
 
 def test_bundles_and_pods_that_fit() -> None:

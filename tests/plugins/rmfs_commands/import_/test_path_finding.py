@@ -90,7 +90,7 @@ def test_wrong_maps_of_rhcr_are_refused(tmp_path: Path, text: str, message: str)
     (WEIGHTED.replace("None,1,1", "None,one,1"), ", line 7: expected a whole number, found 'one'"),
     (
         WEIGHTED.replace("0,0,1,", "0,0,-1,"),
-        ", line 4: expected a weight such as 1, or inf where there is no way, found",
+        ", line 4: expected a weight such as 1, or inf where there is no passage, found",
     ),
     (WEIGHTED + "4,Travel\n", ", line 8: found 2 fields; expected 10, as in line 3"),
 )
@@ -188,7 +188,7 @@ def test_one_way_cells_against_each_other_are_noted(tmp_path: Path) -> None:
         "a.json: found robots 1 and 3 both at location 0; expected a location of its own for each robot",
     ),
     ("3\n0\n2\n8\n", "1\n10,99\n", {}, "a.json: a task is at location 99, which is no free cell of"),
-    ("", "1\n10\n", {}, "a.agents: expected how many there are in the first line, and a line of"),
+    ("", "1\n10\n", {}, "a.agents: expected the number of entries in the first line, and"),
 )
 def test_wrong_problems_are_refused(tmp_path, agents, tasks, told, message) -> None:
     assert refusal(lambda: import_lorr(problem(tmp_path, agents, tasks, told))).startswith(f"{tmp_path}/{message}")

@@ -477,8 +477,8 @@ def test_a_dead_end_that_is_entered_stays_one() -> None:
 @cases(
     "number change message",
     (3, {"x": 3.6}, "x.xinst, line 3: found waypoint 3 at x 3.6, y 0.5, the first one at x 0.5, y 0.5; expected"),
-    (3, {"x": 1.5}, "x.xinst, line 3: found waypoints 1 and 3 in one place; expected one"),
-    (3, {"ways": (99,)}, "x.xinst, line 3: a way leads to waypoint 99; there is none of that number"),
+    (3, {"x": 1.5}, "x.xinst, line 3: found waypoints 1 and 3 at one point; expected one"),
+    (3, {"ways": (99,)}, "x.xinst, line 3: found a path to waypoint 99, which does not exist"),
     (3, {"x": 1e6 + 0.5}, "x.xinst: found 1,000,001 x 5 m; expected at most 1,000,000 cells of 1 m x 1 m"),
     (3, {"x": 1e5 + 0.5}, "x.xinst: found a map of 100,001 x 5 cells; expected at most 5,000 in a row or column"),
     (22, {"ways": ()}, "x.xinst, line 23: output station 0 has no queue; expected waypoints from which ways lead"),

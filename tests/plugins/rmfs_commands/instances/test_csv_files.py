@@ -126,7 +126,7 @@ def test_a_mistake_in_the_orders_is_one_sentence(orders: str, message: str, tmp_
     ),
     (
         "pod,sku,quantity,row,column\n1,a,3,2,5\n2,a,3,2,6\n1,b,3,2,6\n",
-        ", line 4: found row 2, column 6; the pod stands where {file}, line 2 says",
+        ", line 4: found row 2, column 6; expected the location of {file}, line 2",
     ),
 )
 def test_a_mistake_in_the_pods_is_one_sentence(pods: str, message: str, tmp_path: Path) -> None:

@@ -88,7 +88,7 @@ NEEDS = 'expected times of the day such as "14:00", or seconds from 0 to ten yea
     ("[instance.departures]\ntimes = {}\n", "found no route; expected at least one"),
     (ROUTES.replace("column", "#"), "found routes, but no order has one; expected `column`"),
     (ROUTES.replace("carrier", "carier"), "without `carier`"),
-    (ROUTES.replace("carrier", "sku"), "found `sku`, which says something else; expected a column of routes"),
+    (ROUTES.replace("carrier", "sku"), "found `sku`, which has another meaning; expected a column of routes"),
     (ROUTES.replace("south =", "sauth ="), "found south, which `instance.departures.times` has not (did you mean"),
     (LIST.format('"09:00"') + 'column = "carrier"\n', "expected a table of routes with `column`"),
 )
@@ -101,7 +101,7 @@ def test_wrong_departures_are_refused_in_a_sentence(tmp_path: Path, departures: 
 
 @cases(
     "override problem",
-    ("instance.due.allowance_s=9", "found a due time of order 1 besides; expected the one or the other"),
+    ("instance.due.allowance_s=9", "found a due time of order 1, too; expected one of them"),
     ('instance.arrivals={process="refill",backlog=3}', 'expected none with arrivals of process "refill"'),
     ('instance.departures.column="x"', "expected it with `instance.orders_file`, where that column is"),
 )

@@ -56,7 +56,7 @@ def test_a_folder_whose_name_is_no_text(tmp_path: Path, monkeypatch: pytest.Monk
     (["Bad Name", "--decides", "PR"], 'Error: rule name "Bad Name": expected small letters'),
     (["fine-rule", "--decides", "XYZ"], "'XYZ' is not one of 'POA', 'PPS', 'POA+PPS'"),
     (["fine-rule"], "Missing option '--decides'"),
-    (["there", "--decides", "PR"], "Error: there: is there already"),
+    (["there", "--decides", "PR"], "Error: there: exists already"),
 )
 def test_bad_input_is_refused(arguments, problem, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
@@ -194,7 +194,7 @@ def test_a_bad_name_is_refused(rule, problem, tmp_path) -> None:
 def test_what_is_there_stays(tmp_path: Path) -> None:
     write_project(NewRule("mine", "ta"), tmp_path)
     (tmp_path / "mine" / "README.md").write_text("changed", encoding="utf-8")
-    with pytest.raises(InputError, match="is there already"):
+    with pytest.raises(InputError, match="exists already"):
         write_project(NewRule("mine", "poa"), tmp_path)
     assert (tmp_path / "mine" / "README.md").read_text(encoding="utf-8") == "changed"
     assert [path.name for path in tmp_path.iterdir()] == ["mine"]

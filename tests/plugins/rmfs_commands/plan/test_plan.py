@@ -111,7 +111,7 @@ def test_maps_and_trips_that_cannot_be_planned_are_one_sentence(room, tmp_path, 
     scen = room.with_suffix(".scen")
     scen.write_text("version 1\n0 room.map 8 4 0 0 1 0 1\n0 room.map 8 4 0 0 2 0 1\n", encoding="utf-8")
     for arguments, problem in (
-        ([str(tmp_path / "bad.map")], "bad.map: found room for 1 robot with start and goal"),
+        ([str(tmp_path / "bad.map")], "bad.map: found starts and goals for 1 robot"),
         (
             [str(room), "--scen", str(scen), "--agents", "2"],
             "room.scen: robots 1 and 2 have the same start, row 1, column 1",
@@ -130,7 +130,7 @@ def test_maps_and_trips_that_cannot_be_planned_are_one_sentence(room, tmp_path, 
     (["--pp", "whca-n", "--set", "window=3"], "--set window=3: rule"),
     (["--pp", "whca-n", "--set", "window_s=-3"], "expected a number > 0"),
     (["--set", "a.b=3"], "--set a.b=3: expected a parameter of the rule"),
-    (["--agents", "50"], "found room for"),
+    (["--agents", "50"], "found starts and goals for"),
 )
 def test_wrong_options_are_refused(arguments, problem, room, capsys) -> None:
     code, _, error = ask([str(room), *arguments], capsys)
@@ -155,7 +155,7 @@ def test_an_interrupted_search_leaves_no_folder(room, tmp_path, capsys, monkeypa
 def test_where_the_files_cannot_go_is_said_before_the_search(room, tmp_path, capsys, monkeypatch) -> None:
     monkeypatch.setattr("rmfs_commands.plan.plan_by_priorities", unplannable)
     (tmp_path / "taken" / "paths.csv").mkdir(parents=True)
-    in_the_way = f"{room}/out: found a file in the way; expected a folder, or nothing"
+    in_the_way = f"{room}/out: found a file; expected a folder, or a new name"
     for out, problem in (
         (room / "out", in_the_way),
         (tmp_path / "taken", f"{tmp_path}/taken/paths.csv: cannot be written: a folder has that name"),
@@ -570,7 +570,7 @@ def test_a_goal_is_in_reach(seed: int) -> None:
 @pytest.mark.parametrize(("text", "found"), [("..@..\n..@..", 4), (".@.\n", 0)])
 def test_a_map_that_is_too_small_is_refused(text: str, found: int) -> None:
     said = refusal(lambda: random_trips(roads_of_map(parse_map(text, "map")), 5, 1, "my.map"))
-    assert said == f"my.map: found room for {found} robots with start and goal; expected 5"
+    assert said == f"my.map: found starts and goals for {found} robots; expected 5"
 
 
 LONG_HALL = roads_of_map(parse_map("......\n......", "hall"))

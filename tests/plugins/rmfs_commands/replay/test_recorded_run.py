@@ -44,7 +44,7 @@ def test_the_trace_alone(day: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
     shutil.copytree(day, tmp_path, dirs_exist_ok=True)
     other_header(tmp_path)
     assert exit_code("replay", str(tmp_path)) == 2
-    assert "does not fit together, so that it cannot be shown" in capsys.readouterr().err
+    assert "contradict each other, so that it cannot be shown" in capsys.readouterr().err
     assert not (tmp_path / "replay.html").exists()
 
 

@@ -132,7 +132,7 @@ def test_late_orders_come_first_and_have_their_causes(page: str, late: Path) -> 
     slowest = table(page, "Slowest orders")
     assert float(delays[slowest[0][0]]["turnover_s"]) == max(float(row["turnover_s"] or 0) for row in delays.values())
     seconds = float(delays[slowest[0][0]]["backlog_s"]) + float(delays[slowest[0][0]]["other_parts_s"])
-    assert f"waiting for room at a station {seconds:,.0f} s" in slowest[0][1]
+    assert f"waiting for station capacity {seconds:,.0f} s" in slowest[0][1]
     left = sum(row["completed_s"] == "" for row in orders)
     assert len(table(page, f"{counted(left, 'open order')} at the end")) == left > 0
     assert len(table(run_page(read_run(late), 2, None), "Slowest orders")) == 2
@@ -226,7 +226,7 @@ def _edit(old: str, new: str) -> Callable[[Path], None]:
     "name, damage, told",
     ("result.json", Path.unlink, "has no result.json; expected the folder of a run"),
     ("result.json", _cut, "this is no valid JSON"),
-    ("result.json", _edit('"says": [', '"says": 3, "said": ['), "does not fit together, so that it cannot be "),
+    ("result.json", _edit('"says": [', '"says": 3, "said": ['), "contradict each other, so that it cannot be "),
     ("delays.csv", Path.unlink, "delays.csv: cannot be read: No such file or directory"),
     ("delays.csv", _edit("\n1,", "\nsomebody's,"), "has other orders than orders.csv"),
     ("hours.csv", _edit("backlog", "logback"), "hours.csv, line 1: has no column backlog"),
@@ -280,7 +280,7 @@ def test_a_page_replaces_no_other_file(late: Path, tmp_path: Path, capsys: pytes
         ("plan", str(tmp_path / "hall.map"), "--agents", "2", "--html", str(file)),
     ):
         assert exit_code(*command) == 2
-        assert "is there, and is no page; expected a new name" in capsys.readouterr().err
+        assert "exists, and is no page; expected a new name" in capsys.readouterr().err
     assert file.read_text(encoding="utf-8") == "order"
     assert exit_code("scenario", "map", "examples/small", "--html", "--out", "x" * 300) == 2
     assert "cannot be written: File name too long; expected the name of a new file" in capsys.readouterr().err

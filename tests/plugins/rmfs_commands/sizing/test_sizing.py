@@ -118,7 +118,7 @@ def test_rooms_and_maps(here: Any, tmp_path: Path, poisson: Scenario) -> None:
     answer = size(scenario, "map", target, store=tmp_path, workers=here, robots=(2, 2))
     assert [one.second for one in answer.frontier] == [2]
     target = Target("turnover_p95_s", 300)
-    with pytest.raises(InputError, match="--robots: found 500; the layout has 80 places to park them"):
+    with pytest.raises(InputError, match="--robots: found 500; the layout has 80 storage locations"):
         size(poisson, "hall", target, store=tmp_path, workers=here, robots=(1, 500))
 
 

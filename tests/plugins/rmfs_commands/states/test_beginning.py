@@ -262,7 +262,7 @@ def test_what_cannot_be_is_refused(
     (("packing.boxes=4", "run.until_s=60"), "packing: a run cannot begin in a state, or save one"),
     (
         ('rules.ta={rule="switch",cases=[{rule="nearest-robot"}]}', "run.until_s=60"),
-        "remembers what no state tells",
+        "keeps data that no state holds",
     ),
 )
 def test_a_state_that_would_not_be_whole_is_not_written(

@@ -274,8 +274,8 @@ def test_why_an_order_waited() -> None:
     ]
     assert [(episode.periods, episode.what) for episode in order_story(decisions, "A")] == [
         ((1, 1), "the prefilters left it out"),
-        ((2, 2), "no station had room for its 2 open items, only for some of them"),
-        ((3, 3), "no station had room for its 2 open items"),
+        ((2, 2), "no station could take its 2 open items, only some of them"),
+        ((3, 3), "no station could take its 2 open items"),
         ((4, 4), "it fitted a station, but the rule preferred others"),
         ((5, 5), "assigned to station s: SKU tea; 1 of its lines stays in the backlog"),
         ((6, 6), "assigned to station s: SKU milk"),
@@ -295,8 +295,8 @@ def test_waits() -> None:
     ]
     assert [episode.what for episode in order_story(decisions, "A")] == [
         "all stations were closed",
-        "no open station had room for its 2 open items, only for some of them",
-        "no station had room for its 2 open items, only for some of them",
+        "no open station could take its 2 open items, only some of them",
+        "no station could take its 2 open items, only some of them",
     ]
 
 
@@ -323,7 +323,7 @@ def test_an_order_that_left_is_told_of_once() -> None:
     left["orders"]["A"]["cancelled"] = True
     decisions = [made(n, "POA", content(0) if n == 1 else left, {"assignments": []}) for n in (1, 2, 3)]
     assert [episode.what for episode in order_story(decisions, "A")] == [
-        "no station had room for its 2 open items",
+        "no station could take its 2 open items",
         "cancelled before 2 s, with nothing of it assigned",
     ]
 

@@ -200,7 +200,7 @@ def test_a_header_that_does_not_fit_together_is_refused(copied: Path, scenario: 
     header, *lines = gzip.decompress(trace.read_bytes()).decode().splitlines(keepends=True)
     changed = json.dumps({**json.loads(header), "scenario": scenario}) + "\n"
     trace.write_bytes(gzip.compress("".join([changed, *lines]).encode()))
-    with pytest.raises(InputError, match="what it says does not fit together"):
+    with pytest.raises(InputError, match="the events contradict each other"):
         check_trace(copied)
 
 

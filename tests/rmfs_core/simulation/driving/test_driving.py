@@ -390,7 +390,7 @@ def test_fleets_plan_as_their_rule_says(tiny_run: Prepare, tmp_path: Path) -> No
     with pytest.raises(RuleError, match=r"plan_paths, .* a path that hits a reservation: robot \d has row \d+"):
         tiny.simulation.run()
     (tmp_path / "mine.py").write_text(FLEET.format(answer="found", hook="plan_path").replace("queries, ", ""))
-    expected = r"rules.pp: rule .* has reserves = 'fleet' and no hook `plan_paths`, which that goes with"
+    expected = r"rules.pp: rule .* has reserves = 'fleet' and no hook `plan_paths`; expected both"
     with pytest.raises(InputError, match=expected):
         tiny_run(INSTANCE, capacity=3, robots=1, pp=RuleChoice("./mine.py:Mine"))
 

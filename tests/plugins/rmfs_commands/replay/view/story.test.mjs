@@ -16,7 +16,7 @@ test("what a robot is at", () => {
   assert.deepEqual(phases, ["lifting", "to_station", "queue", "station", "storing"]);
   assert.deepEqual(at(5000), { phase: "to_station", pod: 0, station: 0, since: 2200 });
   assert.equal(doing(names, at(5000), false), "carries pod p to station 1");
-  assert.equal(doing(names, at(27042), true), "takes pod p to storage; stands still, for others or for room");
+  assert.equal(doing(names, at(27042), true), "takes pod p to storage; waits for other robots or a queue cell");
 });
 
 test("a robot on a way that does not move waits; one in a queue queues", () => {
