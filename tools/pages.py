@@ -1,4 +1,4 @@
-"""Do what pages of the documentation say, and hold what happens against what they show.
+"""Run the code blocks of documentation pages, and compare their output with what they show.
 
 Usage: python tools/pages.py [--update] [--long] PAGE.md ...
 

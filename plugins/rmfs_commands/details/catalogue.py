@@ -79,11 +79,11 @@ METRICS = {heading: _grouped(metrics, heading) for heading, metrics in _GROUPS.i
 
 DETAILS: tuple[Metric, ...] = (
     Metric("turnover_median_s", "Turn-over time, median", "s", 1, "Median of the turn-over times."),
-    Metric("turnover_p95_s", "Turn-over time, 95 %", "s", 1, "95th percentile of the turn-over times."),
+    Metric("turnover_p95_s", "Turn-over time, p95", "s", 1, "95th percentile of the turn-over times."),
     Metric("turnover_backlog_median_s", "  in the backlog, median", "s", 1, "Median of the times in the backlog."),
-    Metric("turnover_backlog_p95_s", "  in the backlog, 95 %", "s", 1, "95th percentile of the times in the backlog."),
+    Metric("turnover_backlog_p95_s", "  in the backlog, p95", "s", 1, "95th percentile of the times in the backlog."),
     Metric("turnover_station_median_s", "  at stations, median", "s", 1, "Median of the times at stations."),
-    Metric("turnover_station_p95_s", "  at stations, 95 %", "s", 1, "95th percentile of the times at stations."),
+    Metric("turnover_station_p95_s", "  at stations, p95", "s", 1, "95th percentile of the times at stations."),
     Metric(
         "orders_cancelled",
         "Orders cancelled",
@@ -189,7 +189,7 @@ LATENESS: tuple[Metric, ...] = (
     Metric(
         "tardiness_s", "Tardiness", "s", 1, "Completion after the due time, 0 if before, mean over completed orders."
     ),
-    Metric("tardiness_p95_s", "  95 %", "s", 1, "95th percentile of the tardiness of completed orders."),
+    Metric("tardiness_p95_s", "  p95", "s", 1, "95th percentile of the tardiness of completed orders."),
     Metric("on_time_percent", "On time", "%", 1, "100 less the late ones."),
 )
 """Metrics of runs in which an order has a due time."""
@@ -257,7 +257,7 @@ PACKING: tuple[Metric, ...] = (
     Metric("orders_packed", "Orders packed", "", 0, "Orders that were packed."),
     Metric("packed_s", "Time to packed", "s", 1, "Arrival until the order is packed, mean over packed orders."),
     Metric("packed_median_s", "  median", "s", 1, "Median of the times to packed."),
-    Metric("packed_p95_s", "  95 %", "s", 1, "95th percentile of the times to packed."),
+    Metric("packed_p95_s", "  p95", "s", 1, "95th percentile of the times to packed."),
     Metric("packed_makespan_s", "Makespan to packed", "s", 1, "Time of the last packed order; none when any is left."),
     Metric(
         "consolidation_s",
@@ -266,7 +266,7 @@ PACKING: tuple[Metric, ...] = (
         1,
         "From the first to the last part of a split order at its packing station, mean over packed ones.",
     ),
-    Metric("consolidation_p95_s", "  95 %", "s", 1, "95th percentile of the times until orders are consolidated."),
+    Metric("consolidation_p95_s", "  p95", "s", 1, "95th percentile of the times until orders are consolidated."),
     Metric(
         "packing_wait_s",
         "Waiting for a packer",

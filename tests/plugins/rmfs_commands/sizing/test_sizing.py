@@ -252,10 +252,10 @@ def test_it_errs_no_more_often_than_it_says() -> None:
 
 def test_names_of_metrics() -> None:
     target = Target("turnover_p95_s", 900)
-    assert (target.label, target.with_unit(612.345)) == ("Turn-over time, 95 %", "612.3 s")
+    assert (target.label, target.with_unit(612.345)) == ("Turn-over time, p95", "612.3 s")
     assert Target("late_percent", 2).with_unit(2) == "2.0 %"
     assert Target("late_percent", 2).label == "Late orders, of those due"
-    assert Target("turnover_backlog_p95_s", 2).label == "Turn-over time, in the backlog, 95 %"
+    assert Target("turnover_backlog_p95_s", 2).label == "Turn-over time, in the backlog, p95"
     assert Target("empty_distance_m", 2).label == "Distance, empty"
     assert not [name for name in KNOWN if Target(name, 2).label.startswith(" ")]
     target = Target("my_waits", 3)
@@ -474,7 +474,7 @@ size_code = partial(exit_code, "size")
 def test_the_answer_is_printed_and_kept(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert size_code("hall.toml", "--p95", "5000", *QUICK) == 0
     printed = capsys.readouterr()
-    assert "Turn-over time, 95 %, at most 5,000.0 s with 95 % confidence: 2 stations with 2 robots." in printed.out
+    assert "Turn-over time, p95, at most 5,000.0 s with 95 % confidence: 2 stations with 2 robots." in printed.out
     assert printed.err.splitlines()[-1].startswith("2 stations, 2 robots: ")
     out = folder / "rmfs-runs" / "size-hall"
     assert {path.name for path in out.iterdir()} == {"runs", "answer.json", "candidates.csv"}
@@ -602,7 +602,7 @@ def test_a_verdict_in_words(candidate: Candidate, words: str) -> None:
 
 def test_the_answer_in_one_sentence() -> None:
     assert list(sentences_of(ANSWER, (1, 10))) == [
-        "Turn-over time, 95 %, at most 900.0 s with 95 % confidence: 2 stations with 9 robots.",
+        "Turn-over time, p95, at most 900.0 s with 95 % confidence: 2 stations with 9 robots.",
         "The cheapest of these costs 29: 2 stations with 9 robots.",
         "Undecided after 4 seeds: 2 with 8; more --seeds may tell.",
     ]
