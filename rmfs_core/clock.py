@@ -10,11 +10,11 @@ from typing import Any
 
 TICKS_PER_S = 1000
 UNREACHABLE = 1 << 40
-"""In place of the ticks of a way where there is none."""
+"""Instead of the ticks of a way where there is none."""
 
 
 def far(table: Any) -> int:
-    """Return what is in a table of ticks in place of `UNREACHABLE`: of four bytes, that is too large a number."""
+    """Return what is in a table of ticks instead of `UNREACHABLE`: of four bytes, that is too large a number."""
     return UNREACHABLE if table.itemsize == 8 else 1 << 30
 
 

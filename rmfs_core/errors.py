@@ -15,7 +15,7 @@ class RmfsError(Exception):
     problem
         The finding, and the value that would be right; of long values that it quotes the middle is left out.
     place
-        Where, if there is a place: it is said before the problem.
+        Where the problem is, if known; the message begins with it.
     """
 
     exit_code = 1

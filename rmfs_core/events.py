@@ -155,7 +155,7 @@ class PodStored(Event):
 
 @frozen
 class QueueJoined(Event):
-    """A pod arrived at a station's queue; its place in the line is fixed."""
+    """A pod arrived at a station's queue; its position in the line is fixed."""
 
     robot: int
     pod: int

@@ -90,7 +90,7 @@ class DecisionHooks:
 
     @hookspec(firstresult=True)
     def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
-        """POA and PPS together (in place of the two hooks above).
+        """POA and PPS together (instead of the two hooks above).
 
         Called when POA would be: each call is one period. The trips it decides wait in line for robots.
 
@@ -159,7 +159,7 @@ class DecisionHooks:
             The legs to drive; no legs only for a robot that sets out from the goal itself. A rule that reserves returns
             None if there is no path. With windows the robot then stays, and the rule is asked again two seconds later,
             unless others keep all cells next to it; with full paths this happens only to two robots on the way to a
-            station, which change places in line if both have a path.
+            station, which change positions in line if both have a path.
         """
 
     @hookspec(firstresult=True)
@@ -168,7 +168,7 @@ class DecisionHooks:
     ) -> dict[int, Path]:
         """PP: plan paths for all robots that need one now, and new paths for robots that have one.
 
-        Answered in place of `plan_path` by a rule with ``reserves = "fleet"``; called when robots are given goals.
+        Answered instead of `plan_path` by a rule with ``reserves = "fleet"``; called when robots are given goals.
         All paths of the answer replace the reservations of these robots at once. The kernel checks them
         against each other and against all other reservations.
 
@@ -226,7 +226,7 @@ class DecisionHooks:
     def assign_bundles_and_pods(
         self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator
     ) -> BundleDecision:
-        """ROA and RPS together (in place of the two hooks above); called when either of them would be.
+        """ROA and RPS together (instead of the two hooks above); called when either of them would be.
 
         Parameters
         ----------
@@ -385,7 +385,7 @@ class ObserverHooks:
         """Something happened.
 
         An observer with an attribute ``hears``, a tuple of event classes, is told of events of these classes only. If
-        ``hears`` maps event classes to sequences of functions, these are called with the event in place of the hook,
+        ``hears`` maps event classes to sequences of functions, these are called with the event instead of the hook,
         which the observer has to have all the same.
 
         Parameters

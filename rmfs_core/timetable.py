@@ -85,7 +85,7 @@ class Calendar:
         self._earliest: dict[str, tuple[int, int]] = {}  # by column: tick, and ticks ahead of UTC
 
     def tick(self, text: str, place: str, column: str) -> int:
-        """Return a time in ticks since 1970, in UTC if it has an offset; the place is where a wrong one stands."""
+        """Return a time in ticks since 1970, in UTC if it has an offset; an `InputError` names the place."""
         try:
             moment = datetime.fromisoformat(text)
         except ValueError:

@@ -100,7 +100,7 @@ def test_the_pythons_it_installs_on_are_the_same_everywhere() -> None:
 
 @pytest.mark.slow
 def test_pip_is_told_the_pythons_it_installs_on(built: Built) -> None:
-    """The wheel's metadata has the bounds, so that pip on another Python says them in place of building HiGHS."""
+    """The wheel's metadata has the bounds, so that pip on another Python says them instead of building HiGHS."""
     wheel = zipfile.ZipFile(built()[1])
     (name,) = (name for name in wheel.namelist() if name.endswith(".dist-info/METADATA"))
     described = message_from_bytes(wheel.read(name))

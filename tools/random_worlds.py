@@ -140,7 +140,7 @@ def random_world(seed: int) -> World:
 
 
 def with_boxes(world: World) -> World:
-    """Return a world with one to three boxes at packing stations, the same for the same world, in place of a capacity.
+    """Return a world with one to three boxes at packing stations, the same for the same world, instead of a capacity.
 
     Packers are few and slow, so that boxes are taken for long; in two worlds of three their work limits splitting.
     """

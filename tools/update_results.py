@@ -17,7 +17,7 @@ REPORTS = Path(__file__).resolve().parent.parent / "docs" / "paper" / "reproduct
 
 
 def update(reports: Path, folder: Path) -> None:
-    """Copy report and plots from a reproduction's folder in place of those in ``reports``."""
+    """Copy report and plots from a reproduction's folder instead of those in ``reports``."""
     report = (folder / "report.md").read_text(encoding="utf-8")
     reports.mkdir(parents=True, exist_ok=True)
     for old in reports.iterdir():

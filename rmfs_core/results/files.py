@@ -1,4 +1,4 @@
-"""The old place of `rmfs_commands.results.files`, until 0.3.0."""
+"""The old name of `rmfs_commands.results.files`, until 0.3.0."""
 
 import warnings
 

@@ -52,7 +52,7 @@ def run(
         ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`). Files
         that they name are looked up in the current directory.
     rules
-        Rules as objects, in place of the scenario's, by the keys of its section ``rules``: ``{"poa": MyRule(x=3)}``; a
+        Rules as objects, instead of the scenario's, by the keys of its section ``rules``: ``{"poa": MyRule(x=3)}``; a
         list for ``filters``. Each is used as it is, so what it remembers of one run it brings into the next. The result
         names its class and those parameters that are plain values; only an installed rule's name leads back to it, of
         any other ``versions`` says that it was an object.

@@ -251,9 +251,9 @@ class RuleSet:
 
 
 def with_objects(rules: RulesSection, objects: Mapping[str, Any]) -> RulesSection:
-    """Return a scenario's choices with objects in place of some: named by their classes, with their parameters.
+    """Return a scenario's choices with objects instead of some: named by their classes, with their parameters.
 
-    A joint rule takes the place of those for POA and PPS, and one of these that of a joint rule.
+    A joint rule replaces those for POA and PPS, and one of these replaces a joint rule.
 
     Parameters
     ----------

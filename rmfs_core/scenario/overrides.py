@@ -32,7 +32,7 @@ DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("robots", "file"): frozenset(),
     **{(section, key, "file"): frozenset((key,)) for section, keys in MAY_SPREAD.items() for key in keys},
 }
-"""Path of the key of every file with data that a scenario may name, and the keys that it takes the place of."""
+"""Path of the key of every file with data that a scenario may name, and the keys that it replaces."""
 
 
 @frozen

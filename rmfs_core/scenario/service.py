@@ -139,7 +139,7 @@ SPEEDS = Check(
 
 
 def with_times(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """Return the tables of a scenario with the times in place of the files that hold them.
+    """Return the tables of a scenario with the times instead of the files that hold them.
 
     Raises
     ------

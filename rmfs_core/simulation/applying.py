@@ -191,7 +191,7 @@ def apply_rests(warehouse: Warehouse, answer: object, keep: Keep, start: Callabl
 
 
 def _nearer_first(warehouse: Warehouse, trips: list[tuple[Pod, Station]]) -> list[tuple[Pod, Station]]:
-    """Let a pod that is sent to several stations at once visit the nearer ones first (in the trips' places)."""
+    """Let a pod that is sent to several stations at once visit the nearer ones first (in the trips' positions)."""
     by_pod: dict[int, list[Station]] = {}
     for pod, station in trips:
         by_pod.setdefault(pod.id, []).append(station)

@@ -61,7 +61,7 @@ def assignment(
         skus = _skus(order, given.skus, quantities)
         if not station.counts_orders and len(skus) < len(quantities):
             size = sum(quantities[sku] for sku in skus)
-    if size > station.free_capacity:  # what joins an order's place takes none, and is no new order
+    if size > station.free_capacity:  # what joins an order there uses none, and is no new order
         if not station.open:
             raise ImpossibleError(f"assigned order {order.label} to station {station.label}, which is closed")
         unit = "orders" if station.counts_orders else "items"
@@ -156,13 +156,13 @@ def packing_station(warehouse: Warehouse, order: Order, given: object) -> Packin
 
 
 def bundle_assignment(warehouse: Warehouse, given: decisions.BundleAssignment) -> tuple[Bundle, Station]:
-    """Check that a bundle waits, and that a station has a place for it."""
+    """Check that a bundle waits, and that a station has capacity for it."""
     number = whole("bundle", given.bundle)
     station = known("station", given.station, warehouse.stations)
     if (bundle := warehouse.bundles.get(number)) is None:
         raise ImpossibleError(f"assigned bundle {number} to station {station.label}, but no such bundle waits")
     if station.free_bundle_capacity <= 0:
-        has = f"all {station.bundle_capacity} places for bundles are taken" if station.stores else "it stores none"
+        has = f"all {station.bundle_capacity} units of capacity are used" if station.stores else "it stores none"
         raise ImpossibleError(f"assigned bundle {bundle.label} to station {station.label}, but {has}")
     return bundle, station
 

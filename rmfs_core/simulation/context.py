@@ -93,7 +93,7 @@ class RunContext:
         }
 
     def stream(self, rule: BoundRule) -> np.random.Generator:
-        """Return a rule's random generator: made by role and name, and by place among filters of the same name."""
+        """Return a rule's random generator: made by role and name, and by number among filters of the same name."""
         if (known := self._streams.get(id(rule))) is not None:
             return known
         same = [other for other in self.rules.filters if other.name == rule.name]

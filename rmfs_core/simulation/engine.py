@@ -319,11 +319,11 @@ class Simulation:
         self.decisions.round()
 
     def release_later(self, request: Request, going: Going) -> None:
-        """Give back the place of an item when it is handled."""
+        """Free the capacity of an item when it is handled."""
         self._until(going.tick, going).callbacks.append(lambda _: self._release(request, going.tick))
 
     def _release(self, request: Request, handled_tick: int) -> None:
-        """Give back the place of an item that is done; its pod may be gone."""
+        """Free the capacity of an item that is done; its pod may be gone."""
         self.warehouse.release(request)
         if request.order.complete:
             self.completed += self.packing is None

@@ -37,7 +37,7 @@ class Decisions:
     run
         The run.
     start_task, start_move, start_rest, refill
-        Set a robot off to fetch a pod, to carry one elsewhere, and to rest somewhere, and let orders arrive in place of
+        Set a robot off to fetch a pod, to carry one elsewhere, and to rest somewhere, and let orders arrive instead of
         those that were assigned.
     """
 
@@ -85,7 +85,7 @@ class Decisions:
             self._set_alarm()
 
     def storage_location(self, pod: Pod) -> int:
-        """Ask PR where a pod goes back to, and keep the place free for it."""
+        """Ask PR where a pod goes back to, and keep the location free for it."""
         rule = self.rules.pr
         answer, _ = self._run.ask(rule, pod=pod)
         location = self.asker.apply(rule, lambda: checks.storage_location(self.warehouse, pod, answer))

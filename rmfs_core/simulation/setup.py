@@ -66,7 +66,7 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     Raises
     ------
     InputError
-        When there are more pods or robots than places, or a station gets more pods than its queue holds.
+        When there are more pods or robots than storage locations, or a station gets more pods than its queue holds.
     """
     locations = layout.storage_locations
     n_pods = len(instance.pods)

@@ -103,7 +103,7 @@ def settle(
     cell, heading, tick, legs, width, kinematics, passing,
     before, me, used, room, first, count, since, until, owner,
 ):  # fmt: skip
-    """Reserve what legs occupy in place of the cells ``before``, unless another has one of them.
+    """Reserve what legs occupy instead of the cells ``before``, unless another has one of them.
 
     Returns what `drive` and `replace` do.
     """
@@ -118,7 +118,7 @@ def settle(
 
 @njit(cache=True)
 def replace(cells, begins, ends, before, me, used, room, first, count, since, until, owner):
-    """Reserve intervals in place of the cells ``before``, unless another has one of them.
+    """Reserve intervals instead of the cells ``before``, unless another has one of them.
 
     Returns what `conflict` and `insert` do.
     """
@@ -170,7 +170,7 @@ def insert(cells, begins, ends, begin_at, me, used, room, first, count, since, u
 
 @njit(cache=True)
 def _move(cell, to, first, count, since, until, owner):
-    """Move the intervals of a cell to another place in the pool."""
+    """Move the intervals of a cell to another index of the pool."""
     for i in range(count[cell]):
         p, q = first[cell] + i, to + i
         since[q], until[q], owner[q] = since[p], until[p], owner[p]

@@ -43,7 +43,7 @@ class Intervals(NamedTuple):
     """The table's arrays for a compiled search; `rmfs_core.traffic.intervals` says how they are laid out."""
 
     first: NDArray[np.int64]
-    count: NDArray[np.int64]  # type: ignore[assignment]  # in place of the method of tuples
+    count: NDArray[np.int64]  # type: ignore[assignment]  # instead of the method of tuples
     since: NDArray[np.int64]
     until: NDArray[np.int64]
     owner: NDArray[np.int64]
@@ -92,7 +92,7 @@ class Reservations:
     # Changing
 
     def commit(self, owner: int, occupancy: Occupancy) -> None:
-        """Reserve what a path occupies in place of all that its owner had before.
+        """Reserve what a path occupies instead of all that its owner had before.
 
         Raises
         ------
@@ -108,7 +108,7 @@ class Reservations:
             self._insert(owner, new, done)
 
     def settle(self, owner: int, roads: Roads, start: Stop, ends: Rows) -> tuple[Rows, Stop]:
-        """Reserve what legs occupy in place of all that their owner had before: `drive` and `commit` in one go.
+        """Reserve what legs occupy instead of all that their owner had before: `drive` and `commit` in one go.
 
         ``ends`` has cell and wait of each leg. Returns the columns of an `Occupancy` as rows, and where the legs end.
         """

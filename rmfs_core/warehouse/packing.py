@@ -1,4 +1,4 @@
-"""Packing stations as rules see them; the kernel puts new ones in their place when something changes."""
+"""Packing stations as rules see them; the kernel replaces them when something changes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class PackingStation:
     id, section
         Its id; how many boxes, packers and sorters it has, and how long tasks take.
     cell, conveyor_s
-        Cell index of its place, None without one; what totes take to it from each picking station, in seconds, by id.
+        Index of its cell, None without one; what totes take to it from each picking station, in seconds, by id.
     hours
         When its packers begin tasks; those that they have begun they finish.
     orders

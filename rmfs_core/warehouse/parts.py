@@ -492,7 +492,7 @@ class Station(ReadOnly):
 
     @property
     def load(self) -> int:
-        """Capacity in use: items of the parts that have a place here, or their orders (order capacity)."""
+        """Capacity in use: items of the parts that are here, or their orders (order capacity)."""
         return self._load
 
     @property

@@ -497,7 +497,7 @@ class Warehouse:
         self._book(station)
 
     def fulfil(self, request: Request, pod: Pod, *, handled: bool = True) -> None:
-        """Pick an item of a request from a pod that stands at its station; ``handled``: and give its place back."""
+        """Pick an item of a request from a pod that stands at its station; ``handled``: and free its capacity."""
         request = self.promises.pick(request, pod)
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
@@ -514,7 +514,7 @@ class Warehouse:
         return station._in_hand
 
     def close(self, request: Request) -> None:
-        """Take a picked item, the oldest of a request, off the books; its place is kept until `release`."""
+        """Take a picked item, the oldest of a request, off the books; its capacity is used until `release`."""
         station = self.stations[request.station]
         drop_item(station, request)
         self.open_demand[request.sku] -= 1
@@ -522,7 +522,7 @@ class Warehouse:
         station._in_hand = request
 
     def release(self, request: Request) -> None:
-        """Give back the place of a picked item; its part shares one until the last of its items is done."""
+        """Free the capacity of a picked item; with order capacity, when the last item of its part is done."""
         station, order, part = self.stations[request.station], request.order, request.part
         station._in_hand = None
         part._done += 1

@@ -60,7 +60,7 @@ class StationCells:
         return len(self.queue) - self.clear
 
     def slot(self, position: int) -> int:
-        """Cell of a place in the line: 0 is the station, 1 the first where one waits; beyond the queue, its entry."""
+        """Cell of a position in line: 0 is the station, 1 the first where one waits; beyond the queue, its entry."""
         return self.station if position == 0 else self.queue[min(position + self.clear, len(self.queue)) - 1]
 
 

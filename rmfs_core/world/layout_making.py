@@ -29,7 +29,7 @@ def make_layout(scenario: Scenario, text: str | None = None) -> Layout:
         text of ``layout.map_file`` (None without one), ``stations.queue_length`` (None: as it likes), what to call the
         map or the section in errors, and ``layout.parameters`` by name; it returns a `Layout`.
     text
-        Text of the map file, in place of reading it.
+        Text of the map file, instead of reading it.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def _malformed(layout: Layout) -> Iterator[str]:
             return
     for number, station in enumerate(layout.stations, 1):
         if any(not 0 <= cell < cells for cell in (station.station, *station.queue)) or station.places < 1:
-            expected = f"cells from 0 to {cells - 1}, and a place in its queue"
+            expected = f"cells from 0 to {cells - 1}, and a queue of at least one"
             yield f"station {number} {shown_short(station)}; expected {expected}"
 
 

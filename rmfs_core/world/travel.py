@@ -34,7 +34,7 @@ SPARE_TICKS = 3_000
 TABLES_BYTES = 640 << 20
 """Memory that the tables of one layout may take, besides those of stations; the least recently used go first."""
 TO, WAYS_TO = -1, -2
-"""In place of the heading in a cell that a table is from: tables to it, as rules and as searches of paths read them."""
+"""Instead of the heading in a cell that a table is from: tables to it, as rules and as searches of paths read them."""
 
 ROWS_BYTES = 64 << 20
 """Memory for tables to cells of queues that is got at a time, except for one of them."""

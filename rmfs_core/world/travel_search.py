@@ -25,7 +25,7 @@ far: Any = inlined(clock.far)
 DETOURS = 4
 """Stops with a turn more than there must be that a way may have before a search with more of them is begun."""
 LAST, IDLE = -1, -2
-"""In place of the state that waits behind another in its bucket: none does, and that one does not wait itself."""
+"""Instead of the state that waits behind another in its bucket: none does, and that one does not wait itself."""
 MOST_BUCKETS = 4096
 
 
@@ -48,7 +48,7 @@ class Work(NamedTuple):
         Ticks that a longer run gains at most on one that has driven so many cells, and as many to spare: it gains
         only while that one speeds up yet, and nothing more once both have driven half the distance that is left.
     onwards
-        Whether two runs may be as fast as one in place of both, except for rounding. If not, turns follow runs.
+        Whether two runs may be as fast as one instead of both, except for rounding. If not, turns follow runs.
     down, sides, across
         Ticks from a state to each (cell, heading) at least: ``down`` by row, and ``across`` by column and heading, for
         rows before, at and after its own, as ``sides`` says.

@@ -33,7 +33,7 @@ from fuzzing.mutations import (
 
 Mutation = Callable[[bytes, Random], bytes]
 FOLDER, LOOP = b"\0a folder", b"\0a link to itself"
-"""In place of contents: what a file's name is given to instead."""
+"""Instead of contents: what a file's name is given to instead."""
 SCENARIOS = (
     "tiny.toml",
     "tiny.toml",

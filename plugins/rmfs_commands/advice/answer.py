@@ -23,7 +23,7 @@ SO_FAR = {
     "turnover_s": Metric("turnover_so_far_s", "Turn-over time so far", "s", 1, _SO_FAR.format("completion")),
     "packed_s": Metric("packed_so_far_s", "Time to packed so far", "s", 1, _SO_FAR.format("packed")),
 }
-"""The metric that takes the place of a mean over orders that are done, where a horizon leaves some."""
+"""The metric that replaces a mean over orders that are done, where a horizon leaves some."""
 SURE = 0.05
 """A difference whose p-value is no more than this is told from none."""
 HEADINGS = ("Visits", "Time", "95th")
@@ -113,7 +113,7 @@ def best(result: ExperimentResult, metric: str, among: Collection[str] | None = 
     """Return the rule sets with least of a metric; None when there is no run that counts.
 
     Each other one is compared with that of the lowest mean by paired t tests, as `rmfs compare` does, but after
-    Bonferroni in place of Holm: then a difference is told where an interval of the table would leave out 0. Rule sets
+    Bonferroni instead of Holm: then a difference is told where an interval of the table would leave out 0. Rule sets
     that are not ``among`` some cannot be the best, where these are given.
     """
     found = _whole(result.comparison(), metric)

@@ -174,7 +174,7 @@ def _check_used(overrides: Sequence[str], contestants: Sequence[Contestant]) -> 
         if section == "rules" and role in replaced:
             raise InputError(
                 f"--set {override}",
-                f"every rule that is compared takes the place of `rules.{role}`; expected a rule for another decision",
+                f"every rule that is compared replaces `rules.{role}`; expected a rule for another decision",
             )
 
 

@@ -73,7 +73,7 @@ def bench(
 
     RULE is the name of an installed rule, or a table as in scenario files: `{ rule = "most-covered", n = 10 }`. Every
     other decision is made by a fixed rule (pod-match, demand, nearest, nearest-robot, free-flow), and rules that decide
-    the same are compared; a POA+PPS rule takes the place of both rules, so it is compared with POA rules.
+    the same are compared; a POA+PPS rule replaces both rules, so it is compared with POA rules.
     Quality is the same each time, wall-clock time is not. Exit code 1 if a run failed.
     """
 

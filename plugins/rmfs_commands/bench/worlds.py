@@ -41,7 +41,7 @@ REPLENISHED = (
 
 
 def keys_of(role: Role) -> tuple[str, ...]:
-    """Return the keys below ``rules`` that a rule in a role takes the place of: its own first."""
+    """Return the keys below ``rules`` that a rule in a role replaces: its own first."""
     return role.key, *(other.key for other in role.excludes if other in FIXED or other in BUNDLES)
 
 

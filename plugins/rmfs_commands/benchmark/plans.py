@@ -69,7 +69,10 @@ class Replay:
         inbound = {pod.id for pod in station.inbound_pods}
         while self._next[at] < len(lines):
             pod, number, sku = lines[self._next[at]]
-            if (at, number) in assigned:  # in the next period: a place of its own, which is free as soon as it is done
+            if (
+                at,
+                number,
+            ) in assigned:  # in the next period: capacity of its own, free as soon as it is done
                 return
             order = warehouse.order(number)
             size = 1

@@ -75,7 +75,7 @@ def find_bounds(
     Raises
     ------
     InputError
-        When there are more pods or robots than places for them.
+        When there are more pods or robots than storage locations.
     """
     refilled = scenario.instance.arrivals.backlog is not None  # then none is cancelled
     cancelled = not refilled and any(order.cancelled_tick is not None for order in instance.orders)

@@ -1,7 +1,7 @@
 """How far, and how long, a pod must be carried at least, whatever is in the way.
 
 Counted are the straight runs alone, from stop to stop along the lanes of the layout; every cell may be crossed, storage
-and queues as well, and turns take no time. So the way from one place to another is never longer than one by way of a
+and queues as well, and turns take no time. So the path from one cell to another is never longer than one by way of a
 third, with pods set down and lifted in between: what is least holds for whatever detour a run makes.
 """
 

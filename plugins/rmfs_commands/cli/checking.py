@@ -1,6 +1,6 @@
 """All that is wrong with a scenario, where a run stops at the first.
 
-What is wrong is taken out, or something right is put in its place, and then the rest is looked at. What could be wrong
+Each wrong value is removed or replaced by a valid one, and then the rest is checked. What could be wrong
 only because of that is not reported.
 """
 
@@ -105,7 +105,7 @@ def load_checked(path: str, overrides: Sequence[str], seed: int | None = None) -
 
 
 class _Check:
-    """One check: what was found so far, and what was put in the place of what is wrong."""
+    """One check: what was found so far, and the replacements for wrong values."""
 
     def __init__(self, given: Given, allow_inline: bool) -> None:
         self.given = given
@@ -422,7 +422,7 @@ def idle_notes(scenario: Scenario, layout: Layout) -> list[str]:
 
 
 def _mended_opening(scenario: Scenario, path: KeyPath, layout: Layout) -> Scenario:
-    """Return the scenario with something that fits the layout in the place of what does not."""
+    """Return the scenario with values that fit the layout instead of those that do not."""
     if path[0] == "robots":
         return evolve(scenario, robots=evolve(scenario.robots, count=len(layout.storage_locations), file=None))
     if path[0] == "stations":

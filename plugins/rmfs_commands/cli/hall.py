@@ -119,7 +119,7 @@ def hall(scenario: Scenario | str, name: str | None = None) -> Hall:
     sizes = [(instance.orders, "order"), (instance.skus, "SKU"), (instance.pods, "pod"), (robots, "robot")]
     told = ", ".join(counted(len(those), what) for those, what in sizes)
     if warehouse.packing and not layout.packing:
-        told += f", {counted(len(warehouse.packing), 'packing station')} without a place on the map"
+        told += f", {counted(len(warehouse.packing), 'packing station')} without a cell on the map"
     return Hall(name, figure, f"{told}; {layout.width} x {layout.height} cells of 1 m, seed {loaded.seed}", found)
 
 

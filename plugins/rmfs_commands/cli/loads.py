@@ -139,7 +139,7 @@ class Load:
         return {**asdict(self), "percent": self.percent, "peak_percent": self.peak_percent}
 
     def enough(self, percent: float) -> int | None:
-        """Return how many would have a load of at most 100 % in place of so many percent; None: no number would."""
+        """Return how many would have a load of at most 100 % instead of so many percent; None: no number would."""
         return math.ceil(self.number * percent / 100) if math.isfinite(percent) else None
 
 

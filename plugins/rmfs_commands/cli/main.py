@@ -38,7 +38,7 @@ class Commands(click.Group):
         return list(self._offers(ctx))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import and return a command; in place of one that cannot be had, one that says why when it is called."""
+        """Import and return a command; instead of one that cannot be had, one that says why when it is called."""
         if cmd_name not in (known := self._offers(ctx)):
             return None
         try:

@@ -37,7 +37,7 @@ set_option = click.option(
     shell_complete=completion.overrides,
     help="Replace a value of the scenario, such as `instance.orders=50` or `rules.poa=first-come`. Files "
     "(`instance.orders_file=my.csv`, `rules.pps=./my.py:MyRule`, those of parameters) are looked up in the current "
-    "folder. `rules.poa_pps` takes the place of `rules.poa` and `rules.pps`, and the other way round. Nothing after "
+    "folder. `rules.poa_pps` replaces `rules.poa` and `rules.pps`, and the other way round. Nothing after "
     "the `=`, or None, takes a key out. Repeatable.",
 )
 

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 REFRESH_S = 0.125
 SLOT_S = 60
-"""Simulated seconds that a place of the throughput's line stands for at first."""
+"""Simulated seconds per character of the throughput's line at first."""
 MOST_SLOTS = 120
 """With more of them two become one."""
 RISING, RISING_ASCII = " ▁▂▃▄▅▆▇█", " .:-=+*#@"
@@ -270,7 +270,7 @@ class RunPanel(PanelDisplay):
 
     @hookimpl
     def run_ended(self) -> None:
-        """Take the display away; the table of metrics takes its place."""
+        """Remove the display; the table of metrics replaces it."""
         self.close()
 
     def _refresh(self) -> None:

@@ -40,7 +40,7 @@ def load_rule(
     preferred
         The role to take where the class can play several.
     sources
-        Where to find it, in place of ``folder`` and ``allow_inline``: then a file is loaded once for several calls.
+        Where to find it, instead of ``folder`` and ``allow_inline``: then a file is loaded once for several calls.
 
     Raises
     ------

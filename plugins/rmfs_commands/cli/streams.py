@@ -38,7 +38,7 @@ def answered() -> bool:
 
 
 def open_all() -> None:
-    """Open what the caller has closed (`>&-`), for nothing: the next file that is opened would take its place."""
+    """Open what the caller has closed (`>&-`), for nothing: the next file that is opened would get its number."""
     for descriptor in (0, 1, 2):
         try:
             os.fstat(descriptor)
@@ -62,7 +62,7 @@ def kept_output() -> Iterator[BinaryIO]:
         printed.flush()
     own = os.dup(1)
     os.dup2(2, 1)
-    # A caller within this process may have put something else in place of the output.
+    # A caller within this process may have put something else instead of the output.
     stream: BinaryIO = os.fdopen(os.dup(own), "wb") if _is_file(printed, 1) else _bytes_to(printed)
     _answers.append(stream)
     try:

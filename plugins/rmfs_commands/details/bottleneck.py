@@ -487,7 +487,7 @@ class Packed:
         return cls(after, measured["packing_wait_s"], at_work, _percent(reserved, boxes), section.packers * stations)
 
     def limit(self, largest_s: float) -> str | None:
-        """Return who limits the run in place of the largest cause of picking, which takes an order so long, if any."""
+        """Return who limits the run instead of the largest cause of picking, which takes an order so long, if any."""
         after_s = self.after_s or 0.0
         if (self.packers_percent or 0.0) > BUSY:
             return "packers"

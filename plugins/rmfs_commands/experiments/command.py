@@ -37,7 +37,7 @@ RUNS_FOLDER = "runs"
 @click.option(
     "--quick", is_flag=True, help="Run two seeds of the first value of each axis: a look before hours of runs."
 )
-@click.option("--baseline", metavar="NAME", help="Rule set to compare with, in place of the experiment's.")
+@click.option("--baseline", metavar="NAME", help="Rule set to compare with, instead of the experiment's.")
 @click.option(
     "--width",
     "width_cm",

@@ -196,7 +196,7 @@ class ExperimentPanel(PanelDisplay, Watcher):
         self.line(BOUNDING.format(self.name, instances))
 
     def ended(self) -> None:
-        """Take the display away; the tables take its place."""
+        """Remove the display; the tables replace it."""
         self.close()
 
     def _above(self, word: str, text: str, style: str) -> None:

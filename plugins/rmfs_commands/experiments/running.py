@@ -120,7 +120,7 @@ def run_experiment(
     bounds
         Whether the rows have what no rules can beat, too: ``bound.psv_per_order`` next to ``psv_per_order``.
     workers
-        Who runs them, in place of workers of its own (see `open_workers`): for one experiment after another. They are
+        Who runs them, instead of workers of its own (see `open_workers`): for one experiment after another. They are
         closed when it ends early.
 
     Raises

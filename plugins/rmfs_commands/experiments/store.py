@@ -4,7 +4,7 @@ They are spread over folders named by the first two digits of their keys: a fold
 Each run stays a folder of plain files, which other commands read like what `rmfs run` writes.
 
 The result.json of a stored run has the key inside and the digests of all its files: that of itself is of all the rest
-of it. So a run that was changed by hand, or copied from another place, or cut short by a power failure is not taken for
+of it. So a run that was changed by hand, or copied from elsewhere, or cut short by a power failure is not taken for
 one that was computed; and storing a run need not wait for the disk.
 """
 
@@ -125,7 +125,7 @@ class RunStore:
         return True
 
     def _put(self, run: Path, key: str) -> None:
-        """Give a folder with a run its place."""
+        """Move a folder with a run to where it belongs."""
         place = self._place(key)
         place.parent.mkdir(exist_ok=True)
         run.rename(place)

@@ -76,7 +76,7 @@ class DecisionEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
 
     @property
     def choice(self) -> Choice:
-        """The choice to be made now: which pods, robots, places or orders the slots stand for."""
+        """The choice to be made now: the pods, robots, locations or orders that the slots stand for."""
         return self._choice or self._nothing
 
     @property

@@ -74,7 +74,7 @@ def import_movingai(map_file: Path, scen: Path | None) -> Imported:
 
 
 def import_rhcr(file: Path, seed: int) -> Imported:
-    """Read a map of RHCR; each of its robots goes from where they begin to a place that is drawn."""
+    """Read a map of RHCR; each of its robots goes from its start to a goal that is drawn."""
     notes = Notes()
     weighted = read_text(file).lower().startswith("grid size")
     grid = read_weighted(file, notes) if weighted else read_kiva(file, notes)

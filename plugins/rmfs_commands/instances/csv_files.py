@@ -34,7 +34,7 @@ BUNDLE_COLUMNS = ("bundle", "arrival_s", "sku", "items")
 SKU_COLUMNS = ("size", "reorder_point", "order_up_to")  # which a file of SKUs may have besides
 DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
 CANCELLED_COLUMNS = ("cancelled_s",)  # and these
-_DATES = {"arrival_s": "arrival", "due_s": "due", "cancelled_s": "cancelled"}  # ISO 8601 in place of seconds
+_DATES = {"arrival_s": "arrival", "due_s": "due", "cancelled_s": "cancelled"}  # ISO 8601 instead of seconds
 _NAMES = ("bundle", "order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED, _MOST_OF_A_LINE = set[str](), 1_000_000  # signs: a device may have no line's end
@@ -63,7 +63,7 @@ def read_instance(
     orders_file
         CSV with the columns ``order,arrival_s,sku,quantity``, one line of an order a row, and perhaps ``due_s``,
         ``priority`` (higher first) and ``cancelled_s``, empty where an order has none. ``arrival``, ``due`` and
-        ``cancelled`` in place of the columns with ``_s`` are times as ISO 8601. Other columns are ignored, and named on
+        ``cancelled`` instead of the columns with ``_s`` are times as ISO 8601. Other columns are ignored, and named on
         standard error, as is the first order whose rows are not adjacent; a SKU that comes twice in an order is one
         line of both quantities.
     pods_file
@@ -183,7 +183,7 @@ def read_times(file: Path) -> tuple[float, ...]:
 
 
 def read_bundles(file: Path, wrong: Wrong = refuse) -> dict[str, tuple[int, str, int, str]]:
-    """Read tick of arrival, SKU, items and place of bundles by name; a CSV ``bundle,arrival_s,sku,items``."""
+    """Read tick of arrival, SKU, items and line of bundles by name; a CSV ``bundle,arrival_s,sku,items``."""
     bundles: dict[str, tuple[int, str, int, str]] = {}
 
     def add(line: int, row: dict[str, str]) -> None:

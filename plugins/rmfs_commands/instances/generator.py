@@ -28,7 +28,7 @@ def generate_instance(section: InstanceSection, seed: int) -> Instance:
     all SKUs are concatenated and cut into chunks of alpha, one for each pod. A chunk across the end of a list may have
     a SKU twice: such a pod holds one SKU less (and twice the items, where stock is finite), as the paper's cut has it.
 
-    `instance.lines` and `instance.demand` take the place of these distributions. SKUs may be dealt out at random to
+    `instance.lines` and `instance.demand` replace these distributions. SKUs may be dealt out at random to
     groups: then each line after the first has, with a probability, a SKU of the group of a line before it.
 
     An order that the pods cannot fill (a SKU is on no pod, or the orders before it take all items of it) is drawn
@@ -180,7 +180,7 @@ def _too_little(section: InstanceSection, drawn: int, skus_left: int) -> InputEr
 def _bring_together(
     skus: NDArray[np.int64], together: float, weights: NDArray[np.float64], group_of: NDArray[np.int64], rng: Generator
 ) -> None:
-    """Put SKUs of the groups of lines before them in place of some lines of an order."""
+    """Put SKUs of the groups of lines before them instead of some lines of an order."""
     for i in range(1, len(skus)):
         if rng.random() < together:
             group = np.flatnonzero(group_of == group_of[skus[rng.integers(i)]])

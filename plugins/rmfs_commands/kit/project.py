@@ -23,7 +23,7 @@ from rmfs_core.roles import Role
 
 
 def selecting(rule: NewRule) -> str:
-    """Return the arguments of `rmfs run` that select the rule in place of the scenario's."""
+    """Return the arguments of `rmfs run` that select the rule instead of the scenario's."""
     if kind := KINDS.get(rule.role):
         return f"--set {kind.section}.generator={rule.name}"
     if _is_listed(rule):

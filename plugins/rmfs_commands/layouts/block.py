@@ -109,7 +109,7 @@ class _BlockMap:
             self.signs[row][column] = "M"
 
     def _place(self, i: int, count: int) -> int:
-        """Spread ``count`` stations evenly over the places where one fits."""
+        """Spread ``count`` stations evenly over the rows where one fits."""
         return (2 * i + 1) * self.fitting // (2 * count)
 
     def _inner_sign(self, row: int, column: int) -> str:

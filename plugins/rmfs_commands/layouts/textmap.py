@@ -20,8 +20,8 @@
 
 Storage locations, chargers and maintenance cells can be entered from and left to every cell next to them. A queue is
 entered at its far end, from the floor, and wherever an arm of a floor cell points at it; it is left through its
-station. Its cells are one chain, and every way between them leads ahead: a robot on its way to its place in line passes
-cells behind that place only.
+station. Its cells are one chain, and every way between them leads ahead: a robot on its way to its position passes
+cells behind that position only.
 """
 
 from __future__ import annotations

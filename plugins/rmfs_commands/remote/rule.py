@@ -84,7 +84,7 @@ class Remote:
         default=None, validator=_is_address, metadata=_doc("Address that is asked over HTTP, by POST")
     )
     command: str | None = field(
-        default=None, metadata=_doc("Program that is started, with its arguments, in place of `url`")
+        default=None, metadata=_doc("Program that is started, with its arguments, instead of `url`")
     )
     file: Path | None = field(
         default=None,

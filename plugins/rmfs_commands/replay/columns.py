@@ -1,7 +1,7 @@
 """A trace as columns of small whole numbers: what the page of a replay is made from.
 
 The events of a kind are columns of equal length, one for each field. Times are differences: ``tick`` to the event of
-that kind before, ``start_tick`` to its own ``tick``, ``picker_free_tick`` likewise. None is -1, a text its place in
+that kind before, ``start_tick`` to its own ``tick``, ``picker_free_tick`` likewise. None is -1, a text its index in
 ``texts``. ``order`` has the kind of each event in the order in which they happened. The legs of robots stand apart,
 robot by robot, and tell no cell: each begins where the last one ended, unless ``jump`` says otherwise.
 """

@@ -29,7 +29,7 @@ ROLES = tuple(role for role in Role if not role.many)
 
 
 def told(replay: Replay) -> dict[str, Any]:
-    """Return everything that the page needs: lists in place of tuples and arrays, -1 in place of None in columns."""
+    """Return everything that the page needs: lists instead of tuples and arrays, -1 instead of None in columns."""
     start = replay.start
     rules = rules_of(start.scenario)
     decisions = replay.decisions

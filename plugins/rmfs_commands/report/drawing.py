@@ -27,7 +27,7 @@ class Series:
     colour
         Number of the page's colour.
     line
-        Whether a line is drawn in place of bars.
+        Whether a line is drawn instead of bars.
     """
 
     name: str
@@ -66,9 +66,9 @@ def chart(
     below
         Title of the axis below.
     shown
-        How a place on that axis is written.
+        How a value on that axis is written.
     marks
-        Places on that axis to be marked, by name.
+        Values on that axis to be marked, by name.
     """
     number = max(len(one.values) for one in series)
     most = max((value for one in series for value in one.values), default=0)

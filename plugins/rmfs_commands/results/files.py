@@ -29,7 +29,7 @@ def _problem(path: Path, error: OSError) -> InputError:
 
 
 def beside(path: Path) -> Path:
-    """Return a name for what is written before it takes its place; `clean` deletes what a killed process left there."""
+    """Return the name of a file while it is written; `clean` deletes what a killed process left there."""
     return path.with_name(f".{path.name[:50]}.{uuid.uuid4().hex[:12]}.part")
 
 
@@ -74,7 +74,7 @@ def _put(file: Path, target: Path) -> None:
 
 @contextmanager
 def staged(folder: Path) -> Iterator[Path]:
-    """Yield a hidden folder whose files take their places in ``folder`` when the block ends well: all of them, or none.
+    """Yield a hidden folder whose files move to ``folder`` when the block ends well: all of them, or none.
 
     If the process is killed while they do, the next one that writes there goes on with it.
     """
@@ -175,7 +175,7 @@ def to_json(value: object, indent: int | None = None) -> str:
 
 
 def json_ready(value: object) -> object:
-    """Return nested tables with texts (``"inf"``, ``"nan"``) in place of the numbers that JSON has no word for."""
+    """Return nested tables with texts (``"inf"``, ``"nan"``) instead of the numbers that JSON has no word for."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, Mapping):

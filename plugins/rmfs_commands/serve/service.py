@@ -30,7 +30,7 @@ class Request:
 
     state: Mapping[str, Any] | None = key("The whole state", None)
     change: Mapping[str, Any] | None = key(
-        "In place of `state`: what has changed of the warehouse's last state, a JSON merge patch (RFC 7396)", None
+        "Instead of `state`: what has changed of the warehouse's last state, a JSON merge patch (RFC 7396)", None
     )
     warehouse: str | None = key("Name by which the service keeps the state, so that changes of it can follow", None)
     base: str | None = key("`revision` of the state that `change` starts from", None)

@@ -65,13 +65,13 @@ class RangeType(click.ParamType):  # type: ignore[type-arg]  # which only the ne
     "--packers",
     type=RangeType(),
     metavar="A-B",
-    help="Numbers of packers at each packing station, in place of stations. [default: 1 to twice the scenario's]",
+    help="Numbers of packers at each packing station, instead of stations. [default: 1 to twice the scenario's]",
 )
 @click.option(
     "--boxes",
     type=RangeType(),
     metavar="A-B",
-    help="Numbers of boxes, in place of robots. [default: 1 to four times the scenario's]",
+    help="Numbers of boxes, instead of robots. [default: 1 to four times the scenario's]",
 )
 @click.option(
     "--robot-cost", type=NumberRange(min=0), metavar="X", help="Cost of a robot or box, to say what is cheapest."

@@ -71,7 +71,7 @@ class Floor:
     handle_s
         Of an item that is handled.
     stays
-        Whether a pod is always stored where it stood at first, so that this place matters.
+        Whether a pod is always stored where it stood at first, so that this location matters.
     """
 
     layout: Layout

@@ -216,7 +216,7 @@ def _battery(scenario: Scenario, fresh: Opening) -> Any:
 
 
 def _placed(state: State, names: Names, fresh: Warehouse, layout: Layout) -> State:
-    """Return a state with the scenario's grid, and with places for what has none."""
+    """Return a state with the scenario's grid, and with cells for all pods and robots."""
     if state.layout is not None:
         told = draw_map(layout_of(state.layout, layout.stations[0].places, names.source))
         if told != draw_map(layout):

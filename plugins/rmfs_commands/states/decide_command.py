@@ -56,7 +56,7 @@ def decide(
     `-` reads the state from standard input.
 
     `rmfs explain DIR --period N --state FILE` writes a state of a recorded run; other programs write their own.
-    `outcome` is what the decision comes to: orders and items assigned, new pod visits, places left unused at the
+    `outcome` is what the decision comes to: orders and items assigned, new pod visits, capacity left unused at the
     stations, and open requests that no pod at the stations or on its way there has an item for. `due` has the orders
     decided on that have a due time: when, their priority, and what is left until then (negative: late).
     """

@@ -46,7 +46,7 @@ class Outcome:
     visits
         New pod-station visits: trips decided.
     unused
-        Places that stay free at the stations: items, or orders with order capacity.
+        Capacity that stays free at the stations: items, or orders with order capacity.
     uncovered
         Open requests that no inbound pod has an item for, afterwards.
     """
@@ -69,7 +69,7 @@ class BundleOutcome:
     visits
         New pod-station visits: trips decided.
     unused
-        Places for bundles that stay free at the stations.
+        Bundle capacity that stays free at the stations.
     without_pod
         Bundles at stations that no pod is chosen for, afterwards.
     """
@@ -97,7 +97,7 @@ class Answer:
     report
         Status, objective, bound, stopped_early, of a rule that reports them.
     outcome
-        Outcome of the decision; None for those of robots, places and stations.
+        Outcome of the decision; None for those of robots, locations and stations.
     due
         Orders decided on that have a due time: when, their priority, and what is left until then.
     waiting_for_stock
@@ -311,7 +311,7 @@ def carry_out(
 ) -> Outcome | BundleOutcome | None:
     """Check a decision and apply it to the state's warehouse, as in a run; return what it comes to.
 
-    None for decisions of robots, places and stations.
+    None for decisions of robots, locations and stations.
 
     Raises
     ------

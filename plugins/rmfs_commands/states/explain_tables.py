@@ -27,7 +27,7 @@ from rmfs_core.warehouse import UNLIMITED, Order, Pod, Station
 from rmfs_core.wording import counted
 
 UNUSED_WEIGHT = 2
-"""Weight of a free place relative to a pod-station visit: W_u of the paper's objective (1)."""
+"""Weight of a free unit of capacity relative to a pod-station visit: W_u of the paper's objective (1)."""
 
 
 def overview(recording: Recording) -> dict[str, Any]:

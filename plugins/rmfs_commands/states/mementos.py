@@ -39,7 +39,7 @@ def memento_of(state: State, names: Names, layout: Layout) -> Memento:
     Raises
     ------
     InputError
-        Where it names what it does not list, or gives places without a layout.
+        Where it names what it does not list, or gives cells without a layout.
     """
     now = _now(state, names)
     orders = _orders(state, names)

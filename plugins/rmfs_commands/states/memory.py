@@ -18,7 +18,7 @@ FORGETFUL = ("rmfs_rules.switch",)
 
 
 def labelled(rules: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the rules that decide, each by what it decides and its name, and its place where some are the same."""
+    """Yield the rules that decide, each by what it decides and its name, and its number where some are the same."""
     found: dict[str, int] = {}
     for rule in rules.deciding:
         label = f"{rule.role.label} {rule.name}"

@@ -55,7 +55,7 @@ class OpenState:
 
 
 class _WithoutPlaces(WarehouseView):
-    """The view of a state without a layout: places have no meaning, and a rule that asks for them is told so."""
+    """The view of a state without a layout: cells have no meaning, and a rule that asks for them is told so."""
 
     __slots__ = ()
 
@@ -66,31 +66,31 @@ class _WithoutPlaces(WarehouseView):
 
     @property
     def free_storage_locations(self) -> NoReturn:
-        """There are no places."""
+        """There are no storage locations."""
         raise LacksError("storage locations")
 
     @property
     def free_rest_cells(self) -> NoReturn:
-        """There are no places."""
+        """There are no storage locations."""
         raise LacksError("storage locations")
 
     @property
     def chargers(self) -> NoReturn:
-        """There are no places."""
+        """There are no storage locations."""
         raise LacksError("chargers")
 
     @property
     def blocked_locations(self) -> NoReturn:
-        """There are no places."""
+        """There are no storage locations."""
         raise LacksError("storage locations")
 
     @property
     def reserved_locations(self) -> NoReturn:
-        """There are no places."""
+        """There are no storage locations."""
         raise LacksError("storage locations")
 
     def home(self, pod: Pod) -> NoReturn:  # noqa: ARG002
-        """There are no places."""
+        """There are no storage locations."""
         raise LacksError("storage locations")
 
 
@@ -147,7 +147,7 @@ def _shown(state: State, names: Names, warehouse: Warehouse) -> frozenset[int] |
 
 
 def _layout(state: State, names: Names) -> Layout:
-    """Return the grid; without one in the state, a stand-in with places enough, which rules do not get to see."""
+    """Return the grid; without one in the state, a stand-in with cells enough, which rules do not see."""
     if not any(station.picks for station in state.stations.values()):
         names.wrong(("stations",), "found none; expected at least one picking station")
     if state.layout is None:

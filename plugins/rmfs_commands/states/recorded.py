@@ -28,7 +28,7 @@ class Recorded:
     Parameters
     ----------
     number
-        Its place among the recorded decisions, from 1.
+        Its number among the recorded decisions, from 1.
     decides, rule
         Kind of the decision, and the rule's name.
     content

@@ -37,7 +37,7 @@ KINDS = (
 """Kinds of things that may be going on."""
 
 MOST = 1_000_000_000
-"""Largest number of items, places and the like that a state may have."""
+"""Largest number of items, capacity and the like that a state may have."""
 
 
 def _one_of(*values: str | int) -> Check:
@@ -133,7 +133,7 @@ class StationState:
 
     item_capacity: int | None = key("Items that may be assigned at a time", None, unit="items", check=_number(1))
     order_capacity: int | None = key(
-        "Orders that may be assigned at a time, in place of `item_capacity`", None, unit="orders", check=_number(1)
+        "Orders that may be assigned at a time, instead of `item_capacity`", None, unit="orders", check=_number(1)
     )
     queue_length: int | None = key(
         "Pods that can wait besides the one being worked on; left out: as the layout has it, or 12",
@@ -142,7 +142,7 @@ class StationState:
     )
     requests: tuple[RequestState, ...] = key("Items to pick there, the oldest first", ())
     in_hand: InHandState | None = key(
-        "Item that is picked and whose order has its place until it is handled (`stations.release`); left out: none",
+        "Item that is picked and whose order uses capacity until it is handled (`stations.release`); left out: none",
         None,
     )
     inbound: tuple[str, ...] | None = key(
@@ -412,7 +412,7 @@ class State:
     )
     time_s: float | None = key("Time now; left out: the latest arrival", None, unit="s", check=_TIME)
     skus: tuple[str, ...] | None = key("SKUs; left out: in the order in which pods and orders name them", None)
-    layout: LayoutState | None = key("The grid; left out: rules cannot ask for places and driving times", None)
+    layout: LayoutState | None = key("The grid; left out: rules cannot ask for locations and driving times", None)
     motion: MotionState = key("How robots move", factory=MotionState)
     robots: Mapping[str, RobotState] | None = key(
         "Robots by name; left out, as many as carry the pods in the stations' lines", None

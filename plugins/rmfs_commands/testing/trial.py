@@ -110,7 +110,7 @@ class WatchedRule:
         self.view, self.mutation, self.asked = view, None, Counter()
 
     def tell(self, function: Callable[[Event], object], event: Event) -> None:
-        """Call a function that the rule's ``hears`` names, in place of its hook and watched like it."""
+        """Call a function that the rule's ``hears`` names, instead of its hook and watched like it."""
         self._before_call("on_event", function, {})
         function(event)
         self._after_call(None, "on_event", function, {})

@@ -253,7 +253,7 @@ def _reordered() -> TrialWorld:
 def _delivered() -> TrialWorld:
     """Bundles come at their times to two stations of their own, of what no pod holds, too.
 
-    However they are spread, each has room on some pod: 28 places for 23 items in all, 2 in a bundle.
+    However they are spread, each fits on some pod: space for 28 items, 23 items in all, 2 in a bundle.
     """
     orders: Wanted = {"1": {"a": 3, "g": 1}, "2": {"b": 2}, "3": {"h": 3}, "4": {"a": 2, "c": 2}, "5": {"g": 2, "h": 1}}
     pods: Wanted = {"A": {"a": 3, "b": 1}, "B": {"c": 4}, "C": {"d": 1, "e": 3}, "D": {"f": 1}}

@@ -72,7 +72,7 @@ def small_layout(
 ) -> Layout:
     """Return a block layout that is just large enough for so many stations, and for replenishment, on its east side.
 
-    Chargers are in place of storage locations.
+    Chargers are instead of storage locations.
     """
     section = LayoutSection(
         block_rows=2 * (stations + replenishment) + 1,

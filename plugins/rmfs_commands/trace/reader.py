@@ -54,7 +54,7 @@ class Trace:
     tick, status
         When the run ended, and how.
     versions
-        Of what drew layout, orders and places; empty where the header does not say.
+        Of the code that drew layout, orders and locations; empty where the header does not say.
     map_text
         Text of the scenario's map file; None where there is none.
     """

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 BATCH = 4
 """Trials that are proposed at a time, whatever number of workers there are."""
 STARTING = 12
-"""Trials at random places before the sampler learns from them."""
+"""Trials at random values before the sampler learns from them."""
 SURELY = 0.05
 """A trial is given up where the p-value of being worse is below this."""
 SIGNS = {"less": 1, "more": -1}

@@ -43,7 +43,7 @@ class Parameter:
     log
         Whether numbers are tried on a log scale.
     choices
-        Values in place of a range.
+        Values instead of a range.
     """
 
     key: str

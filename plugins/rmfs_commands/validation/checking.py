@@ -33,7 +33,7 @@ class Report:
     metrics_checked
         Whether there were reported metrics to compare.
     start_checked
-        Whether layout, orders and places could be compared with those that the scenario makes.
+        Whether layout, orders and locations could be compared with those of the scenario.
     """
 
     faults: list[Fault]

@@ -22,7 +22,7 @@ from rmfs_core.events import RobotMoved
 from rmfs_core.motion import Motion
 
 PARKING_TICKS = 120 * TICKS_PER_S
-"""A robot without a task may be on its way to a parking place, which the trace does not tell, for so long."""
+"""A robot without a task may be on its way to rest, which the trace does not tell, for so long."""
 
 LONGEST_M = 100_000
 """A run so long that a robot does not brake before the cells in question."""
@@ -76,7 +76,7 @@ def reached_s(motion: Motion, metres: int, at: int) -> float:
 
 
 def _known_until(case: Case, state: State) -> list[int]:
-    """Tick until which the place of each robot is known where it rests last."""
+    """Tick until which the cell of each robot is known where it rests last."""
     end = case.trace.tick
     serving = {station.visit.robot for station in state.stations if station.visit is not None}
     return [

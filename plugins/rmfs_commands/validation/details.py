@@ -153,7 +153,7 @@ def delays_of(trace: Trace) -> list[Row]:
 
     With batteries ``robot_s`` and ``pod_s`` are one: no event tells when a robot has too little charge to be free.
     """
-    steps: dict[int, list[tuple[int, int, str]]] = defaultdict(list)  # pod -> place in the trace, tick, kind
+    steps: dict[int, list[tuple[int, int, str]]] = defaultdict(list)  # pod -> line of the trace, tick, kind
     assigned: dict[int, list[int]] = defaultdict(list)
     last_pick: dict[int, tuple[int, int, int]] = {}
     still: dict[int, int] = {}  # robot -> when it last came to rest
@@ -209,7 +209,7 @@ def delays_of(trace: Trace) -> list[Row]:
 
 
 def _way(steps: list[tuple[int, int, str]], place: int, last: int) -> dict[str, int]:
-    """Return when a pod took each step before a place in the trace, none earlier than the tick of the last assignment.
+    """Return when a pod took each step before a line of the trace, none earlier than the tick of the last assignment.
 
     A pod that comes from another station is asked for, and lifted, when it leaves that.
     """

@@ -36,7 +36,7 @@ class LineCheck:
         pod.bound.append((event.station, event.tick))
 
     def moved(self, event: RobotMoved) -> None:
-        """Check that a robot keeps behind its place in line, by whatever way it came into the queue."""
+        """Check that a robot keeps behind its position in line, wherever it entered the queue."""
         case, i = self.case, self.case.lane[event.to]
         if i < 0 or event.pod is None or not self.collisions:
             return
@@ -45,7 +45,7 @@ class LineCheck:
         place = (cells.station, *cells.queue).index(event.to)
         if place < ahead:
             drives = f"{case.robot(event.robot)} drives to {case.where(event.to)} in the queue of {case.station(i)}"
-            case.add("queue-passed", event.tick, f"{drives}, place {place} there; robots ahead of it in line: {ahead}")
+            case.add("queue-passed", event.tick, f"{drives}, position {place} there; robots ahead in line: {ahead}")
 
     def joined(self, event: QueueJoined) -> None:
         """Check that a robot stands in the queue, and that the queue has room."""
@@ -136,7 +136,7 @@ class LineCheck:
         robot.free_tick = event.tick
 
     def _comes(self, i: int, station: int) -> bool:
-        """Whether a robot is on its way to a line: it may have had a place ahead, and have lost it just now."""
+        """Whether a robot is on its way to a line: it may have had a position ahead, and have lost it just now."""
         robot = self.state.robots[i]
         coming = robot.pod is not None and any(at == station for at, _ in self.state.pods[robot.pod].bound)
         return coming and i not in self.state.stations[station].line

@@ -22,7 +22,7 @@ PLACE = "header of the trace"
 
 
 def made_alike(trace: Trace, result: Mapping[str, Any] | None) -> bool:
-    """Whether what is installed draws layouts, orders and places as what recorded a trace did.
+    """Whether what is installed draws layouts, orders and locations like the code that recorded a trace.
 
     Which versions did is said by the header; where it says nothing, by the result next to the trace.
     """
@@ -89,7 +89,7 @@ def _compare_instances(case: Case, instance: Instance) -> None:
 def _compare_places(case: Case, scenario: Scenario) -> None:
     """Pods, empty ones and robots stand at random; pods that are at stations from the start, and their robots, there.
 
-    Each pod and each robot has its place in a stream of the scenario's seed, whether or not it stands there.
+    Each pod and each robot has its location in a stream of the scenario's seed, whether or not it stands there.
     """
     trace, locations = case.trace, case.layout.storage_locations
     pods, robots = (
@@ -118,8 +118,8 @@ def _compare_places(case: Case, scenario: Scenario) -> None:
             cell = cells.slot(place)
             expected_robots[robot]["cell"] = cell
             expected_pods[ids[name]] = {"cell": cell, "robot": robot, "bound_for": [station]}
-    _compare(case, "the places of pods", map(_listed, trace.pods), expected_pods)
-    _compare(case, "the places of robots", trace.robots, expected_robots)
+    _compare(case, "the locations of pods", map(_listed, trace.pods), expected_pods)
+    _compare(case, "the locations of robots", trace.robots, expected_robots)
     names = [station["name"] for station in trace.stations]
     _compare(case, "the names of stations", names, [str(i) for i in range(1, len(names) + 1)])
     _compare(case, "the empty pods", trace.blocked, sorted(pods[number:standing]))
@@ -137,7 +137,7 @@ def _compare(case: Case, what: str, found: Iterable[Any], expected: Iterable[Any
     different = [i for i, (a, b) in enumerate(zip(one, other, strict=True)) if a != b]
     if different:
         i = different[0]
-        told = f"{what} are others than the scenario makes: {one[i]} in place of {other[i]}"
+        told = f"{what} are others than the scenario makes: {one[i]} instead of {other[i]}"
         case.add("header", 0, f"{told}{_more(len(different))}")
 
 

@@ -41,7 +41,7 @@ class _Packed:
 
 @define
 class _Pick:
-    """A pick of an order at a station: in which visit, when its order's place was given back, when it was handled."""
+    """A pick of an order at a station: in which visit, when its order's capacity was freed, when it was handled."""
 
     visit: int
     released: int

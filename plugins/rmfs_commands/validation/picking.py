@@ -123,7 +123,7 @@ class PickCheck:
             self._release(event.order, event.sku, event.tick)
 
     def until(self, tick: int) -> None:
-        """Note what is handled by then: at the latest when a place is needed that it gives back."""
+        """Note what is handled by then: at the latest when capacity is needed that it frees."""
         for station in self.state.stations:
             while station.in_hand and station.in_hand[0][2] <= tick:
                 order, sku, done = station.in_hand.pop(0)
@@ -141,6 +141,6 @@ class PickCheck:
             size = order.size.pop(part)
             joined = [other for other in order.size if other[0] == part[0]]
             if joined and self.case.trace.stations[part[0]]["counts_orders"]:
-                order.size[joined[0]] = max(size, order.size[joined[0]])  # the place is theirs now
+                order.size[joined[0]] = max(size, order.size[joined[0]])  # the capacity is theirs now
             else:
                 station.load -= size

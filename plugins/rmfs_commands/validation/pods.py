@@ -30,7 +30,7 @@ class PodCheck:
         self._take(event, robot, pod, fetches)
 
     def moved(self, event: PodMoveDecided) -> None:
-        """Check that a pod which is carried elsewhere is bound for no station, and finds a free place there."""
+        """Check that a pod which is carried elsewhere is bound for no station, and finds a free location there."""
         case, robot, pod = self.case, self.state.robots[event.robot], self.state.pods[event.pod]
         moves = f"{case.robot(event.robot)} shall carry {case.pod(event.pod)} to {case.where(event.cell)}"
         if pod.bound:
@@ -108,7 +108,7 @@ class PodCheck:
                     case.add("not-stored", end, f"{stands} since {seconds(robot.free_tick)} and does not set it down")
 
     def _work(self, event: PodLifted | PodStored, doing: str) -> None:
-        """Check place and time of what a robot does at rest, and note how long it is busy."""
+        """Check cell and time of what a robot does at rest, and note how long it is busy."""
         robot = self.state.robots[event.robot]
         if robot.cell != event.cell:
             self.case.add("robot-elsewhere", event.tick, f"{doing}, but stands at {self.case.where(robot.cell)}")

@@ -116,7 +116,7 @@ class BundleCheck:
         return None
 
     def assigned(self, event: BundleAssigned) -> None:
-        """Check that a station has a place for a bundle that has none."""
+        """Check that a station has capacity for a bundle without a station."""
         case, bundle = self.case, self._known(event)
         if bundle is None:
             return
@@ -161,7 +161,7 @@ class BundleCheck:
             case.add("bundle-elsewhere", event.tick, f"{sent}, where no bundle is for it")
 
     def stored(self, event: BundleStored) -> None:
-        """Check place, time and items, and put them on the pod."""
+        """Check station, time and items, and put them on the pod."""
         case, bundle, station = self.case, self._known(event), self.state.stations[event.station]
         if bundle is None:
             return

@@ -70,7 +70,7 @@ class ShiftCheck:
         told.append((event.tick, event.number))
 
     def assigned(self, event: OrderAssigned) -> None:
-        """Check that a station which gets an order is open; what joins an order's place there is no new order."""
+        """Check that a station which gets an order is open; a further part of an order there is no new order."""
         order, header = self.state.orders[event.order], self.case.trace.stations[event.station]
         joins = header["counts_orders"] and any(at == event.station and size for (at, _), size in order.size.items())
         if not self.told[event.station][-1][1] and not joins:

@@ -63,7 +63,7 @@ class Visit:
 class StationState:
     """A station: robots in line, the visit under way, the picker, open requests by SKU, capacity in use.
 
-    ``in_hand`` are the items (order, SKU, tick at which they are handled) whose orders have their places until then.
+    ``in_hand`` are the items (order, SKU, tick at which they are handled) whose orders use capacity until then.
     """
 
     line: list[int] = Factory(list)

@@ -11,7 +11,7 @@ How a period goes from the warehouse to a proven decision:
 4. `proof.ties`: among the optima, another one may be preferred.
 5. `printed.constraints`: whatever found it, the solution is checked by the constraints as the paper prints them.
 
-With ``formulation = "paper"`` a solver gets the models as printed (`printed.models`) in place of 2 to 4. The folders
+With ``formulation = "paper"`` a solver gets the models as printed (`printed.models`) instead of 2 to 4. The folders
 import one way: `proof` from `printed`, `compiled` and `period`; `printed` and `compiled` from `period`.
 
 Xie, Thieme, Krenzler, Li, "Efficient order picking methods in robotic mobile fulfillment systems", arXiv:1902.03092,

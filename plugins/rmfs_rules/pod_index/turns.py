@@ -98,7 +98,7 @@ def bring_pods(p: Period, station: int, line: int, most: float) -> int:
     Returns
     -------
     The line to be taken, `NONE` for none: the best one of the pod that was sent, or that which only all of the pods
-    that were sent bring. (If another line were taken in place of that one, it might no longer fit, and pods would come
+    that were sent bring. (If another line were taken instead of that one, it might no longer fit, and pods would come
     for nothing.)
     """
     weights = p.weights

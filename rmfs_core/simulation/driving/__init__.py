@@ -1,4 +1,4 @@
-"""How robots get from place to place in a run; the PP rule's attribute ``reserves`` says which way it plans for."""
+"""How robots drive in a run; the PP rule's attribute ``reserves`` says which way it plans for."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ class Course:
     reserved, arrives
         Cells that its path occupies, the leg under way included, and the tick at which it ends.
     overtaken
-        How many robots have come between it and the head of the line since it took its place there.
+        How many robots have come between it and the head of the line since it took its position there.
     waits, ready
         Event that it waits for before its next leg; the tick until which it waits, where a state has told that.
     """
@@ -76,7 +76,7 @@ class Course:
 
 
 class Driving:
-    """How robots get from place to place. Where the story of a run says "drive", one of its subclasses does it.
+    """How robots drive. Where the story of a run says "drive", one of its subclasses does it.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ Endpoints are the storage locations, the queue cells and the stations. At any ti
 1. each robot owns exactly one endpoint, which no other robot owns: the end of its path;
 2. the table holds the whole path of each robot, and its end is held without end;
 3. a robot's reservations are replaced all at once: the old endpoint is given up only with the new path away from it;
-4. the robots of a station's line (those that stand in it or have taken a ticket for it) own its first places, the
+4. the robots of a station's line (those that stand in it or have taken a ticket for it) own its first positions, the
    station first, in the order of the line and without gaps; a robot takes its ticket, the cell behind the last one,
    when it has its pod and sets out, and may then overtake (below). Every step in a lane leads ahead, shortcuts too;
 5. a robot that leaves a station sets out for a storage location that PR chose and nobody owns, or for a ticket;
@@ -18,11 +18,11 @@ Endpoints are the storage locations, the queue cells and the stations. At any ti
 Overtaking
 ----------
 Tickets are taken in the order of departure, and who departs first need not come first. So the robot that has just taken
-a ticket changes places with the one ahead, and then with the next one ahead, as long as all of this holds: neither is
-in the lane of the station, nor on a leg that ends there; among the reservations of all others, and those for the legs
-that the two have under way, there is a path to the place ahead that arrives before the other robot would; next to this
-path there is one for the other robot to the place behind; and that robot has been overtaken less often, since it took
-its ticket, than the queue has cells. Both paths, both endpoints and both places in line are then replaced at once.
+a ticket changes positions with the one ahead, and then with the next one, as long as all of this holds: neither is in
+the lane of the station, nor on a leg that ends there; among the reservations of all others, and those for the legs that
+the two have under way, there is a path to the position ahead that arrives before the other robot would, and with it one
+for the other robot to the position behind; and that robot has been overtaken less often, since it took its ticket, than
+the queue has cells. Both paths, both endpoints and both positions in line are then replaced at once.
 Otherwise the table gets back what it had. No simulated time passes in between: at all times that other arguments speak
 of, 1 to 6 hold, since the two have exchanged the endpoints that they owned, and each has a whole path to its own.
 
@@ -81,7 +81,7 @@ class CompleteDriving(ReservedDriving):
     # Overtaking
 
     def _overtake(self, course: Course, station: Station) -> bool:
-        """Let a robot change places with the one ahead in line if it comes first; return whether it did."""
+        """Let a robot change positions with the one ahead in line if it comes first; return whether it did."""
         line = self.lines[station.id]
         place = line.index(course)
         if place == 0:
@@ -104,7 +104,7 @@ class CompleteDriving(ReservedDriving):
         return True
 
     def both(self, course: Course, first: Query, ahead: Course, second: Query) -> tuple[Rows, Rows] | None:
-        """Return paths with which a robot comes to the place of the one ahead before that would, and that one behind.
+        """Return paths by which a robot gets the position of the one ahead before that one would, and that one behind.
 
         None when there are none. The table has what the two need only for the legs under way if there are, and what
         they had before if there are none.

@@ -46,7 +46,7 @@ class FreeDriving(Driving):
         while True:
             line = station.line
             place = min(line.index(robot), len(slots) - 1)
-            # Whoever came while this robot was still driving may stand behind its own place: nobody backs up.
+            # Whoever came while this robot was still driving may stand behind its own position: nobody backs up.
             if robot.cell not in slots or slots.index(robot.cell) > place:
                 yield from self._drive(robot, slots[place])
             elif line[0] is robot:

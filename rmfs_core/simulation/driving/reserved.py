@@ -62,7 +62,7 @@ class ReservedDriving(Driving):
         self.table = Reservations(self.roads.cells)
         self.courses = [Course(r, run.env.event(), run.env.event(), r.cell) for r in robots]
         self.lines: list[list[Course]] = [[] for _ in run.warehouse.stations]
-        """Robots in the line of each station or with a place in it, first in line first."""
+        """Robots in the line of each station or with a position in it, first in line first."""
         self._locations = np.array(locations, dtype=np.int64)
         self.owner: dict[int, Course] = {course.goal: course for course in self.courses}
         self._forgotten = 0
@@ -129,7 +129,7 @@ class ReservedDriving(Driving):
         return self.path(robot, query.goal, traffic, needed=needed)
 
     def _commit(self, course: Course, legs: Rows) -> Rows:
-        """Reserve a path in place of what the robot has not begun; return what it occupies."""
+        """Reserve a path instead of what the robot has not begun; return what it occupies."""
         try:
             rows, end = self.table.settle(course.robot.id, self.roads, *self._begun(course, legs))
         except ReservedError as error:
@@ -239,10 +239,10 @@ class ReservedDriving(Driving):
             arrived, course.arrived = course.arrived, self.env.event()
             arrived.succeed()
 
-    # Lines and places
+    # Lines and positions
 
     def _join(self, station: Station) -> None:
-        """Let those who stand in the lane join the line, in the order of their places."""
+        """Let robots in the lane join the line, in the order of their cells."""
         lane = self.roads.layout.lane
         for course in self.lines[station.id]:
             if course.station is station and not course.joined and course.robot.pod is not None:

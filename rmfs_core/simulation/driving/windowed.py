@@ -13,11 +13,11 @@ there, or comes to a stop in one that another has yet to cross, even if the rese
 that is refused loses its path and keeps its cell; the robot that had reserved that cell loses its path too, and stops
 where its own run ends. A run by a shortcut or a second entrance is refused as well as long as a robot that is ahead in
 the line would be behind it then: those ahead have to stand, or be on runs that end, nearer to the station. So robots
-stand in a lane in the order of their line; who joins it later has no place ahead of one that has come so. Where those
+stand in a lane in the order of their line; who joins it later is not ahead of one that has come so. Where those
 ahead have no such paths yet, a robot is planned for to the far end of the queue; in the lane, it waits.
 
 The line at a station is in the order in which the reserved paths enter its queue; a robot that loses its path on the
-way there loses its place. A robot is planned for to the place behind those ahead of it, and leaves the line when it
+way there loses its position. A robot plans for the position behind those ahead of it, and leaves the line when it
 begins its first run away from the station.
 
 There is no proof against deadlock: a robot that finds no path, or has been refused for thirty seconds, when it has come
@@ -55,12 +55,12 @@ PATIENCE_TICKS = 30_000
 
 @define
 class Progress:
-    """How far a robot has come on its way to one place.
+    """How far a robot has come on its way to one goal.
 
     Parameters
     ----------
     moved
-        Tick at which its last run ended or ends, or at which it was given its goal, or the place ahead in its line.
+        Tick at which its last run ended or ends, or at which it was given its goal, or the position ahead in its line.
     nearest, nearer
         Ticks from the goal, other robots ignored, of the nearest stop that it asked for a path at and found none, and
         ``moved`` as it was then.
@@ -71,7 +71,7 @@ class Progress:
     refused
         Cell that it was refused a run for since it moved last; None when it was not.
     passes
-        Whether it came into its lane by a shortcut or a second entrance: nobody gets a place ahead of it any more.
+        Whether it came into its lane by a shortcut or a second entrance: nobody gets a position ahead of it any more.
     """
 
     moved: int = 0
@@ -150,7 +150,7 @@ class WindowedDriving(ReservedDriving):
             course.station, course.joined = None, False
 
     def _target(self, course: Course) -> int:
-        """Cell that a robot is planned for to: its goal, or its place in a line as that is now."""
+        """Cell that a robot is planned for to: its goal, or its present position in a line."""
         if course.station is None:
             return course.goal
         line = self.lines[course.station.id]
@@ -229,7 +229,7 @@ class WindowedDriving(ReservedDriving):
                 insort(self.lines[station.id], course, key=lambda other: self.progress_of[other.robot.id].entry)
 
     def let_move_up(self, station: Station) -> None:
-        """Let those who rest in a line plan for the places that they have now."""
+        """Let robots that rest in a line plan for their present positions."""
         for place, course in enumerate(self.lines[station.id]):
             if self.rests(course):
                 if course.robot.cell == station.cells.slot(place + 1):

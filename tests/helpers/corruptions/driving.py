@@ -71,7 +71,7 @@ changed("a run a tick faster", MOVED, lambda line: {"tick": line["tick"] - 1})
 changed("a run a tick slower", MOVED, lambda line: {"tick": line["tick"] + 1})
 changed("a run that starts a tick early", MOVED, lambda line: {"start_tick": line["start_tick"] - 1})
 changed("a turn a tick faster", MOVED, lambda line: {"turn_ticks": line["turn_ticks"] - 1})
-changed("a wait in place of a turn", MOVED, lambda line: {"wait_ticks": line["turn_ticks"], "turn_ticks": 0},
+changed("a wait instead of a turn", MOVED, lambda line: {"wait_ticks": line["turn_ticks"], "turn_ticks": 0},
         lambda line: line["turn_ticks"] and not line["wait_ticks"])  # fmt: skip
 changed("a wait that is none", MOVED,
         lambda line: {"wait_ticks": 0, "start_tick": line["start_tick"] + line["wait_ticks"]}, apart)  # fmt: skip

@@ -24,7 +24,7 @@ def a_cell_closed_where_nobody_drives(raw: Raw) -> None:
     raw.set_sign("moves", cell, f"{raw.moves(cell) & (raw.moves(cell) - 1):x}")
 
 
-made("floor in place of storage", lambda raw: raw.set_sign("kind", next_of(raw.free_locations()), "1"))
+made("floor instead of storage", lambda raw: raw.set_sign("kind", next_of(raw.free_locations()), "1"))
 
 
 @kind
@@ -34,10 +34,10 @@ def floor_in_place_of_storage_with_an_empty_pod(raw: Raw) -> None:
 
 
 made(
-    "storage in place of floor",
+    "storage instead of floor",
     lambda raw: raw.set_sign("kind", next_of([cell for cell in raw.cells("1") if cell not in raw.visited()]), "2"),
 )
-made("a wall in place of storage", lambda raw: raw.set_sign("kind", next_of(raw.free_locations()), "0"))
+made("a wall instead of storage", lambda raw: raw.set_sign("kind", next_of(raw.free_locations()), "0"))
 
 
 @kind

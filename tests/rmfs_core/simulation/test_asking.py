@@ -596,7 +596,7 @@ def test_pods_that_nobody_uses_are_moved(world: Warehouse) -> None:
 def test_robots_without_a_task_rest_where_nobody_else_does(world: Warehouse) -> None:
     (one, other), free = world.robots, world.free_locations
     assert checks.rest(world, RobotMove(0, free[0])) == (one, free[0], 0.0)
-    for cell, why in ((other.cell, "where another"), (one.cell, "where another"), (0, "no storage location")):
+    for cell, why in ((other.cell, "which a robot"), (one.cell, "which a robot"), (0, "no storage location")):
         told = impossible(checks.rest, world, RobotMove(0, cell))
         assert f"sent robot 1 (id 0) to rest in cell {cell}, {why}" in told
     world.reserve(free[1])

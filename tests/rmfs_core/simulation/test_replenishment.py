@@ -154,7 +154,7 @@ def waiting_and_assigned() -> Warehouse:
 
 @cases(
     "role answer problem",
-    (Role.ROA, [BundleAssignment(2, 1)], "(id 2) to station 2 (id 1), but all 2 places for bundles are taken"),
+    (Role.ROA, [BundleAssignment(2, 1)], "(id 2) to station 2 (id 1), but all 2 units of capacity are used"),
     (Role.ROA, [BundleAssignment(2, 0)], "bundle 3 (id 2) to station 1 (id 0), but it stores none"),
     (Role.ROA, [BundleAssignment(0, 1)], "assigned bundle 0 to station 2 (id 1), but no such bundle waits"),
     (Role.ROA, [BundleAssignment(2, 5)], "named station 5, which does not exist"),

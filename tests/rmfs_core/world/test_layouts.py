@@ -254,7 +254,7 @@ RETURNED = 'layout.generator: generator "{}" (acme 1.0) returned a wrong Layout:
 TAKES = "; besides section, text, queue_length and place it takes"
 LONG = f"{TAKES} `length` and `gap`"
 CALLED = 'layout.{}: generator "{}" (acme 1.0) cannot be called:'
-CELLS = "; expected cells from 0 to 26, and a place in its queue"
+CELLS = "; expected cells from 0 to 26, and a queue of at least one"
 
 
 @cases(

@@ -13,7 +13,7 @@ export const HEATS = {
   waiting: { label: "Waiting", unit: "s", by: "cell", says: "seconds that robots on a way stood in the cell" },
   traffic: { label: "Traffic", unit: "", by: "cell", says: "times that a robot drove into the cell" },
   picks: { label: "Picks by pod", unit: "", by: "pod", says: "items picked from the pod in the whole run" },
-  storage: { label: "Time in storage", unit: "%", by: "cell", says: "share of the time that a pod stood in the place" },
+  storage: { label: "Time in storage", unit: "%", by: "cell", says: "share of the time that a pod stood at the location" },
 };
 
 export const HEAT_NAMES = /** @type {("none" | HeatName)[]} */ (Object.keys(HEATS));

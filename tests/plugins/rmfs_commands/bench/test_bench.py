@@ -121,8 +121,7 @@ def test_an_override_that_no_run_would_show_is_refused(rules: list[str], overrid
     parameters = {"most-covered": {"n": 2}}
     ones = [contestant(name, RuleChoice(name, parameters.get(name, {}))) for name in rules]
     assert refusal(lambda: list(bench(ones, ["small"], [1], overrides=[override]))) == (
-        f"--set {override}: every rule that is compared takes the place of `rules.{key}`; "
-        "expected a rule for another decision"
+        f"--set {override}: every rule that is compared replaces `rules.{key}`; expected a rule for another decision"
     )
 
 
@@ -339,9 +338,9 @@ def test_runs_that_fail_or_are_interrupted(acme: None, capsys: pytest.CaptureFix
     (("first-comes",), "did you mean `first-come`"),
     (("endless", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
     (("integrated", "--set", "instance.order=5"), "unknown key"),
-    (("pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
-    (("pod-match", "--set", "rules.poa.name=first-come"), "takes the place of `rules.poa`"),
-    (("integrated", "pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
+    (("pod-match", "--set", "rules.poa=first-come"), "replaces `rules.poa`"),
+    (("pod-match", "--set", "rules.poa.name=first-come"), "replaces `rules.poa`"),
+    (("integrated", "pod-match", "--set", "rules.poa=first-come"), "replaces `rules.poa`"),
     (("demand", "--world", "tiny"), "tiny: there is no such file, and no shipped"),
     (("./x.py:X", "--no-inline-rules"), "--no-inline-rules refuses"),
     ((), "Missing argument"),

@@ -601,7 +601,7 @@ def test_what_another_process_compiles_is_looked_for_again(tmp_path: Path) -> No
             if not asked:
                 asked.append(module)
                 print(module)
-                searching.compiled()(2)  # in place of the other process
+                searching.compiled()(2)  # instead of the other process
             return len(asked) == 1
         found = searching.compiled()
         with loading_alone(missed):

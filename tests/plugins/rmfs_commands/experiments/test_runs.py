@@ -331,7 +331,7 @@ def test_what_is_not_stored_leaves_nothing(job: Job, runs: RunStore, monkeypatch
 
 
 def test_a_run_that_another_process_stores_meanwhile_stays(job, runs, monkeypatch) -> None:
-    """Whether it is there when the files are written, in place of one with something wrong, or first at the rename."""
+    """Whether it is there when the files are written, instead of one with something wrong, or first at the rename."""
     outcome, rename, write = simulate(job), Path.rename, Path.write_bytes
     other = evolve(outcome, run_s=99.0)
 

@@ -188,7 +188,7 @@ def test_one_way_cells_against_each_other_are_noted(tmp_path: Path) -> None:
         "a.json: found robots 1 and 3 both at location 0; expected a location of its own for each robot",
     ),
     ("3\n0\n2\n8\n", "1\n10,99\n", {}, "a.json: a task is at location 99, which is no free cell of"),
-    ("", "1\n10\n", {}, "a.agents: expected the number of entries in the first line, and"),
+    ("", "1\n10\n", {}, "a.agents: expected the number of entries in the first line, then"),
 )
 def test_wrong_problems_are_refused(tmp_path, agents, tasks, told, message) -> None:
     assert refusal(lambda: import_lorr(problem(tmp_path, agents, tasks, told))).startswith(f"{tmp_path}/{message}")

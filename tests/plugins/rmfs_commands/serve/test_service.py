@@ -247,7 +247,7 @@ async def sent_by(app: Any, receive: Callable[[], Awaitable[Any]], **changes: An
 
 @define
 class Scripted:
-    """In place of rules: a reply, or an error."""
+    """Instead of rules: a reply, or an error."""
 
     answer: Reply | RmfsError = field(factory=lambda: Reply(200, b'{"decides":"POA"}\n'))
     pid: int | None = 1

@@ -72,7 +72,7 @@ def test_a_robot_keeps_behind_its_place_in_line(new_script: Any) -> None:
     script.drive(1, 2, 7)
     assert [fault for fault in told(script.trace()) if fault.startswith("queue-passed")] == [
         "queue-passed: robot 2 drives to row 3, column 8 in the queue of station 1, "
-        "place 0 there; robots ahead of it in line: 1"
+        "position 0 there; robots ahead in line: 1"
     ]
     assert faults_of(script.trace(), collisions=False) == []  # robots pass through each other, in queues, too
 

@@ -454,7 +454,7 @@ def test_a_map_is_read_from_the_header(tmp_path: Path) -> None:
 @cases(
     "change sentence",
     (lambda t: evolve(t, scenario={**t.scenario, "seed": 9}), "the orders are others than the scenario makes: "),
-    (lambda t: evolve(t, robots=t.robots[:-1]), "the places of robots are 3; the scenario makes 4"),
+    (lambda t: evolve(t, robots=t.robots[:-1]), "the locations of robots are 3; the scenario makes 4"),
     (lambda t: evolve(t, blocked=t.blocked[1:]), "the empty pods are "),
     (
         lambda t: evolve(

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @define
 class TheRule:
-    """Carry pods that are wanted to free places nearer to a station.
+    """Carry pods that are wanted to free locations nearer to a station.
 
     The pod with the most items that are wanted goes first, to the free storage location from which the drive to a
     station is shortest, if that is shorter than from where the pod is. Ties go to the lowest id and cell index.
@@ -22,7 +22,7 @@ class TheRule:
 
     @hookimpl
     def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
-        """Pair wanted pods with the best free places."""
+        """Pair wanted pods with the best free locations."""
         demand = warehouse.open_demand()
         tables = [warehouse.travel.times_to(station.cell, True) for station in warehouse.stations]
 

@@ -17,7 +17,7 @@ def test_it_conforms() -> None:
 
 
 def test_the_smallest_order_goes_to_the_station_with_the_most_room() -> None:
-    """Two places at one station, three at the other: the small order takes one of the three, the large fits no more."""
+    """Capacity 2 at one station, 3 at the other: the small order takes one of the three, the large fits no more."""
     world = small_world(ORDERS, PODS, capacities=(2, 3))
     assert TheRule().assign_orders(WarehouseView(world)) == [OrderAssignment(SMALL, 1)]
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class TheRule:
     """Drive the fastest path a few legs at a time, as if there were no other robots.
 
-    Where a path ends before the goal the rule is asked again: that is the place to look around and to plan anew.
+    Where a path ends before the goal the rule is asked again: that is where to plan anew.
 
     Parameters
     ----------

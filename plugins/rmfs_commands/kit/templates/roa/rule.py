@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @define
 class TheRule:
-    """Assign the bundle first whose SKU is wanted most, to the station with the most free places.
+    """Assign the bundle first whose SKU is wanted most, to the station with the most free capacity.
 
     How much a SKU is wanted is its open demand per item in the bundle. So that nothing waits forever, bundles that
     have waited longer than ``patience_s`` go first, the oldest of them before the others.
@@ -29,7 +29,7 @@ class TheRule:
 
     @hookimpl
     def assign_bundles(self, warehouse: WarehouseView) -> Sequence[BundleAssignment]:
-        """Assign bundles until no place is free."""
+        """Assign bundles until no capacity is free."""
         wanted = warehouse.open_demand()
 
         def rank(bundle: Bundle) -> tuple[bool, float, int]:

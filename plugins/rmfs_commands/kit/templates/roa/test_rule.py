@@ -13,7 +13,7 @@ def test_it_conforms() -> None:
 
 
 def test_what_is_wanted_goes_first_unless_another_waited_too_long() -> None:
-    """One place is free. SKU b is wanted, a is not."""
+    """One unit is free. SKU b is wanted, a is not."""
     world = small_world({"O": ["b"]}, {"P": {"a": 1, "b": 1}}, bundle_capacity=1)
     for sku in (0, 1):
         world.bundle_arrives(sku, 5)
