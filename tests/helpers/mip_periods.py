@@ -20,7 +20,7 @@ def period_of(
 ) -> Period:
     """Return a period of at most nine SKUs.
 
-    From the SKUs of each order, those of each pod or its numbers of items, the free places of each station and the pods
+    From the SKUs of each order, those of each pod or its numbers of items, the free slots of each station and the pods
     there, and what else is so.
     """
     counted = [pod for pod in pods if isinstance(pod, Mapping)]
@@ -38,7 +38,7 @@ def period_of(
 
 
 def random_period(seed: int) -> Period:
-    """Return a small period: pods at stations, begun orders, stations with one place, SKUs on no pod, quantities."""
+    """Return a small period: pods at stations, begun orders, stations with one slot, SKUs on no pod, quantities."""
     rng = np.random.default_rng(seed)
     n_skus, n_pods, n_orders, n_stations = (int(rng.integers(*span)) for span in ((3, 9), (2, 7), (1, 8), (1, 4)))
     contents = [tuple(sorted({int(i) for i in rng.integers(0, n_skus, rng.integers(1, 4))})) for _ in range(n_pods)]

@@ -46,13 +46,13 @@ class _Moving(ByStock):
     weight_speed: float
     weight_demand: float = _weight(1.0, "on it that are wanted now")
     retry_s: float = parameter(
-        120.0, POSITIVE, "Seconds until repositioning is looked into again, once no pod was out of place"
+        120.0, POSITIVE, "Seconds until repositioning is looked into again, once all pods were where they belong"
     )
     _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
 
     @hookimpl
     def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
-        """Move the pods that are out of place."""
+        """Move the pods that are not where they belong."""
         return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse, max_moves))
 
     @hookimpl
@@ -120,7 +120,7 @@ class TurnoverClasses(ByStock):
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    borders: tuple[float, ...] = class_borders("places and of all pods")
+    borders: tuple[float, ...] = class_borders("locations and of all pods")
     _classes: Kept[Ids] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
@@ -234,7 +234,7 @@ class Cache(_Moving):
 
 @define
 class Utility(_Moving):
-    """Store a pod in a place of the rank that the pod has among all pods.
+    """Store a pod at a location of the rank that the pod has among all pods.
 
     Pods are ranked by how much they are wanted, a weighted sum of the items ordered until now of the SKUs on them and
     of the items on them that are wanted now, each as a share of the largest; storage locations (those that hold no

@@ -27,6 +27,6 @@ class Fixed:
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
-        """Choose the pod's home place."""
+        """Choose the pod's home location."""
         home = warehouse.home(pod)
         return home if home in warehouse.free_storage_locations else nearest_free_location(warehouse, pod)

@@ -28,7 +28,7 @@ def room_to_split(warehouse: WarehouseView, capacity: int | None, most_work_s: f
     if most_work_s and packing_work_s(warehouse) > most_work_s:
         rooms.append(0)
     free = warehouse.free_boxes
-    # Each order takes a place of a station: where there are no more of these than boxes, boxes limit nothing
+    # Each order takes a slot of a station: where there are no more of these than boxes, boxes limit nothing
     if free is not None and free < sum(station.free_capacity for station in warehouse.stations):
         rooms.append(free)
     return min(rooms, default=None)

@@ -60,9 +60,9 @@ class Pairs:
     extra
         Addition of each station to the scores of all orders, by station, float64; it may be changed in place.
     fast_lane
-        Places that a station with something to do keeps for orders which the pod that is there can complete.
+        Slots that a station with something to do keeps for orders which the pod that is there can complete.
     queues
-        Instead of stations, their queues: free places and length of each, by station. An order takes one place, and
+        Instead of stations, their queues: free slots and length of each, by station. An order takes one slot, and
         joins where it fits the empty station.
 
     Attributes
@@ -181,7 +181,7 @@ class Pairs:
         return self._chosen
 
     def _may_fit(self) -> bool:
-        """Whether an order may fit anywhere: a station has room, or an order a place at one."""
+        """Whether an order may fit anywhere: a station has room, or an order a slot at one."""
         return bool(self._at.placed.shape[1] or max(self._free.tolist(), default=0) > 0)
 
     def _preferred(self, row: int, prefer: Prefer | None) -> int:
@@ -217,7 +217,7 @@ def places_kept(default: int = 0) -> Any:
     return parameter(
         default,
         NOT_NEGATIVE,
-        "Places that a station with something to do keeps for orders that the pod which is there can complete at once",
+        "Slots that a station with something to do keeps for orders that the pod which is there can complete at once",
     )
 
 
@@ -333,7 +333,7 @@ def assign_best_pairs(
     if not len(rows):
         return []
     for station in stations:
-        if station.free_capacity or warehouse.split_orders_open:  # a full one may take orders that have a place there
+        if station.free_capacity or warehouse.split_orders_open:  # a full one may take orders that have a slot there
             scores[station.id, rows] = score(station)
     pairs = Pairs(
         warehouse, scores=scores, rank=by_place(rank, np.float64), first=by_place(first, np.bool_), fast_lane=fast_lane
@@ -372,7 +372,7 @@ def pod_at(warehouse: WarehouseView, station: Station) -> Pod | None:
 
 
 def places_taken(warehouse: WarehouseView) -> Flags:
-    """Return which orders have a place at stations that count orders, shape (stations, orders); (stations, 0): none."""
+    """Return which orders have a slot at stations that count orders, shape (stations, orders); (stations, 0): none."""
     lines, stations = warehouse.lines, warehouse.stations
     begun = lines.begun.tolist() if warehouse.split_orders_open else []
     if not begun:
@@ -393,13 +393,13 @@ def _compiled() -> Any:
 
 @cache
 def _no_stock() -> Stock:
-    """Return the stock of no pods: what pods hold matters to those alone who keep places for it."""
+    """Return the stock of no pods: what pods hold matters to those alone who keep slots for it."""
     return stock_of((), 1)
 
 
 @cache
 def _nothing_at(stations: int) -> tuple[Ints, Floats, Flags, Floats]:
-    """Return what is known of no orders at stations: table, scores, places, and no addition; nobody changes them."""
+    """Return what is known of no orders at stations: table, scores, slots, and no addition; nobody changes them."""
     nothing = np.empty((stations, 0), np.int64)
     return nothing, nothing.astype(np.float64), nothing.astype(np.bool_), np.zeros(stations)
 

@@ -45,7 +45,7 @@ class Stations(NamedTuple):
     extra
         Addition of each station to the scores of all orders, float64, shape (stations,).
     placed
-        Orders that have a place there, by row, shape (stations, orders), or (stations, 0): none anywhere.
+        Orders that have a slot there, by row, shape (stations, orders), or (stations, 0): none anywhere.
     kept
         Capacity that a station with something to do keeps for what the pod that stands there completes.
     coming

@@ -26,11 +26,11 @@ class Alternating(ByPeriods):
 
     Whole orders, without a solver. The cost is that of ``integrated``,
 
-        visits + W_u * free places,
+        visits + W_u * free slots,
 
-    at a station that counts orders, a free place times the items of the largest order.
+    at a station that counts orders, a free slot times the items of the largest order.
 
-    Orders for pods: again and again, the pair of order and station with the fewest missing lines for each place that
+    Orders for pods: again and again, the pair of order and station with the fewest missing lines for each slot that
     the order takes, of those where it fits; ties go to the oldest order, then to the station with the lowest load. A
     line is missing where the pods at, bound for or (from the second time on) sent to the station have too few items
     left, and no order before it made the SKU one that has to be brought.

@@ -31,12 +31,12 @@ Chosen = list[tuple[int, int]]
 """Orders (rows in `Lines`) and their stations."""
 
 NO_NOISE, NO_FLAGS = np.zeros((0, 0), np.int64), np.zeros((0, 0), np.bool_)
-"""Nothing that orders lack by chance; nowhere a place that they have."""
+"""Nothing that orders lack by chance; nowhere a slot that they have."""
 
 
 def unused_capacity_weight() -> Any:
     """Return the parameter ``unused_capacity_weight`` of a rule that goes by `Period.cost`."""
-    return parameter(2.0, POSITIVE, "W_u in the cost: what a free place that stays unused costs, in pod-station visits")
+    return parameter(2.0, POSITIVE, "W_u in the cost: what a slot that stays unused costs, in pod-station visits")
 
 
 class ByPeriods:
@@ -75,7 +75,7 @@ class Period:
     lines
         The orders with their open lines.
     rows
-        Places of the orders with open lines, ascending, int64.
+        Indices of the orders with open lines, ascending, int64.
     """
 
     def __init__(self, warehouse: WarehouseView, max_wait_s: float | None) -> None:
@@ -110,7 +110,7 @@ class Period:
     def filled(self, sent: Sent, *, oldest: bool = False, until: Floats | None = None) -> Chosen:
         """Return orders that are chosen greedily, those that are late first, with what pods bring that are sent.
 
-        Again and again the pair of order and station with the fewest missing lines for each place that the order takes;
+        Again and again the pair of order and station with the fewest missing lines for each slot that the order takes;
         ties go to the oldest order, then to the station with the lowest load.
 
         Parameters
@@ -170,7 +170,7 @@ class Period:
     def foremost(self, number: int, chosen: Chosen, sent: Sent) -> Ints:
         """Return the rows of all orders, or of those that are chosen and of those that would go first.
 
-        Of these at most as many as said, for each station with free places as many as for the others, with what pods
+        Of these at most as many as said, for each station with free slots as many as for the others, with what pods
         bring that are sent.
         """
         if len(self.rows) <= number:
@@ -221,9 +221,9 @@ class Period:
         return enough
 
     def cost(self, chosen: Chosen, sent: Sent, weight: float) -> float:
-        """Return the objective (1): visits to stations with free places, and ``weight`` for every place left free.
+        """Return the objective (1): visits to stations with free slots, and ``weight`` for every slot left free.
 
-        At a station that counts orders, a free place counts times the items of the largest order.
+        At a station that counts orders, a free slot counts times the items of the largest order.
         """
         free: list[int] = self._of_stations[0].tolist()
         for row, station in chosen:

@@ -30,9 +30,9 @@ class LargeNeighborhoodSearch(ByPeriods):
     Whole orders, without a solver. It begins with the choice of ``alternating``, and its cost is that of
     ``integrated``,
 
-        visits + W_u * free places,
+        visits + W_u * free slots,
 
-    at a station that counts orders, a free place times the items of the largest order. Each of the iterations takes
+    at a station that counts orders, a free slot times the items of the largest order. Each of the iterations takes
     orders back, one of three ways, drawn at random: each with the probability ``share``; all that want something of one
     pod that is sent, at its station; or all of one station. Then orders are added as ``alternating`` does, given the
     pods that the others need, by scores from which up to half a missing line is taken at random, and pods are chosen
@@ -40,7 +40,7 @@ class LargeNeighborhoodSearch(ByPeriods):
     two such outcomes differ, it has the oldest.
 
     Where more than 500 orders wait, it looks at those that are chosen and at no more than 500 others: as many for each
-    station with free places, those that ``alternating`` would take there first, given the pods that it sends.
+    station with free slots, those that ``alternating`` would take there first, given the pods that it sends.
 
     Orders that have waited too long are not taken back; while one is left in the backlog, it stays with the choice of
     ``alternating``.

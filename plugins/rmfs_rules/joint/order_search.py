@@ -43,7 +43,7 @@ class Choice(NamedTuple):
     until
         Load from which on a station takes no more, float64, shape (stations,).
     placed
-        Whether an order has a place at a station that counts orders, shape (stations, orders), or (stations, 0): none.
+        Whether an order has a slot at a station that counts orders, shape (stations, orders), or (stations, 0): none.
     largest
         Items of the largest order that fits together with others; a larger one takes all of a station.
     """
@@ -141,7 +141,7 @@ def begin(chosen: Ints, most: int, c: Choice) -> None:
 
 @njit(cache=True)
 def best(orders: Ints, by_lines: bool, noise: Ints, c: Choice) -> tuple[np.int64, int]:
-    """Order (row) and station with the fewest missing lines for each place that the order takes; -1, -1: none fits.
+    """Order (row) and station with the fewest missing lines for each slot that the order takes; -1, -1: none fits.
 
     Ties go to the oldest order, then to the station with the lowest load, then to the lowest id.
 
@@ -150,7 +150,7 @@ def best(orders: Ints, by_lines: bool, noise: Ints, c: Choice) -> tuple[np.int64
     orders
         Those in question, oldest first.
     by_lines
-        Whether lines alone count, not what they are for each place.
+        Whether lines alone count, not what they are for each slot.
     noise
         Noise added to what they lack, in millionths of a line, shape (orders, stations), or (0, 0): nothing.
     c

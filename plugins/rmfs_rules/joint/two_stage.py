@@ -23,7 +23,7 @@ class TwoStage(ByPeriods):
 
     Whole orders, without a solver. First stage: while a station's load is below ``first_share`` of its capacity, it
     takes orders of the first stage. Again and again, of the orders that fit, the one that has fewest missing lines for
-    each place that it takes goes to the station where that is so; ties go to the oldest order, then to the lowest load.
+    each slot that it takes goes to the station where that is so; ties go to the oldest order, then to the lowest load.
     (Or the oldest order goes where fewest of its lines are missing.) A line is missing where the pods at or bound for
     the station have too few items left, and no order before it made the SKU one that has to be brought.
 
@@ -50,7 +50,7 @@ class TwoStage(ByPeriods):
     first_orders: Literal["cheapest", "oldest"] = parameter(
         "cheapest",
         validators.in_(("cheapest", "oldest")),
-        'Which orders go first in the first stage: "cheapest" (fewest missing lines for each place) or "oldest"',
+        'Which orders go first in the first stage: "cheapest" (fewest missing lines for each slot) or "oldest"',
     )
     max_wait_s: float | None = waiting_limit()
 

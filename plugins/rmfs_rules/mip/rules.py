@@ -63,7 +63,7 @@ class _Joint:
     )
     gap: float = parameter(0.0, NOT_NEGATIVE, "Relative gap at which a solve may stop; such a period is marked, too")
     unused_capacity_weight: float = parameter(
-        2.0, POSITIVE, "W_u in the objective (1): what a free place that stays unused costs, in pod-station visits"
+        2.0, POSITIVE, "W_u in the objective (1): what a slot that stays unused costs, in pod-station visits"
     )
     tie_break: Literal["solver", "oldest", "demand", "finish"] = parameter(
         "solver",
@@ -231,9 +231,9 @@ def _decision(period: Period, solution: Solution) -> JointDecision:
 class Integrated(_Joint):
     """Assign whole orders and select pods together, with the fewest pod-station visits.
 
-    Minimises (1) ``sum of x_ps + W_u * sum of u_s`` over the pods p sent to or already at the stations s and the places
+    Minimises (1) ``sum of x_ps + W_u * sum of u_s`` over the pods p sent to or already at the stations s and the slots
     u_s that stay free there, such that each assigned order goes to one station (2), (3), no station gets more items
-    than it has places (4), and each of its SKUs is on a pod there (5), (6).
+    than it has slots (4), and each of its SKUs is on a pod there (5), (6).
 
     References
     ----------

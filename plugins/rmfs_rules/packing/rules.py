@@ -45,7 +45,7 @@ class PackFirst:
     ----------
     J. Gallien, T. Weber: To wave or not to wave? Order release policies for warehouses with an automated sorter.
     Manufacturing & Service Operations Management 12, 642-662, 2010. https://doi.org/10.1287/msom.1100.0291 (what
-    happens where orders that are not complete fill all places)
+    happens where orders that are not complete fill all slots)
     """
 
     @hookimpl

@@ -80,11 +80,11 @@ class Looks(NamedTuple):
 class Stations(NamedTuple):
     """The picking stations; arrays of shape (stations,)."""
 
-    room: Ints  # free places
-    load: Ints  # places that are taken
-    capacity: Ints  # all places
+    room: Ints  # free slots
+    load: Ints  # slots that are taken
+    capacity: Ints  # all slots
     inbound: Ints  # pods at or bound for it
-    counts_orders: Ints  # whether its places are for orders: 0 or 1
+    counts_orders: Ints  # whether its slots are for orders: 0 or 1
     going_on: Ints  # whether it may take another turn: 0 or 1
 
 
@@ -125,7 +125,7 @@ class Period(NamedTuple):
     quantity: Ints  # the same by line, as in ``Lines.quantity``
     share: Floats  # seconds of a visit that a line of a SKU bears; shape (n_skus,)
     available: Ints  # free items at stations, shape (n_skus, stations)
-    placed: Bools  # orders with a place at a station that counts orders; (stations, orders + 1), or (stations, 0)
+    placed: Bools  # orders with a slot at a station that counts orders; (stations, orders + 1), or (stations, 0)
     orders: Floats  # see POWER, shape (orders, 3)
     split: Bools  # whether an order is split; shape (orders,), (0,) without a packing capacity
     parts: Ints  # at how many stations this period takes lines of an order; as ``split``
@@ -161,7 +161,7 @@ def count_lines(lines: Lines | Looks, stock: Stock | Looks) -> tuple[Ints, Ints,
 
 @njit(cache=True)
 def needed(load: int, capacity: int, weights: Weights | Looks) -> int:
-    """Return ticks that ages add up to before a pod is sent to a station of which so many places are taken."""
+    """Return ticks that ages add up to before a pod is sent to a station of which so many slots are taken."""
     return int(weights.urge_ticks * (1 + (weights.full - 1) * min(load, capacity) / capacity))
 
 
@@ -309,7 +309,7 @@ def line_of(lines: Lines, at: int) -> int:
 
 @inlined
 def fits(p: Period, order: int, quantity: int, station: int) -> bool:
-    """Return whether a line that is not taken fits the free places of a station."""
+    """Return whether a line that is not taken fits the free slots of a station."""
     if p.weights.packing and not (p.split[order] or p.lines.open_lines[order] == 1 or p.numbers[PACKING_ROOM] > 0):
         return False
     if p.stations.counts_orders[station]:

@@ -46,11 +46,11 @@ class PodIndex:
     fewer than most_pods pods are there or on their way, and the largest index of a pod that is stored or leaving is
     above stay * w / (handle_s * q) of that line (above 0 where none is covered), it sends that pod, the nearest of
     equals, and takes its best line. A station that no pod is at or bound for waits for the first one: there pods whose
-    index is less by up to the share ``near`` count as equals. Where neither is to be had, its places stay free. While
+    index is less by up to the share ``near`` count as equals. Where neither is to be had, its slots stay free. While
     stations are at work, and once orders have come after the first ones, pods wait until it pays: one is sent only when
     the ages of its open lines, and base_s for each, add up to
 
-        urge_s * (1 + (full - 1) * share of the station's places that are taken);
+        urge_s * (1 + (full - 1) * share of the station's slots that are taken);
 
     the rule wakes up then.
 
@@ -151,7 +151,7 @@ class PodIndex:
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
-        """Take lines and send pods, one after another, until the places are taken or left free."""
+        """Take lines and send pods, one after another, until the slots are taken or left free."""
         if not warehouse.backlog_size or self._quiet_until(warehouse) > warehouse.now_tick:
             return NOTHING
         lines, now = warehouse.lines, warehouse.now_tick

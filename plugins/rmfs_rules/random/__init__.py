@@ -29,7 +29,7 @@ class Random(ByStock):
     pods not in use (or leaving a station with no next one) that can serve an uncovered request of the station, which
     is that with the fewest inbound pods. As PR: one of the free storage locations. As TA: for each idle robot one of
     the waiting pods. As ROA: again and again one of the bundles, and one of the replenishment stations with a free
-    place. As RPS: for each bundle that lacks a pod one of those that have room for it and can come.
+    slot. As RPS: for each bundle that lacks a pod one of those that have room for it and can come.
 
     References
     ----------
@@ -64,7 +64,7 @@ class Random(ByStock):
 
     @hookimpl
     def assign_bundles(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[BundleAssignment]:
-        """Draw bundles, and a station for each, until no place is free."""
+        """Draw bundles, and a station for each, until no slot is free."""
         bundles = warehouse.bundles
         places = [station.id for station in warehouse.replenishment_stations if station.free_bundle_capacity > 0]
         free = {station.id: station.free_bundle_capacity for station in warehouse.replenishment_stations}

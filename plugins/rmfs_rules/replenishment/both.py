@@ -21,9 +21,9 @@ class PodFirst:
     """Choose the pod of a bundle first, then a station for it: what one pod takes comes to one station.
 
     The oldest bundle chooses its pod as the rule ``pod`` does, driving times being those to the nearest station with a
-    free place. It goes to a station that this pod is at or bound for, else to the one with the shortest loaded driving
-    time from where the pod is, of those with a free place; ties go to the lowest id. A bundle that no pod can take goes
-    to no station, so that it takes no place there. Bundles that are at a station without a pod choose before.
+    free slot. It goes to a station that this pod is at or bound for, else to the one with the shortest loaded driving
+    time from where the pod is, of those with a free slot; ties go to the lowest id. A bundle that no pod can take goes
+    to no station, so that it takes no slot there. Bundles that are at a station without a pod choose before.
 
     References
     ----------
@@ -49,7 +49,7 @@ class PodFirst:
 
     @hookimpl
     def assign_bundles_and_pods(self, warehouse: WarehouseView, max_fetches: int) -> BundleDecision:
-        """Choose pods, and then stations, until no place is free."""
+        """Choose pods, and then stations, until no slot is free."""
         stations, cost = warehouse.replenishment_stations, self._rule.cost
         pods = StoragePods(warehouse, max_fetches)
         free = {station.id: station.free_bundle_capacity for station in stations}

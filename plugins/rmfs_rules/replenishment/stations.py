@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @define
 class FirstBundle:
-    """Assign the oldest bundle to the least loaded replenishment station, until no place is free.
+    """Assign the oldest bundle to the least loaded replenishment station, until no slot is free.
 
     The load is the number of bundles that are assigned and not stored; ties go to the lowest id.
 
@@ -48,9 +48,9 @@ class SamePod:
     """Assign bundles that one pod can take to the same station.
 
     Each station has the room of one pod in mind: the largest free space on a pod at or bound for it, less the size of
-    the bundles there that have no pod. The oldest bundle goes to the station, of those with a free place, that has the
+    the bundles there that have no pod. The oldest bundle goes to the station, of those with a free slot, that has the
     least room in mind of those with enough of it. Where none has enough, the least loaded station begins a new pod: as
-    much room as the emptiest stored pod has that is bound nowhere. Ties go to the lowest id; it ends when no place is
+    much room as the emptiest stored pod has that is bound nowhere. Ties go to the lowest id; it ends when no slot is
     free.
 
     References

@@ -2,7 +2,7 @@
 
 A state is (gap, heading) at rest, numbered ``4 * gap + heading`` with the gap's number in the reservation table, so the
 arrays are as long as four times the table's pool. A state is a row of ``states``; ``STAMP`` says which search wrote it
-last: nothing has to be cleared in between. The queue is a binary heap of states that know their place in it, ordered by
+last: nothing has to be cleared in between. The queue is a binary heap of states that know their index in it, ordered by
 (due, rest, number).
 """
 
@@ -25,7 +25,7 @@ STAMP, ARRIVAL, PARENT, CELL, GAP_END, REST, DUE, DONE, PLACE, AHEAD = range(10)
 
 Arrival in ticks, state before it (-1 for the first), cell, end of the gap; time to the goal without traffic. ``DUE`` is
 the least estimate of a path by a run not driven yet; those with estimates up to ``DONE`` (-1: none) have been driven.
-``PLACE`` is its place in the queue, -1 when it is not there; ``AHEAD`` and the three after it are ``DUE`` by heading.
+``PLACE`` is its index in the queue, -1 when it is not there; ``AHEAD`` and the three after it are ``DUE`` by heading.
 """
 COLUMNS = AHEAD + 4
 

@@ -142,7 +142,7 @@ class Switch:
         try:
             self._asked = self._new()
         except InputError as error:
-            raise ValueError(str(error)) from error  # the kernel adds the place in the scenario
+            raise ValueError(str(error)) from error  # the kernel adds the key of the scenario
         if not self.decides:
             found = "; ".join(f"{asked.name} decides {decided(asked.decides)}" for asked in self._asked)
             able = decided(roles_of(Switch))
@@ -202,7 +202,7 @@ class Switch:
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod, rng: np.random.Generator) -> int:
-        """Ask for a place."""
+        """Ask for a storage location."""
         answer: int = self._ask("choose_storage_location", warehouse, pod=pod, rng=rng)
         return answer
 

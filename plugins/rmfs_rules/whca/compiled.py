@@ -94,7 +94,7 @@ def _copy(i: int, to: int, nodes: Ints) -> None:
 
 @inlined
 def _slot(key: int, keys: Ints) -> int:
-    """Where a key is in a table of twice as many places as keys, or would be."""
+    """Return the index of a key in a table of twice as many entries as keys, or where it would be."""
     slot = (key * 0x9E3779B1 >> 8) & (len(keys) - 1)
     while keys[slot] >= 0 and keys[slot] != key:
         slot = (slot + 1) & (len(keys) - 1)
@@ -114,7 +114,7 @@ def _note(key: int, time: int, keys: Ints, earliest: Ints) -> int:
 
 @njit(cache=True)
 def _larger(keys: Ints, values: Ints) -> tuple[Ints, Ints]:
-    """Return a table of twice the places."""
+    """Return a table of twice the size."""
     more, there = np.full(2 * len(keys), -1, np.int64), np.empty(2 * len(keys), np.int64)
     for i in range(len(keys)):
         if keys[i] >= 0:

@@ -29,7 +29,7 @@ PODS = {"p": ["a"], "q": ["b"], "r": ["c"]}
     *((None, (50,), None), (1, (50,), 0)),
 )
 def test_room_to_split(capacity: int | None, boxes: tuple[int, ...], room: int | None) -> None:
-    """The less of what a rule and the boxes allow, one order being split; as many boxes as there are places: any."""
+    """The less of what a rule and the boxes allow, one order being split; as many boxes as there are slots: any."""
     world = small_world(ORDERS, PODS, capacities=(5, 4), boxes=boxes)
     order = world.orders[0]
     world.assign(order, world.stations[0], [0])

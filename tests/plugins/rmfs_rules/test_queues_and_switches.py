@@ -34,7 +34,7 @@ def test_orders_queue_where_their_items_are() -> None:
     assert decide(world, rule) == [("3", 0)]
     assert rule.queue_of == {1: 1, 2: 1, 3: 0}
     assign(world, [("3", 0)])
-    assert decide(world, rule) == []  # station 0 has a place free, but nobody queues for it
+    assert decide(world, rule) == []  # station 0 has a slot free, but nobody queues for it
     world, rule = small_world({"1": {"a": 2}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[2]), StationQueue()
     view = WarehouseView(world)
     rule.assign_orders(view.showing([]))
@@ -82,7 +82,7 @@ poa = {}
 
 
 def one_place(orders: int = 2) -> Warehouse:
-    """Return a world with one place, in which first-come takes order 0, and earliest-due the last one."""
+    """Return a world with one slot, in which first-come takes order 0, and earliest-due the last one."""
     names = [str(i) for i in range(orders)]
     return small_world({name: ["a"] for name in names}, {"p": ["a"]}, capacities=[1], due_s={names[-1]: 9})
 

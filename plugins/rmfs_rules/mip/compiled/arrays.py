@@ -14,18 +14,18 @@ from rmfs_rules.mip.period.solution import Model
 Integers = NDArray[np.int64]
 
 MOST_STATES = 200_000
-"""Vectors of places taken that `compiled.stacking.fill` may tell apart.
+"""Vectors of slots taken that `compiled.stacking.fill` may tell apart.
 
-They are the product of the stations' free places, each plus one.
+They are the product of the stations' free slots, each plus one.
 """
 MOST_STATIONS = 7
-"""Stations whose places a packed vector can count, one byte each."""
+"""Stations whose slots a packed vector can count, one byte each."""
 USUAL_PODS, USUAL_NUMBER, USUAL_ORDERS = 100, 5, 250
 """With more orders, a step of a search takes longer in proportion; with more pods, and in a set, more than that."""
 ENOUGH = 1 << 20
 """Items of a SKU that is not scarce: more than any period takes."""
 LARGEST_ROOM = 127
-"""Free places of a station that its byte in a packed vector can count."""
+"""Free slots of a station that its byte in a packed vector can count."""
 
 
 class Arrays(NamedTuple):
@@ -34,13 +34,13 @@ class Arrays(NamedTuple):
     Parameters
     ----------
     rooms
-        Free places of each station.
+        Free slots of each station.
     at_hand, items_at_hand
         Per SKU the bit mask of the stations that cover it already, and how many items there are.
     order_start, line_sku, line_items
-        Lines of the orders that can be assigned, oldest order first, and the places that they take.
+        Lines of the orders that can be assigned, oldest order first, and the slots that they take.
     items
-        Places that each order takes.
+        Slots that each order takes.
     pod_start, pod_sku, pod_items
         SKUs that each pod may bring, and how many items of each.
     sku_start, sku_pod
@@ -128,7 +128,7 @@ def arrays_of(reduced: Reduced, splits: int | None = None, *, sharp: bool = Fals
 
 
 def _places(reduced: Reduced, quantity: Integers, first: Integers) -> Integers:
-    """Return the places that lines take: one for each item, or one for the first line of an order."""
+    """Return the slots that lines take: one for each item, or one for the first line of an order."""
     if not reduced.by_orders:
         return quantity
     places = np.zeros(len(quantity), dtype=np.int64)

@@ -25,7 +25,7 @@ def _drawn(state, numbers):
 
 @njit(cache=True)
 def completed(a, pods, there):
-    """Return the places of the orders that these pods complete, with what is at hand; ``there`` is overwritten."""
+    """Return the slots of the orders that these pods complete, with what is at hand; ``there`` is overwritten."""
     for sku in range(len(there)):
         there[sku] = a.at_hand[sku] > 0
     for pod in pods:
@@ -40,7 +40,7 @@ def completed(a, pods, there):
 
 @njit(cache=True)
 def exchanged(a, number, steps, seed):
-    """Return the set of so many pods that completes most of those that were tried, and the places its orders take.
+    """Return the set of so many pods that completes most of those that were tried, and the slots its orders take.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Whether some visits let whole orders fill the stations: compiled, and exact.
 
 `spread` tries the ways to send a set of pods to the stations with a given number of visits, and whether orders can then
-fill the places (`compiled.stacking`). It leaves out the ways that a cut forbids: of the items that the set
-completes, a group of stations that covers some of them alone can take no more than its free places, and all but a known
+fill the slots (`compiled.stacking`). It leaves out the ways that a cut forbids: of the items that the set
+completes, a group of stations that covers some of them alone can take no more than its free slots, and all but a known
 slack of the items have to find one.
 
 A limit on newly split orders only takes solutions away, so these cuts hold with it, and `too_few_splits` cuts more.
@@ -49,7 +49,7 @@ def _completed(a, pods):
 
 @njit(cache=True)
 def _crowded(by_mask, rooms, slack):
-    """Whether a group of stations alone covers more items than its places and the slack."""
+    """Whether a group of stations alone covers more items than its slots and the slack."""
     for group in range(1, 1 << len(rooms)):
         items = -slack
         for mask in range(1, group + 1):
@@ -78,7 +78,7 @@ def _whole_orders_short(a, mask, target):
 def too_few_splits(a, orders, mask, target):
     """Whether a cut shows that more of the orders than allowed have to be split newly to fill the target.
 
-    For a group of stations: it takes at most its free places. Outside of it are only orders that go to one station
+    For a group of stations: it takes at most its free slots. Outside of it are only orders that go to one station
     there, and lines of split orders that are covered there. Of those that would be split newly, the best count.
     """
     stations = len(a.rooms)
@@ -182,7 +182,7 @@ def spread(a, pods, visits, target, work, most_work, refused=0):
     visits
         Number of visits in all.
     target
-        Places to fill.
+        Slots to fill.
     work, most_work
         A single number, to which what was tried is added; above the other the answer no proves nothing.
     refused
@@ -247,14 +247,14 @@ def sets_that_fill(a, number, target):
     number
         Number of pods.
     target
-        Places to fill.
+        Slots to fill.
     """
     return sets_of(a, number, a.items.astype(np.float64), float(target))
 
 
 @njit(cache=True)
 def next_that_fills(a, sets, refused, visits, target, work, most_work):
-    """Search pods that fill places.
+    """Search pods that fill slots.
 
     Stations are left aside at first: a set of pods that completes too little cannot fill them, wherever its pods go.
 
@@ -269,7 +269,7 @@ def next_that_fills(a, sets, refused, visits, target, work, most_work):
     visits
         Number of visits of them in all.
     target
-        Places to fill.
+        Slots to fill.
     work, most_work
         A single number, to which what was tried is added; above the other the search gives up.
 

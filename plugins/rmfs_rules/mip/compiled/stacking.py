@@ -1,9 +1,9 @@
-"""Fills places at the stations with whole orders: compiled, and exact.
+"""Fills slots at the stations with whole orders: compiled, and exact.
 
-Orders are added one by one to the vectors of places taken at the stations. `fill` keeps every vector once, with the
+Orders are added one by one to the vectors of slots taken at the stations. `fill` keeps every vector once, with the
 order that led to it. `fill_with_few_splits` keeps a vector again when it is reached with fewer newly split orders than
 before: no more matters, because what can be added to a vector does not depend on how it came about, and more splits
-leave less room for others. Whether an order is split can be told from the places it takes: at one station, or several.
+leave less room for others. Whether an order is split can be told from the slots it takes: at one station, or several.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from rmfs_core.jit import njit
 from rmfs_rules.mip.compiled.pod_sets import complete
 
 STEPS_PER_WORK = 100
-"""Places of an order added to a vector of places, that count as one step of the search."""
+"""Slots of an order added to a vector of slots, that count as one step of the search."""
 
 
 @njit(cache=True)
 def _options(a, order, mask, seen, packed, index, strides):
-    """Write the vectors of places that an order can take, one byte per station and as index; return their number."""
+    """Write the vectors of slots that an order can take, one byte per station and as index; return their number."""
     first, last = a.order_start[order], a.order_start[order + 1]
     stations = len(a.rooms)
     if a.whole:
@@ -54,7 +54,7 @@ def _options(a, order, mask, seen, packed, index, strides):
 
 @njit(cache=True)
 def _packing(rooms):
-    """Return how vectors of places are told apart.
+    """Return how vectors of slots are told apart.
 
     A step of each station in the index of a vector, two numbers that find out packed vectors (one byte per station)
     with more than a station's room (those with ``vector + bias & guard``), and the number of vectors.
@@ -70,7 +70,7 @@ def _packing(rooms):
 
 @njit(cache=True)
 def fill(a, mask, target):
-    """Fill places with orders whose SKUs are there.
+    """Fill slots with orders whose SKUs are there.
 
     Parameters
     ----------
@@ -79,12 +79,12 @@ def fill(a, mask, target):
     mask
         Per SKU the bit mask of the stations where it is.
     target
-        Number of places to fill.
+        Number of slots to fill.
 
     Returns
     -------
     found, chosen
-        Whether that is possible; a row for each chosen order with the places that it takes (one byte per station).
+        Whether that is possible; a row for each chosen order with the slots that it takes (one byte per station).
     """
     strides, bias, guard, states = _packing(a.rooms)
     known, seen = np.zeros(states, np.bool_), np.zeros(states, np.bool_)
@@ -129,7 +129,7 @@ def _way_back(at, vector, came, order_of):
 
 @njit(cache=True)
 def _is_split(packed):
-    """Whether an order that takes these places (one byte per station) is at several stations."""
+    """Whether an order that takes these slots (one byte per station) is at several stations."""
     while packed & 255 == 0:
         packed >>= 8
     return packed > 255
@@ -156,7 +156,7 @@ def _room_for(array, count):
 
 @njit(cache=True)
 def fill_with_few_splits(a, mask, target, work):
-    """Fill places as `fill` does, with at most ``a.splits`` newly split orders.
+    """Fill slots as `fill` does, with at most ``a.splits`` newly split orders.
 
     Vectors that cannot reach the target with all later orders are left behind.
 

@@ -181,13 +181,13 @@ class Period:
     begun
         Whether parts of the order were assigned in earlier periods (so that it is split already).
     split_open
-        n^l: split orders that take a place at the packing stations now.
+        n^l: split orders that take a slot at the packing stations now.
     preference
         Which pods are sent first among those that serve as well. None: those that are bound for no station.
     counting_orders
         Positions of the stations with order capacity: C_s is of parts of orders there, of items at the others.
     joined
-        (order, station): the order has a place there already, which a further part of it joins. Where it counts orders.
+        (order, station): the order has a slot there already, which a further part of it joins. Where it counts orders.
     """
 
     stock: Stock
@@ -247,7 +247,7 @@ class Period:
 
     @classmethod
     def alone(cls, warehouse: WarehouseView, stock: Stock, order: Order, station: Station) -> Period:
-        """Read a period of one order and one station, which has as many places as the order has items."""
+        """Read a period of one order and one station, which has as many slots as the order has items."""
         return cls(
             stock=stock,
             stations=(station.id,),
@@ -328,7 +328,7 @@ class Period:
 
     @cached_property
     def rooms(self) -> tuple[int, ...]:
-        """Most items that each station can get: its places, or with order capacity all that there are."""
+        """Most items that each station can get: its slots, or with order capacity all that there are."""
         if not self.counting_orders:
             return self.capacities
         everything = int(self.line_quantity.sum())
@@ -336,9 +336,9 @@ class Period:
 
     @cached_property
     def factors(self) -> tuple[int, ...]:
-        """W_u of a free place at each station: times 1, or with order capacity, the items of the largest order.
+        """W_u of a free slot at each station: times 1, or with order capacity, the items of the largest order.
 
-        With W_u > 1, a place for an item is worth filling, as that takes one visit at most. A place for an order may
+        With W_u > 1, a slot for an item is worth filling, as that takes one visit at most. A slot for an order may
         take as many visits as the order has items.
         """
         if not self.counting_orders:
@@ -347,7 +347,7 @@ class Period:
         return tuple(largest if s in self.counting_orders else 1 for s in range(len(self.capacities)))
 
     def places(self, order: int, station: int, items: int) -> int:
-        """Return how many places so many items of an order, as one part, take at a station (positions)."""
+        """Return how many slots so many items of an order, as one part, take at a station (positions)."""
         if station in self.counting_orders:
             return int((order, station) not in self.joined)
         return items

@@ -1,6 +1,6 @@
 """Placing lines at stations one by one, moving earlier ones where that makes room (augmenting paths).
 
-Which lines can be placed at the same time is a transversal matroid: taking every line that still finds a place, oldest
+Which lines can be placed at the same time is a transversal matroid: taking every line that still finds a slot, oldest
 first, ends with as many items as any choice, and among those with the oldest.
 """
 
@@ -11,14 +11,14 @@ from collections.abc import Sequence
 
 
 class Places:
-    """Free places of stations and how many lines of each kind stand where.
+    """Free slots of stations and how many lines of each kind stand where.
 
     A kind is the bit mask of the stations that cover it; lines of one kind are interchangeable.
 
     Parameters
     ----------
     capacities
-        Free places of each station.
+        Free slots of each station.
     """
 
     def __init__(self, capacities: Sequence[int]) -> None:
@@ -26,7 +26,7 @@ class Places:
         self.at: list[dict[int, int]] = [{} for _ in capacities]
 
     def add(self, mask: int) -> bool:
-        """Find a place for a line of a kind, a bit mask; return whether there was one."""
+        """Find a slot for a line of a kind, a bit mask; return whether there was one."""
         start = [s for s in range(len(self.free)) if mask >> s & 1]
         came: dict[int, tuple[int, int]] = dict.fromkeys(start, (-1, mask))  # station before, and kind moved in
         queue = deque(start)
@@ -44,7 +44,7 @@ class Places:
         return False
 
     def add_all(self, masks: Sequence[int]) -> bool:
-        """Find places for all lines of an order, by their kinds, or change nothing; return whether there were."""
+        """Find slots for all lines of an order, by their kinds, or change nothing; return whether there were."""
         before = self.free[:], [dict(kinds) for kinds in self.at]
         if all(self.add(mask) for mask in masks):
             return True

@@ -28,7 +28,7 @@ class OrderType:
     lines
         SKU ids and numbers of items.
     size
-        Places that an order takes: items of all lines, or 1 where all stations count orders.
+        Slots that an order takes: items of all lines, or 1 where all stations count orders.
     begun
         Whether parts were assigned in earlier periods.
     orders
@@ -82,7 +82,7 @@ class Reduced:
 
     @cached_property
     def by_orders(self) -> bool:
-        """Whether a whole order takes one place, wherever it goes."""
+        """Whether a whole order takes one slot, wherever it goes."""
         return len(self.period.counting_orders) == len(self.capacities) and not self.period.joined
 
     @cached_property
@@ -166,7 +166,7 @@ class Reduced:
 
     @cached_property
     def sizes(self) -> NDArray[np.int64]:
-        """Places that each order takes with the lines that can be assigned; none where none can. Shape (orders,)."""
+        """Slots that each order takes with the lines that can be assigned; none where none can. Shape (orders,)."""
         period, kept = self.period, self.candidates
         if self.by_orders:
             return (np.bincount(period.line_order[kept], minlength=len(period.orders)) > 0).astype(np.int64)
@@ -190,9 +190,9 @@ class Reduced:
 
     @cached_property
     def reachable(self) -> tuple[int, ...]:
-        """Places of each station that can be filled when every SKU is there.
+        """Slots of each station that can be filled when every SKU is there.
 
-        Whole orders may leave places that no order fits; for split-among-stations only the sum over the stations is so
+        Whole orders may leave slots that no order fits; for split-among-stations only the sum over the stations is so
         limited, see `reachable_sum`.
         """
         if self.model is not Model.INTEGRATED:
@@ -201,14 +201,14 @@ class Reduced:
 
     @cached_property
     def reachable_sum(self) -> int:
-        """Places of all stations together that can be filled when every SKU is everywhere."""
+        """Slots of all stations together that can be filled when every SKU is everywhere."""
         room = sum(self.reachable)
         if self.model is Model.SPLIT_AMONG_STATIONS:
             return highest(sums_of(self._few_sizes(room), room), room)
         return min(room, self.deliverable)
 
     def least(self, weight: float) -> float:
-        """Return objective (1) without a new visit, had all places been filled that can be, for a W_u."""
+        """Return objective (1) without a new visit, had all slots been filled that can be, for a W_u."""
         return self.period.visits_before + weight * (sum(self.capacities) - self.reachable_sum)
 
     def _few_sizes(self, room: int) -> list[int]:

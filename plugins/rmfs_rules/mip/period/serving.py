@@ -1,7 +1,7 @@
 """Which pod serves what where pods may run out: maximum flows from SKUs over the pods that have them to the stations.
 
 Whether the pods that are sent have enough is settled SKU by SKU (`short_of`); which lines can be placed besides, with
-the places of the stations between them, all at once (`PlacesFromStock`).
+the slots of the stations between them, all at once (`PlacesFromStock`).
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def _enough(wanted: Counter[int], pods: Sequence[tuple[int, list[int]]]) -> bool
 
 
 class PlacesFromStock:
-    """Free places of stations, free items of pods, and which lines of one item were placed where, from which pod.
+    """Free slots of stations, free items of pods, and which lines of one item were placed where, from which pod.
 
     Adding single items one by one, as long as there is a way, ends with as many as any choice, and among those with the
     first: which of them can be placed together is a gammoid.
@@ -105,7 +105,7 @@ class PlacesFromStock:
         self._taken: list[dict[tuple[int, int], int]] = [{} for _ in self.free]  # station: (SKU, pod) -> items
 
     def add(self, sku: int) -> bool:
-        """Find a place and a pod for an item of a SKU, moving others where that helps; return whether there is one."""
+        """Find a slot and a pod for an item of a SKU, moving others where that helps; return whether there is one."""
         start: _Node = ("sku", sku, -1)
         came: dict[_Node, _Node] = {start: start}
         queue = deque([start])
@@ -148,7 +148,7 @@ class PlacesFromStock:
             self._taken[before[1]][node[1:]] -= 1
 
     def add_all(self, skus: Sequence[int]) -> bool:
-        """Find places for all lines of an order, or change nothing; return whether there were."""
+        """Find slots for all lines of an order, or change nothing; return whether there were."""
         free, left = self.free[:], {sku: dict(pods) for sku, pods in self._left.items()}
         taken = [dict(items) for items in self._taken]
         if all(self.add(sku) for sku in skus):

@@ -80,7 +80,7 @@ def is_whole(weight: float) -> bool:
 
 
 def objective_of(period: Period, parts: tuple[Part, ...], visits: int, weight: float) -> float:
-    """Return objective (1): visits plus W_u for every place that stays free (see `Period.factors`)."""
+    """Return objective (1): visits plus W_u for every slot that stays free (see `Period.factors`)."""
     return visits + weight * unused(period, parts)
 
 

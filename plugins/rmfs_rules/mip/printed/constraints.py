@@ -110,7 +110,7 @@ def _capacity(period: Period, solution: Solution) -> Iterator[str]:
     for station, (places, room) in enumerate(zip(taken, period.capacities, strict=True)):
         if places > room:
             unit = "order" if station in period.counting_orders else "item"
-            yield f"(4) {unit} capacity: {places} {unit}s for {_at(period, station)}, which has {room} places free"
+            yield f"(4) {unit} capacity: {places} {unit}s for {_at(period, station)}, which has {room} slots free"
 
 
 def _orders(period: Period, solution: Solution, model: Model) -> Iterator[str]:

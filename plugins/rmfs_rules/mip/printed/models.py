@@ -1,10 +1,10 @@
 """The three models exactly as the paper prints them: one variable and one row for each of its own.
 
-For study, and as the oracle of `rmfs_rules.mip.proof`. A line for q items takes q places in (4); the paper has q = 1.
+For study, and as the oracle of `rmfs_rules.mip.proof`. A line for q items takes q slots in (4); the paper has q = 1.
 Packing capacity (3.2), (16) to (20): (18) is summed over the orders, an order that is split already does not count
 again, and in the split-over-time model an order with a line left in the backlog is split too. Where pods may run out,
 q_ips says how many items of SKU i station s takes from pod p, and f_ip how many are free there. A station with order
-capacity counts parts of orders in (4): the sum of y_os, without orders that have a place there already.
+capacity counts parts of orders in (4): the sum of y_os, without orders that have a slot there already.
 """
 
 from __future__ import annotations

@@ -134,7 +134,7 @@ class Builder:
         self.model = Aggregated(Program(), self.splits)
         self.objective: dict[int, float] = {}  # objective (1), without its constant
         stations = range(len(reduced.capacities))
-        self._filling: list[dict[int, float]] = [{} for _ in stations]  # columns and items that take places
+        self._filling: list[dict[int, float]] = [{} for _ in stations]  # columns and items that take slots
         self._brought: list[dict[int, int]] = [{} for _ in stations]  # uncovered SKU -> column that makes it available
         self._using: list[dict[int, dict[int, float]]] = [{} for _ in stations]  # scarce SKU -> columns that take items
         self._most = unused(reduced.period, ())
@@ -396,7 +396,7 @@ class Builder:
 def assigned_with(
     reduced: Reduced, visits: Visits, weight: float, splits: int | None, limits: Limits, target: int
 ) -> tuple[bool, tuple[Part, ...] | None]:
-    """Return whether it is known if some visits fill so many places with the items that the pods have, and how.
+    """Return whether it is known if some visits fill so many slots with the items that the pods have, and how.
 
     Parameters
     ----------
@@ -411,7 +411,7 @@ def assigned_with(
     limits
         Solver and limits.
     target
-        Places to fill.
+        Slots to fill.
     """
     period = reduced.period
     inbound = [set(pods) for pods in period.inbound]

@@ -59,7 +59,7 @@ def place_lines(
     reduced
         The period.
     places
-        The places.
+        The slots.
     lines
         Positions of the lines.
     kinds
@@ -67,7 +67,7 @@ def place_lines(
     """
     period, room = reduced.period, sum(reduced.period.capacities)
     placed: list[tuple[int, int]] = []
-    full: set[int] = set()  # kinds that find no place any more; none that failed can succeed later
+    full: set[int] = set()  # kinds that find no slot any more; none that failed can succeed later
     for order, sku in zip(period.line_order[lines].tolist(), period.line_sku[lines].tolist(), strict=True):
         if kinds[sku] not in full:
             if places.add(kinds[sku]):
@@ -158,7 +158,7 @@ def fill_with_split_orders(
     orders
         Positions of orders of single items, oldest first.
     free
-        Returns the free places.
+        Returns the free slots.
     kinds
         Number of each SKU among these.
     """

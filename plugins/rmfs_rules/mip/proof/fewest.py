@@ -1,7 +1,7 @@
 """The optimum by trying values of objective (1) from the bound upwards, for models that assign orders completely.
 
-A value is v = k visits and W_u for each of u places that stay free, which could be filled. Whether k visits fill all
-but u of those places is settled exactly by the compiled search for sets of pods (`compiled.pod_sets`), their
+A value is v = k visits and W_u for each of u slots that stay free, which could be filled. Whether k visits fill all
+but u of those slots is settled exactly by the compiled search for sets of pods (`compiled.pod_sets`), their
 stations (`compiled.spreading`) and the orders (`compiled.stacking`): the first v for which they do is
 the optimum. These leave aside that SKUs may be scarce; whether the pods found have enough is settled by a program for
 their stations (`proof.aggregated.assigned_with`), and if not, the search goes on.
@@ -68,7 +68,7 @@ class FewestVisits:
 
     @property
     def possible(self) -> bool:
-        """Whether the stations are few and small enough to tell all vectors of places taken apart."""
+        """Whether the stations are few and small enough to tell all vectors of slots taken apart."""
         rooms = self.reduced.capacities
         states = prod(room + 1 for room in rooms)
         return len(rooms) <= MOST_STATIONS and max(rooms) <= LARGEST_ROOM and states <= MOST_STATES
@@ -94,7 +94,7 @@ class FewestVisits:
     def quickly(self, lower: int, upper: int) -> Assigned | None:
         """Return a solution with a value from ``lower`` to below ``upper``, or None.
 
-        It fills all places that can be filled. Sets of pods, one smaller than the other as long as some are found, are
+        It fills all slots that can be filled. Sets of pods, one smaller than the other as long as some are found, are
         found by exchanging pods; the stations that they go to by the exact search.
         """
         self._arrays, self._pods = arrays_of(self.reduced, self.splits)
@@ -207,7 +207,7 @@ class FewestVisits:
 
 
 def _stations_of(lines: list[tuple[list[int], int]], places: list[int]) -> list[int]:
-    """Choose a station for each line (stations that cover it, items) such that the places are taken exactly."""
+    """Choose a station for each line (stations that cover it, items) such that the slots are taken exactly."""
     if not lines:
         return []
     stations, items = lines[0]

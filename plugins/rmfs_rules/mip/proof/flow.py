@@ -1,8 +1,8 @@
-"""Maximum flow from SKU demand to stations with free places, by its minimum cuts.
+"""Maximum flow from SKU demand to stations with free slots, by its minimum cuts.
 
 SKUs that the same set of stations covers are interchangeable, so demand is summed by that set, a bit mask: with S
 stations there are 2^S masks and as many cuts, few enough to look at all of them (S = 4: sixteen). A cut A of the
-stations bounds the flow by the places of A plus the demand that some station outside A covers.
+stations bounds the flow by the slots of A plus the demand that some station outside A covers.
 
 A scarce SKU is a case for itself: each pod that has it counts with its free items and the stations where it is, and the
 cut bounds what flows of the SKU by its demand and by the items of the pods that are at some station outside A.
@@ -21,7 +21,7 @@ from rmfs_rules.mip.period.reduction import Reduced, masks_of
 from rmfs_rules.mip.period.solution import Visits
 
 MOST_STATIONS = 8
-"""More stations with free places than this have too many cuts; the solver takes over."""
+"""More stations with free slots than this have too many cuts; the solver takes over."""
 
 Floats = NDArray[np.float64]
 
@@ -113,7 +113,7 @@ class Network:
     Parameters
     ----------
     capacities
-        Free places of each station.
+        Free slots of each station.
     demand
         Items wanted per SKU that can be brought to a station, none of the scarce SKUs.
     stock
@@ -121,7 +121,7 @@ class Network:
     mask
         Bit s set where station s covers the SKU.
     target
-        Places that shall be filled; some pods can.
+        Slots that shall be filled; some pods can.
     scarce
         The scarce SKUs; None where there are none.
     """
@@ -147,7 +147,7 @@ class Network:
         )
 
     def with_demand_of(self, reduced: Reduced, lines: Sequence[int]) -> Network:
-        """Return the network with the demand of some lines (positions) alone, and as many places to fill as it can."""
+        """Return the network with the demand of some lines (positions) alone, and as many slots to fill as it can."""
         assert self.scarce is not None
         period = reduced.period
         demand = _sums(period.line_sku[lines], period.line_quantity[lines].astype(np.float64), len(self.demand))
@@ -156,7 +156,7 @@ class Network:
         return evolve(self, demand=np.where(reduced.is_scarce, 0.0, demand), target=target, scarce=scarce)
 
     def by_cut(self) -> Floats:
-        """Return for each set of stations its places and the demand that some other station covers."""
+        """Return for each set of stations its slots and the demand that some other station covers."""
         stations = len(self.capacities)
         numbers = -_sums(self.mask, self.demand, 1 << stations)
         covered = -numbers.sum()
@@ -165,7 +165,7 @@ class Network:
         return by_cut if self.scarce is None else by_cut + self.scarce.flow(stations)
 
     def flow(self) -> int:
-        """Return how many places the covered demand fills."""
+        """Return how many slots the covered demand fills."""
         return int(self.by_cut().min())
 
     def brought(self, cuts: NDArray[np.int64]) -> Floats:
@@ -205,9 +205,9 @@ class Network:
 
 
 def fewest_visits(network: Network) -> int:
-    """Bound from below how many more visits it takes to fill ``target`` places.
+    """Bound from below how many more visits it takes to fill ``target`` slots.
 
-    For a set A of stations: at least ``target`` less the places outside A have to be filled in A. What A covers now,
+    For a set A of stations: at least ``target`` less the slots outside A have to be filled in A. What A covers now,
     and with each visit of a new pod at most the demand of its SKUs that A does not cover yet (all visits of the pod
     together) and no more than a station holds, has to reach that. Visits to disjoint sets add up. Of a scarce SKU a
     pod brings no more than its free items.
@@ -234,7 +234,7 @@ def fewest_visits(network: Network) -> int:
 
 
 def greedy_visits(network: Network, preference: Preference) -> tuple[Visits, Network]:
-    """Add, one at a time, the visit that fills the most places until ``target`` are full.
+    """Add, one at a time, the visit that fills the most slots until ``target`` are full.
 
     Ties: the pod that is preferred, most demand, first station and pod.
 

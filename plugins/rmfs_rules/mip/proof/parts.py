@@ -1,12 +1,12 @@
-"""Where stations count orders: the aggregated form, a bound and quick solutions, and lines that take no further place.
+"""Where stations count orders: the aggregated form, a bound and quick solutions, and lines that take no further slot.
 
-A part of an order takes one place, however many lines it has, and costs as many visits as it takes to bring these. So
+A part of an order takes one slot, however many lines it has, and costs as many visits as it takes to bring these. So
 nothing of `proof.steps` that counts items holds there; the steps are these:
 
 1. `by_nothing`, as there.
 2. `by_places`. From below: a station at which too few orders find a line that is there already needs a visit, or leaves
-   places free. From above: places are filled with what is there, then pod by pod.
-3. `by_patterns`, as there: where each order goes to one station, it takes one place, whatever its lines.
+   slots free. From above: slots are filled with what is there, then pod by pod.
+3. `by_patterns`, as there: where each order goes to one station, it takes one slot, whatever its lines.
 4. `by_solver`, as there, with orders of several lines told apart (`PartsBuilder`).
 """
 
@@ -120,7 +120,7 @@ class PartsBuilder(Builder):
 
 
 def by_places(proof: Proof) -> None:
-    """Bound by the places that cannot be filled without a visit; fill them with what is there, then pod by pod."""
+    """Bound by the slots that cannot be filled without a visit; fill them with what is there, then pod by pod."""
     proof.bound = max(proof.bound, _least(proof.reduced, proof.weight))
     whole = Reduced(proof.reduced.period, Model.INTEGRATED)  # what it assigns keeps any limit on split orders
     for reduced in (proof.reduced, whole)[: 1 if proof.splits is None else 2]:
@@ -157,7 +157,7 @@ def _least(reduced: Reduced, weight: float) -> float:
 
 
 class _Filling:
-    """Places that are filled greedily, the oldest orders first.
+    """Slots that are filled greedily, the oldest orders first.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ class _Filling:
         return there
 
     def _fitting(self, station: int) -> NDArray[np.bool_]:
-        """Return the open lines that may take a place at a station: with their whole order or, over time, alone."""
+        """Return the open lines that may take a slot at a station: with their whole order or, over time, alone."""
         period, n = self.reduced.period, len(self.reduced.period.orders)
         open_lines = self._open.copy()
         if station in period.counting_orders:
@@ -251,7 +251,7 @@ class _Filling:
             self._assign(order, station, lines)
 
     def _split(self, order: int) -> None:
-        """Assign an order to several stations that have its lines and places for its parts, if there are such."""
+        """Assign an order to several stations that have its lines and slots for its parts, if there are such."""
         lines = np.flatnonzero(self._open & (self._order == order))
         free, at = self._free[:], np.full(len(lines), -1)
         used: list[int] = []
@@ -323,9 +323,9 @@ class _Filling:
 
 
 def with_joining_lines(period: Period, solution: Solution, model: Model) -> Solution:
-    """Return a solution with the lines besides that take no further place and no visit: one that costs the same.
+    """Return a solution with the lines besides that take no further slot and no visit: one that costs the same.
 
-    Over time, one line of an order takes the place that all of it could have; where an order has a place, or gets one,
+    Over time, one line of an order takes the slot that all of it could have; where an order has a slot, or gets one,
     whatever else of it the pods at the station have goes there too.
 
     Parameters

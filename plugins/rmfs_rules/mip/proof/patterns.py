@@ -2,11 +2,11 @@
 
 So it is for split-over-time, which is the same with every line as an order of its own.
 
-A pattern is what one station may get: pods and whole orders that they serve. With S equal stations of C free places,
+A pattern is what one station may get: pods and whole orders that they serve. With S equal stations of C free slots,
 
     min sum_k c_k l_k   s.t.  sum_k l_k = S,   sum_k a_Tk l_k <= n_T for each type T of orders,   l_k >= 0 whole,
 
-where c_k is the number of new pods of pattern k plus W_u for each place it leaves free, and a_Tk how many orders of
+where c_k is the number of new pods of pattern k plus W_u for each slot it leaves free, and a_Tk how many orders of
 type T it takes. It has no symmetry, and its relaxation is close to the optimum.
 
 Patterns are priced exactly (`proof.pricing`), so each round ends in a lower bound.
@@ -240,7 +240,7 @@ def choose_among(
 ) -> tuple[Assigned | None, bool]:
     """Return a solution of a given value in which every station gets one of the given sets of pods.
 
-    Stations with the same set share their places in the program; whether each order finds a whole place is looked at
+    Stations with the same set share their slots in the program; whether each order finds a whole slot is looked at
     afterwards.
 
     Parameters

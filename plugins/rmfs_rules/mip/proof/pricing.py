@@ -26,7 +26,7 @@ KEPT = 60
 QUICK_WORK = 20_000
 """Steps of the search after which, where there are few orders, only patterns that are better yet are looked for."""
 FEW = 2
-"""There are few orders if their items are less than so many times the free places.
+"""There are few orders if their items are less than so many times the free slots.
 
 Then most sets of pods complete enough, and what tells them apart is which orders they are for. So a search for sets of
 a given worth leaves out the orders that no station with that worth can have.
@@ -76,9 +76,9 @@ class Pricing:
     Attributes
     ----------
     room
-        C: free places of each station.
+        C: free slots of each station.
     sizes, counts
-        Places of an order of each type, and how many orders the type has.
+        Slots of an order of each type, and how many orders the type has.
     missing
         SKUs of each type that no pod at the stations has.
     work
@@ -198,7 +198,7 @@ class Pricing:
     def _most_with(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what a station is worth at most with each of the orders, had it all SKUs: by a knapsack."""
         sizes, places, n = self.sizes[self.type_of], self.room + 1, len(values)
-        before, after = np.zeros((n + 1, places)), np.zeros((n + 1, places))  # by the places that may be taken
+        before, after = np.zeros((n + 1, places)), np.zeros((n + 1, places))  # by the slots that may be taken
         for table, orders in ((before, range(n)), (after, range(n - 1, -1, -1))):
             for row, order in enumerate(orders):
                 size = int(sizes[order])

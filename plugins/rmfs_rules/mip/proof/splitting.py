@@ -1,6 +1,6 @@
 """New visits where few orders may be split over time (18): found by exchanging pods, filled by a program of their own.
 
-Nothing here bounds the optimum; where as many visits fill all places as the bound says, they prove it.
+Nothing here bounds the optimum; where as many visits fill all slots as the bound says, they prove it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Table = NDArray[np.float64]  # whole numbers; products of these are far faster
 
 
 def visits_for_few_splits(reduced: Reduced, number: int, splits: int, effort: Effort) -> Visits | None:
-    """Return new visits with which all places may be filled though few orders are split; None if none are found.
+    """Return new visits with which all slots may be filled though few orders are split; None if none are found.
 
     The visits are shared out over the stations. Each in turn gets the pod with the highest estimate, until none gets a
     better one. The estimate counts the items of orders that some station covers, for each station no more than it has

@@ -3,11 +3,11 @@
 Each step may offer a solution and raise the bound; the first after which they meet is the last (`STEPS`). What steps
 do is taken from the period's effort (`rmfs_rules.mip.period.effort`); one that finds too little left does nothing.
 
-1. `by_what_is_there`: the pods at the stations already fill all places, and nothing can be better. (Nearly always so
+1. `by_what_is_there`: the pods at the stations already fill all slots, and nothing can be better. (Nearly always so
    for split-over-time.)
 2. `by_nothing`: the solution that assigns nothing, where nothing can be assigned.
 3. `by_bounds`, the sandwich. From below: whatever the model, its solution is one of split-over-time (propositions 2 and
-   3), so with W_u > 1 the fewest new visits that let demand flow into all places bound it (`proof.flow`). From
+   3), so with W_u > 1 the fewest new visits that let demand flow into all slots bound it (`proof.flow`). From
    above: what `proof.feasible` assigns to the visits that fill most.
    For other weights, or many stations, `by_stations` bounds each station alone.
 4. `by_fewest_visits`: where orders are assigned completely, sets of pods for one value of the objective after another
@@ -66,7 +66,7 @@ WORK_ALIKE_SCARCE = 20_000
 SHARE_OF_SEARCH = 2
 """The part of the effort that the search for visits may take where little is proven; `by_greedy` needs the rest."""
 GREEDY_PER_PLACE = 1000
-"""Steps that improving a greedy solution may take for each free place, where a period is not large."""
+"""Steps that improving a greedy solution may take for each free slot, where a period is not large."""
 STEPS_PER_LINE = 100
 """Effort of building the program, for each line and station, where a period is large."""
 CLOSE_SETS = (100, 500, 2000)
@@ -113,7 +113,7 @@ def proof_of(
 
 
 def by_what_is_there(proof: Proof) -> None:
-    """Fill the places by a maximum flow from what is at the stations: with single lines, that is optimal if it does."""
+    """Fill the slots by a maximum flow from what is at the stations: with single lines, that is optimal if it does."""
     if proof.reduced.model is Model.SPLIT_OVER_TIME:
         _fill_by(proof, (), "flow")
         if not proof.proven:
@@ -128,9 +128,9 @@ def by_nothing(proof: Proof) -> None:
 
 
 def by_bounds(proof: Proof) -> None:
-    """Bound by the fewest visits that let demand flow into all places; fill what the best visits, one by one, cover.
+    """Bound by the fewest visits that let demand flow into all slots; fill what the best visits, one by one, cover.
 
-    With W_u of at most 1 a free place may be better than a visit, and with many stations there are too many cuts.
+    With W_u of at most 1 a free slot may be better than a visit, and with many stations there are too many cuts.
     """
     reduced = proof.reduced
     if proof.weight <= 1 or len(reduced.capacities) > MOST_STATIONS:
@@ -164,7 +164,7 @@ def _fill_by(proof: Proof, visits: Visits, how: str) -> None:
 def by_stations(proof: Proof) -> None:
     """Bound what each station costs alone: as `by_bounds`, for any weight and any number of stations.
 
-    For each number of new pods, a station has at least the places free that these and what is there cannot fill.
+    For each number of new pods, a station has at least the slots free that these and what is there cannot fill.
     """
     reduced, period = proof.reduced, proof.reduced.period
     if proof.weight > 1 and len(reduced.capacities) <= MOST_STATIONS:
@@ -304,7 +304,7 @@ def _offer_whole(proof: Proof, whole: Reduced, found: Assigned, how: str) -> Non
 
 
 def by_few_splits(proof: Proof) -> None:
-    """Where few orders may be split over time and the stations are alike, look for visits that fill all places.
+    """Where few orders may be split over time and the stations are alike, look for visits that fill all slots.
 
     First as many as the bound says, which would be proven, then one more after the other.
     """

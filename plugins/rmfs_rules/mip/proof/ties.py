@@ -96,9 +96,9 @@ def _from_one_station(proof: Proof) -> bool:
 
 
 def _finishing(reduced: Reduced) -> tuple[Part, ...]:
-    """Return the lines that fill as many places of the only station as its pods allow, worth most under ``finish``.
+    """Return the lines that fill as many slots of the only station as its pods allow, worth most under ``finish``.
 
-    Exact: by the places taken, order after order, oldest first; of orders alike no more than there are places.
+    Exact: by the slots taken, order after order, oldest first; of orders alike no more than there are slots.
     """
     period, room = reduced.period, reduced.capacities[0]
     there = period.covered[0]
@@ -117,7 +117,7 @@ def _finishing(reduced: Reduced) -> tuple[Part, ...]:
 
 
 def _choices(lines: list[tuple[int, int]], left: int, room: int) -> dict[int, tuple[float, tuple[int, ...]]]:
-    """Return for each number of places the most lines of an order (quantity, SKU) that take these, and their worth."""
+    """Return for each number of slots the most lines of an order (quantity, SKU) that take these, and their worth."""
     most: dict[int, tuple[int, ...]] = {0: ()}
     for quantity, sku in lines:
         for places, skus in sorted(most.items(), reverse=True):
@@ -133,7 +133,7 @@ def _take_of(
     choices: dict[int, tuple[float, tuple[int, ...]]],
     best: list[tuple[float, tuple[tuple[int, tuple[int, ...]], ...]] | None],
 ) -> None:
-    """Let an order take some of the places, where that is worth more."""
+    """Let an order take some of the slots, where that is worth more."""
     for places in range(len(best) - 1, 0, -1):
         for taken, (worth, skus) in choices.items():
             before = best[places - taken] if taken <= places else None

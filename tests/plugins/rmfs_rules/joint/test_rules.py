@@ -90,7 +90,7 @@ def apply(world: Warehouse, decision: JointDecision) -> None:
 def missed(decide: Callable[[WarehouseView, int], JointDecision]) -> list[float]:
     """Decide random periods, (view, seed); return by how much each misses the optimum.
 
-    The objective that a decision reports is worked out anew: visits, and two for every free place.
+    The objective that a decision reports is worked out anew: visits, and two for every free slot.
     """
     missed = []
     for seed in range(60):

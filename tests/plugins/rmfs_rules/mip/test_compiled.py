@@ -143,7 +143,7 @@ def fewest_found(arrays: Arrays, target: int) -> int | None:
 
 @pytest.mark.parametrize("model", WHOLE)
 def test_pods_that_fill_are_the_fewest(all_periods, model):
-    """The least number of visits, if it is up to two, is that of trying all of them, for every number of places."""
+    """The least number of visits, if it is up to two, is that of trying all of them, for every number of slots."""
     seen = set()
     for period in all_periods[::2]:
         reduced = Reduced(period, model)
@@ -201,7 +201,7 @@ def check_filling(period: Period, orders: np.ndarray, number: int) -> None:
 
 @pytest.mark.parametrize("model", WHOLE)
 def test_fill_finds_the_most(all_periods, model):
-    """It fills as many places as any assignment to what is at the stations, and not one more."""
+    """It fills as many slots as any assignment to what is at the stations, and not one more."""
     tried = 0
     for period in all_periods:
         reduced = Reduced(period, model)
@@ -218,7 +218,7 @@ def test_fill_finds_the_most(all_periods, model):
 
 
 def test_fill_finds_the_most_with_few_splits(small_periods):
-    """It fills as many places as any assignment with so few new splits, not one more, and the cut forbids none."""
+    """It fills as many slots as any assignment with so few new splits, not one more, and the cut forbids none."""
     mattered = cut = 0
     rng = np.random.default_rng(1)
     for period in small_periods:

@@ -82,7 +82,7 @@ def test_all_ways_agree_on_other_periods(make, model, room, many):
 
 @pytest.mark.parametrize("weight", [0.5, 1.0, 1.5, 4.0])
 def test_all_ways_agree_on_other_weights(periods, scarce_periods, weight):
-    """W_u may be anything: below 1 a free place may be cheaper than a pod, fractions leave the whole numbers."""
+    """W_u may be anything: below 1 a free slot may be cheaper than a pod, fractions leave the whole numbers."""
     for model in Model:
         for period in periods[::10]:
             printed = solve_printed(period, model, weight, LIMITS).objective

@@ -96,7 +96,7 @@ def test_types_count_the_orders(periods, model):
 
 
 def test_what_no_station_can_take_is_left_out():
-    """An order of three items, stations of two places: integrated drops it, the split models do not."""
+    """An order of three items, stations of two slots: integrated drops it, the split models do not."""
     lines = np.array([[0, 0, 1], [0, 1, 1], [0, 2, 1], [1, 3, 1]]).T
     period = Period(Stock((0,), ((0, 1, 2),), 4), (0, 1), (2, 2), ((), ()), (0, 1), *lines)
     assert Reduced(period, INTEGRATED).orders == ()
@@ -186,7 +186,7 @@ def test_counts_become_lines_of_orders(three):
 
 @given(st.lists(st.integers(0, 3), min_size=1, max_size=3), st.lists(st.integers(0, 7), max_size=5))
 def test_one_by_one_is_the_most(capacities, masks):
-    """As many lines find a place as in any assignment, and each stands where its kind is covered."""
+    """As many lines find a slot as in any assignment, and each stands where its kind is covered."""
     masks = [mask & ((1 << len(capacities)) - 1) for mask in masks]
     most = 0
     for choice in product(range(-1, len(capacities)), repeat=len(masks)):
@@ -202,7 +202,7 @@ def test_one_by_one_is_the_most(capacities, masks):
 
 
 def test_lines_of_an_order_and_preferred_stations():
-    """Where one line of an order finds no place, the others give theirs back.
+    """Where one line of an order finds no slot, the others give theirs back.
 
     Lines of a kind are interchangeable, so any station where some stand may be named; then they are used up.
     """
@@ -245,9 +245,9 @@ def test_unlimited_stock_is_never_short():
 
 
 def test_items_move_between_pods():
-    """One item on a pod at two stations of one place, one on a pod at the first alone: the first has to move.
+    """One item on a pod at two stations of one slot, one on a pod at the first alone: the first has to move.
 
-    A third finds none, and nothing changes; of an order all lines find places, or none.
+    A third finds none, and nothing changes; of an order all lines find slots, or none.
     """
     lines = np.array([[0, 0, 1], [1, 0, 1], [2, 0, 1]]).T
     shared = Period(Stock.counted([{0: 1}, {0: 1}], 1), (0, 1), (1, 1), ((0, 1), (0,)), (0, 1, 2), *lines)
@@ -272,7 +272,7 @@ def two_fixture() -> Period:
 
 
 def test_the_objective_is_visits_and_free_places(two):
-    """Three items of five places are assigned with two visits: 2 + 1.5 * 2. Only a limit ends a solve early.
+    """Three items of five slots are assigned with two visits: 2 + 1.5 * 2. Only a limit ends a solve early.
 
     The pod with SKU 1 is of use where a part needs it alone.
     """
@@ -303,7 +303,7 @@ A, B, C, D = range(4)
 def counting_orders(orders: Any, pods: Any, places: Any = (1,), there: Any = (), **changes: Any) -> Period:
     """Return a period whose stations count orders.
 
-    With W_u = 2, a place that stays free costs twice the items of the largest order (`Period.factors`).
+    With W_u = 2, a slot that stays free costs twice the items of the largest order (`Period.factors`).
     """
     return period_of(orders, pods, places, there, **{"counting_orders": frozenset(range(len(places)))} | changes)
 
@@ -333,7 +333,7 @@ def test_parts_are_told_apart_where_they_take_places(model: Model, counting: set
 
 
 APART = ([[A, B]], [[A], [B]], (1, 1), ((0,), (1,)))
-"""The lines of an order are at two stations with a place each; together they cost a visit and leave a place free."""
+"""The lines of an order are at two stations with a slot each; together they cost a visit and leave a slot free."""
 
 
 def test_what_is_there_fills_the_places_and_then_a_visit() -> None:
@@ -374,7 +374,7 @@ def test_over_time_an_order_goes_line_by_line_where_items_are_counted() -> None:
 
 
 def test_visits_that_cost_more_than_the_place_are_not_made() -> None:
-    """With W_u = 0.4, a place is worth 0.4 with orders of one item, 1.2 with three: one visit, not three."""
+    """With W_u = 0.4, a slot is worth 0.4 with orders of one item, 1.2 with three: one visit, not three."""
     for model in (INTEGRATED, AMONG):
         proof = placed(counting_orders([[A, B, C], [D]], [[A], [B], [C], [D]], (2,)), model, weight=0.4)
         assert proof.incumbent.objective == pytest.approx(1 + 1.2)

@@ -28,7 +28,7 @@ BOTH_PODS = ((0, 0), (1, 0))
 
 @pytest.fixture
 def reduced() -> Reduced:
-    """Return two stations of two places, and an order of two SKUs, each on a pod of its own."""
+    """Return two stations of two slots, and an order of two SKUs, each on a pod of its own."""
     return Reduced(period_of([[0, 1]], [[0], [1]], (2, 2)), Model.SPLIT_AMONG_STATIONS)
 
 
@@ -163,7 +163,7 @@ def test_finish_is_the_best_of_all_optima(stations, seed):
 
 
 def test_the_last_line_of_an_order_goes_first():
-    """A place for one of three lines that the pod has: that of the order with no other line, though it is youngest."""
+    """A slot for one of three lines that the pod has: that of the order with no other line, though it is youngest."""
     period = period_of([[0, 3, 4], [1, 3], [2]], [[0, 1, 2]], (1,), ((0,),))
     proof = proof_of(period, Model.SPLIT_OVER_TIME, 2, Limits())
     proof.run()
@@ -193,7 +193,7 @@ def test_preferred_pods_cost_nothing(periods, model, packing_capacity, weight):
 
 
 def pods_alike(stations: int, **changes) -> Period:
-    """Return a period with an order and a place a station, and three pods that have the one SKU that all want."""
+    """Return a period with an order and a slot a station, and three pods that have the one SKU that all want."""
     return period_of([[0]] * stations, [[0]] * 3, (1,) * stations, **changes)
 
 
@@ -263,7 +263,7 @@ def test_the_violated_constraint_is_named(period, named, model, wrong):
 
 
 def test_packing_capacity(period):
-    """A split order needs a place (18), also when a line stays in the backlog; not if it was split already."""
+    """A split order needs a slot (18), also when a line stays in the backlog; not if it was split already."""
     split = solution([(0, 0, (0,)), (0, 1, (1,))])
     assert violation(period, split, AMONG, 2, 1) is None
     assert violation(period, split, AMONG, 2, 0).startswith("(18) packing capacity")

@@ -114,14 +114,14 @@ def test_more_split_orders_open_than_there_is_room_for():
 
 @pytest.mark.parametrize("rule", RULES[:2])
 def test_a_place_is_filled_whatever_its_order_costs(rule):
-    """Six lines on six pods: with W_u = 2 a place for an item would not be worth them, one for the order is."""
+    """Six lines on six pods: with W_u = 2 a slot for an item would not be worth them, one for the order is."""
     world = small_world({"1": "abcdef"}, {sku: sku for sku in "abcdef"}, capacities=[1], counts_orders=True)
     decision = decide(rule(), world)
     assert (len(decision.assignments), len(decision.trips), decision.report.objective) == (1, 6, 6)
 
 
 def test_lines_join_the_place_of_their_order():
-    """Over time, what the pods at the station have of an order goes there too: it takes no further place."""
+    """Over time, what the pods at the station have of an order goes there too: it takes no further slot."""
     world = small_world({"1": "abc", "2": "ab"}, {"p": "ab", "q": "c"}, capacities=[2], counts_orders=True)
     world.bind(world.pods[0], world.stations[0])
     world.assign(world.orders[0], world.stations[0], [0])
@@ -132,7 +132,7 @@ def test_lines_join_the_place_of_their_order():
 
 @pytest.mark.parametrize("rule", RULES)
 def test_a_line_too_large_for_the_stations_is_not_split(rule):
-    """Five items of one SKU for three places: the order gets an empty station, from two pods."""
+    """Five items of one SKU for three slots: the order gets an empty station, from two pods."""
     world = small_world({"1": {"a": 5}}, {"p": {"a": 4}, "q": {"a": 1}}, capacities=[3, 3])
     decision = decide(rule(), world)
     assert [(one.order, one.station, one.skus) for one in decision.assignments] == [(0, 0, (0,))]
@@ -189,9 +189,9 @@ def test_runs_end_complete_and_repeat(rule, setting):
     ids=" ".join,
 )
 def test_other_warehouses_end_complete(rule, overrides, tmp_path):
-    """Each period at its optimum, and a valid trace: finite stock, places for orders, stations too small for orders.
+    """Each period at its optimum, and a valid trace: finite stock, slots for orders, stations too small for orders.
 
-    Orders larger than a station, with places for one item each than both together, get one of their own.
+    Orders larger than a station, with slots for one item each than both together, get one of their own.
     """
     result = run(rule, [*SCARCE, *overrides], tmp_path)
     assert result.status == "complete"

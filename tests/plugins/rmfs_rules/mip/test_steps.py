@@ -191,7 +191,7 @@ def test_pods_that_complete_orders_are_found():
 
 @pytest.mark.parametrize(("splits", "found"), [(1, False), (2, False), (3, False), (4, True)])
 def test_splits_fill_what_whole_orders_do_not(splits, found):
-    """Pods that have one item of each order fill four places with four splits, and no less."""
+    """Pods that have one item of each order fill four slots with four splits, and no less."""
     assert (visits_for_few_splits(four_orders(((0, 2), (0, 2))), 2, splits, Effort()) is not None) == found
 
 
@@ -204,7 +204,7 @@ def test_without_effort_no_visits_are_looked_for():
 
 @pytest.mark.parametrize("seed", [1401, 1402])
 def test_the_first_period_of_the_paper_with_packing_capacity(seed, tmp_path):
-    """Four visits fill 60 places with ten splits, which is proven; split-among-stations needs five."""
+    """Four visits fill 60 slots with ten splits, which is proven; split-among-stations needs five."""
     rule = 'rules.poa_pps={rule="split-over-time", packing_capacity=10}'
     rmfs_core.run("paper-250", overrides=[f"seed={seed}", "rules.pp=free-flow", "run.until_s=1", rule], out=tmp_path)
     with (tmp_path / "periods.csv").open() as file:
