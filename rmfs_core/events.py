@@ -80,7 +80,7 @@ class OrderInStock(Event):
 
 @frozen
 class OrderCancelled(Event):
-    """An order of which nothing was assigned has left: the backlog, or those that wait for stock."""
+    """An order of which nothing was assigned has left: the backlog, or the orders that wait for stock."""
 
     order: int
 
@@ -317,7 +317,7 @@ class StationOpened(_OfStation):
 
 @frozen
 class StationClosed(_OfStation):
-    """A station takes no new orders from now on; it finishes those that it has."""
+    """A station takes no new orders from now on; it finishes its own."""
 
 
 @frozen

@@ -136,7 +136,7 @@ def wanted(trips: Sequence[tuple[Pod, Station]]) -> None:
 
 
 def packing(warehouse: Warehouse, capacity: int | None, before: int) -> None:
-    """Check that the split orders under way find room at the packing stations, or are no more than ``before``."""
+    """Check that the split orders under way find a box at the packing stations, or are no more than ``before``."""
     if capacity is not None and warehouse.split_orders_open > max(capacity, before):
         raise ImpossibleError(
             f"left {warehouse.split_orders_open} split orders open at once; the packing stations hold {capacity}"
@@ -168,7 +168,7 @@ def bundle_assignment(warehouse: Warehouse, given: decisions.BundleAssignment) -
 
 
 def store(warehouse: Warehouse, given: decisions.StoreBundle) -> tuple[Bundle, Pod]:
-    """Check that a bundle at a station needs a pod, and that a pod has room for it and can come."""
+    """Check that a bundle at a station needs a pod, and that a pod has space for it and can come."""
     number, pod = whole("bundle", given.bundle), known("pod", given.pod, warehouse.pods)
     at_stations = (bundle for station in warehouse.storing for bundle in station.bundles)
     bundle = next((bundle for bundle in at_stations if bundle.id == number and bundle.pod is None), None)
@@ -287,6 +287,6 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, given: decis
 
 
 def hit(layout: Layout, robot: int, error: ReservedError) -> ImpossibleError:
-    """Return what is wrong with a robot's path that the table of reservations has no room for."""
+    """Return what is wrong with a robot's path that hits a reservation."""
     where = f"robot {error.owner + 1} has {layout.where(error.cell)} from {to_seconds(error.since):.3f} s on"
     return ImpossibleError(f"gave robot {robot + 1} a path that hits a reservation: {where}")

@@ -104,4 +104,4 @@ def _without_room(warehouse: Warehouse) -> str:
     at_stations = [bundle for station in warehouse.storing for bundle in station.bundles]
     room = max((pod.free_space for pod in warehouse.pods), default=0)
     waiting = [b.name for b in (*warehouse.bundles.values(), *at_stations) if b.pod is None and b.size > room]
-    return f"; no pod has room for bundles: {first_few(waiting)}" if waiting else ""
+    return f"; bundles that fit on no pod: {first_few(waiting)}" if waiting else ""

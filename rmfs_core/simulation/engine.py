@@ -168,7 +168,7 @@ class Simulation:
     # Processes
 
     def _arrivals(self) -> Process:
-        """Orders join the backlog, at their times or as there is room, and are cancelled; a round runs at the start."""
+        """Orders join the backlog, at their times or when it has a gap, or are cancelled; a round runs at the start."""
         orders = () if self._coming else self.warehouse.orders
         given, there = zip(orders, self.info.instance.orders, strict=False), self.warehouse.arrived
         steps = [(order.arrival_tick, self._arrive, order) for order in orders if order.id not in there]
@@ -477,7 +477,7 @@ class Simulation:
         return placed
 
     def _take_slot(self, robot: Robot, station: Station) -> Process:
-        """Wait for a slot at a station: a pod sets out only when it will find room in the queue."""
+        """Wait for a slot at a station: a pod sets out only when the queue will have a cell for it."""
         if station.queue_room > 0:
             self.warehouse.claim_slot(station)
         else:
@@ -488,7 +488,7 @@ class Simulation:
     def _leave(self, robot: Robot, pod: Pod, station: Station) -> Station | None:
         """Leave the station cell; return the next station, or None when the pod is to be stored.
 
-        A pod goes on only when the next queue has room for it. Otherwise it is stored and fetched again later: no robot
+        A pod goes on only when the next queue has a cell. Otherwise it is stored and fetched again later: no robot
         ever holds one slot while it waits for another, so full queues cannot block each other.
         """
         self.warehouse.leave(robot, pod, station)

@@ -20,7 +20,7 @@ class Packing:
     """Conveyors and packing stations at work; ``packed`` is called when an order is, with whether that frees a box.
 
     Nothing here waits for a free box: an order that needs one has had it since its first part was assigned. And a
-    conveyor has room for any number of totes.
+    conveyor holds any number of totes.
     """
 
     def __init__(self, run: RunContext, services: Services, packed: Callable[[bool], None]) -> None:

@@ -134,7 +134,7 @@ def replace(cells, begins, ends, before, me, used, room, first, count, since, un
 def insert(cells, begins, ends, begin_at, me, used, room, first, count, since, until, owner):
     """Insert intervals from ``begin_at`` on; what touches or overlaps one of the same owner becomes one with it.
 
-    Returns how many are in, and how much of the pool is used; fewer than all are in when the pool has no room left.
+    Returns how many are in, and how much of the pool is used; fewer than all are in when the pool is full.
     """
     for i in range(begin_at, len(cells)):
         cell, begin, end = cells[i], begins[i], ends[i]
@@ -206,7 +206,7 @@ def forget(tick, first, count, since, until, owner):
 
 @njit(cache=True)
 def pack(room, first, count, since, until, owner, to_since, to_until, to_owner):
-    """Copy all intervals to another pool, with little room to spare; returns how much of it is used."""
+    """Copy all intervals to another pool, with little space to spare; returns how much of it is used."""
     used = 0
     for cell in range(len(first)):
         for i in range(count[cell]):

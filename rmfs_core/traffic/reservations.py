@@ -189,7 +189,7 @@ class Reservations:
         self._cells_of[owner] = new[0] if before is None else np.union1d(before, new[0])
 
     def _grow(self) -> None:
-        """Pack the pool, into a larger one where that leaves little room."""
+        """Pack the pool, into a larger one where that leaves little space."""
         needed = int(self.arrays.count.sum()) + 2 * len(self._room)
         pool = max(len(self.arrays.since), 2 * needed)
         since, until = np.zeros(pool, dtype=np.int64), np.zeros(pool, dtype=np.int64)

@@ -104,7 +104,7 @@ class LineColumns:
             self._show()
 
     def _make_room(self, ids: int) -> None:
-        """Let the columns have room for all orders, lines and ids."""
+        """Let the columns have rows for all orders, lines and ids."""
         there = self._all
         if self._orders > len(there.order_id):
             self._all = _longer(self._all, _BY_ORDER, 2 * self._orders)

@@ -40,7 +40,7 @@ class PackingStation:
     tasks, working
         Tasks that wait for a packer, longest waiting first; tasks at work, with their expected ends in seconds.
     free_boxes
-        How many more split orders it has room for.
+        How many more split orders it can hold.
     """
 
     id: int

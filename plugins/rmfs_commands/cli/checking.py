@@ -323,7 +323,7 @@ class _Check:
 
 
 def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[str]:
-    """Say that room for items goes to small orders, where the rule that assigns orders could mend that and does not."""
+    """Say that item capacity goes to small orders, where a parameter of the rule for orders could prevent it."""
     poa, sizes = rules.poa, {order.items for order in instance.orders}
     if poa is None or scenario.stations.order_capacity is not None or len(sizes) < 2:
         return []

@@ -285,7 +285,7 @@ class RunPanel(PanelDisplay):
         return self.panel(f"seed {self._run.scenario.seed} ", *parts)
 
     def _figures(self) -> RenderableType:
-        """Pairs of a name and a figure: three pairs a row where there is room, else two."""
+        """Pairs of a name and a figure: three pairs a row where they fit, else two."""
         assert self._run is not None
         counts = self.counts
         wall = time.perf_counter() - self._started

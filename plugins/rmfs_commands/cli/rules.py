@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rmfs_commands.cli.description import RuleDescription
 
 WIDE = 120
-"""From this many columns on there is room for a table."""
+"""From this many columns on a table fits."""
 
 
 @click.command(short_help="List the rules, or show everything about one.")

@@ -56,7 +56,7 @@ def new_table(title: str | None = None) -> Table:
 
 
 def print_described(console: Console, described: Mapping[str, str]) -> None:
-    """Print names and what they are: side by side, or one below the other where there is no room for that."""
+    """Print names and what they are: side by side, or one below the other where they do not fit."""
     from rich.padding import Padding
     from rich.table import Table
     from rich.text import Text

@@ -123,7 +123,7 @@ convert.add_command(pods_command)
     help="Place by the order lines of another table, with columns of the same names.",
 )
 @click.option(
-    "--history-until", metavar="TIME", help="Place by the orders that arrive earlier, and run those that arrive later."
+    "--history-until", metavar="TIME", help="Place by the orders that arrive earlier, and run the later ones."
 )
 @open_option
 @click.option("--seed", type=WholeNumberRange(min=0), default=1, show_default=True, help="Seed of the placement.")

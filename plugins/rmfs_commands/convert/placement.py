@@ -116,9 +116,9 @@ def copies_of(
 def anywhere(
     copies: NDArray[np.int64], rooms: Sequence[int], held: Sequence[Sequence[int]], rng: np.random.Generator
 ) -> list[list[int]]:
-    """Put each SKU on that many pods that lack it: those with most room, drawn among equals.
+    """Put each SKU on that many pods that lack it: those with most free space, drawn among equals.
 
-    On fewer where fewer have room.
+    On fewer where fewer have space.
     """
     held = [list(pod) for pod in held]
     left = np.array(rooms) - [len(pod) for pod in held]

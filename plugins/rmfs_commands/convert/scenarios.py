@@ -72,7 +72,7 @@ class Size:
 
 
 def size_without_orders(pods: int, least_rows: int = 3) -> Size:
-    """Return a size with room for so many pods, with a station and eight robots for each 100 of them."""
+    """Return a size for so many pods, with a station and eight robots for each 100 of them."""
     blocks = ceil(pods / 0.85 / 8)
     rows = max(2 * ceil(sqrt(blocks / 2.5) / 2) + 1, least_rows)
     stations = max(1, min(ceil(pods / 100), (rows - 1) // 2))
@@ -82,7 +82,7 @@ def size_without_orders(pods: int, least_rows: int = 3) -> Size:
 def size_for(
     pods: int, demand: Demand, start: str | None = None, opens: Sequence[Opens] = ()
 ) -> tuple[Size, list[Load]]:
-    """Return a size with room for so many pods, whose stations and robots can do what orders want, and its loads."""
+    """Return a size for so many pods, whose stations and robots can do what orders want, and its loads."""
     size = evolve(size_without_orders(pods), stations=1, robots=1)
     pickers, _ = _loads(size, demand, start, opens)
     stations = min(needed := _needed(pickers), MOST_STATIONS)
@@ -140,7 +140,7 @@ def scenario_of(
     size: Size | None = None,
     opens: Sequence[Opens] = (),
 ) -> str:
-    """Return a scenario with a block layout that has room for the pods.
+    """Return a scenario with a block layout that holds the pods.
 
     Parameters
     ----------

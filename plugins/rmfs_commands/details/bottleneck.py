@@ -4,8 +4,8 @@ Every tick of an order's time has a cause; the limit is the cause with the large
 backlog, the cause is what the picking stations do at that time, each its part: a picker who handles an item (the
 pickers), a closed station (the hours, or the rule that closes it), one with nothing to pick, while another has more
 than its share (the spread) or while none has (the rules hold the orders back). A station that waits for pods does so
-since pods stand under which it has no room for (the queues), or since no robot is free (the robots); else its pods
-are on their way, and it has not room for more orders that could be picked meanwhile (the room). Robots off duty are a
+since its queue is full and pods wait for it (the queues), or since no robot is free (the robots); else its pods
+are on their way, and it has no capacity for orders that could be picked meanwhile (the room). Robots off duty are a
 matter of the hours, and those that wait for chargers or stand there one of the chargers; robots in queues and under
 pods wait themselves, for what the stations do.
 
@@ -88,7 +88,7 @@ DOES = {
     "off": "off",
     "down": "down",
 }
-"""Activities of robots, by the columns of robots.csv. Waiting under a pod for room at a station is queueing, too."""
+"""Activities of robots, by the columns of robots.csv. Waiting under a pod for a queue cell is queueing, too."""
 
 Ticks = NDArray[np.int64]
 

@@ -128,7 +128,7 @@ DETAILS: tuple[Metric, ...] = (
         "  for a free queue cell",
         "s",
         1,
-        "The part of it that robots spend under their pods until the station's queue has room; the rest is traffic.",
+        "The part of it that robots spend under their pods until the queue has a free cell; the rest is traffic.",
     ),
     Metric(
         "picking_distance_per_order_m",

@@ -40,7 +40,7 @@ COLUMNS = (
 then on, until its last lines are. What follows is that of the pod that its last item is picked from, on the way of that
 pick. Until a robot has the task to fetch it, or carries it on from another station: ``robot_s`` while no robot is free,
 ``pod_s`` while one is. Then ``to_pod_s``: the robot drives to the pod and lifts it; ``room_s``: it stands under the
-pod until the station has room. ``driving_s`` until it joins the queue, ``queueing_s`` until it stands at the station,
+pod for a queue cell. ``driving_s`` until it joins the queue, ``queueing_s`` until it stands at the station,
 and ``station_s`` until the pick is done. What of these came before the last assignment counts as nothing."""
 
 WAITED = "stock_s"
@@ -51,7 +51,7 @@ HANDLING = "handling_s"
 
 _Way = tuple[int, ...]
 """Of a pod: when a robot had the task to fetch it, or it left another station; `Robots.none_free` then; when the robot
-began and ended to wait under it for room, had lifted it, joined the queue, and stood at the station. All ticks."""
+began and ended to wait for a queue cell, had lifted it, joined the queue, and stood at the station. All ticks."""
 
 
 class Last(NamedTuple):

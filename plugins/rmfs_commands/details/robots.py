@@ -100,7 +100,7 @@ class Robots:
         self._charges = self._moved_pods = 0
         self._lowest = 1.0
         self.for_room_ticks = 0
-        """Time in which robots waited under their pods for room at a station, summed over the robots."""
+        """Time in which robots waited under their pods for a queue cell, summed over the robots."""
         self.free = Count()
         """Robots that can take a task: on duty, without one, and with charge enough."""
         self.charging = Count()
@@ -108,7 +108,7 @@ class Robots:
         self.low = Count()
         """Of these, robots that stand where they are, with too little in their batteries for a task."""
         self.beneath: dict[int, Span] = {}
-        """When a robot last waited under each pod for room at a station, before it lifted the pod."""
+        """When a robot last waited under each pod for a queue cell, before it lifted the pod."""
         self.beneath_for: dict[int, list[Span]] = {}
         """All such times, by station."""
         self.on_duty = Count()
@@ -282,7 +282,7 @@ class Robots:
 
     def spent(self, end: int) -> tuple[Counter[str], int]:
         """Return the ticks of each state summed over the robots, until the run's end or the last pick, and those of
-        waiting for room at a station."""
+        waiting for a queue cell."""
         if self._picked is not None and self._picked[0] == end:
             return self._picked[1:]
         return self._spent(end), self.for_room_ticks
@@ -303,7 +303,7 @@ class Robots:
         """Return a row for each robot; its times add up to that of the run after the warm-up.
 
         ``off_s`` is there where robots are off duty at times. ``waiting_s`` is not in the others: the time under way in
-        which a robot neither drives nor turns nor lifts, since others are in its way or the station has no room.
+        which a robot neither drives nor turns nor lifts, since others are in its way or the station's queue is full.
         """
         for robot in self._robots:
             robot.turn_to(robot.state, end)

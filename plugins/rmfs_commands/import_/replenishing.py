@@ -131,7 +131,7 @@ def levels(
     Returns
     -------
     Supply or None
-        None where the pods have no room for such levels of all SKUs.
+        None where such levels of all SKUs do not fit on the pods.
     """
     wanted = [sku for sku in skus if sku.share]
     weight = sum(sku.share * sku.bundle * sku.weight for sku in wanted)
@@ -189,7 +189,7 @@ class Deliveries:
         self._next_s = 0.0 if self._initial else self._gap()
 
     def arrived(self, now_s: float) -> Iterable[tuple[str, int]]:
-        """Yield SKU and items of the bundles that have come since the last call; those without room do not come."""
+        """Yield SKU and items of the bundles that have come since the last call; others do not come."""
         while self._next_s <= now_s and self._left:
             self._left -= 1
             sku = self._skus[int(self._rng.choice(len(self._skus), p=self._chances))]

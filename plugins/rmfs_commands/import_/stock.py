@@ -36,7 +36,7 @@ class _Shelves:
         self.load = [(0.0, pod) for pod in range(len(capacity))]
 
     def store(self, sku: str, items: int, weight: float) -> bool:
-        """Put items on the pod that carries the least, unless that has no room for them."""
+        """Put items on the pod that carries the least, unless they do not fit."""
         carried, pod = self.load[0]
         if carried + items * weight > self.capacity[pod]:
             return False

@@ -72,7 +72,7 @@ def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
 
 
 def _too_large_for_pods(instance: Instance, capacity: int | None) -> Iterator[InputError]:
-    """Yield what has no room on a pod: what the pods hold at first, and bundles."""
+    """Yield problems of sizes: contents of pods and bundles that fit on no pod."""
     if capacity is None:
         return
     sizes = instance.sizes or (1,) * len(instance.skus)

@@ -34,7 +34,7 @@ class Planner(Protocol):
     """Plans one robot's path among the reservations of the others. Changes nothing."""
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
-        """Return a path whose `occupancy` the table has room for, its end held forever; None when there is none."""
+        """Return a path whose `occupancy` hits no reservation, its end held forever; None when there is none."""
 
 
 @frozen

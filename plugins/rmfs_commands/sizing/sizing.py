@@ -186,7 +186,7 @@ def size(
     Raises
     ------
     InputError
-        When the layout has no room for a range, or the metric is unknown, not measured, or better when larger.
+        When a range does not fit the layout, or the metric is unknown, not measured, or better when larger.
     RunError
         When a run ends without any result. (One that a rule's misbehaviour ends makes its size fail.)
     """

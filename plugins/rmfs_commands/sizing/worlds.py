@@ -69,7 +69,7 @@ class Worlds:
         return self.n_stations, self.scenario.robots.count
 
     def ranges(self, stations: Range | None, robots: Range | None) -> tuple[range, Range]:
-        """Return the numbers of stations to try, and the fewest and most robots; InputError where there is no room."""
+        """Return the numbers of stations to try, and the fewest and most robots; InputError where they do not fit."""
         fixed = self.n_stations
         if self.on_a_map and stations not in (None, (fixed, fixed)):
             raise InputError("--stations", f"the map of the scenario has {fixed}; expected a scenario without a map")
@@ -111,7 +111,7 @@ class Worlds:
         return evolve(sized, layout=evolve(sized.layout, stations_east=east, stations_west=west))
 
     def _sides(self, stations: int) -> tuple[int, int]:
-        """Return the stations on the east and on the west side, each its part as in the scenario, if there is room."""
+        """Return the stations on the east and on the west side, each its part as in the scenario, if they fit."""
         if stations not in self._east:
             layout = self.scenario.layout
             wanted = round(stations * layout.stations_east / (layout.stations_east + layout.stations_west))

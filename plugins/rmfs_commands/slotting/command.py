@@ -38,7 +38,7 @@ PLACEMENTS = ("random", "popularity", "co-purchase", "clusters")
 @click.option(
     "--history-until",
     metavar="TIME",
-    help="Learn from the scenario's orders that arrive earlier, and judge on those that arrive later: a time in ISO "
+    help="Learn from the scenario's orders that arrive earlier, and judge on the later ones: a time in ISO "
     "8601, or seconds from time 0.",
 )
 @click.option(

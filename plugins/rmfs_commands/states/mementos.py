@@ -197,7 +197,7 @@ def _stations(state: State, names: Names, layout: Layout, numbered: int) -> tupl
             found, expected = ("picks orders", "stores bundles") if given.picks else ("stores bundles", "picks orders")
             names.wrong(path, f"found one that {found}; expected one that {expected}, as the layout has it")
         if given.picks and any(not before.picks for before in stations):
-            names.wrong(path, "found one that picks orders; expected those that only store bundles last")
+            names.wrong(path, "found one that picks orders; expected stations that only store bundles to come last")
         inbound = given.line if given.inbound is None else given.inbound
         station = StationMemento(
             name=name,

@@ -306,7 +306,7 @@ def _restore_bundle(warehouse: Warehouse, told: BundleMemento, *path: str | int)
     if told.pod is not None:
         pod = _at(warehouse.pods, told.pod, *path, "pod")
         bound = told.station in pod.bound_for and pod.free_space >= bundle.size
-        _check(bound, "expected a pod with room for it that is bound for its station", *path, "pod")
+        _check(bound, "expected a pod with space for it that is bound for its station", *path, "pod")
         warehouse.bind_bundle(bundle, pod)
 
 

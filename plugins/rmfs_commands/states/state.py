@@ -325,7 +325,7 @@ class AskState:
     )
     pod: str | None = key("PR: the pod to store", None)
     orders: tuple[str, ...] | None = key(
-        "Packing: the orders; left out: those that are begun and bound for no packing station", None
+        "Packing: the orders; left out: orders that are begun and bound for no packing station", None
     )
     station: str | None = key(
         "Packing task: the packing station where a packer is free; left out: the first with tasks for one", None
@@ -402,10 +402,10 @@ class State:
 
     pods: Mapping[str, PodState] = key("Pods with contents, by name")
     stations: Mapping[str, StationState] = key(
-        "Stations, by name, those that only store bundles last; with a layout, in the order of its stations, row by "
+        "Stations, by name, stations that only store last; with a layout, in the order of its stations, row by "
         "row from the north-west"
     )
-    orders: Mapping[str, OrderState] = key("Orders that have arrived, by name; those that are done may be left out")
+    orders: Mapping[str, OrderState] = key("Orders that have arrived, by name; orders that are done may be left out")
     format: str = key(f"`{FORMAT}`", FORMAT, check=_one_of(FORMAT))
     version: int = key(
         f"Version of the format: {listed(map(str, VERSIONS), 'or')}", VERSIONS[-1], check=_one_of(*VERSIONS)

@@ -215,7 +215,7 @@ def _long_line() -> Instance:
 
 
 def _many_items() -> Instance:
-    """Lines of 10 to 40 items, most of which only several pods bring together; few have room at a station at a time.
+    """Lines of 10 to 40 items, most of which only several pods bring together; few fit at a station at a time.
 
     Some of the pods that are sent for one line bring enough of another SKU for another line, too.
     """
@@ -234,7 +234,7 @@ def _many_items() -> Instance:
 
 
 def _reordered() -> TrialWorld:
-    """Each SKU is ordered when its last items are left; picking stations store, too, and pods have hardly any room."""
+    """Each SKU is ordered when its last items are left; picking stations store, too, and pods have hardly any space."""
     orders: Wanted = {str(i): {"abcdef"[i % 6]: 2, "abcdef"[(i + 1) % 6]: 1} for i in range(2, 10)}
     pods: Wanted = {name: dict.fromkeys(skus, 2) for name, skus in PODS.items()}
     instance = small_instance(orders, pods, arrivals_s={str(i): 40.0 * i for i in range(2, 10)})
@@ -242,7 +242,7 @@ def _reordered() -> TrialWorld:
     process = Replenishment("reorder-point", reorder_point=2, order_up_to=5, lead_s=60, bundle_items=2)
     return _world(
         "replenishment at picking stations",
-        "stock that runs out and is ordered, on pods with hardly any room",
+        "stock that runs out and is ordered, on pods with hardly any space",
         evolve(instance, levels=levels, restocked=True),
         capacities=(4, 6),
         replenishment=process,

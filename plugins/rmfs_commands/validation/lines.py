@@ -48,7 +48,7 @@ class LineCheck:
             case.add("queue-passed", event.tick, f"{drives}, position {place} there; robots ahead in line: {ahead}")
 
     def joined(self, event: QueueJoined) -> None:
-        """Check that a robot stands in the queue, and that the queue has room."""
+        """Check that a robot stands in the queue, and that the queue has a free cell."""
         case, robot, line = self.case, self.state.robots[event.robot], self.state.stations[event.station].line
         joins = f"{case.robot(event.robot)} with {case.pod(event.pod)} joins the line of {case.station(event.station)}"
         if case.lane[robot.cell] != event.station:

@@ -85,7 +85,7 @@ class OrderCheck:
         return None if self.refilled is not None else self.case.trace.instance.orders[order].cancelled_tick
 
     def _refill(self, event: OrderArrived) -> None:
-        """Check that an order is the next one, and that there is room for it in a backlog that is kept filled."""
+        """Check that an order is the next one, and that a backlog which is kept filled takes it."""
         name = f"{self.case.order(event.order)} arrives"
         if event.order != self.come:
             self.case.add("arrival", event.tick, f"{name} as number {self.come + 1}; expected the orders as they stand")

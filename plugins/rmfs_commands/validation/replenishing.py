@@ -1,4 +1,4 @@
-"""Bundles: they come as the scenario says, are assigned once, and stored once, on a pod with room at their station."""
+"""Bundles: they come as the scenario says, are assigned once, and stored once, on a pod with space at their station."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ class BundleCheck:
             case.add("bundle-capacity", event.tick, f"{goes}, which has {self.at[event.station]} then; it holds {most}")
 
     def bound(self, event: BundleBound) -> None:
-        """Check that a pod has room for a bundle that has no pod."""
+        """Check that a pod has space for a bundle without a pod."""
         case, bundle = self.case, self._known(event)
         if bundle is None:
             return

@@ -420,7 +420,7 @@ def _cut_off(event: Event, chargers: set[int], cells: list[int]) -> list[int]:
 def waiting_ticks(trace: Trace) -> Counter[tuple[int, str]]:
     """Return the ticks in which robots under way did nothing, by robot and what they were under way for.
 
-    `FOR_ROOM` has the part of ``to_pod`` under the pod: the robot was there, and the station had no room.
+    `FOR_ROOM` has the part of ``to_pod`` under the pod: the robot was there, and the queue was full.
 
     Under way is a robot from a task, or from leaving a station, until it joins a queue or has stored its pod; what it
     did not do after the last that it is known to have done is not counted.

@@ -102,7 +102,7 @@ class StationBased:
 class TurnoverClasses(ByStock):
     """Store a pod in the class of locations that is as good as the pod is wanted.
 
-    The storage locations (those that hold no empty pod), sorted by the loaded driving time to the nearest station, and
+    The storage locations without an empty pod, sorted by the loaded driving time to the nearest station, and
     the pods, sorted by
 
         sum over the SKUs i that pod p has free of (items of i in all orders until now),
@@ -141,7 +141,7 @@ class TurnoverClasses(ByStock):
 class Cache(_Moving):
     """Keep the best locations of each station for pods that are wanted much.
 
-    Each station has a cache: of the storage locations (those that hold no empty pod) a share is divided among the
+    Each station has a cache: of the storage locations without an empty pod a share is divided among the
     stations, the shortest loaded drive to a station first. A pod that leaves station s belongs there if
 
         (f + u) / 2 > threshold,
@@ -153,7 +153,7 @@ class Cache(_Moving):
     come last, as does that of s for such a pod. Ties go to the lowest cell index.
 
     Repositioning: of the pods that are wanted at all, as many as the caches have locations besides ``free_places`` in
-    each are useful, those that are wanted most. Where fewer locations of a cache are free, the pods in it that are not
+    each are useful, the most wanted ones. Where fewer locations of a cache are free, the pods in it that are not
     useful go out, the one that is wanted least first, to the nearest free location in no cache; where more are, useful
     pods in no cache come in, the one that is wanted most first, to the free location nearest to it. When there is
     nothing to move it is looked into again after ``retry_s``.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class CommonLines(PairOptions):
     """Assign the order that wants the same SKUs as the orders already at a station.
 
-    Over all stations s with room and all orders o that fit there, the pair with the most lines in common,
+    Over all stations s with free capacity and all orders o that fit there, the pair with the most lines in common,
 
         number of open lines of o whose SKU is wanted by an open request at s,
 

@@ -89,7 +89,7 @@ class StoragePods:
         return int(pods[np.min(ticks, axis=0).argmin()])
 
     def take(self, bundle: Bundle, pod: int) -> None:
-        """Take account of a choice: the pod's room is less, and it comes."""
+        """Take account of a choice: the pod's space is less, and it comes."""
         self._room[pod] -= bundle.size * (self._room[pod] < ENDLESS)
         self._fetches -= not self._coming[pod]
         self._coming[pod] = True
@@ -101,7 +101,7 @@ Cost = Callable[[StoragePods, "Bundle"], Values]
 
 
 def store_bundles(warehouse: WarehouseView, max_fetches: int, cost: Cost) -> list[StoreBundle]:
-    """Choose for each bundle that lacks a pod the one with the lowest cost, of those that have room and can come.
+    """Choose for each bundle that lacks a pod the one with the lowest cost, of the pods that have space and can come.
 
     Ties go to the shortest loaded driving time to the bundle's station, then to the lowest id. Bundles choose in the
     order in which they were assigned, station by station; each choice counts for those after it.

@@ -55,7 +55,7 @@ def assign_late(
 ) -> None:
     """Assign the orders that are `late`, oldest first.
 
-    Each that fits nowhere keeps one station, that with most room of those that could take it, from taking anything
+    Each that fits nowhere keeps one station, the one with most free capacity that could take it, from taking anything
     else.
 
     Parameters
@@ -83,7 +83,7 @@ def assign_late(
 def station_to_keep(
     warehouse: WarehouseView, order: Order, free: Mapping[int, int], kept: Container[int]
 ) -> int | None:
-    """Return the station with most room of those that could take an order if they took nothing else."""
+    """Return the station with most free capacity that could take an order if it took nothing else."""
     room = {station.id: free.get(station.id, 0) for station in warehouse.stations}
     lacking = {
         station.id: warehouse.size_at(order, station) - room[station.id]

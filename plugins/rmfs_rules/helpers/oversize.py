@@ -36,7 +36,7 @@ class Oversize:
     def of(
         cls, warehouse: WarehouseView, max_wait_s: float, *, splits: bool = False, over_time: bool = False
     ) -> Oversize | None:
-        """Return it, or None where every order can be assigned together with others once the stations have room.
+        """Return it, or None where every order can be assigned together with others once the stations have capacity.
 
         Parameters
         ----------

@@ -146,7 +146,7 @@ class Pairs:
         """Assign orders until nothing fits any more; return what was assigned, in this order.
 
         Orders that have waited too long go first, oldest first; each that fits nowhere keeps one station, that with
-        most room of those that could take it, from taking anything else.
+        most capacity of those that could take it, from taking anything else.
 
         Parameters
         ----------
@@ -181,7 +181,7 @@ class Pairs:
         return self._chosen
 
     def _may_fit(self) -> bool:
-        """Whether an order may fit anywhere: a station has room, or an order a slot at one."""
+        """Whether an order may fit anywhere: a station has a free slot, or an order a slot at one."""
         return bool(self._at.placed.shape[1] or max(self._free.tolist(), default=0) > 0)
 
     def _preferred(self, row: int, prefer: Prefer | None) -> int:
@@ -207,7 +207,7 @@ def waiting_limit() -> Any:
         None,
         validators.optional(NOT_NEGATIVE),
         "Seconds in the backlog after which an order goes first; while it fits nowhere, the station with "
-        "most room of those that could take it takes nothing else. Left out: never, except for orders larger than any "
+        "most capacity that could take it takes nothing else. Left out: never, except for orders larger than any "
         f"station, after {OVERSIZE_WAIT_S:g} s, the oldest first; one station at a time picks such orders",
     )
 

@@ -251,7 +251,7 @@ class SplitAmongStations(_Split):
     """As ``integrated``, but the lines of an order may go to several stations, all in the same period.
 
     (2) and (3) give way to (2.1), (3.1), (11) to (14): an assigned order has each line at exactly one station. With a
-    packing capacity, (16) to (18) hold besides: no more orders may be split than the packing stations have room for.
+    packing capacity, (16) to (18) hold besides: no more orders may be split than the packing stations can hold.
 
     References
     ----------

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def assign_whole(warehouse: WarehouseView, most_pods: int, without: Station | None) -> JointDecision:
-    """Assign one order whole: the one of which fewest lines lack a pod at or bound for a station with room for it.
+    """Assign one order whole: the one of which fewest lines lack a pod at or bound for a station where it fits.
 
     Of equals the oldest, at the station with the fewest pods. Where ``most_pods`` are, none is sent; ``without`` takes
     nothing now.

@@ -28,7 +28,7 @@ CLOSE = 1e-9
 
 TAKES, SENDS, FOUND, AT_WORK, PACKING_ROOM = range(5)
 """Indices of ``Period.numbers``: lines taken, pods sent, pods in ``found``; whether a station is at work; how many more
-split orders the packing stations have room for."""
+split orders the packing stations can hold."""
 
 POWER, WORTH, SECONDS = range(3)
 """Columns of ``Period.orders``: what the seconds of a line are divided by for its worth, 0 until worked out; how many
@@ -198,7 +198,7 @@ def soonest(number: Ints, arrivals: Ints, need: int, base_ticks: int, now: int) 
 
 @inlined
 def covers(lines: Looks, stock: Looks, stations: Stations) -> bool:
-    """Return whether a pod that goes to a station with room last has an item of an open line."""
+    """Return whether a pod that goes to a station with free slots last has an item of an open line."""
     for pod in range(len(stock.bound)):
         if stock.bound[pod] != NONE and stations.room[stock.bound[pod]] > 0:
             for entry in range(stock.of_pod[pod], stock.of_pod[pod + 1]):

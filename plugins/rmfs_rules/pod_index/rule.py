@@ -56,11 +56,11 @@ class PodIndex:
 
     A line that no single pod can serve is brought by several, when there is nothing else to send.
 
-    Where an order can only be split while a box is free at the packing stations (or ``packing_capacity`` has room), it
+    Where an order can only be split while a box is free at the packing stations (or ``packing_capacity`` allows it), it
     is begun only then. Nor is an order split while the orders that are bound for the packing stations are more than
     ``packing_work_s`` seconds of work for each packer: where packers are what orders wait for, putting only keeps them
     from packing. When no order can be split and nothing else can be taken, an order is taken whole: the one of which
-    the fewest lines lack a pod at or bound for a station with room for it. One of more items than any station takes
+    the fewest lines lack a pod at or bound for a station where it fits. One of more items than any station takes
     goes to an empty station alone when all stations are empty.
 
     Lines of more items than any station takes are left for last. What is left of such an order goes to an empty

@@ -36,7 +36,7 @@ def decide(
     ticks
         Driving times to each station from each cell, shape (stations, cells).
     now, packing
-        The tick; how many more split orders the packing stations have room for.
+        The tick; how many more split orders the packing stations can hold.
 
     Returns
     -------

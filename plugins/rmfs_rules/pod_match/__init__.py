@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class PodMatch(PairOptions):
     """Assign the order that the pods at a station can serve best.
 
-    Over all stations s with room and all orders o that fit there, the pair with the highest score
+    Over all stations s with free capacity and all orders o that fit there, the pair with the highest score
 
         sum over the SKUs i of o of min(d_oi, a_is) - spread * w_s
 

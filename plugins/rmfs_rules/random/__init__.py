@@ -29,7 +29,7 @@ class Random(ByStock):
     pods not in use (or leaving a station with no next one) that can serve an uncovered request of the station, which
     is that with the fewest inbound pods. As PR: one of the free storage locations. As TA: for each idle robot one of
     the waiting pods. As ROA: again and again one of the bundles, and one of the replenishment stations with a free
-    slot. As RPS: for each bundle that lacks a pod one of those that have room for it and can come.
+    slot. As RPS: for each bundle that lacks a pod, one of the pods that have space for it and can come.
 
     References
     ----------
@@ -83,7 +83,7 @@ class Random(ByStock):
     def select_replenishment_pods(
         self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator
     ) -> Sequence[StoreBundle]:
-        """Draw a pod for each bundle: of those that can take it, the one with the lowest lot."""
+        """Draw a pod for each bundle: of the pods that can take it, the one with the lowest lot."""
 
         def lots(_pods: StoragePods, _bundle: Bundle) -> NDArray[np.int64]:
             return rng.integers(LOTS, size=len(warehouse.pods))

@@ -40,7 +40,7 @@ class ByCost(ByStock, ABC):
 
 @define
 class EmptiestPod(ByCost):
-    """Store each bundle on the pod with the most free space, among those that have room for it and can come.
+    """Store each bundle on the pod with the most free space, among the pods that have space for it and can come.
 
     Ties, and so all pods where they have no capacity, go to the shortest loaded driving time to the bundle's station,
     then to the lowest id. Bundles choose in the order in which they were assigned, station by station.
@@ -52,13 +52,13 @@ class EmptiestPod(ByCost):
     """
 
     def cost(self, pods: StoragePods, bundle: Bundle) -> Values:  # noqa: ARG002
-        """Return the lower cost the more room."""
+        """Return the lower cost the more space."""
         return -pods.room
 
 
 @define
 class NearestPodWithRoom(ByCost):
-    """Store each bundle on the pod with the shortest drive to its station, among those that have room and can come.
+    """Store each bundle on the pod with the shortest drive to its station, among the pods that have space and can come.
 
     That is the loaded driving time from where the pod is; ties go to the lowest id. Bundles choose in the order in
     which they were assigned, station by station.
@@ -78,7 +78,7 @@ class NearestPodWithRoom(ByCost):
 class SameSku(ByCost):
     """Store each bundle where most of its SKU is: few pods hold a SKU.
 
-    The pod is taken, among those that have room and can come, that has most items of the SKU which no request was
+    The pod is taken, among the pods that have space and can come, that has most items of the SKU which no request was
     promised, with those of bundles to come. Ties, and so all pods where none has any, go to the shortest loaded driving
     time to the bundle's station, then to the lowest id. Bundles choose in the order in which they were assigned,
     station by station.
@@ -99,7 +99,7 @@ class SameSku(ByCost):
 class SpreadSku(ByCost):
     """Store each bundle where least of its SKU is: many pods hold a SKU, and so one is near, or on its way anyway.
 
-    The pod is taken, among those that have room and can come, that has fewest items of the SKU which no request was
+    The pod is taken, among the pods that have space and can come, that has fewest items of the SKU which no request was
     promised, with those of bundles to come: one without any, as long as there is one. Ties go to the shortest loaded
     driving time to the bundle's station, then to the lowest id. Bundles choose in the order in which they were
     assigned, station by station.
@@ -119,7 +119,7 @@ class SpreadSku(ByCost):
 class Correlated(ByCost):
     """Store each bundle with SKUs that are bought together with its own.
 
-    The pod p is taken, among those that have room and can come, with the largest
+    The pod p is taken, among the pods that have space and can come, with the largest
 
         sum over the SKUs j on p, other than the bundle's SKU i, of (orders until now with both i and j),
 
@@ -150,7 +150,7 @@ class Correlated(ByCost):
 class LeastDemand(ByCost):
     """Store each bundle on the pod whose SKUs are wanted least now: it is missed least while it is away.
 
-    The pod is taken, among those that have room and can come, with the fewest items wanted of the SKUs that it has free
+    Of the pods that have space and can come, the one is taken with the fewest items wanted of the SKUs that it has free
     items of or that are to come in a bundle: of all orders that have arrived, less what was picked. Ties go to the
     shortest loaded driving time to the bundle's station, then to the lowest id. Bundles choose in the order in which
     they were assigned, station by station.
@@ -172,7 +172,7 @@ class TurnoverPod(ByCost):
 
     SKUs, sorted by the items ordered until now, and pods, sorted by the sum of these over the SKUs that they have free
     items of or that are to come in a bundle, most first, are cut into classes at the same shares. A bundle goes to a
-    pod of its SKU's class, among those that have room and can come. Where there is none, the next class down is tried,
+    pod of its SKU's class that has space and can come. Where there is none, the next class down is tried,
     then the next one up, and so on to both sides. In a class the shortest loaded driving time to the bundle's station
     decides, then the lowest id. Bundles choose in the order in which they were assigned, station by station.
 

@@ -47,10 +47,10 @@ class FirstBundle:
 class SamePod:
     """Assign bundles that one pod can take to the same station.
 
-    Each station has the room of one pod in mind: the largest free space on a pod at or bound for it, less the size of
+    Each station remembers the space of one pod: the largest free space on a pod at or bound for it, less the size of
     the bundles there that have no pod. The oldest bundle goes to the station, of those with a free slot, that has the
-    least room in mind of those with enough of it. Where none has enough, the least loaded station begins a new pod: as
-    much room as the emptiest stored pod has that is bound nowhere. Ties go to the lowest id; it ends when no slot is
+    least such space of those with enough of it. Where none has enough, the least loaded station begins a new pod: as
+    much space as the emptiest stored pod has that is bound nowhere. Ties go to the lowest id; it ends when no slot is
     free.
 
     References
@@ -85,7 +85,7 @@ class SamePod:
 
 
 def _room_in_mind(station: Station, new: int) -> int:
-    """Return what the bundles at a station without a pod leave of the room in mind; they may have begun new pods."""
+    """Return what the bundles at a station without a pod leave of the space in mind; they may have begun new pods."""
     room = max((pod.free_space for pod in station.inbound_pods), default=0)
     for bundle in station.bundles:
         if bundle.pod is None:

@@ -27,7 +27,7 @@ class _Memory:
     searches: int = 0
 
     def next(self, table: Reservations) -> int:
-        """Make room for a search of a table and return the search's number."""
+        """Allocate arrays for a search of a table and return the search's number."""
         gaps = len(table.arrays.since)  # their numbers are below this
         if self.arrays is None or len(self.arrays[1]) < 4 * gaps:
             from rmfs_rules.sipp.states import memory_for

@@ -33,17 +33,17 @@ class StationQueue:
     """Let orders queue for stations, and pick from each queue what suits its station.
 
     Each station has a queue of orders, empty at first, in which an order stays until it is assigned. While there is
-    room, the pair of order and station goes next, of those where the order would fit the empty station, with
+    free capacity, the pair of order and station goes next, of those where the order would fit the empty station, with
 
     1. most items of the order available on the pods inbound to the station,
     2. the largest share of its lines whose SKU is wanted by an open request there,
     3. the earliest due time; then the oldest order, the shortest queue, the lowest id.
 
-    Then a station with room takes from its own queue, of the orders that fit,
+    Then a station with free capacity takes from its own queue, of the orders that fit,
 
-    1. those that are due within urgent_s or late, before others;
-    2. those that the pod at the station can complete, before others;
-    3. those that its inbound pods can complete, before others; then the oldest.
+    1. orders that are due within urgent_s or late, before others;
+    2. orders that the pod at the station can complete, before others;
+    3. orders that its inbound pods can complete, before others; then the oldest.
 
     Availability, demand and completion are looked at once in a decision. Orders larger than any station do not
     queue.
@@ -55,9 +55,7 @@ class StationQueue:
     """
 
     queue_length: int = parameter(20, AT_LEAST_1, "How many orders may queue for a station")
-    urgent_s: float = parameter(
-        600.0, NOT_NEGATIVE, "An order that is due within so much time goes before those that are not", "s"
-    )
+    urgent_s: float = parameter(600.0, NOT_NEGATIVE, "An order that is due within so much time goes before others", "s")
     fast_lane: int = places_kept(1)
     queue_of: dict[int, int] = field(init=False, factory=dict)
     """Order -> the station that it queues for."""
@@ -111,7 +109,7 @@ class StationQueue:
         return rows[rows >= 0]
 
     def _drain(self, candidates: WarehouseView, available: Ints, oversize: Flags) -> list[OrderAssignment]:
-        """Let stations with room take from their queues, and empty ones orders larger than any."""
+        """Let stations with free capacity take from their queues, and empty ones orders larger than any."""
         lines = candidates.lines
         queue = np.array([self.queue_of.get(order, NOWHERE) for order in lines.order_id.tolist()], np.int64)
         urgent = lines.due_s <= candidates.now_s + self.urgent_s

@@ -20,7 +20,7 @@ class Waves:
     """Hold orders back and release them in waves, by the clock or by number.
 
     At 0, ``every_s``, 2 ``every_s``, ... everything that has arrived is released. In between, with ``orders`` = n, n
-    orders are as soon as n have arrived since. What is held back is assigned to no station, whatever room there is: the
+    orders are as soon as n have arrived since. What is held back is assigned to no station, though one is free: the
     rules that assign orders choose among more of them at once, and orders wait for it.
 
     References

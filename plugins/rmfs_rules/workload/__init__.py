@@ -34,7 +34,7 @@ class Workload(PairOptions):
     prefer: str = parameter(
         "fewest",
         validators.in_(("fewest", "most")),
-        "Which stations go first: those that work on the fewest orders, or on the most",
+        "Stations that go first: those with the fewest orders at work, or the most",
     )
 
     @hookimpl

@@ -141,7 +141,7 @@ class CompleteDriving(ReservedDriving):
         return occupied
 
     def _legs(self, course: Course, query: Query) -> Rows:
-        """Ask for a path that the table has room for and that is at its goal early enough; no legs without one."""
+        """Ask for a path that hits no reservation and is at its goal early enough; no legs without one."""
         legs = self._ask(query, needed=False)
         occupied, end = self._drive(course, legs)
         fits = self.table.is_free(course.robot.id, occupied)

@@ -40,7 +40,7 @@ OF_MEAN_WHY = (
 OF_MEAN_NOTE = f"{OF_MEAN} Difference as a share of the baseline's mean, with its p: {OF_MEAN_WHY}."
 CENSORED = (
     f"{MARK} Of completed or packed orders only: what the orders left at the horizon would change is not known. They "
-    "are often those that wait long, or are large; their number and age are compared, too."
+    "often wait long, or are large; their number and age are compared, too."
 )
 
 

@@ -30,7 +30,7 @@ MOST_RULE_SETS = 20
 MOST_DOTS = 1_000
 """With more runs than these their dots are one bitmap in SVG and PDF, where each alone would take 50 bytes or more."""
 LONGEST = 60
-"""Signs of a name that there is room for."""
+"""Characters of a name that fit."""
 PAGE, PANEL = 7.1, 0.9
 """Inches that a picture of a paper may be high, with a caption below; and that a panel takes next to its rule sets."""
 DPI = 150
@@ -182,7 +182,7 @@ def _figure(width: float, height: float) -> Figure:
 
 
 def shown_sets(comparison: Comparison) -> tuple[str, ...]:
-    """Return the instance sets that there is room for: all of a few, else the overall figures."""
+    """Return the instance sets that fit: all of a few, else the overall figures."""
     return comparison.instance_sets if len(comparison.instance_sets) <= MOST_SETS else comparison.instance_sets[-1:]
 
 

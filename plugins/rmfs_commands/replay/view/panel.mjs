@@ -300,7 +300,7 @@ export class Panel {
         down,
         closed,
         capacity[id] ? ["Load", loadSaid(unit === "orders" ? station.open.size : station.items, capacity[id], unit)] : null,
-        bundle_capacity[id] ? ["Room", `${plural(station.bundles.size, "bundle")} of ${bundle_capacity[id]}`] : null,
+        bundle_capacity[id] ? ["Bundles", `${plural(station.bundles.size, "bundle")} of ${bundle_capacity[id]}`] : null,
         ["Pod there", pods(station.visit ? [station.visit.pod] : [])],
         ["Queue", pods(queued)],
         capacity[id] ? ["Open orders", links(orders)] : null,

@@ -3,7 +3,7 @@
 Orders are added one by one to the vectors of slots taken at the stations. `fill` keeps every vector once, with the
 order that led to it. `fill_with_few_splits` keeps a vector again when it is reached with fewer newly split orders than
 before: no more matters, because what can be added to a vector does not depend on how it came about, and more splits
-leave less room for others. Whether an order is split can be told from the slots it takes: at one station, or several.
+leave less for others. Whether an order is split can be told from the slots it takes: at one station, or several.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def _packing(rooms):
     """Return how vectors of slots are told apart.
 
     A step of each station in the index of a vector, two numbers that find out packed vectors (one byte per station)
-    with more than a station's room (those with ``vector + bias & guard``), and the number of vectors.
+    with more than a station's capacity (those with ``vector + bias & guard``), and the number of vectors.
     """
     strides, bias, guard, states = np.ones(len(rooms), np.int64), 0, 0, 1
     for station in range(len(rooms)):
@@ -99,7 +99,7 @@ def fill(a, mask, target):
         for at in range(end):
             for option in range(options):
                 if (vector[at] + packed[0, option] + bias) & guard:
-                    continue  # more than a station's room
+                    continue  # more than a station's capacity
                 reached = index[at] + place[0, option]
                 if known[reached]:
                     continue
@@ -146,7 +146,7 @@ def newly_split(a, chosen):
 
 @njit(cache=True)
 def _room_for(array, count):
-    """Return the array with room for another ``count`` rows."""
+    """Return the array with space for another ``count`` rows."""
     longer = np.empty((len(array) + max(count, len(array)), array.shape[1]), np.int64)
     for row in range(len(array)):
         for column in range(array.shape[1]):
@@ -190,7 +190,7 @@ def fill_with_few_splits(a, mask, target, work):
             for option in range(options):
                 vector = nodes[node, 0] + packed[0, option]
                 if (vector + bias) & guard:
-                    continue  # more than a station's room
+                    continue  # more than a station's capacity
                 splits = nodes[node, 3] + (_is_split(packed[0, option]) and not a.begun[order])
                 reached, total = nodes[node, 1] + place[0, option], nodes[node, 2] + a.items[order]
                 if splits >= fewest[reached] or total + later < target:

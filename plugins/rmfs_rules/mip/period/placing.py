@@ -1,4 +1,4 @@
-"""Placing lines at stations one by one, moving earlier ones where that makes room (augmenting paths).
+"""Placing lines at stations one by one, moving earlier ones where that frees a slot (augmenting paths).
 
 Which lines can be placed at the same time is a transversal matroid: taking every line that still finds a slot, oldest
 first, ends with as many items as any choice, and among those with the oldest.

@@ -75,7 +75,7 @@ class Reduced:
 
     @cached_property
     def interchangeable(self) -> bool:
-        """Whether the stations have equal room and cover the same SKUs, as at t = 1."""
+        """Whether the stations have equal capacity and cover the same SKUs, as at t = 1."""
         covered = self.period.covered
         by_orders = not self.period.counting_orders or self.by_orders
         return len(set(self.capacities)) == 1 and by_orders and bool((covered == covered[0]).all())
@@ -212,7 +212,7 @@ class Reduced:
         return self.period.visits_before + weight * (sum(self.capacities) - self.reachable_sum)
 
     def _few_sizes(self, room: int) -> list[int]:
-        """Return the sizes of the orders, each as often as it fits into a room at most."""
+        """Return the sizes of the orders, each as often as it fits the capacity at most."""
         numbers = np.bincount(self.sizes[self.sizes > 0])
         return [size for size, n in enumerate(numbers[: room + 1].tolist()) if n for _ in range(min(n, room // size))]
 

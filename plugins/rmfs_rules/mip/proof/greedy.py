@@ -108,7 +108,7 @@ class Completing:
         return True
 
     def fewest(self, there: Bools, room: int) -> int:
-        """Return a number of pods without which no open order that fits into a room becomes complete."""
+        """Return a number of pods without which no open order that fits the free slots becomes complete."""
         missing = self.missing(there)
         brought = np.bincount(self.pair_group, weights=~there[self.pair_sku], minlength=len(self.group_pod))
         by_order = np.lexsort((-brought, self.group_order))
@@ -123,7 +123,7 @@ class Completing:
         return int((places - first[order[places]]).min()) + 1 if len(places) else len(self.pods) + 1
 
     def pods_for(self, there: Bools, number: int, room: int, able: Bools) -> list[int]:
-        """Return so many pods that complete many open orders, no more than fill the room: the best of several tries.
+        """Return so many pods that complete many open orders, no more than fill the slots: the best of several tries.
 
         Each try begins with another of the pods that may be sent (``able``) and bring orders furthest alone.
         """
@@ -167,7 +167,7 @@ class Completing:
         return there | self.holds[pods].any(axis=0) if pods else there
 
     def _best(self, there: Bools, room: int, able: Bools, chosen: Sequence[int]) -> int:
-        """Return the pod that completes most up to the room, then brings orders furthest; -1 if none brings any."""
+        """Return the pod that completes most in the slots, then brings orders furthest; -1 if none brings any."""
         missing = self.missing(there)
         done, closer = self.gains(there, missing)
         filled = np.minimum(done + float(self.sizes[self.open & (missing == 0)].sum()), room)
@@ -179,11 +179,11 @@ class Completing:
         return best if worth[best] > 0 and closer[best] > 0 else -1
 
     def filled(self, there: Bools, room: int) -> int:
-        """Return how many items of complete orders fit into a room."""
+        """Return how many items of complete orders fit the free slots."""
         return highest(sums_of(self.sizes[self.complete(there)].tolist(), room), room)
 
     def fillable(self, room: int) -> int:
-        """Return how many items of open orders fit into a room, with all pods there."""
+        """Return how many items of open orders fit the free slots, with all pods there."""
         return highest(sums_of(self.sizes[self.open].tolist(), room), room)
 
 

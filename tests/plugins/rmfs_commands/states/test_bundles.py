@@ -71,14 +71,14 @@ LATE = {"name": "late", "sku": "a", "items": 4}
     ({"bundles": [LATE, LATE]}, r'bundles\[1\]\.name: found "late" twice'),
     ({"bundles": [LATE | {"station": "on"}]}, r'bundles\[0\]\.station: names station "on"'),
     ({"bundles": [LATE | {"station": "out"}]}, r"bundles\[0\]\.station: expected one that holds more bundles"),
-    ({"bundles": [LATE | {"station": "in", "pod": "P"}]}, r"bundles\[0\]\.pod: expected a pod with room"),
+    ({"bundles": [LATE | {"station": "in", "pod": "P"}]}, r"bundles\[0\]\.pod: expected a pod with space"),
     ({"bundles": [LATE | {"arrival_s": 101}]}, r"bundles\[0\]\.arrival_s: found 101.*later than now"),
     ({"bundles": [LATE | {"items": 0}]}, r"bundles\[0\]\.items: expected a whole number from 1"),
     ({"sizes": {"z": 1}}, r'sizes\.z: names SKU "z"'),
     ({"stations": {"in": {"bundle_capacity": 2}}, "bundles": []}, "stations: found none; expected at least one"),
     (
         {"stations": {"in": {"bundle_capacity": 2}, "out": {"item_capacity": 5}}, "bundles": []},
-        r"stations\.out: found one that picks orders; expected those that only store bundles last",
+        r"stations\.out: found one that picks orders; expected stations that only store bundles to come last",
     ),
     ({"stations": {"out": {"queue_length": 2}}}, "expected either `item_capacity` or `order_capacity`"),
 )

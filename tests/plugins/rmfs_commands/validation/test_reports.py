@@ -223,7 +223,7 @@ def test_a_run_that_ends_at_time_0_has_one_hour(tmp_path: Path) -> None:
     files = {f"{name}_file": str(tmp_path / f"{name}.csv") for name in ("orders", "pods")}
     supply = {"process": "reorder-point", "reorder_point": 0, "order_up_to": 2}
     scenario = scenario_of(supply, instance={**files, "pod_capacity": 4, "replenishment": supply})
-    with pytest.raises(StandstillError, match="no pod has room for bundles: 1"):
+    with pytest.raises(StandstillError, match="bundles that fit on no pod: 1"):
         rmfs_core.run(scenario, out=tmp_path / "run", record=["trace"])
     assert len(list(stock_of(read_trace(tmp_path / "run" / "trace.jsonl.gz")))) == 1
     assert check_trace(tmp_path / "run").faults == []

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
 @define
 class TheRule:
-    """Assign the smallest order first, to the station with the most room.
+    """Assign the smallest order first, to the station with the most free capacity.
 
-    Small orders are done soon, and then the station has room again. So that large ones do not wait forever, orders
+    Small orders are done soon and free the station's capacity. So that large ones do not wait forever, orders
     that have waited longer than ``patience_s`` go first, the oldest of them before the others.
 
     Parameters

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @define
 class TheRule:
-    """Store a bundle on a pod that has room, few items of its SKU, and is on its way anyway if possible.
+    """Store a bundle on a pod that has space, few items of its SKU, and is on its way anyway if possible.
 
     The pod with the lowest ``items of the SKU on it + fetching`` is taken, where ``fetching`` counts for pods that a
     robot would have to fetch for this. Ties go to the nearest pod.
