@@ -31,6 +31,10 @@ WORDS = {
     rf"\b(?i:{RATES}) an? (?:{ONE})\b(?! (?:that|can|has|counts))": "per",
     rf"(?<![\w.,-])1 {MANY}\b": "the singular",
     r"(?:^|[.] )(?:Read|Written|Shown|Left out) are\b": "subject, verb, object",
+    r"\broom (?:for|at|to|in)\b|\b(?:ha[sd]|have|with|no|more|most|makes?) room\b": "capacity, space, queue cell",
+    r"\b(?:free|all|no|many) places?\b|\bplaces? (?:in|at|for)\b": "slot, position, storage location, cell, index",
+    r"\btak(?:es?|ing) the places? of\b|\bin their places?\b": "replace, instead",
+    r"\bexpected what\b|\bis there twice\b": "the noun; found ... twice",
 }
 """Patterns that may not stand in a text, and what to write in their place."""
 ANY = re.compile("|".join(WORDS), re.MULTILINE)

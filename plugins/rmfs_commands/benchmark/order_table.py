@@ -56,7 +56,7 @@ def order_table(
     habit = rng.lognormal(0, 1, customers)
     entries = section.pods * section.skus_per_pod
     if entries < section.skus:
-        raise InputError("instance", f"found {entries} places for {section.skus} SKUs; expected more `pods`")
+        raise InputError("instance", f"found {section.skus} SKUs, and pods for {entries}; expected more `pods`")
     copies = 1 + rng.multinomial(entries - section.skus, weights)
     dealt = np.repeat(np.arange(section.skus), copies)
     held = [sorted({*dealt[pod :: section.pods].tolist()}) for pod in range(section.pods)]

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from rmfs_commands.convert.lines import Sku
 from rmfs_core.errors import InputError
+from rmfs_core.wording import counted
 
 PLACEMENTS = ("random", "popularity", "co-purchase")
 _LEAST_LINES = 0.5
@@ -58,13 +59,13 @@ def place(
     Raises
     ------
     InputError
-        When the pods have fewer places than there are SKUs.
+        When the pods hold fewer SKUs than there are.
     """
     pods, places = len(rooms), sum(rooms)
     if places < len(skus):
         raise InputError(
             "--pods, --skus-per-pod",
-            f"found {pods:,} pods of {max(rooms):,} SKUs, {places:,} places for {len(skus):,} SKUs; "
+            f"found {len(skus):,} SKUs, and {counted(pods, 'pod')} for {places:,}; "
             f"expected --skus-per-pod {ceil(len(skus) / pods)} or more, or more pods",
         )
     copies = copies_of(skus, places, placement, rng, np.full(len(skus), pods) if most is None else most)

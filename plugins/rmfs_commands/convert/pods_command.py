@@ -31,7 +31,7 @@ def pods(table: Path, out: Path, **given: Any) -> None:
 
     Rows of one pod need not be adjacent. Every row left out is reported with its reason. Where DIR has no
     scenario.toml, one is written for that many pods and the orders.csv that `rmfs convert orders` makes, unless the
-    pods have places in a map.
+    pods have locations in a map.
     """
     from rmfs_commands.cli.file_writing import writable_folder
     from rmfs_commands.convert.shares import check_share

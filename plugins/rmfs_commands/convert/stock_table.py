@@ -135,7 +135,7 @@ class StockTable:
         for name, pod in self.pods.items():
             if pod.place is not None and (other := taken.setdefault(pod.place, name)) != name:
                 found = f"found pods {shown_short(other)} and {shown_short(name)} in {_where(pod.place)}"
-                raise InputError(f"{file}, row {pod.first}", f"{found}; expected a place for each")
+                raise InputError(f"{file}, row {pod.first}", f"{found}; expected a location of its own for each")
 
     def lines(self) -> Iterator[tuple[object, ...]]:
         """Yield the rows of ``pods.csv``, its header first; a pod without items keeps a row, and its place."""
@@ -188,4 +188,4 @@ class StockTable:
 
 
 def _where(place: tuple[int, int] | None) -> str:
-    return f"row {place[0]}, column {place[1]}" if place else "no place"
+    return f"row {place[0]}, column {place[1]}" if place else "no location"

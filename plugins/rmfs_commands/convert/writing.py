@@ -93,7 +93,7 @@ def write_pods(stock: StockTable, folder: Path, start: str | None = None, opens:
     made = not own and not scenario.exists()
     for option, given, key in (("--start", start, "instance.start"), ("--open", opens, "stations.open")):
         if given and not made:
-            why = f"{scenario} is there already" if not own else "pods with places get no scenario.toml"
+            why = f"{scenario} is there already" if not own else "pods with locations get no scenario.toml"
             raise InputError(option, f"{why}; expected no {option} (a scenario has it as `{key}`)")
     with staged(folder) as place:
         _write_csv(place / "pods.csv", stock.lines())

@@ -76,7 +76,7 @@ def beside_results(run: RunInfo, file: str) -> Path:
 
 
 def read_json_lines(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the JSON objects of a gzip file, one a line, each with its place for messages.
+    """Yield the JSON objects of a gzip file, one a line, each with its line, to be named in messages.
 
     Raises
     ------

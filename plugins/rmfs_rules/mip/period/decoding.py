@@ -96,7 +96,7 @@ def _freely_split(reduced: Reduced, counts: Counts, begun: bool) -> bool:
 
 
 def _placed(covered: NDArray[np.bool_], rooms: list[int], wanted: _Wanted) -> list[tuple[int, int, int]]:
-    """Place single items by augmenting paths; a line that finds no place stays in the backlog."""
+    """Place single items by augmenting paths; a line that finds no slot stays in the backlog."""
     places = Places(rooms)
     mask = masks_of(covered).tolist()
     lines = [(order, sku) for order, (sku, _) in wanted if mask[sku] and places.add(mask[sku])]

@@ -23,7 +23,7 @@ def visits_for_few_splits(reduced: Reduced, number: int, splits: int, effort: Ef
 
     The visits are shared out over the stations. Each in turn gets the pod with the highest estimate, until none gets a
     better one. The estimate counts the items of orders that some station covers, for each station no more than it has
-    room for, and of the others the items that all stations cover together, those of the best ``splits`` orders.
+    slots for, and of the others the items that all stations cover together, those of the best ``splits`` orders.
 
     Parameters
     ----------

@@ -212,7 +212,11 @@ def test_the_least_that_is_needed(tmp_path: Path, text: str, options: list[str],
     ("o,s,t\n1,a,5\n", ["--time", "t", "--start", "9"], "--start: found 9 s, but the first order arrives at 5 s"),
     ("o,s,d\n1,a,5\n", ["--due", "d"], "--due: found no --time; expected the column that the times are in"),
     ("o,s,t\n1,a,5\n", ["--time", "t", "--from", "9"], "--from, --until: all orders (1) are outside"),
-    ("o,s\n1,a\n1,b\n1,c\n", ["--pods", "1", "--skus-per-pod", "2"], "2 places for 3 SKUs; expected --skus-per-pod 3"),
+    (
+        "o,s\n1,a\n1,b\n1,c\n",
+        ["--pods", "1", "--skus-per-pod", "2"],
+        "found 3 SKUs, and 1 pod for 2; expected --skus-per-pod 3",
+    ),
     *(
         ("o,s\n1,a\n", [option, "2024-03-01"], f"{option}: found no --time; expected the column")
         for option in ("--from", "--until", "--start")

@@ -83,7 +83,7 @@ def test_a_scenario_that_is_there_stays(tmp_path: Path) -> None:
     (
         "Bin,Article,Qty\nA,tea,4\nB,tea,5\n",
         ["--start", "2024-03-01", "--row", "Qty", "--column", "Qty"],
-        "--start: pods with places get no scenario.toml; expected no --start",
+        "--start: pods with locations get no scenario.toml; expected no --start",
     ),
 )
 def test_what_is_wrong_is_said_in_a_sentence(tmp_path, capsys, text, options, sentence) -> None:
