@@ -180,7 +180,7 @@ class DecisionHooks:
             which are in ``traffic.arrives`` and may keep their paths. A robot that was delayed as often as there are
             robots, since it was given its goal, is not among them.
         traffic
-            Reservations, and those that can be given up.
+            Reservations, and which of them can be given up.
 
         Returns
         -------
@@ -295,7 +295,7 @@ class DecisionHooks:
         Parameters
         ----------
         orders
-            The orders. Those that are ``split`` need a box each: all stations together have as many free ones.
+            The orders. ``split`` ones need a box each: all stations together have as many free ones.
 
         Returns
         -------

@@ -72,7 +72,7 @@ each array (``_nrt``), would take longer than most helpers do. A helper compiled
 
 
 def _parts(function: FunctionType, known: set[FunctionType]) -> Iterator[object]:
-    """Yield what machine code of a function is made of: what it and those that it calls do, and their constants."""
+    """Yield the sources of a function's machine code: of it and the functions that it calls, and their constants."""
     if function in known:
         return
     known.add(function)

@@ -62,7 +62,7 @@ def run(
     record
         Names of recorders, entry points of the group ``rmfs.recorders``, whose files shall be in ``out`` too.
     observers
-        Objects whose ``@hookimpl`` methods are told of every event, besides those that the scenario names.
+        Objects whose ``@hookimpl`` methods are told of every event, in addition to the scenario's observers.
     allow_inline_rules
         Whether code may be loaded from files: rules such as ``./file.py:Class``.
     save_state

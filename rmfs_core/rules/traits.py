@@ -54,7 +54,7 @@ class RuleTraits:
         Tuple of distributions that the rule computes with, such as a solver's: their versions are kept with the
         results.
     decides
-        Tuple of roles, of those that the class has hooks for, that the rule can play; it may depend on parameters.
+        Tuple of roles that the rule can play; the class has their hooks. It may depend on parameters.
     splits_over_time
         True for a rule that may leave lines of an order in the backlog: it is asked when the smallest open line fits,
         not only when the smallest order does.

@@ -31,7 +31,7 @@ class ImpossibleError(Exception):
 
 
 class Observers:
-    """Those who are told of a run.
+    """Observers of a run.
 
     Parameters
     ----------

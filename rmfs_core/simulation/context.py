@@ -27,7 +27,7 @@ class Clock(simpy.Environment):
 
 
 class RunContext:
-    """The clock, the warehouse and the rules of a run, and those who are told of it.
+    """The clock, the warehouse and the rules of a run, and its observers.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ class Decisions:
         The run.
     start_task, start_move, start_rest, refill
         Set a robot off to fetch a pod, to carry one elsewhere, and to rest somewhere, and let orders arrive instead of
-        those that were assigned.
+        assigned ones.
     """
 
     def __init__(

@@ -150,7 +150,7 @@ def _timetables(scenario: Scenario, place: str, given: Any, stations: int) -> di
 
 
 def shifts_of(hours: Mapping[int | None, Timetable], stations: int) -> tuple[list[Timetable], list[Timetable]]:
-    """Return the timetables of all picking stations, and that of the robots, given those that `hours_of` returns."""
+    """Return the timetables of all picking stations, and that of the robots, given the result of `hours_of`."""
     return [hours.get(number, ALWAYS) for number in range(stations)], [hours.get(None, ALWAYS)]
 
 

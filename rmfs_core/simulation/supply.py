@@ -35,7 +35,7 @@ class Supply:
         self._sizes = instance.sizes or (1,) * len(instance.skus)
         self._largest = [min(largest, room // size) for size in self._sizes]
         self.least_space = 0
-        """Space that the smallest bundle takes of those that come by chance."""
+        """Space of the smallest bundle that may come by chance."""
         self._position = [0] * len(instance.skus)
         for pod in instance.pods:
             for sku, items in pod.contents:

@@ -219,7 +219,7 @@ class Traffic:
 
 @frozen(eq=False)
 class FleetTraffic:
-    """Reservations of robots, and those that robots with new paths can give up.
+    """Reservations of robots; robots with new paths can give up some.
 
     Parameters
     ----------

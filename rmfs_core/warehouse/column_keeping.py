@@ -16,7 +16,7 @@ from rmfs_core.warehouse.parts import Order, Pod
 Ints = NDArray[np.int64]
 
 SPARE = 64
-"""Orders that have left may be so many more than those that are there."""
+"""Orders that have left may be so many more than present ones."""
 
 _BY_ORDER = ("order_id", "arrival_s", "due_s", "priority", "items", "open_lines")
 _BY_LINE = ("order", "sku", "quantity")
@@ -115,7 +115,7 @@ class LineColumns:
             self._all = _longer(self._all, ("row",), 2 * ids, -1)
 
     def _keep(self, rows: Ints) -> None:
-        """Move the orders at some rows together, in this order; those that have left go."""
+        """Move the orders at some rows together, in this order; orders that have left go."""
         there = self._shown
         rows = rows[there.open_lines[rows] > 0]
         number = there.begin[rows + 1] - there.begin[rows]

@@ -34,7 +34,7 @@ class PackingStation:
     cell, conveyor_s
         Index of its cell, None without one; what totes take to it from each picking station, in seconds, by id.
     hours
-        When its packers begin tasks; those that they have begun they finish.
+        When its packers begin tasks; they finish begun ones.
     orders
         Orders that are bound for it and not packed, in the order in which that was decided.
     tasks, working

@@ -85,7 +85,7 @@ class Warehouse:
         self.columns = StockColumns(self.pods, self.n_skus, len(self.picking))
         self.storing = tuple(station for station in stations if station.stores)
         self.bundles: dict[int, Bundle] = {}
-        """Those that are assigned to no station; the others are at theirs."""
+        """Bundles that are assigned to no station; the others are at theirs."""
         self.bundles_so_far = 0
         for station in self.stations:
             station._now = lambda: self.now
@@ -227,7 +227,7 @@ class Warehouse:
             self.ordered[line.sku] += line.quantity
 
     def cancel(self, order: Order) -> Sequence[Order]:
-        """Let an order leave of which nothing is assigned; return those that waited for its items, the oldest first."""
+        """Let an order leave of which nothing is assigned; return orders that waited for its items, oldest first."""
         lines = order.open_lines
         for line in lines:
             self.open_demand[line.sku] -= line.quantity

@@ -57,7 +57,7 @@ class WarehouseView(ReadOnly):
     def orders_waiting_for_stock(self) -> tuple[Order, ...]:
         """Orders that the pods cannot serve, oldest first: they are not in ``backlog`` until bundles are stored.
 
-        An order waits when the items on pods, less those that open requests and the orders of the backlog take, are too
+        An order waits when the items on pods, less what open requests and the orders of the backlog take, are too
         few for one of its lines. None where stock is unlimited, or with ``rules.wait_for_stock = false``.
         """
         return () if self._state.claims is None else tuple(self._state.claims.waiting.values())
@@ -162,7 +162,7 @@ class WarehouseView(ReadOnly):
 
     @property
     def replenishment_stations(self) -> tuple[Station, ...]:
-        """The stations where bundles are stored, by id; those that only do that have the ids after ``stations``."""
+        """The stations where bundles are stored, by id; stations that do only that have the ids after ``stations``."""
         return self._state.storing
 
     def station(self, station_id: int) -> Station:
@@ -278,7 +278,7 @@ class WarehouseView(ReadOnly):
         return self._state.size_at(order, station)
 
     def open_demand(self) -> NDArray[np.int64]:
-        """Items wanted per SKU id and not yet picked, of all orders that arrived, also those that wait for stock.
+        """Items wanted per SKU id and not yet picked, of all orders that arrived, also of orders that wait for stock.
 
         Shape (n_skus,).
         """

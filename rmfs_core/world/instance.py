@@ -81,7 +81,7 @@ class Instance:
     orders
         By id, in order of arrival.
     pods
-        Those that have contents, by id.
+        Pods that have contents, by id.
     sizes
         Space that an item takes on a pod, by SKU id; empty: 1 each.
     bundles

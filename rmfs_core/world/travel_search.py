@@ -55,7 +55,7 @@ class Work(NamedTuple):
     step, stop
         Ticks that a run takes at least by cell, and besides.
     least
-        Ticks of turns at least from one heading to another by way of those that lead to other rows and columns. Shape
+        Ticks of turns at least from one heading to another by way of headings to other rows and columns. Shape
         (3, 3, 4, 4): rows before, at and after one's own, columns, from, to.
     """
 

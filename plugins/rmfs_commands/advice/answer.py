@@ -29,7 +29,7 @@ SURE = 0.05
 HEADINGS = ("Visits", "Time", "95th")
 """Of the metrics in the table: a line of it has 80 columns."""
 AS_GOOD = "*"
-"""Before the figures of the best rule set, and of those that the runs show no difference from."""
+"""Sign before the figures of the best rule set, and of rule sets from which the runs show no difference."""
 TURNOVER, PACKED = "turn-over time (order lead time)", "the time from arrival to packed"
 
 

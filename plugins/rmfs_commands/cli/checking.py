@@ -173,7 +173,7 @@ class _Check:
             self.doubtful |= {tuple(names[:depth]) for depth in range(1, len(names) + 1)}
         table = data.get(section)
         if len(names) == 1 and cls is not None and isinstance(table, Mapping):
-            # Values that do not go together: those that the sentence names.
+            # Values that exclude each other: the sentence names them.
             named = {key for key in table if re.search(rf"\b{re.escape(key)}\b", problem)}
             return {**data, section: {key: value for key, value in table.items() if key not in (named or table)}}
         return _without(data, names)

@@ -100,7 +100,7 @@ def _with_files(scenario: Scenario, *, allow_inline: bool) -> tuple[Scenario, di
 
 
 def _with_rule_files(rules: RulesSection, old: Path, copied: dict[str, bytes], allow_inline: bool) -> RulesSection:
-    """Add the files of rules, and those that their parameters name, and return the rules as another folder names them.
+    """Add files of rules and files that their parameters name, and return the rules as another folder names them.
 
     Which parameters name files only the rules know, so they are loaded.
     """

@@ -35,7 +35,7 @@ class Interrupt:
     Parameters
     ----------
     not_within
-        Names of modules; those that begin so are left before an interrupt is raised.
+        Prefixes of names of modules that are left before an interrupt is raised.
     """
 
     ends_runs = True

@@ -96,7 +96,7 @@ class Throughput:
 class RunCounts:
     """State of a run so far, for both displays.
 
-    ``total`` are the orders without those that were cancelled, ``picking`` the pods that are at stations, by the
+    ``total`` are the orders without cancelled ones, ``picking`` the pods that are at stations, by the
     station, ``moving`` the robots that carry pods elsewhere without a visit, or come for them; ``totes`` are on
     conveyors, ``packed`` is None without packing stations.
     """

@@ -1,4 +1,4 @@
-"""The rule set that serves orders arriving over time best, of those that keep orders whole."""
+"""The rule set without split orders that serves orders arriving over time best."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from rmfs_core.wording import counted
 
 @define(eq=False)
 class StockWaits:
-    """Counts the orders that waited until the pods held enough for them; those that still wait are not among them."""
+    """Counts the orders that waited until the pods held enough for them; orders that still wait do not count."""
 
     hears = (OrderInStock,)
     orders: int = field(default=0, init=False)

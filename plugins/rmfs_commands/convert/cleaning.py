@@ -111,7 +111,7 @@ class Cleaner:
             raise InputError(f"{file}, {self.columns.time}", question)
 
     def check_choice(self, skus: Callable[[], Iterable[str]]) -> None:
-        """Raise an `InputError` when a SKU that shall be left out was in no row; ``skus`` returns those that were."""
+        """Raise an `InputError` when a SKU that shall be left out was in no row; ``skus`` returns all SKUs."""
         if self._missing:
             name = min(self._missing)
             meant = did_you_mean(name, skus())

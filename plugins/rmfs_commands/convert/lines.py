@@ -88,7 +88,7 @@ class OrderLines:
     offsets
         Ticks by which the clocks of the kept lines are ahead of UTC.
     lacking
-        Order, SKU, items and reason of the lines that were left out for lack of stock, and of those that were left out
+        Order, SKU, items and reason of the lines that were left out for lack of stock, and of lines left out
         with them, by arrival; None where none may be.
     """
 

@@ -38,7 +38,7 @@ class OrderHeads:
     cleaner
         Reads them: its column of orders is the key that lines are joined by.
     base
-        Where the lines are, in the table ``line``, and the orders of those that were left out, in ``lost``.
+        Where the lines are, in the table ``line``, and the orders of lines left out, in ``lost``.
 
     Attributes
     ----------

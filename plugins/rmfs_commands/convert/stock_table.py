@@ -59,7 +59,7 @@ class StockTable:
     pods
         Stock by name of the pod, as they first come.
     rows, joined
-        Rows read, and those that went into another row of the same pod and SKU.
+        Rows read, and rows that were added to another row of the same pod and SKU.
     dropped
         Rows that were left out, by reason.
     """

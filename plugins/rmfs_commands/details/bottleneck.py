@@ -6,7 +6,7 @@ pickers), a closed station (the hours, or the rule that closes it), one with not
 than its share (the spread) or while none has (the rules hold the orders back). A station that waits for pods does so
 since its queue is full and pods wait for it (the queues), or since no robot is free (the robots); else its pods
 are on their way, and it has no capacity for orders that could be picked meanwhile (the room). Robots off duty are a
-matter of the hours, and those that wait for chargers or stand there one of the chargers; robots in queues and under
+matter of the hours, and robots that wait for chargers or stand there one of the chargers; robots in queues and under
 pods wait themselves, for what the stations do.
 
 Packing comes after that: packers, or boxes, limit a run where they are at work all the time or take longer.
@@ -165,7 +165,7 @@ class Bottleneck:
     begin, end
         The times between which is counted; orders that arrive before the first are left out.
     stations, robots, delays, packing
-        Those who have followed the run.
+        Observers that have followed the run.
     """
 
     def __init__(

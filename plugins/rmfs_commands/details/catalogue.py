@@ -1,4 +1,4 @@
-"""The metrics of `rmfs_commands.details.metrics.Metrics`, and those that `rmfs_commands.details.observer.Details` adds.
+"""The metrics of `rmfs_commands.details.metrics.Metrics` and of `rmfs_commands.details.observer.Details`.
 
 Medians and 95th percentiles are as numpy has them: between the two nearest values they are interpolated. Orders that
 arrive before ``run.warmup_s`` are left out of what is said of orders' times; other events before it are not counted.

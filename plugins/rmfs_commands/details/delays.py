@@ -86,7 +86,7 @@ class Delays:
         self._waited = array("q")  # of completed orders that count in means
         self._known = known = run.scenario.instance.arrivals.backlog is None
         self.arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
-        """When each order arrives; where that is not known beforehand, those that have arrived."""
+        """When each order arrives; only of orders that have arrived, where that is not known beforehand."""
         self.in_stock: dict[int, int] = {}
         """When orders that had to wait for stock joined the backlog."""
         self.out_of_stock: set[int] = set()

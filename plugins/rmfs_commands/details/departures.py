@@ -12,7 +12,7 @@ from rmfs_core.clock import to_seconds
 from rmfs_core.world import OrderData
 
 COLUMNS = ("departure", "route", "leaves_s", "orders", "departed", "missed", "open", "departed_share", "late_mean_s")
-"""``open``: orders whose truck leaves after those that count, see `last_truck`. ``late_mean_s``: of orders that missed
+"""``open``: orders whose truck leaves after all that count, see `last_truck`. ``late_mean_s``: of orders that missed
 their truck, how long after it they were done, or the run ended, a mean."""
 
 DueOrders = Sequence[tuple[OrderData, int, int | None]]

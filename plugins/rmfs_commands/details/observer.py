@@ -80,7 +80,7 @@ class Details:
 
     @hookimpl
     def on_event(self, event: Event) -> None:
-        """Hand the event to those who follow its kind."""
+        """Hand the event to the observers of its kind."""
         for handle in self._handlers.get(type(event), ()):
             handle(event)
 

@@ -42,7 +42,7 @@ def percentile(values: Sequence[int], share: float) -> float | None:
 
 
 def merged(spans: Iterable[Span]) -> list[Span]:
-    """Return spans in the order of time, with those that overlap or touch as one."""
+    """Return spans in the order of time, joined where they overlap or touch."""
     found: list[Span] = []
     for begin, end in sorted(spans):
         if found and begin <= found[-1][1]:

@@ -98,7 +98,7 @@ class Stations:
 
         ``busy_s``, ``waiting_s`` and ``idle_s`` add up to the time between them: the picker handles an item; or does
         not, though items are to be picked there (they wait for pods); or nothing is to be picked. ``starved_s`` is
-        the part of ``idle_s`` in which orders are in the backlog, those that wait for stock left out. Where stations
+        the part of ``idle_s`` in which orders are in the backlog, without orders that wait for stock. Where stations
         open and close, the three add up to ``open_s``, the time in which a station is open or still finishes what it
         has.
         """

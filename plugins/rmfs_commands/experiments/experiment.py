@@ -304,7 +304,7 @@ class Experiment:
         return found
 
     def check_metrics(self, known: Collection[str]) -> None:
-        """Raise `InputError` when a metric is not among those that are known."""
+        """Raise `InputError` when a metric is unknown."""
         known = {*known} - {*LABELS}
         for metric in self.metrics:
             if metric not in known:

@@ -32,7 +32,7 @@ def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenar
     changes
         Dotted keys and values.
     folder
-        Where files that the changes name are looked up; those that the base names are next to the base. Files of data
+        Where files that the changes name are looked up; files that the base names are next to the base. Files of data
         and code all have to be in one folder.
     place
         Its name in messages.

@@ -65,7 +65,7 @@ class RunStore:
         return self._place(job.key)
 
     def problem(self, job: Job) -> str | None:
-        """Say what is wrong with a stored run: its files are not those that were stored, or are another run's."""
+        """Say what is wrong with a stored run: its files were changed, or are another run's."""
         try:
             self.row(job)
         except InputError as error:

@@ -181,7 +181,7 @@ def _drawn(
     place: str,
     notes: Notes,
 ) -> tuple[Drawn, bool]:
-    """Draw the map; return also whether it has the input stations: those that no map can have are walls."""
+    """Draw the map; return also whether it has the input stations; if no map can have them, they are walls."""
     told = Notes()
     lost = ""
     if inputs:

@@ -381,7 +381,7 @@ def _fields(
 def _chosen(
     file: Path, line: int, header: Sequence[str], columns: Sequence[str], optional: Sequence[str]
 ) -> Iterator[str]:
-    """Yield the columns to read; name those that nobody reads, once."""
+    """Yield the columns to read; name unused ones, once."""
     known = (*columns, *optional)
     read = {column: name for column in known for name in (_DATES.get(column, column), column) if name in header}
     needed = columns if "row" in columns or not read.keys() & PLACE_COLUMNS else (*columns, *PLACE_COLUMNS)

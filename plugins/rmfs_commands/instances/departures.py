@@ -23,7 +23,7 @@ _OF_DAY = re.compile(r"([01]\d|2[0-3]):([0-5]\d)", re.ASCII)
 
 @frozen
 class Trucks:
-    """When the trucks of a route leave, in ascending ticks: of the run for those that leave every day, and once."""
+    """When the trucks of a route leave, in ascending ticks: of the run for trucks of every day, and once."""
 
     daily: tuple[int, ...]
     once: tuple[int, ...]

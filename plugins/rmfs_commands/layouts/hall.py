@@ -12,7 +12,7 @@ from rmfs_core.world import CellKind, Layout
 from rmfs_core.world.grid import RESTING
 
 LEVELS = 5
-"""Shades of pods, from 0 for those that nothing is wanted of."""
+"""Shades of pods, from 0 for pods without wanted items."""
 
 HALL_STYLE = """
 .hall { --wall: #c9ced5; --way: #ffffff; --place: #e9ecf0; --lane: #d6e6f2; --arrow: #6b7684; --pick: #b3402f;

@@ -194,7 +194,7 @@ class Search:
         return number
 
     def _put_back(self, robot: int, path: TimedPath | None, off: Sequence[int]) -> list[int]:
-        """Reserve a path first and then those that were taken off the table; return who is left without."""
+        """Reserve a path first, and then the paths taken off the table; return who is left without."""
         for other in range(len(self.trips)):
             if other not in self.paths or other in off:
                 self.table.release(other)

@@ -70,7 +70,7 @@ def packed(values: Mapping[str, Any], level: int = 9) -> str:
 
 
 def script(entry: str = RECORDED) -> str:
-    """Return the page's modules as one: each after those that it imports, without its imports and exports.
+    """Return the page's modules as one: each after its imports, without its imports and exports.
 
     A page that is opened from a file may import nothing, so the modules share one scope; no two may define a name.
     """

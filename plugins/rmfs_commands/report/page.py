@@ -123,7 +123,7 @@ def _part_times(row: Row) -> dict[str, float]:
 
 
 def _timed(run: Run) -> list[Mapping[str, Any]]:
-    """Return the orders whose times count, as in the metrics: those that arrived in the run, after its warm-up."""
+    """Return the orders whose times count, as in the metrics: orders that arrived in the run, after its warm-up."""
     begin = run.result.scenario.run.warmup_s or 0
     return [row for row in _arrived(run) if row["arrival_s"] >= begin and row.get("cancelled_s") is None]
 

@@ -28,7 +28,7 @@ class Estimate:
     runs
         Runs that went in.
     expected
-        Runs there should be: those that did not complete count here only.
+        Runs there should be; runs that did not complete count here only.
     """
 
     mean: float

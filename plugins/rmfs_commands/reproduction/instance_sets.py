@@ -137,7 +137,7 @@ def timing(exhibit: Exhibit, rows: Rows, name: str, unit: str) -> Table:
 
 
 def makespans(exhibit: Exhibit, per_order: Exhibit, share: Exhibit, rows: Rows) -> Table:
-    """Return the table of makespans next to those that the two tables of computing time imply."""
+    """Return the table of makespans next to the makespans that the two tables of computing time imply."""
     lines = [
         in_range(
             (of(orders), method),

@@ -44,7 +44,7 @@ class Exhibit:
     values
         The paper's numbers; empty for a picture without numbers.
     rounded_to
-        Unit of the last digit of those that are printed in a table.
+        Unit of the last digit printed in a table.
     """
 
     name: str

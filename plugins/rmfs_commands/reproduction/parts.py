@@ -49,7 +49,7 @@ QUICK_SEEDS = 1
 
 
 def choose_parts(only: tuple[str, ...] = (), quick: bool = False) -> list[Part]:
-    """Return the parts of these names, or all; of a quick reproduction, those that it has.
+    """Return the parts of these names, or all; of a quick reproduction, only its parts.
 
     Raises
     ------

@@ -84,7 +84,7 @@ def make_report(parts: Mapping[str, Rows], scenarios: Sequence[Scenario], facts:
 
 
 def _runs(parts: Mapping[str, Rows]) -> list[Grid]:
-    """Return the grid of how the runs ended, and one of those that did not complete, if any."""
+    """Return the grid of how the runs ended, and one of incomplete runs, if any."""
     counts = count(parts)
     runs = distinct(parts)
     stopped = sum(row.get("solves_stopped_early") or 0 for row in runs)

@@ -29,7 +29,7 @@ class Reproduction:
     report
         The report.
     rows
-        One a run; those that several parts share are there once.
+        One per run; runs that several parts share are there once.
     files
         Names of the files written.
     """

@@ -1,4 +1,4 @@
-"""Section 4.1 and Appendix D: the parameters of the simulation, the paper's next to those that the runs have."""
+"""Section 4.1 and Appendix D: the parameters of the simulation, the paper's next to ours."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Begun:
     scenario
         The scenario, whose metrics count from the state's time on.
     instance
-        The orders of the state, and those that arrive later; pods with what is on them.
+        The orders of the state, and later ones; pods with what is on them.
     opening
         The warehouse as it is.
     state, names
@@ -183,7 +183,7 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
 def _check_stock(warehouse: Warehouse, memento: Memento, coming: Sequence[OrderData], names: Names) -> None:
     """Refuse an order of a SKU that is on no pod: nothing would ever be picked for it."""
     held, skus = {sku for pod in memento.pods for sku, _ in pod.data.contents}, memento.skus
-    there = [order for order in warehouse.arrived.values() if not order.cancelled]  # those that wait for stock, too
+    there = [order for order in warehouse.arrived.values() if not order.cancelled]  # also orders that wait for stock
     wanted = [(order.name, line.sku) for order in there for line in order.open_lines]
     wanted += [(one.order.name, one.sku) for station in warehouse.stations for one in station.open_requests]
     for order, sku in wanted:

@@ -65,7 +65,7 @@ class BundleOutcome:
     Parameters
     ----------
     bundles, items
-        Bundles that were assigned to stations, and items of those that a pod was chosen for.
+        Bundles that were assigned to stations, and items of bundles that got a pod.
     visits
         New pod-station visits: trips decided.
     unused

@@ -306,7 +306,7 @@ def _print_bundles(console: Console, opened: OpenState, decided: Mapping[str, An
 
 
 def _print_resting(console: Console, opened: OpenState, decided: Mapping[str, Any], limit: int) -> None:
-    """Print the robots without a task, those that are sent somewhere first, with what is in their batteries."""
+    """Print the robots without a task, first the ones that are sent somewhere, with the charge of their batteries."""
     layout, sent = opened.warehouse.travel.layout, {rest["robot"]: rest["cell"] for rest in decided.get("rests", ())}
     robots = opened.view.resting_robots
     kinds = {

@@ -219,9 +219,9 @@ class Memento:
     waiting
         Stored pods that are bound for a station and that no robot fetches yet, longest waiting first.
     blocked, reserved
-        Cells of storage locations that hold an empty pod, and of those that a pod is on its way to.
+        Cells of storage locations that hold an empty pod, and of locations that a pod is on its way to.
     bundles
-        Those that have arrived and are not stored; at a station, and on a pod, in the order in which that was decided.
+        Arrived bundles that are not stored; at a station, and on a pod, in the order in which that was decided.
     sizes
         Space that an item of each SKU takes; empty: 1.
     packing

@@ -229,7 +229,7 @@ def _bind(warehouse: Warehouse, memento: Memento) -> None:
 
 
 def _carry(warehouse: Warehouse, memento: Memento) -> None:
-    """Give robots their tasks, and let those that are in a station's line stand there."""
+    """Give robots their tasks, and let robots in a station's line stand there."""
     kind = warehouse.travel.layout.kind
     for robot, given in zip(warehouse.robots, memento.robots, strict=True):
         free = 0 <= given.cell < len(kind) and kind[given.cell] != CellKind.WALL

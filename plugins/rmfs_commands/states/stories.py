@@ -241,7 +241,7 @@ def free_boxes(content: Content) -> int | None:
 
 
 def task_in(content: Content, at: int) -> Mapping[str, Any]:
-    """Return the task at a position among those that a packer could begin in a recorded state."""
+    """Return the task at a position among the tasks that a packer could begin in a recorded state."""
     packing = content["packing"]
     station, section = packing["stations"][int(content["ask"]["station"]) - 1], packing["section"]
     tasks = [*station["tasks"]]

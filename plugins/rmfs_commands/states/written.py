@@ -96,7 +96,7 @@ class WrittenAnswer:
     rests: tuple[WrittenRest, ...] = key("idle: where robots rest or charge", ())
     moves: tuple[WrittenMove, ...] = key("repositioning: storage locations for pods", ())
     packing: tuple[WrittenPacking, ...] = key("packing: packing stations for `ask.orders`", ())
-    task: int | None = key("packing-task: position of the task among those that wait, from 0", None)
+    task: int | None = key("packing-task: position of the task among waiting tasks, from 0", None)
     rule: str | None = key("Name of the rule", None)
     distribution: str | None = key("Distribution that the rule comes from", None)
     version: str | None = key("Its version", None)

@@ -48,7 +48,7 @@ class Recorder:
         tick, status
             When the run ended, and how.
         rules
-            By their keys in a scenario the names of rules that decided instead of those that it names.
+            By their keys in a scenario the names of rules that decided instead of the scenario's.
         collisions
             Whether no two robots may hold a cell at once.
         """

@@ -63,7 +63,7 @@ class Found:
 
 
 def space_lines(space: Space) -> Iterator[str]:
-    """Yield a line for each parameter, and one for those that are left out."""
+    """Yield a line for each parameter, and one for all that are left out."""
     for one in space.parameters:
         yield f"Searched: {one.key} in {one.shown}{' on a log scale' if one.log else ''}, {shown(one.now)} now."
     if space.left:

@@ -102,7 +102,7 @@ def tune(
 ) -> None:
     """Search for parameters of SCENARIO's rules: `--rules pps --objective turnover_s`.
 
-    Values are tried on the same seeds as the scenario's own; those that are surely worse after some of the seeds are
+    Values are tried on the same seeds as the scenario's own; values that are surely worse after some of the seeds are
     given up. What is found is then compared with the scenario's own values on seeds that the search never saw. Every
     finished run is kept in DIR/runs, so that an interrupted search goes on where it stopped. The answer is printed and
     written to DIR: a section for the scenario (tuned.toml), trials.csv, and the comparison (report.html). Exit code 1

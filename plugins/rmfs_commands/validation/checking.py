@@ -50,7 +50,7 @@ def validate_trace(path: str | Path) -> list[Fault]:
     ----------
     path
         The folder of a run with ``trace.jsonl.gz``, or a trace file. When ``result.json`` is next to the trace, its
-        metrics must be those that the trace amounts to, and so must the figures of the tables next to it.
+        metrics must be the same as from the trace, and so must the figures of the tables next to it.
 
     Raises
     ------

@@ -57,7 +57,7 @@ class Claims:
                 self._wanting[sku][quantity].remove(order)
 
     def cancelled(self, order: int) -> list[int]:
-        """Let an order leave; return those that wait no more."""
+        """Let an order leave; return the orders that wait no more."""
         lines = self._orders[order].lines
         if self.waiting.pop(order, None) is None:
             return self.stored(*lines)

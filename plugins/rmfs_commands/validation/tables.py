@@ -64,7 +64,7 @@ def refilled(trace: Trace) -> int | None:
 
 
 def arrivals_of(trace: Trace) -> dict[int, int]:
-    """Return when each order arrives; not those that are kept for later when the run ends."""
+    """Return when each order arrives, without orders that are kept for later when the run ends."""
     if refilled(trace) is None:
         return {i: order.arrival_tick for i, order in enumerate(trace.instance.orders)}
     return {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)}

@@ -50,7 +50,7 @@ class StoragePods:
 
     @property
     def room(self) -> NDArray[np.int64]:
-        """Free space on each pod; less than 0 for those that cannot come."""
+        """Free space on each pod; less than 0 for pods that cannot come."""
         return self._room
 
     def able(self, bundle: Bundle) -> Ids:

@@ -1,4 +1,4 @@
-"""Orders that have waited too long: they go first, and stations are kept for those that fit nowhere."""
+"""Orders that have waited too long: they go first, and stations are kept for orders that fit nowhere."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def assign_late(
     warehouse, max_wait_s
         See there.
     free
-        Free capacity by station; `SHUT` for those that are kept from then on.
+        Free capacity by station; `SHUT` for stations that are kept from then on.
     assign
         Assigns the order at a row if it fits anywhere, and says whether it does.
     """

@@ -74,9 +74,9 @@ class Precedence(NamedTuple):
     Parameters
     ----------
     taken
-        Those that are assigned already, shape (orders,).
+        Orders that are assigned already, shape (orders,).
     first
-        Those that go before all others, shape (orders,), or (0,): none.
+        Orders that go before all others, shape (orders,), or (0,): none.
     rank
         The lowest goes first, shape (orders,), or (0,): the oldest goes first.
     """
@@ -263,7 +263,7 @@ def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, station
             number += 1
     best = best_of(lines, completed, sums, order, at, free, stations, best)
     if any_fits and (best < 0 or sums[best] == 0 or (len(order.first) and not order.first[best])):
-        for other in range(len(lines.items)):  # those that score nothing
+        for other in range(len(lines.items)):  # orders that score nothing
             if not order.taken[other] and fits(lines, other, at, for_all, stations):
                 best = other if goes_before(other, best, sums, order) else best
                 if not len(order.first) and not len(order.rank):

@@ -92,7 +92,7 @@ def _send(
         trips.append(PodTrip(pod.id, identifier))
         for sku in wanted.keys() & pod.contents.keys():
             wanted[sku] -= pod.free_items(sku)
-        if wanted := {sku: items for sku, items in wanted.items() if items > 0}:  # those that are still uncovered
+        if wanted := {sku: items for sku, items in wanted.items() if items > 0}:  # only uncovered ones
             heappush(needy, (inbound + 1, -sum(wanted.values()), identifier, wanted))
         max_fetches -= at[pod.id] == STORED
         at[pod.id] = BUSY

@@ -31,7 +31,7 @@ def servers(columns: Plain, at: Ids, skus: Ids, station: int, fetch: bool) -> Id
     station
         Its id.
     fetch
-        Whether stored pods can be sent, besides those that are about to leave a station.
+        Whether stored pods can be sent, besides pods that are about to leave a station.
     """
     stock = Stock(*columns)
     found, number = np.zeros(len(at), np.bool_), 0

@@ -108,7 +108,7 @@ class Period:
         return choice
 
     def filled(self, sent: Sent, *, oldest: bool = False, until: Floats | None = None) -> Chosen:
-        """Return orders that are chosen greedily, those that are late first, with what pods bring that are sent.
+        """Return orders that are chosen greedily, late ones first, with the stock of the pods that are sent.
 
         Again and again the pair of order and station with the fewest missing lines for each slot that the order takes;
         ties go to the oldest order, then to the station with the lowest load.
@@ -116,7 +116,7 @@ class Period:
         Parameters
         ----------
         sent
-            Pods that are sent besides those that are at or bound for stations.
+            Pods that are sent in addition to pods at or bound for stations.
         oldest
             Whether the oldest order goes, to the station where it lacks fewest lines.
         until
@@ -135,12 +135,12 @@ class Period:
         return [*late, *order_search.fill(self.rows, oldest, NO_NOISE, choice)]
 
     def refilled(self, orders: Ints, kept: Chosen, sent: Sent, noise: Ints) -> Chosen:
-        """Return the orders that are kept, and more of some as long as any fits: those that lack least.
+        """Return the orders that are kept, and more as long as any fits: those with the fewest missing lines.
 
         Parameters
         ----------
         orders
-            Those that may be chosen besides, rows, ascending.
+            Further orders that may be chosen, rows, ascending.
         kept
             Orders that are chosen already.
         sent
@@ -191,7 +191,7 @@ class Period:
         """Return few pods that bring what chosen orders lack at their stations.
 
         Again and again the pod that brings a station most goes there; of equals one that is bound for no station, the
-        nearest, the lowest id. Then those that the others make needless stay. All pods together have what orders want.
+        nearest, the lowest id. Then pods that the others make needless stay. All pods together have what orders want.
 
         Parameters
         ----------

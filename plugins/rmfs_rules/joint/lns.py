@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
 
 MOST_ORDERS = 500
-"""Orders of the backlog that a search looks at, besides those that are chosen already."""
+"""Orders of the backlog that a search looks at, besides chosen ones."""
 HALF_A_LINE = 500_000
 """Random part of the lines that an order lacks, in millionths of a line."""
 
@@ -39,8 +39,8 @@ class LargeNeighborhoodSearch(ByPeriods):
     for all of them. The outcome is kept if it costs less, or as much and its orders are older: of the orders by which
     two such outcomes differ, it has the oldest.
 
-    Where more than 500 orders wait, it looks at those that are chosen and at no more than 500 others: as many for each
-    station with free slots, those that ``alternating`` would take there first, given the pods that it sends.
+    Where more than 500 orders wait, it looks at chosen orders and at no more than 500 others: as many for each
+    station with free slots, the orders that ``alternating`` would take there first, given the pods that it sends.
 
     Orders that have waited too long are not taken back; while one is left in the backlog, it stays with the choice of
     ``alternating``.

@@ -33,7 +33,7 @@ class MostCovered:
     lines: str = parameter(
         "all",
         validators.in_(("all", "open")),
-        'Which lines of an order that was split over time count: "all" as the paper says, or only those that are still '
+        'Which lines of an order that was split over time count: "all" as the paper says, or only lines that are still '
         '"open", which favours orders that can be completed. It matters to rules that split over time only',
     )
 

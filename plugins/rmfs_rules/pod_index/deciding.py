@@ -59,7 +59,7 @@ def decision(
     """Let stations take lines and send pods; ``room`` more orders may be split, ``without`` takes nothing now."""
     lines, stations = warehouse.lines, warehouse.stations
     counting = [station for station in stations if station.counts_orders]
-    # The last order for those that are not there
+    # The last order stands for missing ones
     placed = np.zeros((len(stations), len(lines.items) + 1), np.bool_) if counting else NOWHERE
     for station in counting:
         ids = {request.order.id for request in station.open_requests}

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def draw_pairs(warehouse: WarehouseView, rng: np.random.Generator, max_wait_s: float | None) -> list[OrderAssignment]:
-    """Assign whole orders, again and again one of the pairs of order and station that fit; those that are late first.
+    """Assign whole orders, again and again one of the pairs of order and station that fit; late orders first.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class Weights:
 
     @classmethod
     def of(cls, rule: object) -> Weights:
-        """Return the weights that a rule has, and the defaults of those that it has not."""
+        """Return the weights of a rule, or their defaults."""
         names = [field.name for field in fields(cls) if hasattr(rule, field.name)]
         return cls(**{name: getattr(rule, name) for name in names})
 
@@ -186,7 +186,7 @@ class PodScores:
         return np.bincount(lines.sku, lines.quantity, self._warehouse.n_skus).astype(np.int64)
 
     def _each(self, lines: Lines, begun: Iterable[int]) -> Values:
-        """Return what an item of each order is worth, by row; of those that are begun some items may be picked."""
+        """Return what an item of each order is worth, by row; some items of begun orders may be picked."""
         value, unpicked = self._weights.value, np.maximum(lines.items, 1)
         if value == "picks":
             return np.ones(len(unpicked))

@@ -101,7 +101,7 @@ class Search:
         return {robot: way.path.path for robot, way in best.ways.items() if way.path is not None}
 
     def _one_after_another(self, table: Reservations) -> dict[int, Way]:
-        """Plan for those who set out, in the order given, in a table of one's own."""
+        """Plan for robots that set out, in the order given, in a table of one's own."""
         ways = {}
         for query in self.setting_out:
             way = self._way(query, table)

@@ -1,4 +1,4 @@
-"""The states of the compiled search, and the queue of those that are to be expanded.
+"""The states of the compiled search, and the queue of states to be expanded.
 
 A state is (gap, heading) at rest, numbered ``4 * gap + heading`` with the gap's number in the reservation table, so the
 arrays are as long as four times the table's pool. A state is a row of ``states``; ``STAMP`` says which search wrote it
@@ -36,7 +36,7 @@ class Memory(NamedTuple):
     Parameters
     ----------
     states, queue
-        Rows of the states, and those that are to be expanded: shapes (states, `COLUMNS`) and (states,).
+        Rows of the states, and states to be expanded: shapes (states, `COLUMNS`) and (states,).
     low, high
         Windows of departure, as `rmfs_rules.helpers.searching.narrow` has them: shape (4, windows).
     """

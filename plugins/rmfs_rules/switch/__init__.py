@@ -122,7 +122,7 @@ class Switch:
         ]
 
     All of them decide the same, and draw from the same random numbers. Rules that observe the run, and those for POA
-    and PPS together, are not among those that can be asked.
+    and PPS together, cannot be asked.
 
     References
     ----------

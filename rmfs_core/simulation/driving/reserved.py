@@ -72,7 +72,7 @@ class ReservedDriving(Driving):
         self.table.forget_before(0)
 
     def begin(self) -> None:
-        """Let robots drive what is reserved; those that stand elsewhere than in storage locations make way."""
+        """Let robots drive what is reserved; robots elsewhere than in storage locations make way."""
         if not {course.goal for course in self.courses}.issubset(self._locations.tolist()):
             self.env.process(self._make_way())  # before anyone else sets out
         for course in self.courses:
@@ -144,7 +144,7 @@ class ReservedDriving(Driving):
         return rows
 
     def _replace(self, course: Course, legs: Rows) -> None:
-        """Give a robot other legs to drive than those that it has not begun."""
+        """Give a robot other legs to drive instead of legs not begun."""
         course.legs = deque(legs.tolist())
         if course.changed.callbacks:  # somebody waits for it
             changed, course.changed = course.changed, self.env.event()

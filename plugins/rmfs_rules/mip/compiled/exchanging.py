@@ -40,7 +40,7 @@ def completed(a, pods, there):
 
 @njit(cache=True)
 def exchanged(a, number, steps, seed):
-    """Return the set of so many pods that completes most of those that were tried, and the slots its orders take.
+    """Return the set of so many pods that completes most, of the sets tried, and the slots its orders take.
 
     Parameters
     ----------

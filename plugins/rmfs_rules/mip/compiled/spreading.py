@@ -79,7 +79,7 @@ def too_few_splits(a, orders, mask, target):
     """Whether a cut shows that more of the orders than allowed have to be split newly to fill the target.
 
     For a group of stations: it takes at most its free slots. Outside of it are only orders that go to one station
-    there, and lines of split orders that are covered there. Of those that would be split newly, the best count.
+    there, and lines of split orders that are covered there. Of orders that would be split newly, the best count.
     """
     stations = len(a.rooms)
     single = _single_stations(a, orders, mask)
@@ -151,7 +151,7 @@ def _next_stations(a, pod, sent, most, used):
 
 @njit(cache=True)
 def _settle(a, pod, sent, last, depth, items, mask, by_mask):
-    """Let a pod bring its SKUs to stations, and count the items of those that no later pod brings."""
+    """Let a pod bring its SKUs to stations, and count the items of SKUs that no later pod brings."""
     for at in range(a.pod_start[pod], a.pod_start[pod + 1]):
         sku = a.pod_sku[at]
         mask[sku] |= sent

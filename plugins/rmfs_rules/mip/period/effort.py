@@ -56,7 +56,7 @@ class Effort:
         steps
             How much; None for what its size allows.
         hard
-            Whether it belongs to those that searches do not prove.
+            Whether it is of a kind that searches do not prove.
         """
         if steps is None:
             small = EFFORT_HARD if hard else EFFORT

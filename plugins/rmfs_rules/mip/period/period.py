@@ -146,7 +146,7 @@ class Stock:
 
 @frozen(eq=False)
 class Preference:
-    """Which pods are sent first among those that serve as well.
+    """Which pods are sent first among equally good ones.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ class Period:
     split_open
         n^l: split orders that take a slot at the packing stations now.
     preference
-        Which pods are sent first among those that serve as well. None: those that are bound for no station.
+        Which pods are sent first among equally good ones. None: pods that are bound for no station.
     counting_orders
         Positions of the stations with order capacity: C_s is of parts of orders there, of items at the others.
     joined

@@ -33,7 +33,7 @@ ROUNDS = 3
 class Completing:
     """Orders that pods complete, by the pairs of a pod and a line whose SKU it has.
 
-    Pods, SKUs and orders have numbers of their own here: only those that matter for lines that can be assigned.
+    Pods, SKUs and orders have numbers of their own here: only what matters for lines that can be assigned.
 
     Parameters
     ----------

@@ -90,7 +90,7 @@ class Shelf:
         return station in self._at.get(pod, ())
 
     def take(self, station: int, lines: Sequence[tuple[int, int]]) -> None:
-        """Take the items of lines off the pods at a station, first off those that are at few others."""
+        """Take the items of lines off the pods at a station, first off pods that are at few others."""
         pods = sorted((pod for pod, at in self._at.items() if station in at), key=lambda pod: (len(self._at[pod]), pod))
         for sku, quantity in lines:
             wanted = quantity

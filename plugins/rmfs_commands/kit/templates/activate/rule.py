@@ -17,7 +17,7 @@ class TheRule:
     """Activate the largest stations, one for every so many orders in the backlog.
 
     With a backlog of n orders max(1, n / ``orders``, rounded up) stations are active, those with the highest capacity
-    first (ties: lowest id), and those that still have something to do. A station is open when it is active and its
+    first (ties: lowest id), and stations that still have something to do. A station is open when it is active and its
     timetable has it open.
 
     Parameters

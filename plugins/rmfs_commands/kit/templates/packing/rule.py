@@ -22,7 +22,7 @@ class TheRule:
     Parameters
     ----------
     order_items
-        How many items an order counts for besides those that it has.
+        Items that an order counts for in addition to its own.
     """
 
     order_items: float = field(default=6.0, validator=validators.ge(0))

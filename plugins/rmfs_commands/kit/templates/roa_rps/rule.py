@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class TheRule:
     """Bring the oldest bundle that fits a pod to the station with the most free capacity, together with that pod.
 
-    The pod is the emptiest of those that can come; ties go to the nearest. Each decision assigns one bundle; the rule
+    The pod is the emptiest that can come; ties go to the nearest. Each decision assigns one bundle; the rule
     is asked again in the next round.
     """
 

@@ -32,7 +32,7 @@ class TheRule:
 
     @hookimpl
     def select_replenishment_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[StoreBundle]:
-        """Choose a pod for each bundle that lacks one: the one with the lowest cost of those that can take it."""
+        """Choose a pod for each bundle that lacks one: the pod with the lowest cost that can take it."""
         stored = np.zeros(len(warehouse.pods), dtype=bool)
         stored[[pod.id for pod in warehouse.free_pods]] = True
 
