@@ -5,7 +5,7 @@ from __future__ import annotations
 NOT_SIMULATED_PAGE = "What is not simulated"
 """Title of the page in the documentation: who reads a report may have no copy of the repository."""
 NOT_SIMULATED = (
-    "Not simulated, among others: breaks, errors, people in each other's way. Which way that errs: "
-    f"see {NOT_SIMULATED_PAGE} in the documentation."
+    "Breaks, errors and people in each other's way, among others, are not simulated; "
+    f"{NOT_SIMULATED_PAGE} in the documentation says how that changes results."
 )
 """The sentence at the end of each report."""

@@ -134,7 +134,7 @@ class RuleProcess:
             async with asyncio.timeout(self.limit_s):
                 await self._turn.acquire()
         except TimeoutError:
-            raise BusyError(f"others are before it; its turn did not come within {self.limit_s:g} s") from None
+            raise BusyError(f"other requests came first; this one was not begun within {self.limit_s:g} s") from None
         try:
             if self._stopped:
                 raise EndedError("the service ends")

@@ -218,7 +218,7 @@ def test_changes_of_the_last_state(kept: Warehouses) -> None:
 def test_null_is_no_stock(kept: Warehouses, pod: str) -> None:
     """In a merge patch null takes away: a SKU that never runs out cannot be said, and is not lost without a word."""
     change = {"pods": {pod: {"contents": {"jam": None}}}}
-    with pytest.raises(InputError, match=rf"^change, pods.{pod}.contents.jam: null takes a SKU off a pod"):
+    with pytest.raises(InputError, match=rf"^change, pods.{pod}.contents.jam: null removes a SKU"):
         kept.changed("w", "r1", change, "r2")
     taken = kept.changed("w", "r1", {"pods": {"P": {"contents": {"milk": None}}}}, "r2")
     assert taken["pods"]["P"] == {"contents": {"tea": 2}}
