@@ -84,7 +84,7 @@ def apply_packing(warehouse: Warehouse, answer: object, *, orders: Sequence[Orde
     """Bind orders for packing stations, split ones with a box there."""
     given = sequence_of(answer, object)
     if len(given) != len(orders):
-        raise ImpossibleError(f"named {len(given)} packing stations for {len(orders)} orders; expected one for each")
+        raise ImpossibleError(f"named packing stations: {len(given)}; expected {len(orders)}, one for each order")
     for order, named in zip(orders, given, strict=True):
         station = checks.packing_station(warehouse, order, named)
         keep(events.PackingAssigned(warehouse.now, order.id, station.id, warehouse.bind_packing(order, station)))
@@ -136,7 +136,7 @@ def apply_replenishment(
 
 
 def _too_many(fetches: int, most: int) -> ImpossibleError:
-    return ImpossibleError(f"sent {fetches} stored pods on their way; at most {most} robots can start")
+    return ImpossibleError(f"sent too many stored pods ({fetches}); expected at most {most}, the robots that can start")
 
 
 def apply_tasks(warehouse: Warehouse, answer: object, keep: Keep, start: Callable[[Robot, Pod], None]) -> None:
@@ -169,7 +169,7 @@ def apply_moves(
     """Let idle robots carry the pods of a repositioning decision, each the robot that is there first."""
     moves = sequence_of(answer, PodMove)
     if len(moves) > max_moves:
-        raise ImpossibleError(f"moves {len(moves)} pods; at most {max_moves} can be moved now")
+        raise ImpossibleError(f"moves too many pods ({len(moves)}); expected at most {max_moves} now")
     for given in moves:
         pod, cell = checks.move(warehouse, given)
         ticks = warehouse.travel.times_to(pod.cell, False)

@@ -287,7 +287,7 @@ def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
     both = [name for name in alike if name.endswith(OWN) or name in (fewest.least, soonest.least)]
     quick, few = soonest.take, fewest.take
     own = any(name.endswith(OWN) for name in soonest.against)
-    shown = f"{seeds} seeds show no difference between the rule sets"
+    shown = f"{counted(seeds, 'seed')} show{'s' if seeds == 1 else ''} no difference between the rule sets"
     if len(soonest.against) == 1:
         yield f"Only {_plain(quick)} completes all of its runs, so there is nothing to compare it with."
     elif len(alike) == len(soonest.against):

@@ -71,7 +71,7 @@ def _check_nulls(state: Mapping[str, Any], change: Mapping[str, Any]) -> None:
         for sku, number in _table(_table(given).get("contents")).items():
             if number is None and sku not in before:
                 place = Source("change").place_of(("pods", pod, "contents", sku))
-                problem = "null removes a SKU, and the pod has none of it; only a whole state says that it never runs out"
+                problem = "null removes a SKU, and the pod has none of it; only a whole state can make stock endless"
                 raise InputError(place, problem)
 
 

@@ -98,7 +98,9 @@ class OrderCheck:
         """Check that a backlog that is kept filled was filled when a rule was asked."""
         wanted = min(self.refilled or 0, len(self.state.orders) - self.come + self.waiting + self.closed)
         if self.refilled is not None and self.waiting + self.closed < wanted:
-            there = f"{self.waiting + self.closed} orders are in the backlog when {event.decides.label} is decided"
+            there = (
+                f"{counted(self.waiting + self.closed, 'order')} in the backlog when {event.decides.label} is decided"
+            )
             self.case.add("arrival", event.tick, f"{there}; expected {wanted}")
         self.closed = 0
 
@@ -290,8 +292,8 @@ class DecisionCheck:
             self.case.add(
                 "decision-size",
                 event.tick,
-                f"the {label} decision of period {event.period} reports {event.assignments} assignments "
-                f"and {event.trips} trips; it had {had[0]} and {had[1]}",
+                f"the {label} decision of period {event.period} reports {counted(event.assignments, 'assignment')} "
+                f"and {counted(event.trips, 'trip')}; it had {had[0]} and {had[1]}",
             )
         self.period = event.period
         self.bundles -= self.bundles_assigned

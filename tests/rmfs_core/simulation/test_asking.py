@@ -435,7 +435,7 @@ WRONG = [
     (
         "pps",
         "return [PodTrip(0, 0), PodTrip(1, 0)] if max_fetches == 1 else []",
-        "sent 2 stored pods on their way; at most 1 robots can start",
+        "sent too many stored pods (2); expected at most 1, the robots that can start",
     ),
     ("poa_pps", "return []", "returned list []; expected JointDecision"),
     (
@@ -460,7 +460,7 @@ WRONG = [
     ("idle", "return [RobotMove(0, 0)] if warehouse.resting_robots else []", "to rest in cell 0, no storage location"),
     ("move", "return [3]", "returned a sequence with int 3 in it; expected PodMove only"),
     ("move", "return [PodMove(9, 0)]", "named pod 9, which does not exist; ids are 0 to 2"),
-    ("move", "return [PodMove(2, 0), PodMove(2, 0), PodMove(2, 0)]", "moves 3 pods; at most 1 can be moved now"),
+    ("move", "return [PodMove(2, 0), PodMove(2, 0), PodMove(2, 0)]", "moves too many pods (3); expected at most 1 now"),
     ("move", "return [PodMove(2, warehouse.pods[2].cell)]", "stores pod r (id 2) at row"),
     ("pp", "return Path()", "gave robot 1 (id 0) an empty path to "),
     ("pp", "return Path([Leg(-5)])", "sent robot 1 (id 0) to cell -5, which is not on the grid"),

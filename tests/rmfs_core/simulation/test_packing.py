@@ -181,7 +181,7 @@ class Chooses:
 @pytest.mark.parametrize(
     ("rules", "told"),
     [
-        ({"packing": Sends([])}, "assign_packing, at 0.000 s: named 0 packing stations for 1 orders; expected one"),
+        ({"packing": Sends([])}, "assign_packing, at 0.000 s: named packing stations: 0; expected 1, one for each"),
         ({"packing": Sends([2])}, "named packing station 2, which does not exist; ids are 0 to 1"),
         ({"packing": Sends("ab")}, "returned str 'ab'; expected a sequence of ids"),
         (

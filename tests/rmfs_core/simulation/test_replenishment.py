@@ -185,7 +185,7 @@ def test_pods_that_are_bound_already_need_no_robot() -> None:
     apply_replenishment(warehouse, answer, role=Role.ROA_RPS, max_fetches=0, keep=events.append)
     assert [type(event) for event in events] == [BundleBound, TripDecided]
     assert warehouse.pods[2].bound_for == (0, 1)
-    with pytest.raises(ImpossibleError, match="sent 1 stored pods on their way; at most 0 robots can start"):
+    with pytest.raises(ImpossibleError, match=r"sent too many stored pods \(1\); expected at most 0, the robots"):
         apply_replenishment(warehouse, [StoreBundle(1, 0)], role=Role.RPS, max_fetches=0, keep=events.append)
 
 
