@@ -154,7 +154,7 @@ def test_each_row_left_out_has_its_reason(tmp_path: Path) -> None:
 @cases(
     "rows columns sentence",
     (["A;tea;1;1;2", "A;jam;1;1;3"], PLACED, "row 2: found pod 'A' in row 1, column 3; expected row 1, column 2"),
-    (["A;tea;1;1;2", "B;jam;1;1;2"], PLACED, "row 2: found pods 'A' and 'B' in row 1, column 2; expected a place"),
+    (["A;tea;1;1;2", "B;jam;1;1;2"], PLACED, "row 2: found pods 'A' and 'B' in row 1, column 2; expected a location"),
     (["A;tea;1;0;2"], PLACED, "row 1: found '0' and '2' as row and column; expected whole numbers from 1 on"),
     (["A;tea;1;;2"], PLACED, "row 1: found nothing and '2' as row and column"),
     (["A;tea;-1"], UNPLACED, "has no pod that could be kept: 1 row with a quantity that is no whole number from 0 on"),

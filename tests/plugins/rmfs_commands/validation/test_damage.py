@@ -195,7 +195,7 @@ def never_stored(trace: Trace) -> Trace:
         twice(TRIP),
         [
             "bound-twice: pod P0 is sent to station 1, where it is or is bound for already",
-            "decision-size: the PPS decision of period 1 reports 0 assignments and 1 trips; it had 0 and 2",
+            "decision-size: the PPS decision of period 1 reports 0 assignments and 1 trip; it had 0 and 2",
         ],
     ),
     (
