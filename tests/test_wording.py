@@ -36,7 +36,7 @@ WORDS = {
     r"\btak(?:es?|ing) the places? of\b|\bin their places?\b": "replace, instead",
     r"\bexpected what\b|\bis there twice\b": "the noun; found ... twice",
 }
-"""Patterns that may not stand in a text, and what to write in their place."""
+"""Patterns that may not stand in a text, and what to write instead."""
 ANY = re.compile("|".join(WORDS), re.MULTILINE)
 
 TEMPLATES = [file for ending in ("j2", "html") for file in sorted((ROOT / "plugins").rglob(f"*.{ending}"))]
