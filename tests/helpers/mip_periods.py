@@ -14,7 +14,7 @@ from rmfs_rules.mip.period.solution import Model
 def period_of(
     orders: Sequence[Sequence[int]],
     pods: Sequence[Sequence[int] | Mapping[int, int]],
-    places: Sequence[int] = (3,),
+    slots: Sequence[int] = (3,),
     there: Sequence[Sequence[int]] = (),
     **changes: Any,
 ) -> Period:
@@ -28,9 +28,9 @@ def period_of(
     lines = [(order, sku, 1) for order, skus in enumerate(orders) for sku in skus]
     return Period(
         Stock.counted(counted, 9) if counted else unlimited,
-        tuple(range(len(places))),
-        tuple(places),
-        tuple(map(tuple, there))[: len(places)] or ((),) * len(places),
+        tuple(range(len(slots))),
+        tuple(slots),
+        tuple(map(tuple, there))[: len(slots)] or ((),) * len(slots),
         tuple(range(len(orders))),
         *zip(*lines, strict=True),
         **{"busy": tuple(sorted({pod for at in there for pod in at}))} | changes,
@@ -188,12 +188,12 @@ def brute_force_from_stock(period: Period, model: Model, weight: float, splits: 
                     at.add((order, station))
         if splits is not None and new_splits(period, choice) > splits:
             continue
-        places = wanted.sum(axis=1)
+        slots = wanted.sum(axis=1)
         for s in period.counting_orders:
-            places[s] = sum(station == s and (order, s) not in period.joined for order, station in at)
-        if (places > period.capacities).any():
+            slots[s] = sum(station == s and (order, s) not in period.joined for order, station in at)
+        if (slots > period.capacities).any():
             continue
-        value = period.visits_before + weight * (worth * (period.capacities - places)).sum()
+        value = period.visits_before + weight * (worth * (period.capacities - slots)).sum()
         by_group = np.array([wanted[[s for s in stations if group >> s & 1]].sum(axis=0) for group in groups])
         for number, tables in enumerate(brought):
             if value + number >= best:

@@ -70,7 +70,7 @@ def import_rawsimo(files: Mapping[str, Path]) -> Imported:
         written["orders.csv"] = _orders(orders)
         written |= supply.files() if supply else {}
     else:
-        notes.add("pods whose contents no file says", len(warehouse.pods), "random contents at random locations")
+        notes.add("pods whose contents no file says", len(warehouse.pods), "random contents and locations")
     idle = 0 if supply else len(warehouse.storing)
     notes.add("input stations without bundles", idle, "stations at which nothing is stored")
     fills = setting is not None and setting.mode == "Fill" and "OrderList" not in files

@@ -103,7 +103,7 @@ def arrays_of(reduced: Reduced, splits: int | None = None, *, sharp: bool = Fals
     first = np.flatnonzero(np.diff(order, prepend=-1))
     n_skus = period.stock.n_skus
     start = np.append(first, len(order)).astype(np.int64)
-    line_items = _places(reduced, period.line_quantity[kept], first)
+    line_items = _slots(reduced, period.line_quantity[kept], first)
     arrays = Arrays(
         rooms=np.array(reduced.capacities, dtype=np.int64),
         at_hand=masks_of(period.covered),
@@ -127,13 +127,13 @@ def arrays_of(reduced: Reduced, splits: int | None = None, *, sharp: bool = Fals
     return arrays, pods
 
 
-def _places(reduced: Reduced, quantity: Integers, first: Integers) -> Integers:
+def _slots(reduced: Reduced, quantity: Integers, first: Integers) -> Integers:
     """Return the slots that lines take: one for each item, or one for the first line of an order."""
     if not reduced.by_orders:
         return quantity
-    places = np.zeros(len(quantity), dtype=np.int64)
-    places[first] = 1
-    return places
+    slots = np.zeros(len(quantity), dtype=np.int64)
+    slots[first] = 1
+    return slots
 
 
 def price_of(reduced: Reduced, pods: int, number: int) -> float:

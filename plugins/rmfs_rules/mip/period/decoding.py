@@ -9,7 +9,7 @@ from attrs import field, frozen
 from numpy.typing import NDArray
 
 from rmfs_rules.mip.period.period import Line
-from rmfs_rules.mip.period.placing import Places
+from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced, masks_of
 from rmfs_rules.mip.period.solution import Model, Part, Visits
 
@@ -97,10 +97,10 @@ def _freely_split(reduced: Reduced, counts: Counts, begun: bool) -> bool:
 
 def _placed(covered: NDArray[np.bool_], rooms: list[int], wanted: _Wanted) -> list[tuple[int, int, int]]:
     """Place single items by augmenting paths; a line that finds no slot stays in the backlog."""
-    places = Places(rooms)
+    slots = Slots(rooms)
     mask = masks_of(covered).tolist()
-    lines = [(order, sku) for order, (sku, _) in wanted if mask[sku] and places.add(mask[sku])]
-    return [(order, places.take(mask[sku], ()), sku) for order, sku in lines]
+    lines = [(order, sku) for order, (sku, _) in wanted if mask[sku] and slots.add(mask[sku])]
+    return [(order, slots.take(mask[sku], ()), sku) for order, sku in lines]
 
 
 def _counted(counts: Counts, wanted: _Wanted) -> list[tuple[int, int, int]]:

@@ -346,7 +346,7 @@ class Period:
         largest = int(np.bincount(self.line_order, weights=self.line_quantity).max(initial=1))
         return tuple(largest if s in self.counting_orders else 1 for s in range(len(self.capacities)))
 
-    def places(self, order: int, station: int, items: int) -> int:
+    def slots(self, order: int, station: int, items: int) -> int:
         """Return how many slots so many items of an order, as one part, take at a station (positions)."""
         if station in self.counting_orders:
             return int((order, station) not in self.joined)

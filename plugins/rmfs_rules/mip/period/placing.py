@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Sequence
 
 
-class Places:
+class Slots:
     """Free slots of stations and how many lines of each kind stand where.
 
     A kind is the bit mask of the stations that cover it; lines of one kind are interchangeable.

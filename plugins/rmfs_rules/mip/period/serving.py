@@ -1,7 +1,7 @@
 """Which pod serves what where pods may run out: maximum flows from SKUs over the pods that have them to the stations.
 
 Whether the pods that are sent have enough is settled SKU by SKU (`short_of`); which lines can be placed besides, with
-the slots of the stations between them, all at once (`PlacesFromStock`).
+the slots of the stations between them, all at once (`SlotsFromStock`).
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def _enough(wanted: Counter[int], pods: Sequence[tuple[int, list[int]]]) -> bool
     return all(takes(station, set()) for station, number in wanted.items() for _ in range(number))
 
 
-class PlacesFromStock:
+class SlotsFromStock:
     """Free slots of stations, free items of pods, and which lines of one item were placed where, from which pod.
 
     Adding single items one by one, as long as there is a way, ends with as many as any choice, and among those with the

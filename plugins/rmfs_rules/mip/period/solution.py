@@ -90,8 +90,8 @@ def unused(period: Period, parts: tuple[Part, ...]) -> int:
         return sum(period.capacities) - items_of(period, parts)
     free = list(period.capacities)
     for part in parts:
-        free[part.station] -= period.places(part.order, part.station, items_of(period, (part,)))
-    return sum(factor * places for factor, places in zip(period.factors, free, strict=True))
+        free[part.station] -= period.slots(part.order, part.station, items_of(period, (part,)))
+    return sum(factor * slots for factor, slots in zip(period.factors, free, strict=True))
 
 
 def items_of(period: Period, parts: tuple[Part, ...]) -> int:

@@ -106,11 +106,11 @@ def _capacity(period: Period, solution: Solution) -> Iterator[str]:
     for part in solution.parts:
         quantity = dict(period.lines_of(part.order))
         items = sum(quantity.get(sku, 0) for sku in part.skus)
-        taken[part.station] += period.places(part.order, part.station, items)
-    for station, (places, room) in enumerate(zip(taken, period.capacities, strict=True)):
-        if places > room:
+        taken[part.station] += period.slots(part.order, part.station, items)
+    for station, (slots, room) in enumerate(zip(taken, period.capacities, strict=True)):
+        if slots > room:
             unit = "order" if station in period.counting_orders else "item"
-            yield f"(4) {unit} capacity: {places} {unit}s for {_at(period, station)}, which has {room} slots free"
+            yield f"(4) {unit} capacity: {slots} {unit}s for {_at(period, station)}, which has {room} slots free"
 
 
 def _orders(period: Period, solution: Solution, model: Model) -> Iterator[str]:

@@ -100,7 +100,7 @@ def _add_common(p: _Printed) -> None:
     m.objective = mip.xsum(p.x.values()) + mip.xsum(p.weight * f * u for f, u in zip(period.factors, p.u, strict=True))
     for s in stations:
         if s in period.counting_orders:
-            taken = mip.xsum(period.places(o, s, 0) * p.y_os[o, s] for o in range(len(period.orders)))
+            taken = mip.xsum(period.slots(o, s, 0) * p.y_os[o, s] for o in range(len(period.orders)))
         else:
             taken = mip.xsum(q * p.y_ios[i, o, s] for o, lines in enumerate(period.lines) for i, q in lines)
         m += taken + p.u[s] == period.capacities[s]  # (4)

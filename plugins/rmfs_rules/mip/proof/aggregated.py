@@ -219,12 +219,12 @@ class Builder:
 
     def _whole_type(self, number: int, kind: OrderType) -> None:
         for station, room in enumerate(self.reduced.capacities):
-            places = self.reduced.period.places(kind.orders[0], station, kind.size)
-            most = min(len(kind.orders), room // places) if places else len(kind.orders)
+            slots = self.reduced.period.slots(kind.orders[0], station, kind.size)
+            most = min(len(kind.orders), room // slots) if slots else len(kind.orders)
             if most < 1 or not self._obtainable(station, kind.lines):
                 continue
             column = self.model.y[number, station] = self.model.program.column(upper=most)
-            self._take(station, column, places)
+            self._take(station, column, slots)
             self._gain(column, sum(quantity for _, quantity in kind.lines), kind.orders[0])
             if self.gains is not None and self.gains.lines is not None:
                 self.model.program.cost[column] = -sum(self._worths(kind))
@@ -318,9 +318,9 @@ class Builder:
         if columns or chosen:
             program.row([*columns, *chosen], factors, "<" if at_most else "=", free)  # (11), (11.1)
 
-    def _take(self, station: int, column: int, places: int) -> None:
-        self._filling[station][column] = float(places)
-        self.objective[column] = -self.weight * self.reduced.period.factors[station] * places
+    def _take(self, station: int, column: int, slots: int) -> None:
+        self._filling[station][column] = float(slots)
+        self.objective[column] = -self.weight * self.reduced.period.factors[station] * slots
 
     def _gain(self, column: int, items: int, order: int) -> None:
         if self.gains is not None and self.gains.order is not None:

@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_rules.mip.period.placing import Places
+from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced, highest, masks_of
-from rmfs_rules.mip.period.serving import PlacesFromStock
+from rmfs_rules.mip.period.serving import SlotsFromStock
 from rmfs_rules.mip.period.solution import Model, Part
 
-AnyPlaces = Places | PlacesFromStock
-"""Places that call a line by the stations that cover it, or by its SKU."""
+AnySlots = Slots | SlotsFromStock
+"""Slots that call a line by the stations that cover it, or by its SKU."""
 
 
 def fill(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
@@ -37,7 +37,7 @@ def fill(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
         return fill_with_orders(reduced, covered)
     somewhere: NDArray[np.bool_] = np.asarray(covered.any(axis=0, keepdims=True))
     orders = np.flatnonzero(_covered_orders(reduced, somewhere)[0]).tolist()
-    return fill_with_split_orders(reduced, orders, lambda: Places(reduced.capacities), masks_of(covered).tolist())
+    return fill_with_split_orders(reduced, orders, lambda: Slots(reduced.capacities), masks_of(covered).tolist())
 
 
 def _fill_with_lines(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
@@ -46,19 +46,17 @@ def _fill_with_lines(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part
     lines = np.flatnonzero(mask if period.single_items else (mask > 0) & reduced.candidates)
     if len(period.capacities) == 1:
         lines = lines[: period.capacities[0]]
-    return place_lines(reduced, Places(period.capacities), lines, kinds.tolist())
+    return place_lines(reduced, Slots(period.capacities), lines, kinds.tolist())
 
 
-def place_lines(
-    reduced: Reduced, places: AnyPlaces, lines: NDArray[np.int64], kinds: Sequence[int]
-) -> tuple[Part, ...]:
+def place_lines(reduced: Reduced, slots: AnySlots, lines: NDArray[np.int64], kinds: Sequence[int]) -> tuple[Part, ...]:
     """Place lines of one item each: a maximum flow, the first lines first.
 
     Parameters
     ----------
     reduced
         The period.
-    places
+    slots
         The slots.
     lines
         Positions of the lines.
@@ -70,21 +68,21 @@ def place_lines(
     full: set[int] = set()  # kinds that find no slot any more; none that failed can succeed later
     for order, sku in zip(period.line_order[lines].tolist(), period.line_sku[lines].tolist(), strict=True):
         if kinds[sku] not in full:
-            if places.add(kinds[sku]):
+            if slots.add(kinds[sku]):
                 placed.append((order, sku))
                 if len(placed) == room:
                     break
             else:
                 full.add(kinds[sku])
-    return _parts(places, placed, kinds)
+    return _parts(slots, placed, kinds)
 
 
-def _parts(places: AnyPlaces, lines: Iterable[tuple[int, int]], kinds: Sequence[int]) -> tuple[Part, ...]:
+def _parts(slots: AnySlots, lines: Iterable[tuple[int, int]], kinds: Sequence[int]) -> tuple[Part, ...]:
     """Name the station of each placed line (order, SKU), keeping lines of an order together where it is free to."""
     parts: dict[tuple[int, int], list[int]] = {}
     used: dict[int, list[int]] = {}
     for order, sku in lines:
-        station = places.take(kinds[sku], used.get(order, ()))
+        station = slots.take(kinds[sku], used.get(order, ()))
         used.setdefault(order, []).append(station)
         parts.setdefault((order, station), []).append(sku)
     return tuple(Part(order, station, tuple(skus)) for (order, station), skus in parts.items())
@@ -147,7 +145,7 @@ def subset(sizes: Sequence[int], room: int) -> list[int]:
 
 
 def fill_with_split_orders(
-    reduced: Reduced, orders: Sequence[int], free: Callable[[], AnyPlaces], kinds: Sequence[int]
+    reduced: Reduced, orders: Sequence[int], free: Callable[[], AnySlots], kinds: Sequence[int]
 ) -> tuple[Part, ...]:
     """Place orders line by line over the stations, such that what is left stays a sum that orders can fill.
 
@@ -163,7 +161,7 @@ def fill_with_split_orders(
         Number of each SKU among these.
     """
     sizes = reduced.sizes.tolist()
-    best: tuple[list[int], AnyPlaces] = ([], free())
+    best: tuple[list[int], AnySlots] = ([], free())
     for sequence in (orders, sorted(orders, key=lambda o: -sizes[o])):
         found = _place_orders(reduced, sequence, free(), kinds)
         if sum(sizes[o] for o in found[0]) > sum(sizes[o] for o in best[0]):
@@ -174,8 +172,8 @@ def fill_with_split_orders(
 
 
 def _place_orders(
-    reduced: Reduced, sequence: Sequence[int], places: AnyPlaces, kinds: Sequence[int]
-) -> tuple[list[int], AnyPlaces]:
+    reduced: Reduced, sequence: Sequence[int], slots: AnySlots, kinds: Sequence[int]
+) -> tuple[list[int], AnySlots]:
     period, sizes, left = reduced.period, reduced.sizes.tolist(), sum(reduced.period.capacities)
     later = [1]  # sums that the orders from a position on can have, as bits
     for order in reversed(sequence):
@@ -186,11 +184,11 @@ def _place_orders(
     for position, order in enumerate(sequence):
         rest = goal - sizes[order]
         if rest >= 0 and later[position + 1] >> rest & 1:
-            if places.add_all([kinds[i] for i, _ in period.lines_of(order)]):
+            if slots.add_all([kinds[i] for i, _ in period.lines_of(order)]):
                 chosen.append(order)
                 goal = rest
                 if goal == 0:
                     break
             elif not later[position + 1] >> goal & 1:
                 goal = highest(later[position + 1], goal)
-    return chosen, places
+    return chosen, slots

@@ -195,25 +195,25 @@ class FewestVisits:
         for number, packed in orders:
             order = reduced.orders[number]
             lines = period.lines_of(order)
-            places = [packed >> (8 * station) & 255 for station in stations]
+            slots = [packed >> (8 * station) & 255 for station in stations]
             if reduced.model is Model.INTEGRATED:
-                where = [next(s for s in stations if places[s])] * len(lines)
+                where = [next(s for s in stations if slots[s])] * len(lines)
             else:
-                where = _stations_of([([s for s in stations if covered[s, i]], q) for i, q in lines], places)
+                where = _stations_of([([s for s in stations if covered[s, i]], q) for i, q in lines], slots)
             for station in sorted(set(where)):
                 skus = tuple(sku for (sku, _), at in zip(lines, where, strict=True) if at == station)
                 parts.append(Part(order, station, skus))
         return tuple(parts)
 
 
-def _stations_of(lines: list[tuple[list[int], int]], places: list[int]) -> list[int]:
+def _stations_of(lines: list[tuple[list[int], int]], slots: list[int]) -> list[int]:
     """Choose a station for each line (stations that cover it, items) such that the slots are taken exactly."""
     if not lines:
         return []
     stations, items = lines[0]
     for station in stations:
-        if places[station] >= items:
-            rest = [n - items * (s == station) for s, n in enumerate(places)]
+        if slots[station] >= items:
+            rest = [n - items * (s == station) for s, n in enumerate(slots)]
             try:
                 return [station, *_stations_of(lines[1:], rest)]
             except LookupError:

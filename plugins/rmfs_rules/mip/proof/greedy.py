@@ -119,8 +119,8 @@ class Completing:
         before = (sums - brought)[first[order]] if len(order) else sums
         enough = sums - before >= missing[order]
         fits = self.open & (missing > 0) & (self.sizes <= room)
-        places = np.flatnonzero(enough & fits[order])
-        return int((places - first[order[places]]).min()) + 1 if len(places) else len(self.pods) + 1
+        slots = np.flatnonzero(enough & fits[order])
+        return int((slots - first[order[slots]]).min()) + 1 if len(slots) else len(self.pods) + 1
 
     def pods_for(self, there: Bools, number: int, room: int, able: Bools) -> list[int]:
         """Return so many pods that complete many open orders, no more than fill the slots: the best of several tries.

@@ -4,7 +4,7 @@ A part of an order takes one slot, however many lines it has, and costs as many 
 nothing of `proof.steps` that counts items holds there; the steps are these:
 
 1. `by_nothing`, as there.
-2. `by_places`. From below: a station at which too few orders find a line that is there already needs a visit, or leaves
+2. `by_slots`. From below: a station at which too few orders find a line that is there already needs a visit, or leaves
    slots free. From above: slots are filled with what is there, then pod by pod.
 3. `by_patterns`, as there: where each order goes to one station, it takes one slot, whatever its lines.
 4. `by_solver`, as there, with orders of several lines told apart (`PartsBuilder`).
@@ -115,11 +115,11 @@ class PartsBuilder(Builder):
             self.model.program.row([column, part], [1.0, -1.0], "<", 0.0)  # (2.1)
         self.model.program.row([*lines, part], [1.0] * len(lines) + [-1.0], ">", 0.0)  # (13)
         if station in self.reduced.period.counting_orders:
-            self._take(station, part, self.reduced.period.places(order, station, 0))
+            self._take(station, part, self.reduced.period.slots(order, station, 0))
         return part
 
 
-def by_places(proof: Proof) -> None:
+def by_slots(proof: Proof) -> None:
     """Bound by the slots that cannot be filled without a visit; fill them with what is there, then pod by pod."""
     proof.bound = max(proof.bound, _least(proof.reduced, proof.weight))
     whole = Reduced(proof.reduced.period, Model.INTEGRATED)  # what it assigns keeps any limit on split orders
@@ -260,13 +260,13 @@ class _Filling:
             quantity = int(self._quantity[line])
             stations = [s for s in range(len(free)) if self._there(s, lines[position : position + 1])[0]]
             joining = [s for s in stations if s in used and s in period.counting_orders]
-            having = [s for s in stations if free[s] >= period.places(order, s, quantity)]
+            having = [s for s in stations if free[s] >= period.slots(order, s, quantity)]
             if not joining and not having:
                 return
             station = joining[0] if joining else max(having, key=lambda s: free[s])
             at[position] = station
             if not joining:
-                free[station] -= period.places(order, station, quantity)
+                free[station] -= period.slots(order, station, quantity)
                 used.append(station)
         for station in np.unique(at).tolist():
             self._assign(order, station, lines[at == station])
@@ -274,7 +274,7 @@ class _Filling:
     def _assign(self, order: int, station: int, lines: NDArray[np.int64]) -> None:
         given = list(zip(self._sku[lines].tolist(), self._quantity[lines].tolist(), strict=True))
         self._open[lines] = False
-        self._free[station] -= self.reduced.period.places(order, station, sum(quantity for _, quantity in given))
+        self._free[station] -= self.reduced.period.slots(order, station, sum(quantity for _, quantity in given))
         self._skus.setdefault((order, station), []).extend(sku for sku, _ in given)
         if self._shelf is not None:
             self._shelf.take(station, given)

@@ -97,8 +97,8 @@ class Pricing:
         self.sizes = np.array([kind.size for kind in types], dtype=np.int64)
         self.counts = np.array([len(kind.orders) for kind in types], dtype=np.int64)
         self.missing = [[sku for sku, _ in kind.lines if not covered[sku]] for kind in types]
-        items, places = int((self.sizes * self.counts).sum()), sum(reduced.capacities)
-        self.few_orders = items < FEW * places
+        items, slots = int((self.sizes * self.counts).sum()), sum(reduced.capacities)
+        self.few_orders = items < FEW * slots
         self.arrays, self.pods = arrays_of(reduced, sharp=self.few_orders)
         self.work = 0
         skus = np.split(self.arrays.pod_sku, self.arrays.pod_start[1:-1])
@@ -197,18 +197,18 @@ class Pricing:
 
     def _most_with(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what a station is worth at most with each of the orders, had it all SKUs: by a knapsack."""
-        sizes, places, n = self.sizes[self.type_of], self.room + 1, len(values)
-        before, after = np.zeros((n + 1, places)), np.zeros((n + 1, places))  # by the slots that may be taken
+        sizes, slots, n = self.sizes[self.type_of], self.room + 1, len(values)
+        before, after = np.zeros((n + 1, slots)), np.zeros((n + 1, slots))  # by the slots that may be taken
         for table, orders in ((before, range(n)), (after, range(n - 1, -1, -1))):
             for row, order in enumerate(orders):
                 size = int(sizes[order])
                 table[row + 1] = table[row]
-                if size < places and values[order] > 0:
-                    with_it = table[row, : places - size] + values[order]
+                if size < slots and values[order] > 0:
+                    with_it = table[row, : slots - size] + values[order]
                     table[row + 1, size:] = np.maximum(table[row, size:], with_it)
         most = np.zeros(n)
         for order in range(n):
-            left = places - int(sizes[order])
+            left = slots - int(sizes[order])
             if left > 0:
                 most[order] = values[order] + (before[order, :left] + after[n - 1 - order, :left][::-1]).max()
         return most

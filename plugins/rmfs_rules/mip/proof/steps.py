@@ -40,7 +40,7 @@ from rmfs_rules.mip.proof.feasible import fill
 from rmfs_rules.mip.proof.fewest import FewestVisits
 from rmfs_rules.mip.proof.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
 from rmfs_rules.mip.proof.greedy import station_by_station
-from rmfs_rules.mip.proof.parts import builder_of, by_places
+from rmfs_rules.mip.proof.parts import builder_of, by_slots
 from rmfs_rules.mip.proof.patterns import (
     ColumnGeneration,
     alike,
@@ -362,5 +362,5 @@ STEPS: tuple[Step, ...] = (
 )
 """Steps, in the order in which they are tried until the best solution is proven."""
 
-STEPS_BY_ORDERS: tuple[Step, ...] = (by_nothing, by_places, by_patterns, by_solver)
+STEPS_BY_ORDERS: tuple[Step, ...] = (by_nothing, by_slots, by_patterns, by_solver)
 """The same where stations count orders; see `proof.parts`."""

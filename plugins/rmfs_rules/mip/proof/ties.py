@@ -120,12 +120,12 @@ def _choices(lines: list[tuple[int, int]], left: int, room: int) -> dict[int, tu
     """Return for each number of slots the most lines of an order (quantity, SKU) that take these, and their worth."""
     most: dict[int, tuple[int, ...]] = {0: ()}
     for quantity, sku in lines:
-        for places, skus in sorted(most.items(), reverse=True):
-            now = places + quantity
+        for slots, skus in sorted(most.items(), reverse=True):
+            now = slots + quantity
             if now <= room and len(most.get(now, ())) <= len(skus):
                 most[now] = (*skus, sku)
     del most[0]
-    return {places: (sum(line_gain(left - n) for n in range(len(skus))), skus) for places, skus in most.items()}
+    return {slots: (sum(line_gain(left - n) for n in range(len(skus))), skus) for slots, skus in most.items()}
 
 
 def _take_of(
@@ -134,9 +134,9 @@ def _take_of(
     best: list[tuple[float, tuple[tuple[int, tuple[int, ...]], ...]] | None],
 ) -> None:
     """Let an order take some of the slots, where that is worth more."""
-    for places in range(len(best) - 1, 0, -1):
+    for slots in range(len(best) - 1, 0, -1):
         for taken, (worth, skus) in choices.items():
-            before = best[places - taken] if taken <= places else None
-            now = best[places]
+            before = best[slots - taken] if taken <= slots else None
+            now = best[slots]
             if before is not None and (now is None or before[0] + worth > now[0] + CLOSE):
-                best[places] = (before[0] + worth, (*before[1], (order, skus)))
+                best[slots] = (before[0] + worth, (*before[1], (order, skus)))

@@ -15,9 +15,9 @@ from rmfs_core.warehouse import WarehouseView
 from rmfs_rules.mip.compiled.arrays import arrays_of
 from rmfs_rules.mip.period.decoding import Counts, parts_of
 from rmfs_rules.mip.period.period import Period, Stock
-from rmfs_rules.mip.period.placing import Places
+from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced, highest, masks_of, sums_of
-from rmfs_rules.mip.period.serving import PlacesFromStock, short_of, stations_of
+from rmfs_rules.mip.period.serving import SlotsFromStock, short_of, stations_of
 from rmfs_rules.mip.period.solution import (
     Model,
     Part,
@@ -30,7 +30,7 @@ from rmfs_rules.mip.period.solution import (
 )
 from rmfs_rules.mip.printed.constraints import violation
 from rmfs_rules.mip.printed.solver import Limits
-from rmfs_rules.mip.proof.parts import PartsBuilder, builder_of, by_places, with_joining_lines
+from rmfs_rules.mip.proof.parts import PartsBuilder, builder_of, by_slots, with_joining_lines
 from rmfs_rules.mip.proof.proof import Proof
 
 INTEGRATED, AMONG, OVER_TIME = Model
@@ -193,10 +193,10 @@ def test_one_by_one_is_the_most(capacities, masks):
         allowed = all(at < 0 or mask >> at & 1 for at, mask in zip(choice, masks, strict=True))
         if allowed and all(choice.count(station) <= room for station, room in enumerate(capacities)):
             most = max(most, sum(at >= 0 for at in choice))
-    places = Places(capacities)
-    placed = [mask for mask in masks if places.add(mask)]
+    slots = Slots(capacities)
+    placed = [mask for mask in masks if slots.add(mask)]
     assert len(placed) == most
-    stations = [places.take(mask, ()) for mask in placed]
+    stations = [slots.take(mask, ()) for mask in placed]
     assert all(mask >> station & 1 for mask, station in zip(placed, stations, strict=True))
     assert (np.bincount(stations, minlength=len(capacities)) <= capacities).all()
 
@@ -206,17 +206,17 @@ def test_lines_of_an_order_and_preferred_stations():
 
     Lines of a kind are interchangeable, so any station where some stand may be named; then they are used up.
     """
-    places = Places([1, 1])
-    assert not places.add_all([1, 1])
-    assert (places.free, places.at) == ([1, 1], [{}, {}])
-    assert places.add_all([3, 1])
-    assert places.free == [0, 0]
-    places = Places([1, 1])
-    assert places.add(3)
-    assert places.add(3)
-    assert [places.take(3, [1]), places.take(3, [1])] == [1, 0]
+    slots = Slots([1, 1])
+    assert not slots.add_all([1, 1])
+    assert (slots.free, slots.at) == ([1, 1], [{}, {}])
+    assert slots.add_all([3, 1])
+    assert slots.free == [0, 0]
+    slots = Slots([1, 1])
+    assert slots.add(3)
+    assert slots.add(3)
+    assert [slots.take(3, [1]), slots.take(3, [1])] == [1, 0]
     with pytest.raises(ValueError, match="no line of this kind"):
-        places.take(3, [1])
+        slots.take(3, [1])
 
 
 def test_what_is_short(scarce_periods):
@@ -251,17 +251,17 @@ def test_items_move_between_pods():
     """
     lines = np.array([[0, 0, 1], [1, 0, 1], [2, 0, 1]]).T
     shared = Period(Stock.counted([{0: 1}, {0: 1}], 1), (0, 1), (1, 1), ((0, 1), (0,)), (0, 1, 2), *lines)
-    places = PlacesFromStock(shared, ())
-    assert not places.add_all([0, 0, 0])
-    assert places.free == [1, 1]
-    assert places.add(0)
-    assert places.add_all([0])
-    assert places.free == [0, 0]
-    assert not places.add(0)
-    assert not places.add_all([0])
-    assert {places.take(0, ()), places.take(0, ())} == {0, 1}
+    slots = SlotsFromStock(shared, ())
+    assert not slots.add_all([0, 0, 0])
+    assert slots.free == [1, 1]
+    assert slots.add(0)
+    assert slots.add_all([0])
+    assert slots.free == [0, 0]
+    assert not slots.add(0)
+    assert not slots.add_all([0])
+    assert {slots.take(0, ()), slots.take(0, ())} == {0, 1}
     with pytest.raises(ValueError, match="no item"):
-        places.take(0, ())
+        slots.take(0, ())
 
 
 @pytest.fixture(name="two")
@@ -300,17 +300,17 @@ def test_newly_split_orders(two, parts, split):
 A, B, C, D = range(4)
 
 
-def counting_orders(orders: Any, pods: Any, places: Any = (1,), there: Any = (), **changes: Any) -> Period:
+def counting_orders(orders: Any, pods: Any, slots: Any = (1,), there: Any = (), **changes: Any) -> Period:
     """Return a period whose stations count orders.
 
     With W_u = 2, a slot that stays free costs twice the items of the largest order (`Period.factors`).
     """
-    return period_of(orders, pods, places, there, **{"counting_orders": frozenset(range(len(places)))} | changes)
+    return period_of(orders, pods, slots, there, **{"counting_orders": frozenset(range(len(slots)))} | changes)
 
 
 def placed(period: Period, model: Model, splits: int | None = None, weight: float = 2) -> Proof:
     proof = Proof(Reduced(period, model), weight, Limits(), splits)
-    by_places(proof)
+    by_slots(proof)
     assert proof.best is not None
     assert violation(period, proof.best, model, weight, splits) is None
     return proof

@@ -14,9 +14,9 @@ from cases import cases
 from mip_periods import brute_force, period_of, random_period, scarce_period
 from rmfs_rules.mip.period.effort import Effort
 from rmfs_rules.mip.period.period import Period, Stock
-from rmfs_rules.mip.period.placing import Places
+from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced
-from rmfs_rules.mip.period.serving import PlacesFromStock
+from rmfs_rules.mip.period.serving import SlotsFromStock
 from rmfs_rules.mip.period.solution import Model, Part, Solution, Visits, items_of, objective_of
 from rmfs_rules.mip.printed.constraints import violation
 from rmfs_rules.mip.printed.models import solve_printed
@@ -117,9 +117,9 @@ def test_flow_and_its_bound(periods):
         reduced = Reduced(period, OVER_TIME)
         if period.single_items and reduced.candidates.any():
             network = Network.of(reduced)
-            places = Places(network.capacities)
+            slots = Slots(network.capacities)
             units = np.repeat(network.mask, network.demand.astype(int)).tolist()
-            assert network.flow() == sum(places.add(mask) for mask in units)
+            assert network.flow() == sum(slots.add(mask) for mask in units)
             check_bound(period, network, 2)
 
 
@@ -130,8 +130,8 @@ def test_flow_from_stock_and_its_bound(scarce_periods):
         reduced = Reduced(period, OVER_TIME)
         if period.single_items and len(reduced.scarce):
             scarce += 1
-            network, places = Network.of(reduced), PlacesFromStock(period, ())
-            assert network.flow() == sum(map(places.add, period.line_sku[reduced.candidates].tolist()))
+            network, slots = Network.of(reduced), SlotsFromStock(period, ())
+            assert network.flow() == sum(map(slots.add, period.line_sku[reduced.candidates].tolist()))
             flows, _ = network.flows_with_one_more()
             for pod, station in pairs_of(period):
                 assert flows[station, pod] == network.adding(pod, station).flow()
@@ -157,7 +157,7 @@ def test_pods_for_a_station(period, sent, orders):
 
 def test_stations_share_the_lines():
     """Split over time, each line counts for itself, at one station: the order of two lines is served by two."""
-    period = period_of([[0], [0], [1], [1, 2], [2]], [[0, 1], [1, 2]], places=(3, 3))
+    period = period_of([[0], [0], [1], [1, 2], [2]], [[0, 1], [1, 2]], slots=(3, 3))
     proof = Proof(Reduced(period, OVER_TIME), 2, Limits(), bound=0)
     by_nothing(proof)
     by_greedy(proof)
@@ -180,7 +180,7 @@ def test_greedy_solutions_satisfy_the_constraints(seed, model, splits):
 
 def four_orders(pods: tuple[tuple[int, ...], ...]) -> Reduced:
     """Return a period of four orders of two items, and two empty stations with room for two items each."""
-    return Reduced(period_of([[0, 1], [2, 3], [0, 4], [2, 5]], pods, places=(2, 2)), OVER_TIME)
+    return Reduced(period_of([[0, 1], [2, 3], [0, 4], [2, 5]], pods, slots=(2, 2)), OVER_TIME)
 
 
 def test_pods_that_complete_orders_are_found():
