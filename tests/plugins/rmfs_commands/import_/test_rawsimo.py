@@ -185,9 +185,7 @@ def test_bundles_of_a_list_come_at_their_times(tmp_path: Path) -> None:
 def test_settings_and_what_they_name(tmp_path: Path) -> None:
     imported = import_rawsimo(written_files(tmp_path, **hall()))
     assert sorted(imported.files) == ["map.txt", "robots.csv", "scenario.toml"]
-    assert imported.notes.taken[-1] == Note(
-        "pods whose contents no file says", 3, "random contents and locations"
-    )
+    assert imported.notes.taken[-1] == Note("pods whose contents no file says", 3, "random contents and locations")
     scenario = load_scenario(written(tmp_path, imported), ["instance.orders=3", "instance.skus=4"])
     assert rmfs_core.run(scenario).status == "complete"
     (tmp_path / "Resources").mkdir()
