@@ -16,6 +16,8 @@ __all__ = [
     "BundleAssigned",
     "BundleBound",
     "BundleStored",
+    "ChargerDown",
+    "ChargerUp",
     "DecisionMade",
     "Event",
     "ItemPicked",
@@ -65,24 +67,23 @@ class Event:
 
 
 @frozen
-class OrderArrived(Event):
+class _OfOrder(Event):
+    order: int
+
+
+@frozen
+class OrderArrived(_OfOrder):
     """An order has arrived: it is in the backlog, unless the stock cannot serve it yet."""
 
-    order: int
-
 
 @frozen
-class OrderInStock(Event):
+class OrderInStock(_OfOrder):
     """An order that had to wait for stock has joined the backlog: the pods hold enough for all its lines now."""
 
-    order: int
-
 
 @frozen
-class OrderCancelled(Event):
+class OrderCancelled(_OfOrder):
     """An order of which nothing was assigned has left: the backlog, or the orders that wait for stock."""
-
-    order: int
 
 
 @frozen
@@ -197,10 +198,8 @@ class VisitEnded(Event):
 
 
 @frozen
-class OrderCompleted(Event):
+class OrderCompleted(_OfOrder):
     """The last item of an order was picked, or handled, as ``stations.release`` says."""
-
-    order: int
 
 
 @frozen

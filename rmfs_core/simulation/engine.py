@@ -89,10 +89,10 @@ class Simulation:
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
         self.motion = opening.warehouse.travel.motion
-        self.services, self._outages = opening.services, self._make_outages()
+        self.services, self.hours = opening.services, opening.hours
         self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
-        self._at_stations, self._hours = opening.at_stations, opening.hours
+        self._at_stations, self._outages = opening.at_stations, self._make_outages()
         self.waiting_for_slot: list[list[tuple[simpy.Event, Robot]]] = [[] for _ in self.warehouse.stations]
         self.visits = self.completed = 0
         coming = scenario.instance.arrivals.backlog is not None
@@ -115,8 +115,7 @@ class Simulation:
         self.context.observers.call("run_started", run=self.info)
         if self._begun is not None:
             self._begun.tell(self.context.tell)
-        if self._hours:
-            self._keep_hours()
+        self._keep_hours()
         if self._begun is not None:
             self._begun.resume(self)
             return
@@ -129,9 +128,8 @@ class Simulation:
     @property
     def clocks(self) -> dict[str, Callable[[], Process]]:
         """Processes that go on whatever robots do, in the order in which they begin."""
-        found = {"hours": self._follow_hours} if self._hours else {}
-        if self._outages is not None:
-            found["outages"] = partial(self._outages.follow, partial(self.decisions.round, by_clock=True))
+        found = {"hours": self._follow_hours} if self.hours else {}
+        found |= {} if self._outages is None else {"outages": self._outages.follow}
         found["arrivals"] = self._arrivals
         return found if self.supply is None else found | {"bundles": partial(self._bundles, self.supply)}
 
@@ -163,7 +161,7 @@ class Simulation:
 
     def notes(self) -> Iterator[str]:
         """Yield sentences on what may be a surprise at the end of a run that is not complete."""
-        return endings.notes(self.warehouse, self._hours, self.info.instance.skus)
+        return endings.notes(self.warehouse, self.hours, self.info.instance.skus)
 
     # Processes
 
@@ -199,16 +197,18 @@ class Simulation:
 
     def _follow_hours(self) -> Process:
         """A round runs whenever stations or robots come or go. Ends when a whole day has brought nothing else."""
-        alone, most = 0, 2 * sum(len(timetable.spans) for timetable in self._hours.values())
-        while alone <= most and (ticks := [t for x in self._hours.values() if (t := x.next_change(self.now))]):
+        alone, most = 0, 2 * sum(len(timetable.spans) for timetable in self.hours.values())
+        while alone <= most and (ticks := [t for x in self.hours.values() if (t := x.next_change(self.now))]):
             yield self._until(min(ticks), Going("hours"))
             self._keep_hours()
             self.decisions.round(by_clock=True)
             alone = alone + 1 if self.env.peek() == math.inf else 0
+            if self._outages is not None:
+                self._outages.check()
 
     def _keep_hours(self) -> None:
         """Open and close stations, and send robots on and off duty, as the timetables have it now."""
-        for whose, timetable in self._hours.items():
+        for whose, timetable in self.hours.items():
             number = timetable.at(self.now)
             if whose is not None:
                 station = self.warehouse.stations[whose]
@@ -393,9 +393,9 @@ class Simulation:
         if not (robots.failures or robots.maintenance or stations.outages or chargers):
             return None
         made: Any = load(chosen(PROCESSES, None, "outages"), "robots.failures", "process")
-        return made(self.scenario, self.warehouse, self.env, self._tell, self._send, self.driving.under_way)
+        return made(self)
 
-    def _send(self, robot: Robot, cell: int) -> None:
+    def send(self, robot: Robot, cell: int) -> None:
         """Send a robot without a task to where it is repaired, or charges on."""
         self.warehouse.send(robot, cell)
         self._tell(events.RobotSent(tick=self.now, robot=robot.id, cell=cell))

@@ -4,7 +4,8 @@ A load is hours wanted over hours there. Above 100 % pickers, packers and replen
 time, whatever the rules; robots can where trips serve several order lines. The hours are those from the first order to
 the last, and, where stations have opening hours, on until they close, but never after the run ends (`run.until_s`).
 Where all orders come within `AT_ONCE`, and stations are always open, there are none, and only what is wanted is said;
-so it is where orders arrive as others are assigned (process ``refill``).
+so it is where orders arrive as others are assigned (process ``refill``). Where things fail or are maintained, hours
+there are those in service, on average.
 """
 
 from __future__ import annotations
@@ -22,10 +23,10 @@ from numpy.typing import NDArray
 from rmfs_commands.cli.screen import say
 from rmfs_core import hookimpl
 from rmfs_core.clock import TICKS_PER_S, UNREACHABLE
-from rmfs_core.scenario.model import Replenishment, Scenario
+from rmfs_core.scenario.model import FailuresSection, Replenishment, Scenario
 from rmfs_core.scenario.service import mean_speed
 from rmfs_core.simulation.setup import hours_of, motion_of, packing_of, shifts_of
-from rmfs_core.timetable import ALWAYS, DAY, Calendar, Timetable
+from rmfs_core.timetable import ALWAYS, DAY, Calendar, Timetable, read_spans
 from rmfs_core.wording import counted
 from rmfs_core.world import Instance, Layout
 from rmfs_core.world.travel import Travel, travel_on
@@ -111,6 +112,8 @@ class Load:
         Hours from time 0 before which not all of it can be done; None where that is not known.
     ends_h
         Hours from time 0 at which the run ends; None where it ends with the last order.
+    down_percent
+        Share of their time in which they are out of service, on average; hours there are without it.
     """
 
     who: str
@@ -123,6 +126,7 @@ class Load:
     peak_there_h: float = 0.0
     done_h: float | None = None
     ends_h: float | None = None
+    down_percent: float = 0.0
 
     @property
     def percent(self) -> float | None:
@@ -209,8 +213,10 @@ class _Reckoning:
             minute: (n * stations.handle_s + sum(which[minute] * each for which, _, each in begun)) / 3600 / speed
             for minute, n in demand.items.items()
         }
+        works = _in_service(stations.outages)
         found = [self._load("pickers", self._picking, work, arriving, self._stations, besides_h=storing_s / 3600)]
-        found[0] = evolve(found[0], done_h=self._done(arriving, storing_s / 3600), ends_h=self._ends_h)
+        found[0] = evolve(found[0], done_h=self._done(arriving, storing_s / 3600, works), ends_h=self._ends_h)
+        found[0] = _without_outages(found[0], works)
         of_robots = {
             minute: (demand.lines[minute] * cycle_s + demand.items[minute] * stations.pick_s) / 3600
             for minute in demand.lines
@@ -219,7 +225,8 @@ class _Reckoning:
         trips, trip_s = lines + self._bundles, 3600 * math.fsum([*of_robots.values(), bundles_h])
         work = f"{counted(trips, 'trip')} of {trip_s / trips:.0f} s without traffic, one per order line"
         work += " and bundle" if self._bundles else ""
-        found.append(self._load("robots", count, work, of_robots, self._shift, self._fleet, bundles_h, self._stations))
+        load = self._load("robots", count, work, of_robots, self._shift, self._fleet, bundles_h, self._stations)
+        found.append(_without_outages(load, self._robots_in_service()))
         if own and self._bundles:
             work = f"{counted(self._bundles, 'bundle')} of {store_s:g} s"
             always = Counter({ALWAYS: own})
@@ -232,8 +239,16 @@ class _Reckoning:
             joules += max(count * hours * 3600 - empty_s - loaded_s - lifts_s, 0.0) * battery.idle_w
             number = len(self._layout.chargers)
             work = f"{joules / 3.6e6:,.1f} kWh at {battery.charging_w:g} W"
-            found.append(Load("chargers", number, work, joules / battery.charging_w / 3600, number * hours))
+            load = Load("chargers", number, work, joules / battery.charging_w / 3600, number * hours)
+            found.append(_without_outages(load, _in_service(battery.charger_outages)))
         return [*found, *self._packers()]
+
+    def _robots_in_service(self) -> float:
+        """Return the share of their time in which robots are in service."""
+        robots = self._scenario.robots
+        tables = [Timetable(read_spans(spans)) for spans in (robots.maintenance or {}).values()]
+        maintained = sum(_open(table, 0, DAY, (ALWAYS,)) for table in tables) / (robots.count * DAY)
+        return max(1 - maintained, 0.0) * _in_service(robots.failures)
 
     def _packers(self) -> Iterator[Load]:
         """Yield the load of packers, where there are any: packing alone, as nobody knows yet what has to be put."""
@@ -285,12 +300,15 @@ class _Reckoning:
         begin = f"{tick // HOUR:02d}:{tick % HOUR * 60 // HOUR:02d}"
         return f"{begin} on day {day + 1}" if day or self._demand.last >= DAY else begin
 
-    def _done(self, arriving: Mapping[int, float], besides_h: float) -> float | None:
-        """Return before how many hours the pickers cannot be done, if each hour's orders come at its begin."""
-        left, now, by_hour = besides_h * HOUR, 0.0, dict[int, float]()
+    def _done(self, arriving: Mapping[int, float], besides_h: float, works: float) -> float | None:
+        """Return before how many hours the pickers cannot be done, if each hour's orders come at its begin.
+
+        ``works`` is the share of the time in which stations are in service.
+        """
+        left, now, by_hour = besides_h * HOUR / works, 0.0, dict[int, float]()
         for minute, hours in arriving.items():
             hour = minute * MINUTE // HOUR
-            by_hour[hour] = by_hour.get(hour, 0.0) + hours * HOUR
+            by_hour[hour] = by_hour.get(hour, 0.0) + hours * HOUR / works
         for hour, ticks in sorted(by_hour.items()):
             begin = max(hour * HOUR, self._demand.first)
             left, _ = self._work(left, now, begin)
@@ -327,6 +345,17 @@ class _Reckoning:
         empty = [travel.times_to(cell, loaded=False)[cells].min(axis=1) for cell in _some(storage)]
         empty_s, loaded_s = _mean_s(empty), _mean_s(there) + _mean_s(back)
         return empty_s + loaded_s + 2 * self._scenario.robots.lift_s, (empty_s, loaded_s)
+
+
+def _in_service(failures: FailuresSection | None) -> float:
+    """Return the share of its time in which something that fails is in service."""
+    return 1.0 if failures is None else 3600 * failures.mtbf_h / (3600 * failures.mtbf_h + failures.mttr_s)
+
+
+def _without_outages(load: Load, works: float) -> Load:
+    """Return a load whose hours there are those in service, a share of them."""
+    there_h = None if load.there_h is None else works * load.there_h
+    return evolve(load, there_h=there_h, peak_there_h=works * load.peak_there_h, down_percent=100 * (1 - works))
 
 
 def _some(every: Sequence[T]) -> list[T]:
@@ -395,10 +424,12 @@ def load_sentences(found: Sequence[Load]) -> Iterator[str]:
     """Yield a sentence for each load, with its reckoning, and then the warnings."""
     for load in found:
         told = f"{_hours(load.wanted_h)} ({load.work})"
+        down = f", {load.down_percent:.3g} % of the time out of service" if load.down_percent else ""
         if load.percent is None:
-            yield f"Load of {load.who}: {told}, {_hours(load.wanted_h / load.number)} for each of {load.number:,}."
+            each = f"{_hours(load.wanted_h / load.number)} for each of {load.number:,}"
+            yield f"Load of {load.who}: {told}, {each}{down}."
         else:
-            there = f"in {_hours(load.there_h or 0.0)} of {load.number:,}"
+            there = f"in {_hours(load.there_h or 0.0)} of {load.number:,}{down}"
             yield f"Load of {load.who}: {_shown(load.percent)}, {told} {there}{_peak(load)}."
     yield from load_warnings(found)
 

@@ -48,6 +48,7 @@ RISING, RISING_ASCII = " ▁▂▃▄▅▆▇█", " .:-=+*#@"
 EVENTS_PER_LOOK = 16
 """The clock is looked at only once in so many events: that is what keeps the display from costing anything."""
 NARROW = 100
+MOST_NAMED = 3
 
 
 @define
@@ -316,6 +317,8 @@ class RunPanel(PanelDisplay):
         grid.add_column(style="dim", no_wrap=True)
         grid.add_column(no_wrap=True)
         grid.add_row("Robots", said_of_robots(run, self.counts.moving))
+        if chargers_fail(run):
+            grid.add_row("Chargers", said_of_chargers(run))
         if run.warehouse.packing_stations:
             grid.add_row("Packing", said_of_packing(run, self.counts.totes))
         signs = RISING_ASCII if self.console.options.ascii_only else RISING
@@ -334,7 +337,8 @@ class RunPanel(PanelDisplay):
             table.add_column(name, justify="right", no_wrap=True)
         table.add_column("Waits for", no_wrap=True, ratio=1)
         stations = (*run.warehouse.stations, *only_storing(run))
-        room = max(self.console.height - (19 if run.warehouse.packing_stations else 17), 1)
+        above = 19 if run.warehouse.packing_stations else 17
+        room = max(self.console.height - above - chargers_fail(run), 1)
         for station in stations[:room]:
             table.add_row(*self._station(run, station))
         if len(stations) > room:
@@ -359,7 +363,7 @@ class RunPanel(PanelDisplay):
             str(station.open_items) if picks else "-",
             *bundles,
             f"{self.counts.picks_at[station.id]:,}" if picks else "-",
-            waits_for(run, station) if picking is None else "-",
+            waits_for(run, station) if picking is None or not station.in_service else "-",
         )
 
 
@@ -412,6 +416,20 @@ def said_of_robots(run: RunInfo, moving: Collection[int]) -> str:
     return ", ".join(f"{number} {state}" for state, number in states.items() if number or state in always)
 
 
+def chargers_fail(run: RunInfo) -> bool:
+    """Whether chargers may be out of service."""
+    battery = run.scenario.robots.battery
+    return battery is not None and battery.charger_outages is not None
+
+
+def said_of_chargers(run: RunInfo) -> str:
+    """Say how many chargers are in service, and which are not."""
+    down = sorted({*run.layout.chargers} - {*run.warehouse.chargers})
+    cells = ", ".join(f"row {cell // run.layout.width + 1} column {cell % run.layout.width + 1}" for cell in down)
+    told = f"{len(run.layout.chargers) - len(down):,} in service, {len(down):,} out of service"
+    return f"{told}: {cells}" if 0 < len(down) <= MOST_NAMED else told
+
+
 def said_of_packing(run: RunInfo, totes: int) -> str:
     """Say what is on conveyors, what waits at packing stations, and who is at work there."""
     stations = run.warehouse.packing_stations
@@ -423,8 +441,10 @@ def said_of_packing(run: RunInfo, totes: int) -> str:
 
 
 def waits_for(run: RunInfo, station: Station) -> str:
-    """Say what a station without a pod waits for: of all it needs that which is nearest; or that it is closed."""
+    """Say what a station waits for: to be repaired, or of all it needs that which is nearest; or that it is closed."""
     robots = run.warehouse.robots
+    if not station.in_service:
+        return "its repair"
     if not (station.open_requests or station.bundles):
         picks = station.id < len(run.warehouse.stations)
         return "bundles" if not picks else "orders" if station.open else "closed"

@@ -410,7 +410,8 @@ class Bottleneck:
             ticks[does] += spent[state]
         ticks["traffic"] -= for_room
         ticks["queueing"] += for_room
-        ticks["low"] = round(self._robots.low.mean(self._begin, self._end) * (self._end - self._begin))
+        low = sum(one.mean(self._begin, self._end) for one in self._robots.low)
+        ticks["low"] = round(low * (self._end - self._begin))
         ticks["idle"] -= ticks["low"]
         named = [does for does in dict.fromkeys((*DOES.values(), "low")) if does != "down" or ticks["down"]]
         return {does: _percent(ticks[does], ticks.total()) for does in named}

@@ -35,9 +35,9 @@ queue; stand at the station; carry it to its storage location, until it has set 
 OFF = "off"
 """Nothing, off duty; only where `robots.available` says when robots are on duty."""
 
-TO_REST, CHARGING, MOVING, DOWN = "to_rest", "charging", "moving_pods", "down"
-"""And where the scenario has rules for that, batteries, or failures: drive to where it rests; stand at a charger; carry
-a pod elsewhere, without a visit; be out of service."""
+TO_REST, CHARGING, LOW, MOVING, DOWN = "to_rest", "charging", "low", "moving_pods", "down"
+"""And where the scenario has rules for that, batteries, or failures: drive to where it rests; stand at a charger; stand
+elsewhere with too little in its battery for a task; carry a pod elsewhere, without a visit; be out of service."""
 
 _UNDER_WAY = ("to_pod", "to_station", "storing")
 
@@ -49,7 +49,7 @@ class _Robot:
         self.state = state
         self.begin = begin
         self.since = self.free = 0
-        self.ticks = dict.fromkeys((*STATES, TO_REST, CHARGING, MOVING, DOWN, "waiting", OFF), 0)
+        self.ticks = dict.fromkeys((*STATES, TO_REST, CHARGING, LOW, MOVING, DOWN, "waiting", OFF), 0)
         self.metres = dict.fromkeys((TO_REST, MOVING), 0)
         self.distance_m = self.loaded_m = 0
 
@@ -94,8 +94,8 @@ class Robots:
         self._chargers, self._broken = frozenset(run.layout.chargers), set[int]()
         self._warehouse = run.warehouse
         rules, self._battery = run.scenario.rules, run.scenario.robots.battery is not None
-        used = {TO_REST: rules.idle is not None, CHARGING: self._battery, MOVING: rules.move is not None}
-        used[DOWN] = robots_may_fail(run.scenario.robots)
+        used = {TO_REST: rules.idle is not None, CHARGING: self._battery, LOW: self._battery}
+        used |= {MOVING: rules.move is not None, DOWN: robots_may_fail(run.scenario.robots)}
         self._more = [state for state, there in used.items() if there]
         self._charges = self._moved_pods = 0
         self._lowest = 1.0
@@ -105,8 +105,8 @@ class Robots:
         """Robots that can take a task: on duty, without one, and with charge enough."""
         self.charging = Count()
         """Robots on duty that wait for a charger, drive to one, or stand there until they are charged."""
-        self.low = Count()
-        """Of these, robots that stand where they are, with too little in their batteries for a task."""
+        self.low = [Count() for _ in robots]
+        """Which of these stand where they are, with too little in their batteries for a task."""
         self.beneath: dict[int, Span] = {}
         """When a robot last waited under each pod for a queue cell, before it lifted the pod."""
         self.beneath_for: dict[int, list[Span]] = {}
@@ -117,7 +117,6 @@ class Robots:
         self._picked: tuple[int, Counter[str], int] | None = None
         self._none_ticks = self._none_since = 0
         self._counted: list[Count | None] = [None for _ in robots]  # where each robot counts
-        self._low: set[int] = set()
         self._sent: dict[int, int] = {}  # robots without a task to the cells where they were last sent
         for i in range(len(robots)):
             self._count(i, 0)
@@ -149,9 +148,8 @@ class Robots:
         """Count a robot as free, as one that charges, or as neither."""
         before, now = self._counted[robot], self._counts_as(robot)
         low = self._battery and now is self.charging and self._robots[robot].state == "idle"
-        if low != (robot in self._low):
-            self.low.add(tick, 1 if low else -1)
-            self._low ^= {robot}
+        if low != self.low[robot].number:
+            self.low[robot].add(tick, 1 if low else -1)
         if before is now:
             return
         if self.free in (before, now):
@@ -305,8 +303,11 @@ class Robots:
         ``off_s`` is there where robots are off duty at times. ``waiting_s`` is not in the others: the time under way in
         which a robot neither drives nor turns nor lifts, since others are in its way or the station's queue is full.
         """
-        for robot in self._robots:
+        for robot, low in zip(self._robots, self.low, strict=True):
             robot.turn_to(robot.state, end)
+            low_ticks = round(low.mean(self._begin, end) * (end - self._begin))
+            robot.ticks["idle"] += robot.ticks[LOW] - low_ticks
+            robot.ticks[LOW] = low_ticks
         return [
             {
                 "robot": name,

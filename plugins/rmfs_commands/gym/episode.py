@@ -19,7 +19,7 @@ from rmfs_core.roles import Role
 from rmfs_core.rules import with_objects
 from rmfs_core.warehouse import WarehouseView
 
-_OPENS = {OrderArrived: 1, OrderCompleted: -1, OrderCancelled: -1}
+_OPENS: dict[type[Event], int] = {OrderArrived: 1, OrderCompleted: -1, OrderCancelled: -1}
 """Change of the number of open orders by each event."""
 
 

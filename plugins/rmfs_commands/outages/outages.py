@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Generator
-from typing import Any
+from collections import defaultdict
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any
 
 import simpy
 from attrs import define
 
 from rmfs_core import events
 from rmfs_core.clock import to_ticks
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.randomness import keyed_stream
-from rmfs_core.scenario import Scenario
+from rmfs_core.scenario import located
 from rmfs_core.scenario.model import FailuresSection
+from rmfs_core.simulation import endings
 from rmfs_core.simulation.applying import tell_open
-from rmfs_core.timetable import Calendar, Timetable, read_spans
-from rmfs_core.warehouse import Robot, Station, Warehouse
+from rmfs_core.simulation.going import Going
+from rmfs_core.timetable import DAY, Calendar, Timetable, read_spans
+from rmfs_core.warehouse import Robot, Station
+
+if TYPE_CHECKING:
+    from rmfs_core.simulation.engine import Simulation
+
+CLOCKS = "hours", "outages"
+"""Kinds of what is going on that may come to nothing, as often as it comes."""
 
 
 @define(eq=False)
@@ -35,7 +44,8 @@ _One = Robot | Station | _Charger
 @define(eq=False)
 class _State:
     """When something fails next and how long that lasts, when it is maintained; how often it was out of service, and
-    until when it is, None while it works; and what happens when it fails or works again."""
+    until when it is, and whether that is planned, None while it works; and what happens when it fails or works again.
+    """
 
     failures: FailuresSection | None
     hours: Timetable
@@ -44,6 +54,7 @@ class _State:
     repair: int = 0
     number: int = 0
     until: float | None = None
+    planned: bool = False
 
 
 class Outages:
@@ -55,16 +66,8 @@ class Outages:
 
     Parameters
     ----------
-    scenario, warehouse
-        The scenario with its failures, and the warehouse.
-    env
-        The clock.
-    tell
-        Is handed what happens.
-    send
-        Sends a robot without a task to a cell.
-    driving
-        Has the ids of the robots that drive now.
+    run
+        The run.
 
     Raises
     ------
@@ -72,22 +75,15 @@ class Outages:
         When ``robots.maintenance`` names another robot.
     """
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        warehouse: Warehouse,
-        env: simpy.Environment,
-        tell: Callable[[events.Event], None],
-        send: Callable[[Robot, int], None],
-        driving: Container[int],
-    ) -> None:
-        self._seed, self._warehouse, self._env, self._tell = scenario.seed, warehouse, env, tell
-        self._send, self._driving = send, driving
-        self._states, self._changed = dict[_One, _State](), env.event()
+    def __init__(self, run: Simulation) -> None:
+        scenario, warehouse = run.scenario, run.warehouse
+        self._run, self._warehouse, self._env, self._tell = run, warehouse, run.env, run.context.tell
+        self._states, self._changed = dict[_One, _State](), run.env.event()
         zero, given = Calendar(scenario.instance.start).time_of_day(), scenario.robots.maintenance or {}
         names = {robot.name for robot in warehouse.robots}
         if unknown := next((name for name in given if name not in names), None):
-            raise InputError(f"robots.maintenance.{unknown}", f"no robot {unknown}; expected 1 to {len(names)}")
+            with located(scenario):
+                raise InputError(f"robots.maintenance.{unknown}", f"no robot {unknown}; expected 1 to {len(names)}")
         for robot in warehouse.robots:
             self._add(robot, scenario.robots.failures, Timetable(read_spans(given.get(robot.name, ())), zero))
         for station in warehouse.picking:
@@ -96,26 +92,61 @@ class Outages:
         self._chargers = [_Charger(i, cell) for i, cell in enumerate(warehouse.travel.layout.chargers)]
         for charger in self._chargers:
             self._add(charger, None if battery is None else battery.charger_outages, Timetable(()))
+        self._hours = [*run.hours.values(), *(state.hours for state in self._states.values())]
+        changes = {(tick - hours.zero) % DAY for hours in self._hours for span in hours.spans for tick in span[:2]}
+        self._parts = {tuple(hours.at(tick) for hours in self._hours) for tick in changes or {0}}  # of the day
+        self._tried, self._done = defaultdict[Any, set[_One]](set), tuple[int, ...]()
 
     def _add(self, one: _One, failures: FailuresSection | None, hours: Timetable) -> None:
         if failures is not None or hours.spans:
             self._states[one] = _State(failures, hours, self._env.event())
             self._begin(one)
 
-    def follow(self, decide: Callable[[], None]) -> Generator[simpy.Event, Any, None]:
-        """Let failures, repairs and maintenance happen; end when nothing else does and all work."""
+    def follow(self) -> Generator[simpy.Event, Any, None]:
+        """Let failures, repairs and maintenance happen."""
         for one in self._states:  # whose maintenance may have begun
             self.update(one)
-        while ticks := [*map(self._next, self._states.values())]:
-            alone, tick = self._env.peek() == math.inf, min(ticks)
-            if tick == math.inf or (alone and all(one.in_service for one in self._states)):
-                return
-            yield self._env.timeout(int(tick) - self._warehouse.now) | self._changed
+        tick, timer = -1.0, self._changed
+        while True:
+            before, tick = tick, min(map(self._next, self._states.values()), default=math.inf)
+            if tick == math.inf:  # whatever changes does so when a robot has ended its task
+                yield self._changed
+                continue
+            if tick != before:
+                timer = self._env.timeout(int(tick) - self._warehouse.now, Going("outages"))
+            yield timer | self._changed
             if self._warehouse.now == tick:
                 for one in self._states:
                     self.update(one)
                 self._charge_on()
-                decide()
+                self._run.decisions.round(by_clock=True)
+                self.check()
+
+    def check(self) -> None:
+        """End a run that cannot go on, after rules were asked: in each part of the day, by the hours, nothing is under
+        way while each robot works, and all stations and chargers with it, and rules decide nothing.
+
+        Raises
+        ------
+        StandstillError
+            When that is so.
+        """
+        run, states, warehouse = self._run, self._states, self._warehouse
+        if any(robot.task is not None for robot in warehouse.robots):
+            return
+        if any(getattr(event.value, "kind", "") not in CLOCKS for _, event in run.env.upcoming):
+            return
+        if not all(isinstance(one, Robot) or one.in_service for one in states):
+            return
+        works = [one for one, state in states.items() if one.in_service or state.planned]
+        load = sum(station.load + len(station.bundles) for station in warehouse.stations)
+        done = run.visits, run.completed, len(warehouse.arrived), load, len(warehouse.waiting), len(warehouse.bundles)
+        if done != self._done:
+            self._done = done
+            self._tried.clear()
+        self._tried[tuple(hours.at(warehouse.now) for hours in self._hours)].update(works)
+        if all(len(self._tried[part]) == len(states) for part in self._parts):
+            raise StandstillError(endings.standstill(warehouse, run.rules, run.info.instance.skus))
 
     def repaired(self, station: Station) -> simpy.Event:
         """Return what happens when a station works again."""
@@ -140,9 +171,9 @@ class Outages:
         """Let robots charge that are low and stand at chargers which work again."""
         warehouse = self._warehouse
         for robot in warehouse.robots:
-            stands = robot.resting and robot.cell in warehouse.chargers and robot.id not in self._driving
+            stands = robot.resting and robot.cell in warehouse.chargers and robot.id not in self._run.driving.under_way
             if stands and robot.low and all(other.goal != robot.cell for other in warehouse.robots):
-                self._send(robot, robot.cell)
+                self._run.send(robot, robot.cell)
 
     def _next(self, state: _State) -> float:
         """Return the tick at which something may change; infinite where that is when a robot has ended its task."""
@@ -157,7 +188,7 @@ class Outages:
             return
         now = self._warehouse.now
         if state.until is not None and state.until <= now:
-            state.until, state.number = None, state.number + 1
+            state.until, state.planned, state.number = None, False, state.number + 1
             self._begin(one)
             self._change(one, in_service=True)
             self._turn(state)
@@ -166,18 +197,24 @@ class Outages:
             if not (failed or state.hours.at(now)):
                 return
             if isinstance(one, Robot) and (cell := self._repaired_in(one)) is not None:
-                self._send(one, cell)
+                self._run.send(one, cell)
                 return
+            state.planned = not failed
             state.until = now + state.repair if failed else state.hours.next_change(now) or math.inf
-            self._change(one, in_service=False, planned=not failed)
+            self._change(one, in_service=False, planned=state.planned)
             self._turn(state)
-            changed, self._changed = self._changed, self._env.event()  # its repair may come next
-            changed.succeed()
+            self._changed = self._told(self._changed)  # its repair may come next
 
     def _turn(self, state: _State) -> None:
         """Let those go on who wait for something to fail, or to work again."""
-        turned, state.turned = state.turned, self._env.event()
-        turned.succeed()
+        state.turned = self._told(state.turned)
+
+    def _told(self, event: simpy.Event) -> simpy.Event:
+        """Let those go on who wait for an event; return the one to wait for from now on."""
+        if not event.callbacks:
+            return event
+        event.succeed()
+        return self._env.event()
 
     def _repaired_in(self, robot: Robot) -> int | None:
         """Return the maintenance cell that a robot drives to; None where it stays."""
@@ -193,7 +230,7 @@ class Outages:
         kind = "robots" if isinstance(one, Robot) else "stations" if isinstance(one, Station) else "chargers"
         state, purpose = self._states[one], f"failures of {kind}"
         if state.failures is not None:
-            rng = keyed_stream(self._seed, purpose, one.id, state.number)
+            rng = keyed_stream(self._run.scenario.seed, purpose, one.id, state.number)
             works_s, repair_s = rng.exponential((3600 * state.failures.mtbf_h, state.failures.mttr_s)).tolist()
             state.fails = self._warehouse.now + max(to_ticks(works_s), 1)
             state.repair = max(to_ticks(repair_s), 1)
@@ -202,7 +239,7 @@ class Outages:
         warehouse, tell = self._warehouse, self._tell
         if isinstance(one, _Charger):
             one.in_service = in_service
-            warehouse.put_charger_in_service(one.cell, in_service, self._driving)
+            warehouse.put_charger_in_service(one.cell, in_service, self._run.driving.under_way)
             tell((events.ChargerUp if in_service else events.ChargerDown)(warehouse.now, one.cell))
             return
         was_open = isinstance(one, Station) and one.open

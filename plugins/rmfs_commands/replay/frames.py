@@ -95,6 +95,8 @@ class Camera:
             pen.draw.rectangle(pen.box(column, row, 0.12), fill=self._pod_colour(pod))
         for station in range(len(self._layout.stations)):
             self._station(pen, station)
+        for cell in self._world.chargers_down:
+            self._strike(pen, pen.box(cell % self._layout.width, cell // self._layout.width, 0.04))
         for robot, way in enumerate(self._ways):
             self._robot(pen, robot, way)
         return image.resize(self.size, Image.Resampling.BOX)
@@ -152,8 +154,7 @@ class Camera:
             centre, name, colours["card" if working else "ink"], _font(self._scale * 0.62 / FINER), anchor="mm"
         )
         if station in self._world.closed:
-            left, top, right, bottom = picker
-            pen.draw.line((left, bottom, right, top), fill=colours["wait"], width=max(round(self._scale * 0.1), FINER))
+            self._strike(pen, picker)
         faint, full = (ImageColor.getrgb(colours[one]) for one in ("page", "accent"))
         chips = [(min(0.35 + 0.2 * n, 1), full, True) for n in self._world.open[station].values()]
         bundle = ImageColor.getrgb(colours["bundle"])
@@ -164,6 +165,12 @@ class Camera:
             colour = tuple(round(a + (b - a) * share) for a, b in zip(faint, most, strict=True))
             fill = colour if filled else None
             pen.draw.rectangle(pen.box(left, row + 1.1 + down, 0, 0.38), fill=fill, outline=colour, width=FINER)
+
+    def _strike(self, pen: _Pen, box: Box) -> None:
+        """Draw a line across what is closed or out of service."""
+        left, top, right, bottom = box
+        width = max(round(self._scale * 0.1), FINER)
+        pen.draw.line((left, bottom, right, top), fill=self._colours["wait"], width=width)
 
     def _robot(self, pen: _Pen, robot: int, way: Way) -> None:
         colours, place = self._colours, way.at(self._world.tick)
@@ -177,11 +184,14 @@ class Camera:
             )
         size = 0.34 if pod is None else 0.27
         body = pen.box(place.column, place.row, 0.5 - size)
-        pen.draw.ellipse(body, fill=colours["robot" if robot in self._world.busy else "idle"])
+        down, busy = robot in self._world.robots_down, robot in self._world.busy
+        pen.draw.ellipse(body, fill=colours["rest" if down else "robot" if busy else "idle"])
         x, y = (body[0] + body[2]) / 2, (body[1] + body[3]) / 2
         angle, length = place.heading * math.pi / 2, size * self._scale * 1.2
         end = (x + math.cos(angle) * length, y - math.sin(angle) * length)
         pen.draw.line((x, y, *end), fill=colours["card"], width=max(round(self._scale * 0.11), FINER))
+        if down:
+            self._strike(pen, body)
         cell = round(place.row) * self._layout.width + round(place.column)
         if self._charges and cell in self._layout.chargers and not place.moving:
             ring, share = pen.box(place.column, place.row, 0.04), self._charges[robot].at(self._world.tick)

@@ -32,6 +32,8 @@ class WarehouseAt:
         Bundles that are to be stored at each station, and whether their pods are known.
     closed
         Stations that take no orders.
+    robots_down, chargers_down
+        Robots out of service, and cells of chargers that are.
     backlog, done, picks
         Orders in the backlog and complete, and items picked.
     """
@@ -53,6 +55,8 @@ class WarehouseAt:
         self.moving: set[int] = set()
         self.bundles: list[dict[int, bool]] = [{} for _ in start.stations]
         self.closed: set[int] = set()
+        self.robots_down: set[int] = set()
+        self.chargers_down: set[int] = set()
         self.open: list[Counter[int]] = [Counter() for _ in start.stations]
         self.tick = self.backlog = self.done = self.picks = 0
         self._handlers: dict[str, Callable[[Mapping[str, Any], int], None]] = {
@@ -72,6 +76,10 @@ class WarehouseAt:
             "bundle_stored": self._bundle_stored,
             "station_opened": lambda e, i: self.closed.discard(e["station"][i]),
             "station_closed": lambda e, i: self.closed.add(e["station"][i]),
+            "robot_up": lambda e, i: self.robots_down.discard(e["robot"][i]),
+            "robot_down": lambda e, i: self.robots_down.add(e["robot"][i]),
+            "charger_up": lambda e, i: self.chargers_down.discard(e["cell"][i]),
+            "charger_down": lambda e, i: self.chargers_down.add(e["cell"][i]),
         }
 
     def go(self, tick: int) -> None:

@@ -35,6 +35,7 @@ ROBOTS = {
     "waiting": ("waiting for robots or a queue cell", 2),
     "to_rest": ("to rest", 10),
     "charging": ("charging", 4),
+    "low": ("battery low", 13),
     "moving_pods": ("moving pods", 7),
     "idle": ("idle", 8),
     "off": ("off duty", 11),

@@ -334,12 +334,17 @@ def robots_of(trace: Trace) -> list[Row]:
                 "robot": str(robot + 1),
                 "distance_m": metres[robot, False] + metres[robot, True],
                 "loaded_distance_m": metres[robot, True],
-                **{f"{state}_s": ticks[state] / TICKS_PER_S for state in states},
+                **{_column(trace, state): ticks[state] / TICKS_PER_S for state in states},
                 "waiting_s": sum(still[robot, state] for state in STATES) / TICKS_PER_S,
                 **({"off_s": ticks[OFF] / TICKS_PER_S} if has_off else {}),
             }
         )
     return rows
+
+
+def _column(trace: Trace, state: str) -> str:
+    """Return the column of a state: no event tells when a robot that stands is low."""
+    return "idle_s + low_s" if state == "idle" and has_batteries(trace) else f"{state}_s"
 
 
 def none_free(trace: Trace) -> Callable[[int], int]:

@@ -169,6 +169,21 @@ def test_chargers_have_a_load() -> None:
     assert [load.percent for load in found[:2]] < [100, 100] < [found[2].percent]
 
 
+def test_hours_out_of_service_are_none() -> None:
+    """Stations are down for a tenth of the time, robots for a half and one of two for a quarter of the day besides."""
+    often = ["stations.outages={mtbf_h=0.9, mttr_s=360}", "robots.failures={mtbf_h=1, mttr_s=3600}"]
+    chargers = ["robots.battery.charger_outages={mtbf_h=3, mttr_s=3600}", "robots.count=2"]
+    given = [*often, *chargers, 'robots.maintenance={1=[["00:00","03:00"], ["02:00","06:00"]]}']
+    plain, fails = (load_scenario("examples/charging", overrides) for overrides in (["robots.count=2"], given))
+    before, found = (loads(one, make_instance(one), make_layout(one)) for one in (plain, fails))
+    shares = [now.there_h / load.there_h for now, load in zip(found, before, strict=True)]
+    assert shares == pytest.approx([0.9, 0.5 * 7 / 8, 0.75])
+    assert [load.down_percent for load in found] == pytest.approx([10, 56.25, 25])
+    assert [load.wanted_h for load in found[:2]] == [load.wanted_h for load in before[:2]]
+    assert found[0].done_h > before[0].done_h
+    assert ", 10 % of the time out of service" in "".join(load_sentences(found))
+
+
 @cases(
     "items stations",
     ({6: 300, 16: 300}, 4),  # 80 % over all the time would be one station, but the peak hour wants three and more

@@ -335,6 +335,13 @@ def test_what_robots_and_stations_do_is_shown() -> None:
     assert "Packing 6 totes on conveyors, 8 waiting, 2 of 2 packers at work" in seen.shown
     assert "Packed 7 orders" in seen.shown
     assert any(line.endswith("Boxes in use 10 of 20") for line in seen.shown)
+    seen, often = Watching(), "{mtbf_h=0.02, mttr_s=60}"
+    charging = (*CHARGING, f"robots.battery.charger_outages={often}", "robots.battery.capacity_wh=90")
+    settings = ("instance.orders=40", "rules.pp=free-flow", *charging, f"stations.outages={often}")
+    run("examples/small", overrides=settings, observers=[seen])
+    assert "Chargers 1 in service, 0 out of service" in seen.shown
+    assert any(line.startswith("Chargers 0 in service, 1 out of service: row ") for line in seen.shown)
+    assert any(line.endswith(" its repair") for line in seen.shown)
 
 
 @pytest.fixture(scope="module")

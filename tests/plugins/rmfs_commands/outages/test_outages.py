@@ -10,10 +10,13 @@ from typing import Any
 
 import pytest
 from attrs import define, evolve
+from PIL import ImageColor
 
 import rmfs_core
 from cases import cases
 from damage import assert_found, change, drop
+from rmfs_commands.replay.frames import Camera, palette
+from rmfs_commands.replay.reading import read_replay
 from rmfs_commands.states import read_recording
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.trace import Trace, read_trace
@@ -87,6 +90,16 @@ class ToBrokenCharger:
         return [RobotMove(robot.id, min(down)) for robot in warehouse.resting_robots[:1] if down]
 
 
+@define
+class ForAMinute:
+    """Gives robots tasks in the first minute, and none later."""
+
+    @hookimpl
+    def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
+        pairs = zip(warehouse.idle_robots, warehouse.waiting_pods, strict=False)
+        return [TaskAssignment(robot.id, pod.id) for robot, pod in pairs if warehouse.now_s < 60]
+
+
 def told(*overrides: str, name: str = "examples/small", look: Callable[[Any, Event], None] = lambda *_: None) -> Told:
     observer = Told(look)
     rmfs_core.run(name, overrides=overrides, observers=[observer])
@@ -148,6 +161,48 @@ def test_maintenance_is_planned_and_what_is_down_takes_no_task() -> None:
     late = 'robots.maintenance={1=[["00:00","24:00"]]}'
     with pytest.raises(StandstillError, match="1 robot out of service"):
         told(late, "robots.count=1")
+
+
+def test_what_fails_while_all_have_tasks_is_repaired() -> None:
+    """All that fails next does so when a robot has ended its task: nothing is to happen at a time that is known."""
+    events = told("robots.count=1", "robots.failures={mtbf_h=0.01,mttr_s=30}").events
+    assert sum(isinstance(event, RobotUp) for event in events) > 3
+
+
+HOURS = ('stations.open=[["00:00","12:00"]]', 'robots.available=[["00:00","16:00"]]')
+SHIFTS = 'robots.maintenance={1=[["00:00","12:00"]], 2=[["12:00","24:00"]]}'
+RESTING = ("rules.idle=rest-middle", "layout.maintenance_cells=1", "rules.move=utility")
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        (ROBOTS, STATIONS),
+        (ROBOTS, STATIONS, *HOURS),
+        (SHIFTS,),
+        (ROBOTS, 'robots.maintenance={1=[["00:00","24:00"]]}'),
+        (ROBOTS, STATIONS, SHIFTS, *HOURS),
+        ("robots.count=30", "robots.failures={mtbf_h=2,mttr_s=3600}", STATIONS, *HOURS),
+        ("robots.failures={mtbf_h=1000,mttr_s=9}", *HOURS),
+        (ROBOTS, STATIONS, *RESTING),
+        (*CHARGERS, STATIONS, *HOURS),
+    ],
+)
+def test_a_run_that_cannot_go_on_ends_soon(overrides: tuple[str, ...]) -> None:
+    """Hours, maintenance and outages wake nobody who could do anything: the same error as without them, in days."""
+    ends = f"The run stands still at .*asked last: .*{ForAMinute.__name__}"
+    with pytest.raises(StandstillError, match=ends) as found:
+        told(*overrides, f"rules.ta={__file__}:ForAMinute", "run.until_s=1000000")
+    assert float(str(found.value).split()[5]) < 3 * 86_400
+
+
+def test_a_run_waits_for_the_part_of_the_day_in_which_it_goes_on() -> None:
+    """The robot is in service, and the station is open, for a quarter of an hour of each day, and both fail."""
+    day = ('robots.maintenance={1=[["12:15","12:00"]]}', 'stations.open={1=[["12:00","13:00"]], 2=[]}')
+    often = ("robots.failures={mtbf_h=0.2,mttr_s=600}", "stations.outages={mtbf_h=0.2,mttr_s=600}", "robots.count=1")
+    result = rmfs_core.run("examples/small", overrides=[*day, *often, "instance.orders=30"])
+    assert result.status == "complete"
+    assert result.metrics["simulated_s"] > 86_400
 
 
 def test_all_rules_meet_the_same_failures_and_see_them_only_when_they_happen() -> None:
@@ -271,6 +326,25 @@ def test_a_robot_is_repaired_in_a_maintenance_cell_if_one_is_free() -> None:
     assert {(True, False), (False, True)} == set(downs)
 
 
+def sum_of(row: dict[str, float]) -> float:
+    """Return the times of a row of robots.csv, those that are in none of the others."""
+    return sum(seconds for name, seconds in row.items() if name.endswith("_s"))
+
+
+def test_pictures_mark_what_is_out_of_service(charged: Path) -> None:
+    """A line in a colour of its own crosses robots and chargers that are down, and nothing before one is."""
+    camera, events = Camera(read_replay(charged), 600), read_trace(charged / "trace.jsonl.gz").events
+    line = ImageColor.getrgb(palette()["wait"])
+
+    def marked(tick: int) -> bool:
+        return any(colour == line for _, colour in camera.take(tick).getcolors(1 << 20) or ())
+
+    down = {kind: next(e.tick for e in events if isinstance(e, kind)) for kind in (ChargerDown, RobotDown)}
+    assert not marked(min(down.values()) - 1)
+    for tick in sorted(down.values()):
+        assert marked(tick)
+
+
 @cases(
     "damage kind",
     (drop(ChargerDown), "outage"),
@@ -295,6 +369,13 @@ def charged(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert result.metrics["charger_failures"]
     assert "Chargers failed" in result.summary["outages"]
     assert "chargers_down" in (folder / "hours.csv").read_text().splitlines()[0]
+    with (folder / "robots.csv").open() as file:
+        rows = [{name: float(text) for name, text in row.items()} for row in csv.DictReader(file)]
+    assert min(row["idle_s"] for row in rows) >= 0
+    whole, low = sum(map(sum_of, rows)), sum(row["low_s"] for row in rows)
+    assert whole == pytest.approx(len(rows) * result.metrics["simulated_s"])
+    assert low > 0
+    assert 100 * low / whole == pytest.approx(result.summary["bottleneck"]["robots_percent"]["low"], abs=0.01)
     return folder
 
 

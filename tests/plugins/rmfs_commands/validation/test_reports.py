@@ -182,7 +182,7 @@ def test_energy_charges_and_moves_are_worked_out_anew(tmp_path: Path) -> None:
     assert found.keys() >= {"energy_per_order_wh", "resting_distance_m", "pods_moved", "charges", "charging_percent"}
     assert found["pods_moved"] and found["charges"] and found["charging_percent"]
     header = (tmp_path / "robots.csv").read_text(encoding="utf-8").splitlines()[0]
-    assert header.endswith("storing_s,to_rest_s,charging_s,moving_pods_s,waiting_s")
+    assert header.endswith("storing_s,to_rest_s,charging_s,low_s,moving_pods_s,waiting_s")
     metrics = rmfs_core.run("examples/small", overrides=["instance.orders=4"], out=tmp_path, record=["trace"]).metrics
     found = recompute_robots(read_trace(tmp_path / "trace.jsonl.gz"), 0, 4)
     assert {name for name in found if not name.startswith("energy_")} == {"picking_distance_per_order_m"}
