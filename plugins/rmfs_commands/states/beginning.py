@@ -170,7 +170,10 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     if not instance.restocked:
         _check_stock(warehouse, memento, coming, names)
     opening = Opening(warehouse, (), fresh.hours, fresh.services)
-    counted = max(scenario.run.warmup_s or 0, (warehouse.now + 1) / TICKS_PER_S)
+    begins = warehouse.now + (
+        state.run is not None
+    )  # rules have decided all that they can at the tick of a run's state
+    counted = max(scenario.run.warmup_s or 0, begins / TICKS_PER_S)
     going, stories = _going(state, names, warehouse)
     scenario = evolve(scenario, run=evolve(scenario.run, warmup_s=counted))
     until_s = scenario.run.until_s

@@ -1,5 +1,6 @@
 """A run that begins in a state: what it was stopped in, and what others write."""
 
+import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,10 +9,13 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rich.console import Console
 
 import rmfs_core
 from calling import refused
 from cases import cases
+from rmfs_commands.cli.display import duration
+from rmfs_commands.cli.progress import RunLines
 from rmfs_core import Result
 from rmfs_core.errors import InputError
 
@@ -112,6 +116,13 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
             assert (name, rest.metrics[name]) == (name, value)
     turnover = [row["turnover_s"] for row in rest.orders if row["completed_s"] > at_s]
     assert rest.metrics["turnover_s"] == pytest.approx(sum(turnover) / len(turnover))
+    told = rest.summary["bottleneck"]
+    before = sum(max(at_s - row["arrival_s"], 0) for row in rest.orders if row["completed_s"] > at_s)
+    assert sum(told["turnover_parts_s"].values()) == pytest.approx(rest.metrics["turnover_s"])
+    assert told["turnover_parts_s"]["before"] == pytest.approx(before / len(turnover))
+    assert told["completed"] == len(turnover) == rest.metrics["orders_completed"]
+    assert told["orders_time_s"] == pytest.approx((sum(turnover) - before) / len(turnover))
+    assert min(*told["turnover_parts_s"].values(), *told["causes_percent"].values()) >= 0
 
 
 def test_a_run_that_is_stopped_twice_goes_on(tmp_path: Path) -> None:
@@ -121,6 +132,19 @@ def test_a_run_that_is_stopped_twice_goes_on(tmp_path: Path) -> None:
     _, state = stopped(tmp_path, 100, "rules.pp=free-flow")
     simulate(f"instance.state_file={state}", "run.until_s=300", "rules.pp=free-flow", save_state=again)
     assert simulate(f"instance.state_file={again}", "rules.pp=free-flow").orders == whole.orders
+
+
+def test_what_was_before_is_not_shown_as_progress(tmp_path: Path) -> None:
+    first, state = stopped(tmp_path, 160)
+    lines = RunLines("rest", Console(file=(told := io.StringIO()), width=120))
+    rest = simulate(f"instance.state_file={state}", observers=[lines])
+    counts, done = lines.counts, sum(row["completed_s"] is not None for row in first.orders)
+    shown = [counts.orders, counts.total, counts.picks, counts.visits]
+    assert shown == [25 - done, 25 - done, rest.metrics["picks"], rest.metrics["pod_station_visits"]]
+    assert sum(counts.throughput.picks) == rest.metrics["picks"]
+    whole_s = rest.metrics["makespan_s"] - 160
+    assert told.getvalue().splitlines()[-1].endswith(f"{25 - done} orders, {duration(whole_s)} simulated")
+    assert rest.timing["simulated_s_per_wall_s"] == pytest.approx(whole_s / rest.timing["wall_s"])
 
 
 @pytest.mark.parametrize(
