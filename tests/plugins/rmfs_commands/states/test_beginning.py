@@ -1,8 +1,11 @@
 """A run that begins in a state: what it was stopped in, and what others write."""
 
+import copy
 import io
 import json
-from collections.abc import Sequence
+import operator
+from collections.abc import Iterator, Sequence
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -256,7 +259,7 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
         'run.going[0].robot: names robot "9", which the state does not list',
     ),
     (
-        {"run": {"going": [{"kind": "pick", "robot": "2", "sku": "tea", "until_s": 36001}]}},
+        {"run": {"going": [{"kind": "pick", "robot": "2", "visit": 1, "sku": "tea", "until_s": 36001}], "visits": 1}},
         (),
         'run.going[0].kind: found "pick", but robot "2" is first in no line',
     ),
@@ -270,6 +273,34 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
         (),
         'run.going[0].station: found "release" of a station without `in_hand`',
     ),
+    (
+        {"stations": BY_HAND["stations"] | {"3": {"item_capacity": 15}}},
+        (),
+        'stations: found 3; expected the scenario\'s 2: "1", "2"',
+    ),
+    (
+        {"pods": BY_HAND["pods"] | {f"X{i}": {"contents": {}} for i in range(200)}},
+        (),
+        "pods: found 203; the layout has 120 storage locations",
+    ),
+    (
+        {"robots": {name: {"cell": 30} for name in "1234"}},
+        (),
+        'stations.1.line[0]: names pod "P1", which is no robot\'s task',
+    ),
+    ({"run": {"pickers_s": {"1": -5}}}, (), "run.pickers_s.1: found -5, which is not later than the state's time"),
+    ({"run": {"completed_s": {"C": 35600}}}, (), 'run.completed_s.C: names order "C", which the state does not list'),
+    ({"run": {"begun": {"9": [1, 2, 3]}}}, (), 'run.begun.9: names station "9", which the state does not list'),
+    (
+        {"run": {"going": [{"kind": "handled", "station": "1", "order": "Z", "sku": "tea", "until_s": 36001}]}},
+        (),
+        'run.going[0].order: names order "Z", which the state does not list',
+    ),
+    (
+        {"run": {"going": [{"kind": "picker", "robot": "1", "story": "transport"}]}},
+        (),
+        'run.going[0].visit: is missing; expected it with what is "picker"',
+    ),
 )
 def test_what_cannot_be_is_refused(
     tmp_path: Path, changes: dict[str, Any], overrides: tuple[str, ...], sentence: str
@@ -278,6 +309,58 @@ def test_what_cannot_be_is_refused(
     with pytest.raises(InputError) as error:
         simulate(written(tmp_path, **changes), "instance.orders=0", *overrides)
     assert sentence in str(error.value)
+
+
+STOPPED = (("restocked", "sipp", 362.89), ("low", "whca-n", 382.454), ("times vary", "free-flow", 332.85))
+"""World, PP rule and time of states with much going on."""
+REMOVED = object()
+WRONG = (REMOVED, None, "nobody", -1, -1.5, 0, 3.5, 10**12, 1e300, float("nan"), True, [], {}, [[]])
+
+
+def paths(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the paths of all that is in tables and lists."""
+    entries = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    for key, value in entries:
+        yield (*path, key)
+        yield from paths(value, (*path, key))
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Return states by their worlds."""
+    folder = tmp_path_factory.mktemp("saved")
+    made = {
+        world: stopped(folder, at_s, *WORLDS[world], f"rules.pp={pp}")[1].read_text() for world, pp, at_s in STOPPED
+    }
+    return {world: json.loads(text) for world, text in made.items()}
+
+
+@settings(max_examples=60)
+@given(st.data(), st.sampled_from(STOPPED), st.sampled_from(WRONG))
+def test_whatever_is_wrong_with_what_goes_on_is_a_sentence(
+    tmp_path_factory: pytest.TempPathFactory,
+    saved: dict[str, Any],
+    data: st.DataObject,
+    stop: tuple[str, str, float],
+    wrong: object,
+) -> None:
+    """The run goes on, or is refused with the state's file and the key: no other error, whatever was changed."""
+    world, pp, at_s = stop
+    state = copy.deepcopy(saved[world])
+    *within, last = data.draw(st.sampled_from([*paths(state["run"])]))
+    table = reduce(operator.getitem, within, state["run"])
+    if wrong is REMOVED:
+        del table[last]
+    elif wrong == "nobody" and isinstance(last, str) and isinstance(table[last], dict | list | float):
+        table["nobody"] = table.pop(last)
+    else:
+        table[last] = wrong
+    file = tmp_path_factory.mktemp("wrong") / "state.json"
+    file.write_text(json.dumps(state))
+    try:
+        simulate(*WORLDS[world], f"rules.pp={pp}", f"instance.state_file={file}", f"run.until_s={at_s + 5}")
+    except InputError as error:
+        assert f"{file}, run" in str(error)
 
 
 @cases(
@@ -309,3 +392,11 @@ def test_commands_begin_in_a_state(
     assert json.loads((tmp_path / "b/result.json").read_text())["status"] == "complete"
     capsys.readouterr()
     assert "expected it without a state" in refused(capsys, main, [*small, "--from", "s.json", "--trace"])
+    state, late = (tmp_path / "s.json").read_text(), (*small, "--set", "run.until_s=9000")
+    sentence = "so s.json was not written; the file there is an earlier one; expected an earlier time"
+    assert sentence in refused(capsys, main, [*late, "--save-state", "s.json", "--out", "c"])
+    assert (tmp_path / "s.json").read_text() == state
+    assert refused(capsys, main, [*late, "--save-state", "."]).startswith("Error: .: cannot be written: a folder")
+    assert "gone/s.json: cannot be written" in refused(capsys, main, [*late, "--save-state", "gone/s.json"])
+    clock = refused(capsys, main, [*small, "--set", "run.until_s=12:00"])
+    assert clock.endswith('expected a number, found "12:00", which is 43200 s after midnight\n')
