@@ -139,6 +139,10 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     check_supported(scenario)
     (state, name), fresh = read(scenario), open_warehouse(scenario, instance, layout)
     names = Names(state, name)
+    if _now(state) < 0:
+        names.wrong(
+            ("time_s",), f"found {_now(state) / TICKS_PER_S:g}; expected a time from 0 on, at which a run can begin"
+        )
     state = _placed(state, names, fresh.warehouse, layout)
     names = Names(state, name)
     given, later = _orders(state, instance), _later(state, instance, scenario)

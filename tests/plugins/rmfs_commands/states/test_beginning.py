@@ -17,10 +17,13 @@ from rich.console import Console
 import rmfs_core
 from calling import refused
 from cases import cases
+from rmfs_commands.advice.cutting import cut
 from rmfs_commands.cli.display import duration
 from rmfs_commands.cli.progress import RunLines
 from rmfs_core import Result
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, RunError
+from rmfs_core.scenario import load_scenario
+from rmfs_core.world import make_instance
 
 WORLDS = {
     "plain": (),
@@ -288,6 +291,7 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
         (),
         'stations.1.line[0]: names pod "P1", which is no robot\'s task',
     ),
+    ({"time_s": -5.5, "orders": {}}, (), "time_s: found -5.5; expected a time from 0 on"),
     ({"run": {"pickers_s": {"1": -5}}}, (), "run.pickers_s.1: found -5, which is not later than the state's time"),
     ({"run": {"completed_s": {"C": 35600}}}, (), 'run.completed_s.C: names order "C", which the state does not list'),
     ({"run": {"begun": {"9": [1, 2, 3]}}}, (), 'run.begun.9: names station "9", which the state does not list'),
@@ -360,7 +364,9 @@ def test_whatever_is_wrong_with_what_goes_on_is_a_sentence(
     try:
         simulate(*WORLDS[world], f"rules.pp={pp}", f"instance.state_file={file}", f"run.until_s={at_s + 5}")
     except InputError as error:
-        assert f"{file}, run" in str(error)
+        assert str(error).startswith((f"{file}, run", "instance.state_file: robots "))
+    except RunError as error:  # with next to nothing in its battery
+        assert "has no charge left" in str(error)
 
 
 @cases(
@@ -398,5 +404,17 @@ def test_commands_begin_in_a_state(
     assert (tmp_path / "s.json").read_text() == state
     assert refused(capsys, main, [*late, "--save-state", "."]).startswith("Error: .: cannot be written: a folder")
     assert "gone/s.json: cannot be written" in refused(capsys, main, [*late, "--save-state", "gone/s.json"])
+    sized = ("size", "examples/small", "--set", "instance.state_file=s.json", "--p95", "100", "-q")
+    assert "the state tells of 4 robots" in refused(capsys, main, sized)
     clock = refused(capsys, main, [*small, "--set", "run.until_s=12:00"])
     assert clock.endswith('expected a number, found "12:00", which is 43200 s after midnight\n')
+
+
+def test_advice_is_about_the_orders_of_a_state_and_those_that_come(tmp_path: Path) -> None:
+    orders = {name: order | {"arrival_s": 0} for name, order in BY_HAND["orders"].items()}
+    state = written(tmp_path, time_s=3600, orders=orders)
+    given = (state, "instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=300")
+    later, none = (load_scenario("examples/small", [*given, f"instance.orders={number}"]) for number in (600, 25))
+    assert cut(none, None).told == ("Simulated: 2 orders, those of the state.",)
+    number = sum(3_600_000 < order.arrival_tick < 5_400_000 for order in make_instance(later).orders)
+    assert cut(later, 0.5).told[0] == f"Simulated: 0.5 hours, in which {number} of 600 orders arrive."
