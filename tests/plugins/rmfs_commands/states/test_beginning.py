@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 import rmfs_core
-from calling import refused
+from calling import exit_code, refused
 from cases import cases
 from rmfs_commands.advice.cutting import cut
 from rmfs_commands.cli.display import duration
@@ -406,6 +406,10 @@ def test_commands_begin_in_a_state(
     assert "gone/s.json: cannot be written" in refused(capsys, main, [*late, "--save-state", "gone/s.json"])
     sized = ("size", "examples/small", "--set", "instance.state_file=s.json", "--p95", "100", "-q")
     assert "the state tells of 4 robots" in refused(capsys, main, sized)
+    many = (*small[:4], *("--set", "robots.count=12", "--seed", "4", "-q"))
+    main([*many, "--set", "rules.pp=whca-n", "--set", "run.until_s=255.662", "--save-state", "w.json"])
+    assert exit_code(*many, "--set", "rules.pp=sipp", "--from", "w.json") == 1
+    assert "expected rules.pp=whca-n or free-flow, which go on from there" in capsys.readouterr().err
     clock = refused(capsys, main, [*small, "--set", "run.until_s=12:00"])
     assert clock.endswith('expected a number, found "12:00", which is 43200 s after midnight\n')
 
