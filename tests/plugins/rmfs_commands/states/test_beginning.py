@@ -404,6 +404,11 @@ def test_commands_begin_in_a_state(
     assert (tmp_path / "s.json").read_text() == state
     assert refused(capsys, main, [*late, "--save-state", "."]).startswith("Error: .: cannot be written: a folder")
     assert "gone/s.json: cannot be written" in refused(capsys, main, [*late, "--save-state", "gone/s.json"])
+    checked = ("scenario", "check", "examples/small", "--set", "instance.state_file")
+    assert exit_code(*checked[:-1], f"{checked[-1]}=s.json") == 0
+    capsys.readouterr()
+    assert exit_code(*checked[:-1], f"{checked[-1]}=none.json") == 2
+    assert "none.json: cannot be read: No such file" in "".join(capsys.readouterr())
     sized = ("size", "examples/small", "--set", "instance.state_file=s.json", "--p95", "100", "-q")
     assert "the state tells of 4 robots" in refused(capsys, main, sized)
     many = (*small[:4], *("--set", "robots.count=12", "--seed", "4", "-q"))
