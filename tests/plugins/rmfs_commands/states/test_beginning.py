@@ -404,6 +404,8 @@ def test_commands_begin_in_a_state(
     assert (tmp_path / "s.json").read_text() == state
     assert refused(capsys, main, [*late, "--save-state", "."]).startswith("Error: .: cannot be written: a folder")
     assert "gone/s.json: cannot be written" in refused(capsys, main, [*late, "--save-state", "gone/s.json"])
+    main(["report", "b", "--out", "b.html"])
+    assert "before the run" in (tmp_path / "b.html").read_text()
     checked = ("scenario", "check", "examples/small", "--set", "instance.state_file")
     assert exit_code(*checked[:-1], f"{checked[-1]}=s.json") == 0
     capsys.readouterr()
