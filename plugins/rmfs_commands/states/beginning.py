@@ -31,6 +31,9 @@ from rmfs_core.simulation.setup import Opening, open_warehouse
 from rmfs_core.warehouse import Station, Warehouse
 from rmfs_core.world import NORTH, Instance, Layout, OrderData
 
+MOST_S = 100_000_000
+"""Seconds, three years, that a state may be later than time 0: seconds since 1970 are too many to count hours in."""
+
 
 @frozen(eq=False)
 class Begun:
@@ -139,10 +142,9 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     check_supported(scenario)
     (state, name), fresh = read(scenario), open_warehouse(scenario, instance, layout)
     names = Names(state, name)
-    if _now(state) < 0:
-        names.wrong(
-            ("time_s",), f"found {_now(state) / TICKS_PER_S:g}; expected a time from 0 on, at which a run can begin"
-        )
+    if not 0 <= (now_s := _now(state) / TICKS_PER_S) <= MOST_S:
+        expected = f"expected seconds since a run's time 0, not more than {MOST_S:,}"
+        names.wrong(("time_s",), f"found {now_s:,.10g}; {expected}")
     state = _placed(state, names, fresh.warehouse, layout)
     names = Names(state, name)
     given, later = _orders(state, instance), _later(state, instance, scenario)
