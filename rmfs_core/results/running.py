@@ -158,7 +158,7 @@ class PreparedRun:
             self.status = "partial"
         self.simulation.rules.sources.close()
         orders, periods = self.tables.orders, self.tables.periods
-        end_s, warmup_s = to_seconds(context.warehouse.now), scenario.run.warmup_s or 0
+        spans = to_seconds(context.began), scenario.run.warmup_s or 0, to_seconds(context.warehouse.now)
         return Result(
             scenario=scenario,
             seed=scenario.seed,
@@ -167,7 +167,7 @@ class PreparedRun:
             metrics=found,
             described=self.described,
             timing={
-                **entrypoints.format_module("results").timing(self.wall_s, end_s, warmup_s, orders, periods),
+                **entrypoints.format_module("results").timing(self.wall_s, *spans, orders, periods),
                 "hook_s": dict(context.asker.seconds),
                 "profile_s": {**context.profile, "events": max(self.wall_s - sum(context.profile.values()), 0.0)},
             },

@@ -42,8 +42,8 @@ class RunContext:
 
     Attributes
     ----------
-    env
-        The clock.
+    env, began
+        The clock, and the tick at which it begins.
     view
         The warehouse as rules see it.
     observers
@@ -59,7 +59,7 @@ class RunContext:
         self.scenario = scenario
         self.rules = rules
         self.warehouse = warehouse
-        self.env = Clock(warehouse.now)
+        self.env, self.began = Clock(warehouse.now), warehouse.now
         self.after: Callable[..., simpy.Event] = self.env.timeout
         self.view = WarehouseView(warehouse)
         self.observers = Observers(rules, warehouse)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from attrs import evolve, frozen
 
-from rmfs_commands.states.beginning import begins_at
+from rmfs_commands.states.beginning import begins_at, read
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario
@@ -54,8 +54,10 @@ def cut(scenario: Scenario, hours: float | None) -> Cut:
     InputError
         When there are no orders, or none that counts arrives in these hours.
     """
-    orders = make_instance(scenario).orders
+    orders, begun = make_instance(scenario).orders, scenario.instance.state_file is not None
     ticks = sorted(order.arrival_tick for order in orders)
+    if begun and not any(tick > begins_at(scenario) for tick in ticks):
+        return Cut(scenario, (f"Simulated: {counted(len(read(scenario)[0].orders), 'order')}, those of the state.",))
     if not ticks:
         place = "instance.orders" if scenario.instance.orders_file is None else "instance.orders_file"
         raise InputError(place, "found no orders; expected at least one, to compare rule sets")
@@ -81,7 +83,7 @@ def cut(scenario: Scenario, hours: float | None) -> Cut:
         )
         return Cut(scenario, (whole_of, *_left_trucks(trucks, math.inf if until_s is None else until_s * TICKS_PER_S)))
     shorter = evolve(scenario, run=evolve(scenario.run, until_s=end / TICKS_PER_S))
-    arrived = sum(tick < end for tick in ticks)
+    arrived = sum(tick < end and not (begun and tick <= begin) for tick in ticks)  # those of the state arrived before
     lasts = f"{hours:,g} {'hour' if hours == 1 else 'hours'}"
     given = scenario.instance.orders_file is not None and scenario.instance.scale is None
     told = [f"Simulated: {lasts}, in which {arrived:,} of {counted(len(ticks), 'order')} arrive."]

@@ -36,7 +36,9 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
     with compiling_announced(notes):
         bounds = bounds_of(loaded)
     if not bounds:
-        notes.print("No bounds: an order may be cancelled (`cancelled_s`), and no rules need to serve it.")
+        cancelled = "an order may be cancelled (`cancelled_s`), and no rules need to serve it"
+        begun = "the run begins in a state (`instance.state_file`), and they are of time 0"
+        notes.print(f"No bounds: {cancelled if loaded.instance.state_file is None else begun}.")
     if as_json:
         print_json({"scenario": scenario, "seed": loaded.seed, "bounds": [attrs.asdict(one) for one in bounds]})
         return

@@ -291,7 +291,13 @@ class _Check:
         """Make all that a run makes: nothing may be left that only this would find."""
         try:
             rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=self.allow_inline)
-            Simulation(scenario, instance, layout, rules)
+            if scenario.instance.state_file is None:
+                Simulation(scenario, instance, layout, rules)
+            else:
+                process = entrypoints.chosen(entrypoints.PROCESSES, None, "state")
+                begin: Any = entrypoints.load(process, "instance.state_file", "process")
+                begun = begin(scenario, instance, layout)
+                Simulation(begun.scenario, begun.instance, layout, rules, begun=begun)
         except InputError as error:
             self.note(error.place, error.problem)
             return

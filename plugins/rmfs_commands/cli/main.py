@@ -6,6 +6,7 @@ import atexit
 import gc
 import json
 import os
+import re
 import sys
 import traceback
 import warnings
@@ -216,6 +217,8 @@ def _called(arguments: list[str] | None) -> _Ending:
     except RmfsError as error:
         if isinstance(error.__cause__, BrokenPipeError):
             return _Ending(CLOSED_PIPE)
+        if clock := _CLOCK_FOR_NUMBER.search(error.problem):
+            error.problem += f", which is {int(clock[1]) * 3600 + int(clock[2]) * 60} s after midnight"
         told = sentence(f"Error: {error}")
         if os.environ.get("RMFS_TRACEBACK"):
             told = "".join(traceback.format_exception(error))
@@ -225,6 +228,7 @@ def _called(arguments: list[str] | None) -> _Ending:
 
 
 INTERRUPTED = _Ending(130, "Interrupted.")
+_CLOCK_FOR_NUMBER = re.compile(r'expected a number, found "(\d\d?):(\d\d)"$', re.ASCII)
 
 
 def _words(arguments: list[str] | None) -> list[str]:

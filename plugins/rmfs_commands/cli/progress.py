@@ -16,7 +16,8 @@ from rich.text import Text
 
 from rmfs_commands.cli.display import Display, PanelDisplay, duration, figures, progress_bar
 from rmfs_commands.cli.screen import PIPE_WIDTH
-from rmfs_core.clock import to_seconds
+from rmfs_commands.details.spans import began_at
+from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.events import (
     BundleStored,
     DecisionMade,
@@ -49,11 +50,13 @@ EVENTS_PER_LOOK = 16
 """The clock is looked at only once in so many events: that is what keeps the display from costing anything."""
 NARROW = 100
 MOST_NAMED = 3
+COUNT_FROM_BEFORE = VisitStarted, VisitEnded, PodMoveDecided, PodStored
+"""Events told of what was before a run began that say what stands at stations, and which robots move pods, now."""
 
 
 @define
 class Throughput:
-    """Picks by simulated time, in slots that get longer as the run does.
+    """Picks by the time since the run began, in slots that get longer as the run does.
 
     Parameters
     ----------
@@ -99,7 +102,8 @@ class RunCounts:
 
     ``total`` are the orders without cancelled ones, ``picking`` the pods that are at stations, by the
     station, ``moving`` the robots that carry pods elsewhere without a visit, or come for them; ``totes`` are on
-    conveyors, ``packed`` is None without packing stations.
+    conveyors, ``packed`` is None without packing stations. A run that begins in a state has ``began`` at its tick:
+    what was over before, as ``since`` tells, does not count.
     """
 
     total: int = 0
@@ -115,12 +119,17 @@ class RunCounts:
     picking: dict[int, int] = field(factory=dict)
     moving: set[int] = field(factory=set)
     throughput: Throughput = field(factory=Throughput)
+    began: int = 0
+    since: int = 0
 
     @classmethod
     def of(cls, run: RunInfo) -> RunCounts:
         """Return the counts at the start of a run."""
         packed = 0 if run.warehouse.packing_stations else None
-        return cls(total=len(run.instance.orders), picks_at=[0] * len(run.layout.stations), packed=packed)
+        counts = cls(total=len(run.instance.orders), picks_at=[0] * len(run.layout.stations), packed=packed)
+        if (began := began_at(run)) is not None:
+            counts.began, counts.since = began, min(to_ticks(run.scenario.run.warmup_s or 0), began + 1)
+        return counts
 
     @property
     def done(self) -> int:
@@ -129,13 +138,16 @@ class RunCounts:
 
     def add(self, event: Event) -> None:
         """Count an event."""
+        if (before := event.tick < self.since) and not isinstance(event, COUNT_FROM_BEFORE):
+            self.total -= isinstance(event, OrderCompleted | OrderCancelled)
+            return
         match event:
             case ItemPicked():
                 self.picks += 1
                 self.picks_at[event.station] += 1
-                self.throughput.add(event.tick)
+                self.throughput.add(event.tick - self.began)
             case VisitStarted():
-                self.visits += 1
+                self.visits += not before
                 self.picking[event.station] = event.pod
             case VisitEnded():
                 self.picking.pop(event.station, None)
@@ -157,6 +169,10 @@ class RunCounts:
             case DecisionMade():
                 self.stopped_early += event.stopped_early
 
+    def elapsed(self, tick: int) -> float:
+        """Return the simulated seconds since the run began."""
+        return to_seconds(max(tick - self.began, 0))
+
     @property
     def psv_per_order(self) -> str:
         """Pod-station visits per completed order."""
@@ -177,6 +193,7 @@ def about(run: RunInfo) -> str:
         f"{counted(len(instance.orders), 'order')}, {counted(len(instance.skus), 'SKU')}, "
         f"{counted(len(instance.pods), 'pod')}, {counted(len(warehouse.stations), 'station')}, "
         f"{more}{counted(len(warehouse.robots), 'robot')}, seed {run.scenario.seed}"
+        f"{'' if (began := began_at(run)) is None else f', from {duration(to_seconds(began))} on'}"
     )
 
 
@@ -215,7 +232,7 @@ class RunLines(Display):
         tenths = 10 * counts.orders // counts.total
         if tenths > 10 * before // counts.total and tenths < 10:
             self.line(
-                f"{10 * tenths:3d} %  {duration(to_seconds(event.tick))} simulated, {counts.picks:,} picks, "
+                f"{10 * tenths:3d} %  {duration(counts.elapsed(event.tick))} simulated, {counts.picks:,} picks, "
                 f"{counts.psv_per_order} visits per order, pile-on {counts.pile_on}"
             )
 
@@ -227,7 +244,7 @@ class RunLines(Display):
         besides = [(counts.packed, "packed"), (counts.cancelled or None, "cancelled")]
         told = ", ".join(f"{number:,} {what}" for number, what in besides if number is not None)
         orders = f"{counts.orders:,} of {counts.total:,} orders{told and f' ({told})'}"
-        self.line(f"{status}: {orders}, {duration(to_seconds(tick))} simulated{stopped}")
+        self.line(f"{status}: {orders}, {duration(counts.elapsed(tick))} simulated{stopped}")
 
 
 class RunPanel(PanelDisplay):
@@ -290,7 +307,7 @@ class RunPanel(PanelDisplay):
         assert self._run is not None
         counts = self.counts
         wall = time.perf_counter() - self._started
-        simulated = to_seconds(self._tick)
+        simulated = counts.elapsed(self._tick)
         left = wall * (counts.total - counts.done) / counts.done if counts.done else None
         pairs: list[tuple[str, str | Text]] = [
             ("Simulated time", duration(simulated)),
@@ -323,8 +340,9 @@ class RunPanel(PanelDisplay):
             grid.add_row("Packing", said_of_packing(run, self.counts.totes))
         signs = RISING_ASCII if self.console.options.ascii_only else RISING
         room = max(self.console.width - 48, 10)
-        line = self.counts.throughput.line(self._tick, room, signs)
-        now = f"{self.counts.throughput.an_hour(self._tick):,.0f} picks per hour"
+        counts, since = self.counts, max(self._tick - self.counts.began, 0)
+        line = counts.throughput.line(since, room, signs)
+        now = f"{counts.throughput.an_hour(since):,.0f} picks per hour"
         grid.add_row("Throughput", Text.assemble((line, "cyan"), f" {now}" if line else now))
         return grid
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
 from textwrap import wrap
 from typing import Any
 
@@ -73,6 +74,7 @@ def print_summary(console: Console, name: str, result: Result) -> None:
 
 
 PARTS = {
+    "before": "before the run",
     "stock": "waiting for stock",
     "room": "waiting for station capacity",
     "robot": "waiting for a robot",
@@ -82,7 +84,8 @@ PARTS = {
     "picking": "picking",
     "hands": "the picker's hands",
 }
-"""Parts of the turn-over time: four times of waiting, and four with the pod under way."""
+"""Parts of the turn-over time: what was before a run that begins in a state, four times of waiting, and four with the
+pod under way."""
 
 
 def print_bottleneck(console: Console, result: Result) -> None:
@@ -103,7 +106,9 @@ def print_bottleneck(console: Console, result: Result) -> None:
             for part, seconds in parts.items()
         ]
         grid = Table.grid(padding=(0, 2, 0, 0))
-        rows = [(one,) for one in cells] if console.width < NARROW else zip(cells[:4], cells[4:], strict=True)
+        half, blank = -(-len(cells) // 2), ("", "", "")
+        pairs = zip_longest(cells[:half], cells[half:], fillvalue=blank)
+        rows = [(one,) for one in cells] if console.width < NARROW else pairs
         for row in rows:
             grid.add_row(*(cell for one in row for cell in one))
         for column in grid.columns:

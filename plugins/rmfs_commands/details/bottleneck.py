@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
 
 PARTS: Mapping[str, tuple[str, ...]] = {
+    "before": ("before_s",),
     "stock": ("stock_s",),
     "room": ("backlog_s", "other_parts_s"),
     "robot": ("robot_s",),
@@ -48,7 +49,8 @@ PARTS: Mapping[str, tuple[str, ...]] = {
     "picking": ("station_s",),
     "hands": ("handling_s",),
 }
-"""Parts of the turn-over time, by the columns of delays.csv that they are made of."""
+"""Parts of the turn-over time, by the columns of delays.csv that they are made of; ``before`` only of runs that begin
+in a state."""
 
 LIMITS: Mapping[str, tuple[str, str]] = {
     "pickers": ("busy with other items", "one more station"),
@@ -163,7 +165,8 @@ class Bottleneck:
     run
         The run.
     begin, end
-        The times between which is counted; orders that arrive before the first are left out.
+        The times between which is counted; orders that arrive before the first are left out, or count from there on
+        where they are open in the state in which the run begins.
     stations, robots, delays, packing
         Observers that have followed the run.
     """
@@ -175,7 +178,7 @@ class Bottleneck:
         if packing.on and delays.all_done is not None:
             self._end = max(begin, delays.all_done)  # what packers do then is no matter of pickers and robots
         self._robots, self._delays = robots, delays
-        self._packing = Packed.of(packing.values(end), delays, begin, run) if packing.on else None
+        self._packing = Packed.of(packing.values(end), delays, run) if packing.on else None
         self._lift, self._stations = run.motion.lift_ticks, stations.followed
         self._lengths: list[tuple[int, int, int]] = []  # of each station: as `_Pieces.of`, in ticks
         self.causes: dict[str, float] = dict.fromkeys((*LIMITS, "driving", "picking"), 0.0)
@@ -194,16 +197,16 @@ class Bottleneck:
         delays, causes, counted, done = self._delays, self.causes, 0, list[int]()
         end = min(self._end, self._run.warehouse.now_tick)  # earlier than the end of the warm-up, where the run was
         for order, arrival in delays.arrival.items():
-            if self._begin <= arrival <= end:
+            if delays.counts(order) and arrival <= end:
                 counted += 1
                 if order in delays.times:
                     done.append(order)
                 else:
-                    self._collect_left(order, arrival)
+                    self._collect_left(order, delays.since(arrival))
         if not done:
             return counted
         ticks = dict(zip(delays.columns, np.array([delays.times[order] for order in done]).T, strict=True))
-        arrivals, picks = np.array([delays.arrival[order] for order in done]), [delays.picks[order] for order in done]
+        arrivals, picks = np.array([delays.since(delays.arrival[i]) for i in done]), [delays.picks[i] for i in done]
         picking = {pick: self._picking(*pick) for pick in set(picks)}
         own = np.minimum([picking[pick] for pick in picks], ticks["station_s"])
         joins = arrivals + ticks.get("stock_s", 0)
@@ -235,16 +238,16 @@ class Bottleneck:
         """Collect what an order waited for until the end, or was cancelled, as far as that is known."""
         end = min(self._delays.cancelled.get(order, self._end), self._end)
         if (known := self._delays.last.get(order)) is not None:
-            joins = self._delays.in_stock.get(order, arrival)
+            joins = self._delays.since(self._delays.in_stock.get(order, arrival))
             self.causes["stock"] += joins - arrival
-            last = known.tick if known.whole else end
+            last = self._delays.since(known.tick) if known.whole else end
             self._room.add(joins, last)
             self._robot.add(last, end)
             self._given[known.station].add(last, end)
         elif order in self._delays.out_of_stock:
             self.causes["stock"] += end - arrival
         else:
-            joins = self._delays.in_stock.get(order, arrival)
+            joins = self._delays.since(self._delays.in_stock.get(order, arrival))
             self.causes["stock"] += joins - arrival
             self._room.add(joins, end)
 
@@ -356,7 +359,7 @@ class Bottleneck:
             says.append(packed.covers())
         return {
             "turnover_parts_s": self._parts(),
-            "completed": sum(self._delays.arrival[order] >= self._begin for order in self._delays.times),
+            "completed": sum(map(self._delays.counts, self._delays.times)),
             "pickers_percent": self._of_pickers(),
             **self._of_stations(),
             "robots_percent": self._of_robots(),
@@ -371,16 +374,18 @@ class Bottleneck:
     def _nothing(self) -> Iterator[str]:
         """Yield why nothing is said of orders that there are."""
         if not self._orders and any(arrival < self._begin for arrival in self._delays.arrival.values()):
-            yield "Not known: all orders arrive before the warm-up ends (`run.warmup_s`), and none of them counts."
+            since = "the warm-up ends (`run.warmup_s`)" if self._delays.began is None else "what counts begins"
+            yield f"Not known: all orders arrive before {since}, and none of them counts."
 
     def _parts(self) -> dict[str, float | None]:
         """Return the mean of each part of the turn-over time, over the orders that it is measured of."""
         delays = self._delays
-        timed = [times for order, times in delays.times.items() if delays.arrival[order] >= self._begin]
+        timed = [times for order, times in delays.times.items() if delays.counts(order)]
         sums = dict(zip(delays.columns, map(sum, zip(*timed, strict=True)), strict=True)) if timed else {}
         return {
             part: ratio(sum(sums.get(column, 0) for column in columns), len(timed) * TICKS_PER_S)
             for part, columns in PARTS.items()
+            if part != "before" or delays.began is not None
         }
 
     def _of_pickers(self) -> dict[str, float | None]:
@@ -477,10 +482,10 @@ class Packed:
     packers: int
 
     @classmethod
-    def of(cls, measured: Mapping[str, Number], delays: Delays, begin: int, run: RunInfo) -> Packed:
+    def of(cls, measured: Mapping[str, Number], delays: Delays, run: RunInfo) -> Packed:
         section, stations = run.scenario.packing, len(run.warehouse.packing_stations)
         assert section is not None
-        timed = [sum(times) for order, times in delays.times.items() if delays.arrival[order] >= begin]
+        timed = [sum(times) for order, times in delays.times.items() if delays.counts(order)]
         turnover, packed = ratio(sum(timed), len(timed) * TICKS_PER_S), measured["packed_s"]
         after = None if packed is None or turnover is None else max(round(packed - turnover, 3), 0.0)
         reserved, boxes = measured["boxes_mean"] or 0.0, section.boxes * stations

@@ -6,7 +6,7 @@ from array import array
 from typing import Any, NamedTuple
 
 from rmfs_commands.details.robots import Robots
-from rmfs_commands.details.spans import Handlers, Number, ratio
+from rmfs_commands.details.spans import Handlers, Number, began_at, goes_on, ratio
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import (
     ItemPicked,
@@ -42,6 +42,10 @@ pick. Until a robot has the task to fetch it, or carries it on from another stat
 ``pod_s`` while one is. Then ``to_pod_s``: the robot drives to the pod and lifts it; ``room_s``: it stands under the
 pod for a queue cell. ``driving_s`` until it joins the queue, ``queueing_s`` until it stands at the station,
 and ``station_s`` until the pick is done. What of these came before the last assignment counts as nothing."""
+
+BEFORE = "before_s"
+"""Column ahead of these where a run begins in a state: from the arrival until then. The others tell of what came after;
+no state tells what an order waited for before."""
 
 WAITED = "stock_s"
 """Column ahead of these where stock can run out: from the arrival until the pods hold enough for the order."""
@@ -81,8 +85,11 @@ class Delays:
         self._handled = run.scenario.stations.release == "handled"
         self._waits = run.instance.restocked and run.scenario.rules.wait_for_stock is not False
         self.columns = (*((WAITED,) if self._waits else ()), *COLUMNS, *((HANDLING,) if self._handled else ()))
+        self.began = began_at(run)
+        """Tick of the state in which the run begins; None: it begins afresh."""
+        self.columns = self.columns if self.began is None else (BEFORE, *self.columns)
         """Columns besides order and turnover_s."""
-        self._begin = begin
+        self._begin, self._goes_on = begin, goes_on(run, begin)
         self._waited = array("q")  # of completed orders that count in means
         self._known = known = run.scenario.instance.arrivals.backlog is None
         self.arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
@@ -104,7 +111,7 @@ class Delays:
         """When the last of all orders that are known beforehand was complete, or cancelled."""
         self.times: dict[int, array[int]] = {}
         """Of each completed order, the ticks that the columns have in seconds."""
-        self._before = 0
+        self._over_before: set[int] = set()
         self.picks: dict[int, tuple[int, int]] = {}
         """Of each completed order, the station of its last pick, and how many of its items that visit served."""
         self.handlers: Handlers = {
@@ -130,17 +137,27 @@ class Delays:
         self.in_stock[event.order] = event.tick
         self.out_of_stock.discard(event.order)
 
+    def counts(self, order: int) -> bool:
+        """Whether an order counts in means: it arrived in the time that does, or was open in the state."""
+        return self.arrival[order] >= self._begin or (self._goes_on and order not in self._over_before)
+
+    def since(self, tick: int) -> int:
+        """Return a tick, or that of the state if it is earlier."""
+        return tick if self.began is None else max(tick, self.began)
+
     def _cancelled(self, event: OrderCancelled) -> None:
         self.cancelled[event.order] = event.tick
+        if self.began is not None and event.tick <= self.began:
+            self._over_before.add(event.order)
         self._note_done(event.tick)
 
     def _assigned(self, event: OrderAssigned) -> None:
         self._first.setdefault(event.order, event.tick)
-        none_free = self._robots.none_free(event.tick)
+        none_free = self._robots.none_free(self.since(event.tick))
         self.last[event.order] = Last(event.tick, none_free, event.station, event.complete)
 
     def _begin_way(self, event: TaskAssigned | VisitEnded) -> None:
-        tick = event.tick
+        tick = self.since(event.tick)
         self._way[event.pod] = (tick, self._robots.none_free(tick), tick, tick, tick, tick, tick)
 
     def _set_out(self, event: PodLifted) -> None:
@@ -160,29 +177,33 @@ class Delays:
         self._served[event.order] = self._way[event.pod], event.station, event.tick, event.visit, items
 
     def _completed(self, event: OrderCompleted) -> None:
-        order, arrival = event.order, self.arrival[event.order]
-        if order not in self._served:  # before a run that began in a state
-            self._before += 1
+        order, arrival = event.order, self.since(self.arrival[event.order])
+        if self.began is not None and event.tick <= self.began:
+            self._over_before.add(order)
+            self.last.pop(order, None)
             return
         last, none_free, *_ = self.last.pop(order)
         (asked, none_asked, *way), station, picked, _, items = self._served.pop(order)
+        last, picked = self.since(last), self.since(picked)
         self.picks[order] = station, items
         robot = none_asked - none_free if asked > last else 0
         asked, begun, ended, lifted, joined, started = [tick if tick > last else last for tick in (asked, *way)]
         room = ended - begun
-        joins, first = self.in_stock.get(order, arrival), self._first.pop(order)
-        times = [joins - arrival] if self._waits else []
+        joins, first = self.since(self.in_stock.get(order, arrival)), self.since(self._first.pop(order))
+        times = [] if self.began is None else [arrival - self.arrival[order]]
+        times += [joins - arrival] if self._waits else []
         times += first - joins, last - first, robot, asked - last - robot, lifted - asked - room, room
         times += joined - lifted, started - joined, picked - started
         if self._handled:
             times.append(event.tick - picked)
-        if self._waits and arrival >= self._begin:
+        if self._waits and self.counts(order):
             self._waited.append(joins - arrival)
         self.times[order] = array("q", times)
         self._note_done(event.tick)
 
     def _note_done(self, tick: int) -> None:
-        if self._known and len(self.times) + len(self.cancelled) + self._before == len(self._orders):
+        over = len(self.times) + len(self.cancelled.keys() | self._over_before)
+        if self._known and over == len(self._orders):
             self.all_done = tick
             self._robots.picked(tick)
 

@@ -51,6 +51,7 @@ class Hours:
             **({"stations_open": self._open} if opening else {}),
             **({"robots_on_duty": self._on_duty} if scenario.robots.available is not None else {}),
         }
+        self._until(0)  # what was before time 0, of a run that begins in a state, counts in the first hour
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
             OrderAssigned: self._assigned,

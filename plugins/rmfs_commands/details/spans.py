@@ -20,9 +20,15 @@ Handlers = Mapping[type[Event], Callable[[Any], None]]
 """Functions called at each kind of event."""
 
 
+def began_at(run: RunInfo) -> int | None:
+    """Return the tick of the state in which a run begins, told before its first event; None where it begins afresh."""
+    return None if run.scenario.instance.state_file is None else run.warehouse.now_tick
+
+
 def goes_on(run: RunInfo, begin: int) -> bool:
     """Whether a run goes on from a state, and counts from there: then also orders that arrived before."""
-    return run.scenario.instance.state_file is not None and begin <= run.warehouse.now_tick + 1
+    began = began_at(run)
+    return began is not None and begin <= began + 1
 
 
 def ratio(part: float, whole: float) -> float | None:

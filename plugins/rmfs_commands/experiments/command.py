@@ -110,7 +110,7 @@ def compare(
     if not result.computed:
         say(notes, f"{loaded.name}: all {len(result.rows):,} runs are stored already")
     if bounds and not any(name.startswith(BOUND) and row[name] is not None for row in result.rows for name in row):
-        why = "runs that end at run.until_s or fail have none, nor have orders that may be cancelled (`cancelled_s`)"
+        why = "runs that end at run.until_s, fail or begin in a state have none, nor have orders that may be cancelled"
         say(notes, f"No bounds: {why}.")
     comparison = result.comparison()
     write_report(result, comparison, folder, width_cm)

@@ -124,9 +124,18 @@ def _part_times(row: Row) -> dict[str, float]:
 
 
 def _timed(run: Run) -> list[Mapping[str, Any]]:
-    """Return the orders whose times count, as in the metrics: orders that arrived in the run, after its warm-up."""
+    """Return the orders whose times count, as in the metrics: orders that arrived in the run, after its warm-up.
+
+    Of a run that goes on from a state, also those that were open in it.
+    """
     begin = run.result.scenario.run.warmup_s or 0
-    return [row for row in _arrived(run) if row["arrival_s"] >= begin and row.get("cancelled_s") is None]
+    begun = bool(run.result.summary.get("bottleneck", {}).get("turnover_parts_s", {}).get("before"))
+    orders = [row for row in _arrived(run) if row.get("cancelled_s") is None]
+    return [
+        row
+        for row in orders
+        if row["arrival_s"] >= begin or (begun and (row["completed_s"] is None or row["completed_s"] >= begin))
+    ]
 
 
 def _arrived(run: Run) -> list[Mapping[str, Any]]:

@@ -8,7 +8,7 @@ from rmfs_commands.instances.tables import Row
 
 
 def timing(
-    wall_s: float, end_s: float, warmup_s: float, orders: Sequence[Row], periods: Sequence[Row]
+    wall_s: float, began_s: float, warmup_s: float, end_s: float, orders: Sequence[Row], periods: Sequence[Row]
 ) -> dict[str, float | None]:
     """Return the figures by name; `rmfs_commands.results.figures.TIMING` has their meanings and units.
 
@@ -16,8 +16,8 @@ def timing(
     ----------
     wall_s
         Wall-clock seconds of the simulation.
-    end_s, warmup_s
-        Simulated time at the end of the run, and from which on is counted.
+    began_s, warmup_s, end_s
+        Simulated time at which the run begins, from which on is counted, and at its end.
     orders, periods
         Rows of the tables.
     """
@@ -29,7 +29,7 @@ def timing(
     since_warmup_s = max(simulated_s - warmup_s, 0)
     return {
         "wall_s": wall_s,
-        "simulated_s_per_wall_s": end_s / wall_s if wall_s else None,
+        "simulated_s_per_wall_s": (end_s - began_s) / wall_s if wall_s else None,
         "decision_s_first": first,
         "decision_s_later": later,
         "decision_s_per_order": later / counted if counted else None,

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from rmfs_commands.cli.progress import RunDisplay
     from rmfs_commands.replay.live import Watch
-    from rmfs_core.errors import RunError
+    from rmfs_core.errors import InputError, RunError
     from rmfs_core.results import Result
     from rmfs_core.scenario import Scenario
 
@@ -142,18 +142,29 @@ def run(
         if profile:
             print_profile(console, result)
         _report(console, result, waits.sentence, folder, recorded)
-    _say_saved(notes, save_state, result.status)
+    _finish(notes, save_state, result, viewer)
+
+
+def _finish(notes: Console, save_state: str | None, result: Result, viewer: Watch | None) -> None:
+    """Say where the state is in which a run ended, serve who watches it, and raise where there is none."""
+    if save_state is not None and result.status == "horizon":
+        say(notes, f"The state at the end is in {save_state}.")
     if result.interrupted:
         raise click.Abort
     if viewer is not None:
         viewer.wait()
+    if save_state is not None and result.status != "horizon":
+        raise _not_saved(save_state, result)
 
 
-def _say_saved(notes: Console, save_state: str | None, status: str) -> None:
-    """Say where the state is in which a run ended, or that it was over before."""
-    if save_state is not None:
-        over = "The run was over before run.until_s: its state was not saved."
-        say(notes, f"The state at the end is in {save_state}." if status == "horizon" else over)
+def _not_saved(save_state: str, result: Result) -> InputError:
+    """Return the error that a run was over before its state could be saved."""
+    from rmfs_core.errors import InputError
+
+    until_s, over_s = result.scenario.run.until_s or 0.0, result.metrics["simulated_s"]
+    earlier = "; the file there is an earlier one" if Path(save_state).exists() else ""
+    problem = f"found {until_s:g}, but the run was over at {over_s:g} s, so {save_state} was not written{earlier}"
+    return InputError("run.until_s", f"{problem}; expected an earlier time")
 
 
 def _check_begin(scenario: Scenario, traced: str | None) -> None:
@@ -166,6 +177,10 @@ def _check_begin(scenario: Scenario, traced: str | None) -> None:
 
 def _failed(notes: Console, error: RunError, folder: Path, *, show_traceback: bool) -> None:
     """Print where an error came from, or how to see that, and where what was measured before it is."""
+    begun = error.result is not None and error.result.scenario.instance.state_file is not None
+    if begun and error.problem == "returned None; expected Path.":
+        found = "found no path from where the state has the robots, some of which stand in aisles"
+        error.problem = f"{found}; expected rules.pp=whca-n or free-flow, which go on from there."
     if show_traceback:
         click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
     elif error.__cause__ is not None:

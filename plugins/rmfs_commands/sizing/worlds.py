@@ -13,6 +13,7 @@ from attrs import evolve
 from rmfs_commands.bounds import BOUNDED, find_bounds
 from rmfs_commands.sizing.searching import BOXES, ROBOTS, Things
 from rmfs_commands.sizing.target import Target
+from rmfs_commands.states.beginning import read
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario
 from rmfs_core.scenario.model import PackingSection
@@ -72,7 +73,13 @@ class Worlds:
         """Return the numbers of stations to try, and the fewest and most robots; InputError where they do not fit."""
         fixed = self.n_stations
         if self.on_a_map and stations not in (None, (fixed, fixed)):
-            raise InputError("--stations", f"the map of the scenario has {fixed}; expected a scenario without a map")
+            what = "map" if self.scenario.instance.state_file is None else "state"
+            raise InputError(
+                "--stations", f"the {what} of the scenario has {fixed}; expected a scenario without a {what}"
+            )
+        if self.scenario.instance.state_file is not None and (told := read(self.scenario)[0].robots) is not None:
+            problem = f"the state tells of {len(told)} robots, all that there can be; expected one without `robots`"
+            raise InputError("instance.state_file", problem)
         least, most = (fixed, fixed) if self.on_a_map else stations or (1, TIMES[0] * fixed)
         few, many = robots or (1, min(TIMES[1] * self.scenario.robots.count, self.places))
         if many > self.places:
@@ -86,9 +93,9 @@ class Worlds:
 
     @property
     def on_a_map(self) -> bool:
-        """Whether a map, or another generator than that of blocks, says how many stations there are."""
-        layout = self.scenario.layout
-        return layout.map_file is not None or layout.generator not in (None, "blocks")
+        """Whether a map, another generator than that of blocks, or a state says how many stations there are."""
+        layout, drawn = self.scenario.layout, self.scenario.instance.state_file is not None
+        return drawn or layout.map_file is not None or layout.generator not in (None, "blocks")
 
     @property
     def at_once(self) -> bool:

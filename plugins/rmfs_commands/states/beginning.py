@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +17,11 @@ from rmfs_commands.states.opening import opening_events
 from rmfs_commands.states.plain import Memento, RobotMemento
 from rmfs_commands.states.rebuilding import layout_of
 from rmfs_commands.states.restoring import ContradictionError, restore
-from rmfs_commands.states.resuming import AT_STATION, resume
-from rmfs_commands.states.state import GoingState, LayoutState, PodState, RunState, State
+from rmfs_commands.states.resuming import resume
+from rmfs_commands.states.state import LayoutState, PodState, RunState, State
 from rmfs_commands.states.state_json import read_json, state_from_dict
 from rmfs_commands.states.supported import check_supported
+from rmfs_commands.states.under_way import under_way
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event
@@ -31,6 +30,9 @@ from rmfs_core.simulation.going import Going
 from rmfs_core.simulation.setup import Opening, open_warehouse
 from rmfs_core.warehouse import Station, Warehouse
 from rmfs_core.world import NORTH, Instance, Layout, OrderData
+
+MOST_S = 100_000_000
+"""Seconds, three years, that a state may be later than time 0: seconds since 1970 are too many to count hours in."""
 
 
 @frozen(eq=False)
@@ -98,7 +100,7 @@ class Begun:
         for label, random in told.random.items():
             if label in rules:
                 run.context.stream(rules[label]).bit_generator.state = restored_generator(random).bit_generator.state
-        remind(run.rules, told.memory, run.view)
+        remind(run.rules, told.memory, run.view, self.names)
         services = run.services
         for what, number in told.drawn.items():
             services.begun[tuple(int(one) if one.isdecimal() else one for one in what.split(" "))] = number
@@ -140,6 +142,9 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     check_supported(scenario)
     (state, name), fresh = read(scenario), open_warehouse(scenario, instance, layout)
     names = Names(state, name)
+    if not 0 <= (now_s := _now(state) / TICKS_PER_S) <= MOST_S:
+        expected = f"expected seconds since a run's time 0, not more than {MOST_S:,}"
+        names.wrong(("time_s",), f"found {now_s:,.10g}; {expected}")
     state = _placed(state, names, fresh.warehouse, layout)
     names = Names(state, name)
     given, later = _orders(state, instance), _later(state, instance, scenario)
@@ -170,8 +175,11 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     if not instance.restocked:
         _check_stock(warehouse, memento, coming, names)
     opening = Opening(warehouse, (), fresh.hours, fresh.services)
-    counted = max(scenario.run.warmup_s or 0, (warehouse.now + 1) / TICKS_PER_S)
-    going, stories = _going(state, names, warehouse)
+    begins = warehouse.now + (
+        state.run is not None
+    )  # rules have decided all that they can at the tick of a run's state
+    counted = max(scenario.run.warmup_s or 0, begins / TICKS_PER_S)
+    going, stories = under_way(state, names, warehouse, restocked=instance.restocked)
     scenario = evolve(scenario, run=evolve(scenario.run, warmup_s=counted))
     until_s = scenario.run.until_s
     if until_s is not None and to_ticks(until_s) <= warehouse.now:
@@ -217,6 +225,10 @@ def _battery(scenario: Scenario, fresh: Opening) -> Any:
 
 def _placed(state: State, names: Names, fresh: Warehouse, layout: Layout) -> State:
     """Return a state with the scenario's grid, and with cells for all pods and robots."""
+    if len(state.stations) != len(fresh.stations):
+        own_names = ", ".join(f'"{station.name}"' for station in fresh.stations)
+        found = f"found {len(state.stations)}; expected the scenario's {len(fresh.stations)}: {own_names}"
+        names.wrong(("stations",), found)
     if state.layout is not None:
         told = draw_map(layout_of(state.layout, layout.stations[0].places, names.source))
         if told != draw_map(layout):
@@ -234,7 +246,11 @@ def _placed(state: State, names: Names, fresh: Warehouse, layout: Layout) -> Sta
     pods = {}
     for name, pod in state.pods.items():
         if pod.cell is None and name not in carried:
-            pods[name] = evolve(pod, cell=next(free, None) or next(rest, None))
+            cell = next(free, None) or next(rest, None)
+            if cell is None:
+                most = f"found {len(state.pods)}; the layout has {len(layout.storage_locations)} storage locations"
+                names.wrong(("pods",), f"{most}, {len(taken)} of them taken")
+            pods[name] = evolve(pod, cell=cell)
         else:
             pods[name] = pod if pod.cell is not None or pod.home is not None else evolve(pod, home=fresh.homes[0])
     return evolve(state, pods=pods)
@@ -278,10 +294,6 @@ def _by_sku(
 def _fitting(memento: Memento, state: State, scenario: Scenario, fresh: Opening, names: Names) -> Memento:
     """Return a memento with the stations and robots of the scenario, in the state that is told."""
     stations, robots = fresh.warehouse.stations, fresh.warehouse.robots
-    if len(memento.stations) != len(stations):
-        own_names = ", ".join(f'"{station.name}"' for station in stations)
-        found_names = f"found {len(memento.stations)}; expected the scenario's {len(stations)}: {own_names}"
-        names.wrong(("stations",), found_names)
     told = []
     for i, (given, own) in enumerate(zip(memento.stations, stations, strict=True)):
         _check_capacity(given.name, state, own, names)
@@ -303,8 +315,16 @@ def _fitting(memento: Memento, state: State, scenario: Scenario, fresh: Opening,
         if not given.in_service:
             names.wrong(("stations", given.name, "in_service"), "a run cannot begin with a station that has failed yet")
     found = [_robot(one, scenario, fresh, names) for one in memento.robots]
-    if names.tells_robots and len(found) != len(robots):
-        names.wrong(("robots",), f"found {len(found)}; expected the scenario's robots.count = {len(robots)}")
+    if names.tells_robots and len(state.robots or {}) != len(robots):
+        names.wrong(
+            ("robots",), f"found {len(state.robots or {})}; expected the scenario's robots.count = {len(robots)}"
+        )
+    if names.tells_robots and len(found) > len(robots):
+        tasks = {robot.task for robot in (state.robots or {}).values()}
+        name, i, pod = next(
+            (name, i, pod) for name, one in state.stations.items() for i, pod in enumerate(one.line) if pod not in tasks
+        )
+        names.wrong(("stations", name, "line", i), f'names pod "{pod}", which is no robot\'s task')
     taken, number = {one.cell for one in found}, len(robots) - len(found)
     if number < 0:
         names.wrong(("stations",), f"pods in lines need {len(found)} robots; the scenario has {len(robots)}")
@@ -326,119 +346,30 @@ def _robot(robot: RobotMemento, scenario: Scenario, fresh: Opening, names: Names
 
 def _complete(warehouse: Warehouse, state: State, names: Names) -> None:
     """Tell what no memento has: what is in batteries, until when pickers are busy, how many bundles there were."""
-    told, robots = state.run or RunState(), state.robots or {}
+    told, robots, now_s = state.run or RunState(), state.robots or {}, warehouse.now / TICKS_PER_S
+    known, arrived = {robot.name: robot for robot in warehouse.robots}, state.orders
+    for name, (_, since_s) in told.joules.items():
+        if name not in known:
+            names.wrong(("run", "joules", name), f'names robot "{name}", which the state does not list')
+        if since_s > now_s:
+            names.wrong(("run", "joules", name), f"found {since_s:g}, which is later than the state's time")
+    for key, times in (("assigned_s", told.assigned_s), ("completed_s", told.completed_s)):
+        for name, at_s in times.items():
+            names.order(name, "run", key, name)
+            if not arrived[name].arrival_s <= at_s <= now_s:
+                expected = f"expected a time from the order's arrival to the state's, {now_s:g}"
+                names.wrong(("run", key, name), f"found {at_s:g}; {expected}")
     for robot in warehouse.robots:
         if (battery := warehouse.battery_of(robot)) is not None:
             given = robots.get(robot.name)
             share = 1.0 if given is None or given.charge is None else given.charge
-            joules, since_s = told.joules.get(robot.name, (None, None))
-            battery.joules = min(share * battery.capacity_j if joules is None else joules, battery.capacity_j)
-            battery.since = warehouse.now if since_s is None else to_ticks(since_s)
+            joules, since_s = told.joules.get(robot.name, (share * battery.capacity_j, now_s))
+            battery.joules, battery.since = min(joules, battery.capacity_j), to_ticks(since_s)
     for name, until_s in told.pickers_s.items():
         station = warehouse.stations[names.station(name, "run", "pickers_s", name)]
+        if to_ticks(until_s) <= warehouse.now:
+            names.wrong(("run", "pickers_s", name), f"found {until_s:g}, which is not later than the state's time")
         warehouse.occupy_picker(station, to_ticks(until_s), to_ticks(station.picker_free_s))
+    for name in told.begun:
+        names.station(name, "run", "begun", name)
     warehouse.bundles_so_far = max(warehouse.bundles_so_far, told.bundles)
-
-
-def _going(state: State, names: Names, warehouse: Warehouse) -> tuple[list[Going], dict[int, tuple[Any, ...]]]:
-    """Return what is going on, and the robots' stories."""
-    stories: dict[int, tuple[Any, ...]] = {}
-    robots = {robot.name: robot for robot in warehouse.robots}
-    going: list[Going] = []
-    told = () if state.run is None else state.run.going
-    for i, one in enumerate(told):
-        path = ("run", "going", i)
-        robot = None if one.robot is None else robots.get(one.robot)
-        if one.robot is not None and robot is None:
-            names.wrong((*path, "robot"), f'names robot "{one.robot}", which the state does not list')
-        if one.until_s and to_ticks(one.until_s) <= warehouse.now:
-            names.wrong((*path, "until_s"), f"found {one.until_s:g}, which is not later than the state's time")
-        if robot is not None and one.story is not None:
-            stories[robot.id] = _story(one, robot, warehouse, names, path)
-        going.append(
-            Going(
-                one.kind,
-                None if robot is None else robot.id,
-                None if one.station is None else names.station(one.station, *path, "station"),
-                None if one.sku is None else names.sku(one.sku, *path, "sku"),
-                *(one.items, one.visit, one.picks, to_ticks(one.since_s)),
-                tuple((int(cell), to_ticks(wait)) for cell, wait in one.legs),
-                one.overtaken,
-                to_ticks(one.until_s),
-            )
-        )
-        _check(one, going[-1], robot, warehouse, names, path)
-    for i, one in enumerate(told):
-        if one.kind == "handled" and (one.order is None or one.sku is None or one.station is None):
-            names.wrong(("run", "going", i), "expected `order`, `sku` and `station` with what is handled")
-    clocks = [] if state.run is not None else [Going("hours"), Going("arrivals"), Going("bundles")]
-    for robot in warehouse.robots:  # of which nothing is told: they set out from where they stand
-        if robot.id not in stories and (robot.task is not None or robot.goal is not None):
-            stories[robot.id] = _begun_story(robot, warehouse)
-            going.append(Going("drive", robot.id))
-    line = {robot.id: place for station in warehouse.stations for place, robot in enumerate(station.line)}
-    if state.run is None:
-        going.sort(key=lambda one: (line.get(one.robot or 0, math.inf), one.robot or 0))
-        going += [
-            Going("release", station=station.id, tick=max(warehouse.picker_free(station), warehouse.now + 1))
-            for station in warehouse.stations
-            if station.in_hand is not None
-        ]
-    return [*clocks, *going], stories
-
-
-def _begun_story(robot: Any, warehouse: Warehouse) -> tuple[Any, ...]:
-    """Return what a robot does of which a state tells task or goal alone."""
-    if robot.task is None:
-        return "rest", robot.goal, 1.0
-    pod = warehouse.pods[robot.task]
-    if pod.bound_for:
-        return "transport", pod
-    free = [*sorted(warehouse.reserved), *warehouse.free_locations]
-    cell = free[0]
-    if cell not in warehouse.reserved:
-        warehouse.reserve(cell)
-    return ("store" if pod.location is None else "move"), pod, cell
-
-
-def _story(one: GoingState, robot: Any, warehouse: Warehouse, names: Names, path: tuple[Any, ...]) -> tuple[Any, ...]:
-    if one.story == "rest":
-        if robot.goal is None or one.cell is None:
-            names.wrong((*path, "story"), f'found "rest" for robot "{robot.name}", which has no goal')
-        return "rest", one.cell, one.charge
-    if robot.task is None:
-        names.wrong((*path, "story"), f'found "{one.story}" for robot "{robot.name}", which has no task')
-    pod = warehouse.pods[robot.task]
-    if one.story == "transport":
-        if not pod.bound_for:
-            names.wrong((*path, "story"), f'found "transport", but pod "{pod.name}" is bound for no station')
-        return "transport", pod
-    if one.cell not in warehouse.reserved:
-        names.wrong((*path, "cell"), f"found {one.cell}; expected a cell that `reserved` names")
-    return one.story, pod, one.cell
-
-
-def _check(
-    one: GoingState, going: Going, robot: Any, warehouse: Warehouse, names: Names, path: tuple[Any, ...]
-) -> None:
-    """Check that what is going on can be, in this warehouse."""
-    if going.kind in AT_STATION:
-        at = next((station for station in warehouse.stations if station.line[:1] == (robot,)), None)
-        if at is None:
-            names.wrong((*path, "kind"), f'found "{going.kind}", but robot "{one.robot}" is first in no line')
-        skus = {request.sku for request in at.open_requests}
-        if going.sku is not None and going.sku not in skus:
-            names.wrong((*path, "sku"), f'found "{one.sku}", of which the station has no request')
-    if going.kind == "release" and (going.station is None or warehouse.stations[going.station].in_hand is None):
-        names.wrong((*path, "station"), 'found "release" of a station without `in_hand`')
-    if going.kind in ("lift", "set", "charge", "pick", "stow", "leg", "alarm") and not going.tick:
-        names.wrong((*path, "until_s"), f'is missing; expected when what is "{going.kind}" ends')
-    if going.kind == "leg":
-        layout = warehouse.travel.layout
-        cells = [robot.cell, *(cell for cell, _ in going.legs)]
-        straight = all(
-            (layout.kind.size > b >= 0 and warehouse.travel.heading(a, b) is not None) or a == b
-            for a, b in pairwise(cells)
-        )
-        if not going.legs or not straight:
-            names.wrong((*path, "legs"), "expected cells that lie in a row or column, one after the other")

@@ -11,6 +11,7 @@ from typing import Any
 
 import attrs
 
+from rmfs_commands.states.names import Names
 from rmfs_core.errors import InputError
 
 FORGETFUL = ("rmfs_rules.switch",)
@@ -42,12 +43,11 @@ def memories(rules: Any) -> dict[str, Any]:
     return found
 
 
-def remind(rules: Any, memory: Mapping[str, Any], warehouse: Any) -> None:
+def remind(rules: Any, memory: Mapping[str, Any], warehouse: Any, names: Names) -> None:
     """Let rules remember what a state tells; a rule of another name begins afresh."""
     for label, rule in labelled(rules):
         if label in memory and hasattr(rule.instance, "remember"):
             try:
                 rule.instance.remember(memory[label], warehouse)
-            except (TypeError, ValueError, KeyError, AttributeError) as error:
-                problem = f"expected the memory that {rule.describe()} writes, found other data"
-                raise InputError(f"run.memory.{label}", problem) from error
+            except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError):
+                names.wrong(("run", "memory", label), f"expected what {rule.describe()} writes, found something else")

@@ -24,7 +24,7 @@ def opening_events(
     told = state.run or RunState()
     handled = [*_handled(warehouse, going, told, names)]
     held = {(one.order, one.station) for one in handled}
-    found = [*_of_orders(warehouse, told, held), *_of_bundles(warehouse), *handled]
+    found = [*_of_orders(warehouse, told, held, saved=state.run is not None), *_of_bundles(warehouse), *handled]
     found += _of_robots(warehouse, told, stories, going)
     now = warehouse.now
     found += [events.StationClosed(now, station.id) for station in warehouse.stations if not station.open]
@@ -33,14 +33,18 @@ def opening_events(
     return sorted(found, key=lambda event: event.tick)
 
 
-def _of_orders(warehouse: Warehouse, told: RunState, held: Container[tuple[int, int]]) -> Iterator[events.Event]:
+def _of_orders(
+    warehouse: Warehouse, told: RunState, held: Container[tuple[int, int]], *, saved: bool
+) -> Iterator[events.Event]:
     now, assigned_s, completed_s = warehouse.now, told.assigned_s, told.completed_s
     for order in warehouse.arrived.values():
         yield events.OrderArrived(order.arrival_tick, order.id)
+        over = max(now if saved else now - 1, order.arrival_tick)  # what is not saved counts from now on
         if order.cancelled:
-            yield events.OrderCancelled(now, order.id)
+            yield events.OrderCancelled(over, order.id)
         last = {part.station: part for part in order.parts}
-        assigned = to_ticks(assigned_s[order.name]) if order.name in assigned_s else now
+        at = assigned_s.get(order.name)
+        assigned = (over if order.complete else now) if at is None else to_ticks(at)
         for part in order.parts:
             whole = not order.open_lines and part is order.parts[-1]
             items = part.unpicked_items + ((order.id, part.station) in held and part is last[part.station])
@@ -48,7 +52,8 @@ def _of_orders(warehouse: Warehouse, told: RunState, held: Container[tuple[int, 
                 assigned if not order.open_lines else now, order.id, part.station, part.skus, items, part.period, whole
             )
         if order.complete and not order.cancelled:
-            yield events.OrderCompleted(to_ticks(completed_s.get(order.name, now / 1000)), order.id)
+            at = completed_s.get(order.name)
+            yield events.OrderCompleted(over if at is None else to_ticks(at), order.id)
 
 
 def _handled(warehouse: Warehouse, going: Sequence[Going], told: RunState, names: Names) -> Iterator[events.ItemPicked]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rmfs_commands.results.files import to_json, write_text
+from rmfs_commands.results.files import AtomicFile, to_json, write_text
 from rmfs_commands.states.memory import labelled, memories
 from rmfs_commands.states.recording import generator_state
 from rmfs_commands.states.resuming import going_on
@@ -30,7 +30,10 @@ def saver(path: str | Path, scenario: Scenario) -> Saver:
             raise InputError(
                 "run.until_s", "found none; expected the time at which the run ends and its state is saved"
             )
-    return Saver(Path(path))
+    file = Path(path)
+    if file.is_file() or file.is_dir() or not file.exists():  # to see that it can be written: no pipe or device
+        AtomicFile(file).discard()
+    return Saver(file)
 
 
 class Saver:

@@ -352,6 +352,22 @@ class RandomState:
                 raise ValueError(f'expected texts of decimal digits, numbers below 2^128, found "{text}"')
 
 
+_LEGS = Check(
+    "pairs of a cell and the seconds of waiting before it",
+    lambda legs: all(len(leg) == 2 and leg[0] == leg[0] // 1 >= 0 and 0 <= leg[1] <= 1e10 for leg in legs),
+)
+_TIMES = Check("times from -1e10 to 1e10", lambda times: all(abs(second) <= 1e10 for second in times.values()))
+_JOULES = Check(
+    "pairs of the joules in a battery, 0 or more, and a time",
+    lambda held: all(len(one) == 2 and one[0] >= 0 and abs(one[1]) <= 1e10 for one in held.values()),
+)
+_DRAWN = Check(
+    f"numbers from 0 to {MOST:,}, by words and numbers below 2^63",
+    lambda drawn: all(
+        0 <= number <= MOST and all(len(part) < 19 for part in what.split(" ")) for what, number in drawn.items()
+    ),
+)
+
 STORIES = ("transport", "store", "move", "rest")
 
 
@@ -366,11 +382,11 @@ class GoingState:
     sku: str | None = key("SKU of an item or a bundle", None)
     items: int = key("Items of a bundle that is ordered", 0, check=_number(0))
     visit: int = key("Number of the visit", 0, check=_number(0))
-    visit_since_s: float = key("When that began", 0.0, unit="s", check=_TIME)
+    visit_since_s: float = key("When that began", 0.0, unit="s", check=within(0, 1e10))
     picks: int = key("Picks in it so far", 0, check=_number(0))
-    since_s: float = key("When it began", 0.0, unit="s", check=_TIME)
+    since_s: float = key("When it began", 0.0, unit="s", check=within(0, 1e10))
     until_s: float = key("When it ends; left out: when something else happens", 0.0, unit="s", check=_TIME)
-    legs: tuple[tuple[float, ...], ...] = key("Cell and wait (s) of each leg that is not driven yet", ())
+    legs: tuple[tuple[float, ...], ...] = key("Cell and wait (s) of each leg that is not driven yet", (), check=_LEGS)
     overtaken: int = key("How often it was overtaken in its line", 0, check=_number(0))
     story: str | None = key("What the robot does: `transport`, `store`, `move`, `rest`", None, check=_one_of(*STORIES))
     cell: int | None = key("Cell where that ends", None, check=_number(0))
@@ -386,12 +402,18 @@ class RunState:
     periods: int = key("Periods so far", 0, check=_number(0))
     bundles: int = key("Bundles that have arrived so far", 0, check=_number(0))
     wakes_s: float | None = key("When rules want to be woken up", None, unit="s", check=_TIME)
-    assigned_s: Mapping[str, float] = key("When the last line of an order was assigned", factory=dict)
-    completed_s: Mapping[str, float] = key("When an order was complete", factory=dict)
-    pickers_s: Mapping[str, float] = key("When a station's picker will be free, where that is known", factory=dict)
-    joules: Mapping[str, tuple[float, ...]] = key("What was in a robot's battery, and when (s)", factory=dict)
+    assigned_s: Mapping[str, float] = key("When the last line of an order was assigned", factory=dict, check=_TIMES)
+    completed_s: Mapping[str, float] = key("When an order was complete", factory=dict, check=_TIMES)
+    pickers_s: Mapping[str, float] = key(
+        "When a station's picker will be free, where that is known", factory=dict, check=_TIMES
+    )
+    joules: Mapping[str, tuple[float, ...]] = key(
+        "What was in a robot's battery, and when (s)", factory=dict, check=_JOULES
+    )
     random: Mapping[str, RandomState] = key("Random generators of rules", factory=dict)
-    drawn: Mapping[str, int] = key("How many service times were drawn, by what they were for", factory=dict)
+    drawn: Mapping[str, int] = key(
+        "How many service times were drawn, by what they were for", factory=dict, check=_DRAWN
+    )
     begun: Mapping[str, tuple[int, ...]] = key("Visit, order and SKU of a station's last pick (ids)", factory=dict)
     memory: Mapping[str, Any] = key("What rules remember", factory=dict)
 

@@ -459,7 +459,7 @@ def test_it_is_said_where_there_are_no_bounds(trial: Path, capsys: pytest.Captur
     text = (trial / "trial.toml").read_text(encoding="utf-8")
     (trial / "short.toml").write_text(text + '[axes]\n"run.until_s" = [1]\n', encoding="utf-8")
     assert compare("short.toml", "--bounds") == 0
-    assert "No bounds: runs that end at run.until_s or fail have none, nor" in capsys.readouterr().err
+    assert "No bounds: runs that end at run.until_s, fail or begin in a state have none, nor" in capsys.readouterr().err
 
 
 def test_bounds_are_shown_when_asked_for(trial: Path, capsys: pytest.CaptureFixture[str]) -> None:

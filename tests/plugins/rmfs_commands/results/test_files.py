@@ -199,21 +199,21 @@ PERIODS = [decided(1, 2.0), decided(1, 1.0), decided(2, 0.5, time_s=45.0)]
 
 
 def test_solve_times() -> None:
-    found = timing(10.0, 70.0, 0, ORDERS, PERIODS)
+    found = timing(10.0, 0, 0, 70.0, ORDERS, PERIODS)
     assert (found["decision_s_first"], found["decision_s_later"]) == (3.0, 0.5)
     assert found["decision_s_per_order"] == 0.25
     assert found["decision_percent_of_simulated"] == pytest.approx(100 * 0.5 / 70)
     assert (found["wall_s"], found["simulated_s_per_wall_s"]) == (10.0, 7.0)
-    found = timing(10.0, 70.0, 50, ORDERS, [*PERIODS, decided(3, 0.25, time_s=60.0)])
+    found = timing(10.0, 0, 50, 70.0, ORDERS, [*PERIODS, decided(3, 0.25, time_s=60.0)])
     assert (found["decision_s_first"], found["decision_s_later"]) == (3.0, 0.25)
     assert found["decision_s_per_order"] == 0.25
     assert found["decision_percent_of_simulated"] == 100 * 0.25 / 20
-    found = timing(10.0, 100.0, 0, [*ORDERS, {"completed_s": None}], PERIODS)
+    found = timing(10.0, 0, 0, 100.0, [*ORDERS, {"completed_s": None}], PERIODS)
     assert (found["decision_percent_of_simulated"], found["decision_s_per_order"]) == (0.5, 0.25)
-    found = timing(0.0, 0.0, 0, [], [])
+    found = timing(0.0, 0, 0, 0.0, [], [])
     assert {name for name, value in found.items() if value is None} == {
         "simulated_s_per_wall_s",
         "decision_s_per_order",
         "decision_percent_of_simulated",
     }
-    assert {metric.name for metric in TIMING} == timing(1.0, 0.0, 0, [], []).keys()
+    assert {metric.name for metric in TIMING} == timing(1.0, 0, 0, 0.0, [], []).keys()

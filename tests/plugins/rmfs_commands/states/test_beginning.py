@@ -1,19 +1,29 @@
 """A run that begins in a state: what it was stopped in, and what others write."""
 
+import copy
+import io
 import json
-from collections.abc import Sequence
+import operator
+from collections.abc import Iterator, Sequence
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rich.console import Console
 
 import rmfs_core
-from calling import refused
+from calling import exit_code, refused
 from cases import cases
+from rmfs_commands.advice.cutting import cut
+from rmfs_commands.cli.display import duration
+from rmfs_commands.cli.progress import RunLines
 from rmfs_core import Result
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, RunError
+from rmfs_core.scenario import load_scenario
+from rmfs_core.world import make_instance
 
 WORLDS = {
     "plain": (),
@@ -112,6 +122,13 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
             assert (name, rest.metrics[name]) == (name, value)
     turnover = [row["turnover_s"] for row in rest.orders if row["completed_s"] > at_s]
     assert rest.metrics["turnover_s"] == pytest.approx(sum(turnover) / len(turnover))
+    told = rest.summary["bottleneck"]
+    before = sum(max(at_s - row["arrival_s"], 0) for row in rest.orders if row["completed_s"] > at_s)
+    assert sum(told["turnover_parts_s"].values()) == pytest.approx(rest.metrics["turnover_s"])
+    assert told["turnover_parts_s"]["before"] == pytest.approx(before / len(turnover))
+    assert told["completed"] == len(turnover) == rest.metrics["orders_completed"]
+    assert told["orders_time_s"] == pytest.approx((sum(turnover) - before) / len(turnover))
+    assert min(*told["turnover_parts_s"].values(), *told["causes_percent"].values()) >= 0
 
 
 def test_a_run_that_is_stopped_twice_goes_on(tmp_path: Path) -> None:
@@ -121,6 +138,19 @@ def test_a_run_that_is_stopped_twice_goes_on(tmp_path: Path) -> None:
     _, state = stopped(tmp_path, 100, "rules.pp=free-flow")
     simulate(f"instance.state_file={state}", "run.until_s=300", "rules.pp=free-flow", save_state=again)
     assert simulate(f"instance.state_file={again}", "rules.pp=free-flow").orders == whole.orders
+
+
+def test_what_was_before_is_not_shown_as_progress(tmp_path: Path) -> None:
+    first, state = stopped(tmp_path, 160)
+    lines = RunLines("rest", Console(file=(told := io.StringIO()), width=120))
+    rest = simulate(f"instance.state_file={state}", observers=[lines])
+    counts, done = lines.counts, sum(row["completed_s"] is not None for row in first.orders)
+    shown = [counts.orders, counts.total, counts.picks, counts.visits]
+    assert shown == [25 - done, 25 - done, rest.metrics["picks"], rest.metrics["pod_station_visits"]]
+    assert sum(counts.throughput.picks) == rest.metrics["picks"]
+    whole_s = rest.metrics["makespan_s"] - 160
+    assert told.getvalue().splitlines()[-1].endswith(f"{25 - done} orders, {duration(whole_s)} simulated")
+    assert rest.timing["simulated_s_per_wall_s"] == pytest.approx(whole_s / rest.timing["wall_s"])
 
 
 @pytest.mark.parametrize(
@@ -232,7 +262,7 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
         'run.going[0].robot: names robot "9", which the state does not list',
     ),
     (
-        {"run": {"going": [{"kind": "pick", "robot": "2", "sku": "tea", "until_s": 36001}]}},
+        {"run": {"going": [{"kind": "pick", "robot": "2", "visit": 1, "sku": "tea", "until_s": 36001}], "visits": 1}},
         (),
         'run.going[0].kind: found "pick", but robot "2" is first in no line',
     ),
@@ -246,6 +276,36 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
         (),
         'run.going[0].station: found "release" of a station without `in_hand`',
     ),
+    (
+        {"stations": BY_HAND["stations"] | {"3": {"item_capacity": 15}}},
+        (),
+        'stations: found 3; expected the scenario\'s 2: "1", "2"',
+    ),
+    (
+        {"pods": BY_HAND["pods"] | {f"X{i}": {"contents": {}} for i in range(200)}},
+        (),
+        "pods: found 203; the layout has 120 storage locations",
+    ),
+    (
+        {"robots": {name: {"cell": 30} for name in "1234"}},
+        (),
+        'stations.1.line[0]: names pod "P1", which is no robot\'s task',
+    ),
+    ({"time_s": -5.5, "orders": {}}, (), "time_s: found -5.5; expected seconds since a run's time 0"),
+    ({"time_s": 1.7e9}, (), "time_s: found 1,700,000,000; expected seconds since a run's time 0, not more than 100"),
+    ({"run": {"pickers_s": {"1": -5}}}, (), "run.pickers_s.1: found -5, which is not later than the state's time"),
+    ({"run": {"completed_s": {"C": 35600}}}, (), 'run.completed_s.C: names order "C", which the state does not list'),
+    ({"run": {"begun": {"9": [1, 2, 3]}}}, (), 'run.begun.9: names station "9", which the state does not list'),
+    (
+        {"run": {"going": [{"kind": "handled", "station": "1", "order": "Z", "sku": "tea", "until_s": 36001}]}},
+        (),
+        'run.going[0].order: names order "Z", which the state does not list',
+    ),
+    (
+        {"run": {"going": [{"kind": "picker", "robot": "1", "story": "transport"}]}},
+        (),
+        'run.going[0].visit: is missing; expected it with what is "picker"',
+    ),
 )
 def test_what_cannot_be_is_refused(
     tmp_path: Path, changes: dict[str, Any], overrides: tuple[str, ...], sentence: str
@@ -254,6 +314,60 @@ def test_what_cannot_be_is_refused(
     with pytest.raises(InputError) as error:
         simulate(written(tmp_path, **changes), "instance.orders=0", *overrides)
     assert sentence in str(error.value)
+
+
+STOPPED = (("restocked", "sipp", 362.89), ("low", "whca-n", 382.454), ("times vary", "free-flow", 332.85))
+"""World, PP rule and time of states with much going on."""
+REMOVED = object()
+WRONG = (REMOVED, None, "nobody", -1, -1.5, 0, 3.5, 10**12, 1e300, float("nan"), True, [], {}, [[]])
+
+
+def paths(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the paths of all that is in tables and lists."""
+    entries = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    for key, value in entries:
+        yield (*path, key)
+        yield from paths(value, (*path, key))
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Return states by their worlds."""
+    folder = tmp_path_factory.mktemp("saved")
+    made = {
+        world: stopped(folder, at_s, *WORLDS[world], f"rules.pp={pp}")[1].read_text() for world, pp, at_s in STOPPED
+    }
+    return {world: json.loads(text) for world, text in made.items()}
+
+
+@settings(max_examples=60)
+@given(st.data(), st.sampled_from(STOPPED), st.sampled_from(WRONG))
+def test_whatever_is_wrong_with_what_goes_on_is_a_sentence(
+    tmp_path_factory: pytest.TempPathFactory,
+    saved: dict[str, Any],
+    data: st.DataObject,
+    stop: tuple[str, str, float],
+    wrong: object,
+) -> None:
+    """The run goes on, or is refused with the state's file and the key: no other error, whatever was changed."""
+    world, pp, at_s = stop
+    state = copy.deepcopy(saved[world])
+    *within, last = data.draw(st.sampled_from([*paths(state["run"])]))
+    table = reduce(operator.getitem, within, state["run"])
+    if wrong is REMOVED:
+        del table[last]
+    elif wrong == "nobody" and isinstance(last, str) and isinstance(table[last], dict | list | float):
+        table["nobody"] = table.pop(last)
+    else:
+        table[last] = wrong
+    file = tmp_path_factory.mktemp("wrong") / "state.json"
+    file.write_text(json.dumps(state))
+    try:
+        simulate(*WORLDS[world], f"rules.pp={pp}", f"instance.state_file={file}", f"run.until_s={at_s + 5}")
+    except InputError as error:
+        assert str(error).startswith((f"{file}, run", "instance.state_file: robots "))
+    except RunError as error:  # with next to nothing in its battery
+        assert "has no charge left" in str(error)
 
 
 @cases(
@@ -285,3 +399,34 @@ def test_commands_begin_in_a_state(
     assert json.loads((tmp_path / "b/result.json").read_text())["status"] == "complete"
     capsys.readouterr()
     assert "expected it without a state" in refused(capsys, main, [*small, "--from", "s.json", "--trace"])
+    state, late = (tmp_path / "s.json").read_text(), (*small, "--set", "run.until_s=9000")
+    sentence = "so s.json was not written; the file there is an earlier one; expected an earlier time"
+    assert sentence in refused(capsys, main, [*late, "--save-state", "s.json", "--out", "c"])
+    assert (tmp_path / "s.json").read_text() == state
+    assert refused(capsys, main, [*late, "--save-state", "."]).startswith("Error: .: cannot be written: a folder")
+    assert "gone/s.json: cannot be written" in refused(capsys, main, [*late, "--save-state", "gone/s.json"])
+    main(["report", "b", "--out", "b.html"])
+    assert "before the run" in (tmp_path / "b.html").read_text()
+    checked = ("scenario", "check", "examples/small", "--set", "instance.state_file")
+    assert exit_code(*checked[:-1], f"{checked[-1]}=s.json") == 0
+    capsys.readouterr()
+    assert exit_code(*checked[:-1], f"{checked[-1]}=none.json") == 2
+    assert "none.json: cannot be read: No such file" in "".join(capsys.readouterr())
+    sized = ("size", "examples/small", "--set", "instance.state_file=s.json", "--p95", "100", "-q")
+    assert "the state tells of 4 robots" in refused(capsys, main, sized)
+    many = (*small[:4], *("--set", "robots.count=12", "--seed", "4", "-q"))
+    main([*many, "--set", "rules.pp=whca-n", "--set", "run.until_s=255.662", "--save-state", "w.json"])
+    assert exit_code(*many, "--set", "rules.pp=sipp", "--from", "w.json") == 1
+    assert "expected rules.pp=whca-n or free-flow, which go on from there" in capsys.readouterr().err
+    clock = refused(capsys, main, [*small, "--set", "run.until_s=12:00"])
+    assert clock.endswith('expected a number, found "12:00", which is 43200 s after midnight\n')
+
+
+def test_advice_is_about_the_orders_of_a_state_and_those_that_come(tmp_path: Path) -> None:
+    orders = {name: order | {"arrival_s": 0} for name, order in BY_HAND["orders"].items()}
+    state = written(tmp_path, time_s=3600, orders=orders)
+    given = (state, "instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=300")
+    later, none = (load_scenario("examples/small", [*given, f"instance.orders={number}"]) for number in (600, 25))
+    assert cut(none, None).told == ("Simulated: 2 orders, those of the state.",)
+    number = sum(3_600_000 < order.arrival_tick < 5_400_000 for order in make_instance(later).orders)
+    assert cut(later, 0.5).told[0] == f"Simulated: 0.5 hours, in which {number} of 600 orders arrive."
