@@ -50,4 +50,6 @@ def remind(rules: Any, memory: Mapping[str, Any], warehouse: Any, names: Names) 
             try:
                 rule.instance.remember(memory[label], warehouse)
             except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError):
-                names.wrong(("run", "memory", label), f"expected what {rule.describe()} writes, found something else")
+                names.wrong(
+                    ("run", "memory", label), f"expected the memory that {rule.describe()} writes, found other data"
+                )

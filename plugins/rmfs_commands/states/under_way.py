@@ -147,14 +147,14 @@ def _check_once(state: State, names: Names, warehouse: Warehouse) -> None:
         there |= {"station": one.station} if one.kind == "release" else {}
         for key, value in there.items():
             if value and (key, value) in known:
-                names.wrong(("run", "going", i, key), f"found {value} twice; expected it once")
+                names.wrong(("run", "going", i, key), f"found {value} in two entries; expected one")
             known.add((key, value))
     most = max((one.visit for one in state.run.going), default=0)
     if most > state.run.visits:
         names.wrong(("run", "visits"), f"found {state.run.visits}; expected at least {most}, the visits in `going`")
     for station in warehouse.stations:
         if station.in_hand is not None and ("station", station.name) not in known:
-            expected = 'expected what is "release" for each station with `in_hand`'
+            expected = 'expected an entry of kind "release" for each station with `in_hand`'
             names.wrong(("run", "going"), f'found none for station "{station.name}"; {expected}')
 
 
@@ -164,7 +164,7 @@ def _check(
     """Check that what is going on can be, at this time and place."""
     for key in NEEDS.get(one.kind, ()):
         if not getattr(one, key):
-            names.wrong((*path, key), f'is missing; expected it with what is "{one.kind}"')
+            names.wrong((*path, key), f'is missing; expected in an entry of kind "{one.kind}"')
     if one.until_s and going.tick <= warehouse.now:
         names.wrong((*path, "until_s"), f"found {one.until_s:g}, which is not later than the state's time")
     for key, second in (("since_s", one.since_s), ("visit_since_s", one.visit_since_s)):
@@ -202,10 +202,10 @@ def _check_legs(going: Going, robot: Robot, warehouse: Warehouse, names: Names, 
 def _check_robot(one: GoingState, robot: Robot, warehouse: Warehouse, names: Names, path: KeyPath) -> None:
     """Check that a robot can do in its story what it does, where it stands."""
     if one.story is None and (robot.task is not None or robot.goal is not None):
-        names.wrong((*path, "story"), f'is missing; expected what robot "{robot.name}" has its task or goal for')
+        names.wrong((*path, "story"), f'is missing; expected the purpose of the task or goal of robot "{robot.name}"')
     if one.story not in STORIES.get(one.kind, (one.story,)):
         wanted = " or ".join(f'"{story}"' for story in STORIES[one.kind])
-        names.wrong((*path, "story"), f'found "{one.story}"; expected {wanted} with what is "{one.kind}"')
+        names.wrong((*path, "story"), f'found "{one.story}"; expected {wanted} in an entry of kind "{one.kind}"')
     pod = None if robot.task is None else warehouse.pods[robot.task]
     location = None if pod is None else pod.location
     carries, beneath = pod is not None and location is None, location == robot.cell
