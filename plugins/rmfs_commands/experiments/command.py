@@ -9,14 +9,7 @@ import click
 
 from rmfs_commands.cli.completion import experiments
 from rmfs_commands.cli.notes import notes_console
-from rmfs_commands.cli.options import (
-    dask_option,
-    jobs_option,
-    json_option,
-    no_inline_option,
-    quiet_option,
-    runs_out_option,
-)
+from rmfs_commands.cli.options import runs_options
 from rmfs_commands.cli.screen import output_console, print_json, say
 from rmfs_commands.cli.shipped import print_shipped
 
@@ -28,9 +21,6 @@ RUNS_FOLDER = "runs"
 
 @click.command(short_help="Run an experiment and compare its rule sets.")
 @click.argument("experiment", metavar="EXPERIMENT", required=False, shell_complete=experiments)
-@jobs_option
-@dask_option
-@runs_out_option("report", "rmfs-runs/<name of the experiment>")
 @click.option(
     "--bounds", is_flag=True, help="Show how far each rule set is from what no rules can beat (`rmfs bound`)."
 )
@@ -48,9 +38,7 @@ RUNS_FOLDER = "runs"
     help="Width of the plots, with letters of 8 pt; the default is one column of a two-column page.",
 )
 @click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
-@no_inline_option
-@json_option
-@quiet_option
+@runs_options("report", "rmfs-runs/<name of the experiment>")
 def compare(
     experiment: str | None,
     jobs: int | None,
