@@ -20,7 +20,7 @@ from rmfs_core.warehouse import WarehouseView
 from rmfs_core.wording import nearest
 from rmfs_core.world import Instance, make_instance, make_layout
 
-FILE = "instances.toml"
+FILE, BOUNDS_FILE = "instances.toml", "bounds.json"
 RULES: Mapping[str, Any] = {"poa": "pod-match", "pps": "completes", "pr": "nearest", "ta": "nearest-robot"}
 """Of an instance that is run without others."""
 PATHS = {"free": "free-flow", "shared": "sipp"}
@@ -104,10 +104,18 @@ class BenchmarkSet:
         return self.instances[name]
 
     def chosen(self, names: Sequence[str]) -> list[Frozen]:
-        """Return the instances with these names, or all; a name that ends in ``*`` stands for all that begin so."""
+        """Return the instances with these names, or all; a name that ends in ``*`` stands for all that begin so.
+
+        Raises
+        ------
+        InputError
+            When there is none.
+        """
         found: dict[str, Frozen] = {}
         for name in names:
             many = [one for key, one in self.instances.items() if name.endswith("*") and key.startswith(name[:-1])]
+            if name.endswith("*") and not many:
+                raise InputError(name, "no instance has a name that begins so; `rmfs benchmark list` has all names")
             found |= {one.name: one for one in many or [self.find(name)]}
         return list(found.values() if names else self.instances.values())
 
@@ -123,6 +131,13 @@ def benchmark_set() -> BenchmarkSet:
         scenario = scenario_from_dict(given, name=f"benchmark instance {name}")
         found[name] = Frozen(name, entry["about"], roads, entry["checksum"], scenario)
     return BenchmarkSet(data["version"], found)
+
+
+@cache
+def known_bounds() -> dict[str, dict[str, float]]:
+    """Return the bounds that were proven for the set, by instance and metric."""
+    found: dict[str, dict[str, float]] = json.loads(Path(__file__).with_name(BOUNDS_FILE).read_text("utf-8"))
+    return found
 
 
 def checksum_of(instance: Instance, pods: Sequence[int], robots: Sequence[int], empty: Sequence[int]) -> str:

@@ -108,6 +108,8 @@ class Search:
         Is told of every trial that is over.
     allow_inline_rules
         Whether code may be loaded from files.
+    sampler_seed
+        Of what is proposed; None: the scenario's seed.
     """
 
     scenario: Scenario
@@ -122,6 +124,7 @@ class Search:
     watcher: Watcher
     tell: Callable[[Trial], None]
     allow_inline_rules: bool = True
+    sampler_seed: int | None = None
 
     def trials(self) -> list[Trial]:
         """Return all trials, the scenario's own values first.
@@ -245,8 +248,9 @@ class Search:
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            seed = self.scenario.seed if self.sampler_seed is None else self.sampler_seed
             sampler = optuna.samplers.TPESampler(
-                n_startup_trials=STARTING, multivariate=True, constant_liar=True, seed=self.scenario.seed
+                n_startup_trials=STARTING, multivariate=True, constant_liar=True, seed=seed
             )
         return optuna.create_study(directions=["minimize"] * len(self.objectives), sampler=sampler)
 
