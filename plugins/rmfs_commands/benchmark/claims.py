@@ -15,6 +15,7 @@ from attrs import asdict, frozen
 
 from rmfs_commands.benchmark.plans import REPLAY, Replay, plan_of
 from rmfs_commands.benchmark.sets import BenchmarkSet, Frozen, benchmark_set, checksum_of, known_bounds
+from rmfs_commands.experiments.keys import digest_of
 from rmfs_commands.results.files import to_json
 from rmfs_commands.trace import read_trace, trace_file
 from rmfs_commands.trace.json_lines import read_json_lines
@@ -74,11 +75,6 @@ class Claim:
     def digest(self) -> str:
         """First digits of the SHA-256 of the rules: equal rules with equal parameters have the same."""
         return digest_of(self.rules)
-
-
-def digest_of(rules: Mapping[str, Any]) -> str:
-    """Return the first digits of the SHA-256 of rules."""
-    return hashlib.sha256(to_json(rules).encode()).hexdigest()[:12]
 
 
 def _name(rule: Any) -> str:

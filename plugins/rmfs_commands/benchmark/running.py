@@ -8,9 +8,9 @@ from typing import Any
 
 from attrs import frozen
 
-from rmfs_commands.benchmark.claims import digest_of
 from rmfs_commands.benchmark.sets import Frozen
 from rmfs_commands.experiments import Base, Experiment, ExperimentResult, Job, RuleSetChoice, Watcher, run_experiment
+from rmfs_commands.experiments.keys import digest_of, rules_of
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.overrides import parse_override
 from rmfs_core.scenario.tomltext import read_toml
@@ -70,7 +70,6 @@ def figures_of(
     return {
         "set": version,
         "rules": dict(rules),
-        "rules_sha256": digest_of(rules),
         "versions": result.versions,
         "figures": [
             {
@@ -78,6 +77,7 @@ def figures_of(
                 "seed": one.scenario.seed,
                 "checksum": one.checksum,
                 "status": (row := reached[one.name])["status"],
+                "rules_sha256": digest_of(rules_of(one.with_rules(rules))),
                 "run": row["key"],
                 **{name: row.get(name) for name in one.objectives},
             }

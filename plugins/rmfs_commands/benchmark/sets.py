@@ -13,7 +13,7 @@ import attrs
 from attrs import field, frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario import RulesSection, Scenario, scenario_from_dict, scenario_to_dict
+from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
 from rmfs_core.scenario.tomltext import read_toml
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import WarehouseView
@@ -161,10 +161,3 @@ def made_checksum(scenario: Scenario) -> str:
     warehouse = WarehouseView(open_warehouse(scenario, instance, make_layout(scenario)).warehouse)
     cells = [pod.cell for pod in warehouse.pods], [robot.cell for robot in warehouse.robots]
     return checksum_of(instance, *cells, warehouse.blocked_locations)
-
-
-def rules_of(scenario: Scenario) -> dict[str, Any]:
-    """Return the rules of a scenario as tables."""
-    section: RulesSection = scenario.rules
-    rules: dict[str, Any] = scenario_to_dict(attrs.evolve(scenario, rules=section))["rules"]
-    return {key: value for key, value in rules.items() if value not in (None, [], ())}
