@@ -1,4 +1,4 @@
-"""What is needed to repeat an experiment: experiment.json."""
+"""Versions, seeds and scenarios that repeat an experiment: experiment.json."""
 
 from __future__ import annotations
 
