@@ -12,20 +12,7 @@ import click
 
 from rmfs_commands.cli.completion import SetCommand
 from rmfs_commands.cli.notes import notes_console
-from rmfs_commands.cli.options import (
-    NumberRange,
-    WholeNumberRange,
-    dask_option,
-    jobs_option,
-    json_option,
-    no_inline_option,
-    quiet_option,
-    runs_out_option,
-    scenario_argument,
-    scenario_name,
-    seed_option,
-    set_option,
-)
+from rmfs_commands.cli.options import NumberRange, WholeNumberRange, scenario_argument, scenario_name, search_options
 from rmfs_commands.cli.screen import output_console, print_json, print_named, say
 
 if TYPE_CHECKING:
@@ -58,14 +45,7 @@ MOST_SEEDS = 1_000
     metavar="METRIC=X",
     help="Name the cheapest of the rule sets whose mean is at most that, such as `missed_percent=2`; with costs.",
 )
-@set_option
-@seed_option
-@jobs_option
-@dask_option
-@runs_out_option("answer", "rmfs-runs/advise-<name of the scenario>")
-@no_inline_option
-@json_option
-@quiet_option
+@search_options("advise")
 def advise(
     scenario: str,
     hours: float | None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -12,8 +13,9 @@ from typing import Any
 
 from attrs import asdict, frozen
 
-from rmfs_commands.benchmark.plans import REPLAY, Replay
-from rmfs_commands.benchmark.sets import BenchmarkSet, Frozen, checksum_of
+from rmfs_commands.benchmark.plans import REPLAY, Replay, plan_of
+from rmfs_commands.benchmark.sets import BenchmarkSet, Frozen, benchmark_set, checksum_of, known_bounds
+from rmfs_commands.experiments.keys import digest_of
 from rmfs_commands.results.files import to_json
 from rmfs_commands.trace import read_trace, trace_file
 from rmfs_commands.trace.json_lines import read_json_lines
@@ -27,6 +29,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
 from rmfs_core.scenario.rulenames import is_inline
 from rmfs_core.wording import counted
+from rmfs_core.world import make_instance
 
 FILE = "best.jsonl"
 ONLINE_S = 1.0
@@ -71,7 +74,7 @@ class Claim:
     @property
     def digest(self) -> str:
         """First digits of the SHA-256 of the rules: equal rules with equal parameters have the same."""
-        return hashlib.sha256(to_json(self.rules).encode()).hexdigest()[:12]
+        return digest_of(self.rules)
 
 
 def _name(rule: Any) -> str:
@@ -81,10 +84,12 @@ def _name(rule: Any) -> str:
 def read_claims(file: Path | None = None) -> list[Claim]:
     """Return the claims of a file; of the one that comes with the package, if left out.
 
+    Nothing is run: `repeat` tells whether a claim is true.
+
     Raises
     ------
     InputError
-        When the file cannot be read, or a line of it is no claim.
+        When the file cannot be read, or a line of it is no claim, or one that cannot be true.
     """
     path = file or Path(__file__).with_name(FILE)
     found = []
@@ -97,9 +102,9 @@ def read_claims(file: Path | None = None) -> list[Claim]:
             claim = Claim(**json.loads(line))
             _check_claim(claim)
         except (ValueError, TypeError) as error:
-            raise InputError(
-                f"{path}, line {number}", "expected a claim, as `rmfs benchmark check` prints it"
-            ) from error
+            expected = "expected a claim, as `rmfs benchmark check RESULT --claims FILE` writes it"
+            raise InputError(f"{path}, line {number}", expected) from error
+        _check_bounds(claim, f"{path}, line {number}")
         for name in map(_name, claim.rules.values()) if file is not None else ():
             if name == "remote" or is_inline(name):
                 problem = f'rule "{name}" would run code that is not installed; expected installed rules in a claim'
@@ -111,12 +116,26 @@ def read_claims(file: Path | None = None) -> list[Claim]:
 def _check_claim(claim: Claim) -> None:
     """Raise ValueError where a value of a claim is of no use."""
     figures, rules = claim.metrics, claim.rules
-    if not isinstance(figures, Mapping) or not all(type(value) in (int, float) for value in figures.values()):
+    numbers = figures.values() if isinstance(figures, Mapping) else [None]
+    if not all(type(value) in (int, float) and math.isfinite(value) for value in numbers):
         raise ValueError("expected numbers as `metrics`")
+    if not isinstance(claim.instance, str) or not isinstance(claim.versions, Mapping):
+        raise TypeError("expected the name of an instance, and versions by name")
     if not isinstance(rules, Mapping) or not ("poa_pps" in rules or {"poa", "pps"} <= rules.keys()):
         raise ValueError("expected rules that assign orders and pods")
     if not all(isinstance(rule, str) or (isinstance(rule, Mapping) and "rule" in rule) for rule in rules.values()):
         raise ValueError("expected rules by name, or tables of rules")
+
+
+def _check_bounds(claim: Claim, place: str) -> None:
+    """Refuse what no run can reach."""
+    if claim.instance not in benchmark_set().instances:
+        raise InputError(place, f'there is no instance "{claim.instance}"; `rmfs benchmark list` has all names')
+    bounds = known_bounds().get(claim.instance, {})
+    for name, value in claim.metrics.items():
+        if value < bounds.get(name, 0.0) - 1e-9:
+            problem = f"claims {name} {value:,.10g} of {claim.instance}"
+            raise InputError(place, f"{problem}; no run can have less than {bounds.get(name, 0):,.10g}")
 
 
 def claim_line(claim: Claim) -> str:
@@ -213,11 +232,17 @@ def trace_digest(file: Path) -> str:
 
 
 def run_rules(instance: Frozen, rules: Mapping[str, Any], out: Path | None = None) -> Result:
-    """Run an instance with rules; with a folder, record the trace there."""
+    """Run an instance with rules; with a folder, record the trace there.
+
+    Raises
+    ------
+    InputError
+        When rules are wrong, or a plan is.
+    """
     joint = rules.get("poa_pps")
     objects = {}
     if joint is not None and _name(joint) == REPLAY:
-        objects = {"poa_pps": Replay(joint["plan"])}
+        objects = {"poa_pps": Replay(plan_of(joint, make_instance(instance.scenario), f"plan of {instance.name}"))}
         rules = {key: value for key, value in rules.items() if key != "poa_pps"}
     return run(instance.with_rules(rules), rules=objects, out=out, record=("trace",) if out else ())
 

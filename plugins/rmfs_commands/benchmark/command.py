@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,17 +12,15 @@ from rmfs_commands.cli.notes import notes_console
 from rmfs_commands.cli.options import (
     OutPath,
     WholeNumberRange,
-    dask_option,
-    jobs_option,
     json_option,
-    no_inline_option,
     quiet_option,
-    runs_out_option,
+    runs_options,
 )
 from rmfs_commands.cli.screen import new_table, output_console, print_json, say, tell
 
 if TYPE_CHECKING:
     from rmfs_commands.benchmark.claims import Claim
+    from rmfs_commands.benchmark.sets import Frozen
     from rmfs_commands.cli.grids import Grid
 
 names_argument = click.argument("names", metavar="[NAME]...", nargs=-1)
@@ -33,6 +32,22 @@ objective_option = click.option(
     type=click.Choice(["visits", "makespan", "turnover", "packed", "late", "distance"]),
     help="What to make small.",
 )
+
+
+def _table_file(_ctx: click.Context, _param: click.Parameter, file: Path | None) -> Path | None:
+    if file is not None and file.suffix not in (".tex", ".csv", ".md"):
+        raise click.BadParameter(f"expected a name that ends in .tex, .csv or .md, found {file}")
+    return file
+
+
+table_option = click.option(
+    "--table",
+    "file",
+    type=OutPath(),
+    metavar="FILE",
+    callback=_table_file,
+    help="Write the table there: .tex, .csv or .md.",
+)
 KEYS = {
     "visits": "pod_station_visits",
     "makespan": "makespan_s",
@@ -41,7 +56,6 @@ KEYS = {
     "late": "late_orders",
     "distance": "distance_m",
 }
-TABLE_FILES = (".tex", ".csv", ".md")
 
 
 @click.group(short_help="Frozen instances and their best known values.")
@@ -97,73 +111,68 @@ def write(name: str, out: Path | None) -> None:
 @click.option(
     "--rules", "given", multiple=True, metavar="KEY=RULE", help="A rule, or a TOML file with [rules]. Repeatable."
 )
-@jobs_option
-@dask_option
-@runs_out_option("runs", "rmfs-runs/benchmark")
 @claims_option
-@no_inline_option
-@json_option
-@quiet_option
+@table_option
+@runs_options("figures", "rmfs-runs/benchmark")
 def run(
     names: tuple[str, ...],
     given: tuple[str, ...],
+    claims: Path | None,
+    file: Path | None,
     jobs: int | None,
     dask: str | None,
     out: Path | None,
-    claims: Path | None,
     no_inline_rules: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
     """Run one rule set on the instances with each NAME, or on all: `--rules poa_pps=pod-index`.
 
-    Finished runs are kept in DIR, so that the same command goes on where it stopped. With --claims, each run that is
-    better than what is known is made again with its trace, checked, and added to FILE. Exit code 1 when a run failed.
+    The table has the values reached next to the best known ones. DIR has the figures, with all that is needed to reach
+    them again (benchmark.json), and the finished runs, so that the same command goes on where it stopped. With
+    --claims, each run that is better than what is known is made again with its trace, checked, and added to FILE. Exit
+    code 1 when a run failed.
     """
     from tempfile import TemporaryDirectory
 
     from rmfs_commands.benchmark import claims as all_claims
-    from rmfs_commands.benchmark.running import rules_given, run_on
+    from rmfs_commands.benchmark.running import FIGURES_FILE, figures_of, rules_given, run_on
     from rmfs_commands.benchmark.sets import benchmark_set
-    from rmfs_commands.benchmark.table import LABELS, percent, told
-    from rmfs_commands.cli.grids import Grid
+    from rmfs_commands.benchmark.table import own_grid, write_table
     from rmfs_commands.experiments.progress import experiment_display
+    from rmfs_commands.results.files import to_json, write_text
     from rmfs_core.errors import RunError
 
     chosen, notes = benchmark_set(), notes_console(quiet=quiet)
     instances, rules, known = chosen.chosen(names), rules_given(given), _known(claims)
+    folder = out or Path("rmfs-runs") / "benchmark"
     result = run_on(
         instances,
         rules,
-        out or Path("rmfs-runs") / "benchmark",
+        folder / "runs",
         jobs=jobs,
         dask=dask,
         watcher=experiment_display(notes, "benchmark"),
         allow_inline_rules=not no_inline_rules,
     )
     reached = {row["scenario"]: row for row in result.rows}
-    rows, better = [], []
-    for one in instances:
-        row, best = reached[one.name], all_claims.best_of(known, one)
-        for objective in one.objectives:
-            value = row.get(objective) if row["status"] == "complete" else None
-            least = best[objective].metrics[objective] if objective in best else None
-            if value is not None and (least is None or value < least):
-                better.append(one)
-            off = None if value is None or not least else value / least - 1
-            rows.append((one.name, LABELS[objective], told(objective, value), told(objective, least), percent(off)))
-    if claims is not None:
-        if not better:
-            say(notes, f"Nothing added to {claims}: no value beats the best known one.")
-        for one in {one.name: one for one in better}.values():
-            with TemporaryDirectory() as folder:
-                all_claims.run_rules(one, rules, Path(folder))
-                _keep(claims, all_claims.check_result(folder, chosen))
-            say(notes, f"{one.name}: a better value, added to {claims}.")
+    figures = figures_of(instances, rules, result, chosen.version)
+    write_text(folder / FIGURES_FILE, to_json(figures, indent=2) + "\n")
+    better = [one for one in instances if claims is not None and _is_better(reached[one.name], one, known)]
+    for one in better:
+        with TemporaryDirectory() as traced:
+            all_claims.run_rules(one, rules, Path(traced))
+            added = _keep(claims, all_claims.check_result(traced, chosen), known)
+        say(notes, f"{one.name}: a better value, added to {claims}." if added else f"{one.name}: nothing to add.")
+    if claims is not None and not better:
+        say(notes, f"Nothing added to {claims}: no value beats the best known one.")
+    grid = own_grid(instances, reached, chosen.version)
+    if file is not None:
+        write_table(grid, file)
     if as_json:
-        print_json({"set": chosen.version, "rules": rules, "versions": result.versions, "runs": result.rows})
-    elif not quiet:
-        _show(Grid("", (), ("Instance", "Objective", "Reached", "Best known", "Off by"), rows, (2, 3, 4)))
+        print_json(figures | {"runs": result.rows})
+    elif not quiet and file is None:
+        _show(grid)
     if result.failed:
         raise RunError(
             f"{len(result.failed)} of {len(result.rows)} runs failed; the first: {result.failed[0]['error']}"
@@ -178,7 +187,8 @@ def check(folder: Path, claims: Path | None, as_json: bool) -> None:
     """Say what the run in the folder RESULT may claim.
 
     Its trace has to be accepted by `rmfs validate` and to start from an instance of the set; all figures are worked out
-    from the trace. With --claims, the claim is added to FILE. Exit code 2 where nothing can be claimed.
+    from the trace. With --claims, the claim is added to FILE if it is the best in an objective. Exit code 2 where
+    nothing can be claimed.
     """
     from attrs import asdict
 
@@ -188,9 +198,8 @@ def check(folder: Path, claims: Path | None, as_json: bool) -> None:
 
     chosen = benchmark_set()
     claim = check_result(folder, chosen)
-    best = best_of(_known(claims), chosen.find(claim.instance))
-    if claims is not None:
-        _keep(claims, claim)
+    known = _known(claims)
+    best, added = best_of(known, chosen.find(claim.instance)), _keep(claims, claim, known)
     if as_json:
         print_json(asdict(claim))
         return
@@ -203,31 +212,31 @@ def check(folder: Path, claims: Path | None, as_json: bool) -> None:
             how = "as the best known" if value == least else "a new best value"
         tell(f"{LABELS[name]}: {told(name, value)}, {how}")
     if claims is not None:
-        tell(f"Added to {claims}.")
+        tell(f"Added to {claims}." if added else f"Not added to {claims}: each value is known, or a better one.")
 
 
 @benchmark.command()
 @names_argument
 @objective_option
 @claims_option
-@click.option("--table", "file", type=OutPath(), metavar="FILE", help="Write it there: .tex, .csv or .md.")
+@table_option
 @json_option
 def table(names: tuple[str, ...], objective: str | None, claims: Path | None, file: Path | None, as_json: bool) -> None:
-    """Show the best known values of each NAME, or of all, with bounds and what reached them."""
+    """Show the best known values of each NAME, or of all, with bounds and what reached them.
+
+    Claims of your own file that do not come with the package are marked as unverified: `repeat` verifies one.
+    """
     from rmfs_commands.benchmark.sets import benchmark_set
-    from rmfs_commands.benchmark.table import best_known, grid_of, page_table, plain
-    from rmfs_commands.cli.latex import write_grid
+    from rmfs_commands.benchmark.table import best_known, grid_of, page_table, plain, write_table
     from rmfs_commands.results.files import write_text
 
-    if file is not None and file.suffix not in TABLE_FILES:
-        raise click.BadParameter(f"expected a name that ends in .tex, .csv or .md, found {file}", param_hint="--table")
     chosen = benchmark_set()
     instances = chosen.chosen(names)
     found = list(best_known(instances, _known(claims), [KEYS[objective]] if objective else []))
     if file is not None and file.suffix == ".md":
         write_text(file, page_table(instances, found))
     elif file is not None:
-        write_grid(grid_of(found, chosen.version), file)
+        write_table(grid_of(found, chosen.version), file)
     if as_json:
         print_json({"set": chosen.version, "best": plain(found)})
     elif file is None:
@@ -297,10 +306,9 @@ def improve(
     else:
         by_rules = best_of([claim for claim in known if claim.made_by != "plan"], one).get(key)
         first = {"poa_pps": "pod-index"} if by_rules is None else by_rules.rules
-        claim = improve_rules(one, first, key, minutes, chosen, folder, told, Notices(notes))
+        claim = improve_rules(one, first, key, minutes, seed, chosen, folder, told, Notices(notes))
     best = best_of(known, one).get(key)
-    if claims is not None and (best is None or claim.metrics[key] < best.metrics[key]):
-        _keep(claims, claim)
+    _keep(claims, claim, known)
     before = "none" if best is None else f"{best.metrics[key]:,g}"
     tell(f"{one.name}: {key} {claim.metrics[key]:,g} by {claim.made_by}; known before: {before}. In {folder}")
 
@@ -312,13 +320,28 @@ def _known(file: Path | None) -> list[Claim]:
     return read_claims() + (read_claims(file) if file is not None and file.exists() else [])
 
 
-def _keep(file: Path, claim: Claim) -> None:
-    """Add a claim to a file."""
-    from rmfs_commands.benchmark.claims import claim_line
+def _is_better(row: Mapping[str, Any], one: Frozen, known: Sequence[Claim]) -> bool:
+    """Whether a run has a better value of some objective than all that is known."""
+    from rmfs_commands.benchmark.claims import best_of
+
+    best = best_of(known, one)
+    return row["status"] == "complete" and any(
+        row.get(name) is not None and (name not in best or row[name] < best[name].metrics[name])
+        for name in one.objectives
+    )
+
+
+def _keep(file: Path | None, claim: Claim, known: Sequence[Claim]) -> bool:
+    """Add a claim to a file, if there is one and the claim is best in some objective; return whether it is added."""
+    from rmfs_commands.benchmark.claims import claim_line, without_beaten
+    from rmfs_commands.benchmark.sets import benchmark_set
     from rmfs_commands.results.files import write_text
 
+    if file is None or not any(one is claim for one in without_beaten([*known, claim], benchmark_set())):
+        return False
     before = file.read_text("utf-8") if file.exists() else ""
     write_text(file, before + "\n" * (before[-1:] not in ("", "\n")) + claim_line(claim))
+    return True
 
 
 def _show(grid: Grid, columns: int = 20) -> None:

@@ -90,6 +90,7 @@ def improve_rules(
     first: Mapping[str, Any],
     objective: str,
     minutes: float,
+    seed: int,
     chosen: BenchmarkSet,
     out: Path,
     tell: Tell,
@@ -97,12 +98,12 @@ def improve_rules(
 ) -> Claim:
     """Return the claim of the best parameters of rules that a search finds, beginning with some.
 
-    It is the search of `rmfs tune` with one seed, the instance's own; ``minutes`` says how many runs it may take, by
-    the time that the first takes.
+    It is the search of `rmfs tune`, whose runs have one seed, the instance's own; ``minutes`` says how many runs it
+    may take, by the time that the first takes.
 
     Parameters
     ----------
-    one, objective, minutes, chosen, out, tell
+    one, objective, minutes, seed, chosen, out, tell
         As in `improve_schedule`.
     first
         The rules, tables by key.
@@ -130,8 +131,9 @@ def improve_rules(
         of_runs = out / "runs"
         seeds = (scenario.seed,)
         search = Search(
-            scenario, one.name, space, (objective,), (1,), seeds, runs, of_runs, workers, watcher, lambda _: None
-        )
+            scenario, one.name, space, (objective,), (1,), seeds, runs, of_runs, workers, watcher, lambda _: None,
+            sampler_seed=seed,
+        )  # fmt: skip
         trial = search.best(search.trials(), 1)[0]
     tables = space.changes(trial.values) if trial.values else {}
     changed = {**first, **{key.removeprefix("rules."): table for key, table in tables.items()}}

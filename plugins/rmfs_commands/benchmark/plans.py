@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import define, field
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, hookimpl
+from rmfs_core.errors import InputError
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
     from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.world import Instance
 
 REPLAY = "Replay"
 """Name of the rule in results."""
@@ -20,6 +23,38 @@ Visit = tuple[int, tuple[tuple[int, int], ...]]
 """A pod (its id), and the lines that it serves: order and SKU (ids) of each."""
 Plan = tuple[tuple[Visit, ...], ...]
 """The visits at each picking station, first to last."""
+
+
+def plan_of(rule: Any, instance: Instance, place: str) -> Plan:
+    """Return the plan of a table of the rule `REPLAY`.
+
+    Raises
+    ------
+    InputError
+        When it has none, or one that does not serve each line of the instance once, from a pod with its SKU.
+    """
+    given = rule.get("plan") if isinstance(rule, Mapping) else None
+    try:
+        plan = tuple(
+            tuple((pod, tuple((order, sku) for order, sku in lines)) for pod, lines in visits) for visits in given or ()
+        )
+    except (TypeError, ValueError):
+        plan = ()
+    served = [(pod, *line) for visits in plan for pod, lines in visits for line in lines]
+    if not served or not all(type(number) is int for line in served for number in line):
+        expected = "expected a list for each picking station, of visits [pod, [[order, SKU], ...]], as ids"
+        raise InputError(place, f"found a plan of another form; {expected}")
+    holds = {(pod, sku) for pod, data in enumerate(instance.pods) for sku, _ in data.contents}
+    for pod, order, sku in served:
+        if (pod, sku) not in holds:
+            raise InputError(place, f"takes SKU {sku} of order {order} from pod {pod}, which does not hold it")
+    wanted = Counter((order, sku) for order, data in enumerate(instance.orders) for sku, _ in data.lines)
+    found = Counter((order, sku) for _, order, sku in served)
+    if wrong := sorted((found - wanted) | (wanted - found)):
+        order, sku = wrong[0]
+        times = f"{found[wrong[0]]} times, expected {wanted[wrong[0]]}"
+        raise InputError(place, f"serves SKU {sku} of order {order} {times}")
+    return plan
 
 
 @define

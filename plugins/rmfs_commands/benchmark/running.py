@@ -10,9 +10,13 @@ from attrs import frozen
 
 from rmfs_commands.benchmark.sets import Frozen
 from rmfs_commands.experiments import Base, Experiment, ExperimentResult, Job, RuleSetChoice, Watcher, run_experiment
+from rmfs_commands.experiments.keys import digest_of, rules_of
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.overrides import parse_override
 from rmfs_core.scenario.tomltext import read_toml
+
+FIGURES_FILE = "benchmark.json"
+"""By it `rmfs cite` knows a folder of runs on the set."""
 
 
 @frozen
@@ -41,14 +45,14 @@ def rules_given(texts: Sequence[str]) -> dict[str, Any]:
             try:
                 table = read_toml(Path(text).read_bytes().decode("utf-8-sig")).get("rules")
             except (OSError, ValueError) as error:
-                raise InputError(text, f"cannot be read: {error}") from error
+                raise InputError(text, f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
             if not isinstance(table, Mapping):
                 raise InputError(text, "expected a section [rules]")
         else:
-            override = parse_override(text)
-            if len(override.path) != 1:
+            key, _, value = text.partition("=")
+            if not key.strip().isidentifier() or not value.strip():
                 raise InputError(f"--rules {text}", "expected KEY=RULE, as in poa_pps=pod-index, or a TOML file")
-            table = {override.path[0]: override.value}
+            table = {key.strip(): parse_override(text).value}
         if twice := [key for key in table if key in given]:
             raise InputError("--rules", f"found `{twice[0]}` in {given[twice[0]]} and in {text}; expected it once")
         found |= table
@@ -56,6 +60,30 @@ def rules_given(texts: Sequence[str]) -> dict[str, Any]:
     if not found:
         raise InputError("--rules", "expected KEY=RULE, as in poa_pps=pod-index, or a TOML file with [rules]")
     return found
+
+
+def figures_of(
+    instances: Sequence[Frozen], rules: Mapping[str, Any], result: ExperimentResult, version: str
+) -> dict[str, Any]:
+    """Return what runs of instances reached, and all that is needed to reach it again: no wall-clock times."""
+    reached = {row["scenario"]: row for row in result.rows}
+    return {
+        "set": version,
+        "rules": dict(rules),
+        "versions": result.versions,
+        "figures": [
+            {
+                "instance": one.name,
+                "seed": one.scenario.seed,
+                "checksum": one.checksum,
+                "status": (row := reached[one.name])["status"],
+                "rules_sha256": digest_of(rules_of(one.with_rules(rules))),
+                "run": row["key"],
+                **{name: row.get(name) for name in one.objectives},
+            }
+            for one in instances
+        ],
+    }
 
 
 def run_on(

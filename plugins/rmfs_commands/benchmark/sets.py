@@ -13,14 +13,14 @@ import attrs
 from attrs import field, frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario import RulesSection, Scenario, scenario_from_dict, scenario_to_dict
+from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
 from rmfs_core.scenario.tomltext import read_toml
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.wording import nearest
 from rmfs_core.world import Instance, make_instance, make_layout
 
-FILE = "instances.toml"
+FILE, BOUNDS_FILE = "instances.toml", "bounds.json"
 RULES: Mapping[str, Any] = {"poa": "pod-match", "pps": "completes", "pr": "nearest", "ta": "nearest-robot"}
 """Of an instance that is run without others."""
 PATHS = {"free": "free-flow", "shared": "sipp"}
@@ -104,10 +104,18 @@ class BenchmarkSet:
         return self.instances[name]
 
     def chosen(self, names: Sequence[str]) -> list[Frozen]:
-        """Return the instances with these names, or all; a name that ends in ``*`` stands for all that begin so."""
+        """Return the instances with these names, or all; a name that ends in ``*`` stands for all that begin so.
+
+        Raises
+        ------
+        InputError
+            When there is none.
+        """
         found: dict[str, Frozen] = {}
         for name in names:
             many = [one for key, one in self.instances.items() if name.endswith("*") and key.startswith(name[:-1])]
+            if name.endswith("*") and not many:
+                raise InputError(name, "no instance has a name that begins so; `rmfs benchmark list` has all names")
             found |= {one.name: one for one in many or [self.find(name)]}
         return list(found.values() if names else self.instances.values())
 
@@ -123,6 +131,13 @@ def benchmark_set() -> BenchmarkSet:
         scenario = scenario_from_dict(given, name=f"benchmark instance {name}")
         found[name] = Frozen(name, entry["about"], roads, entry["checksum"], scenario)
     return BenchmarkSet(data["version"], found)
+
+
+@cache
+def known_bounds() -> dict[str, dict[str, float]]:
+    """Return the bounds that were proven for the set, by instance and metric."""
+    found: dict[str, dict[str, float]] = json.loads(Path(__file__).with_name(BOUNDS_FILE).read_text("utf-8"))
+    return found
 
 
 def checksum_of(instance: Instance, pods: Sequence[int], robots: Sequence[int], empty: Sequence[int]) -> str:
@@ -146,10 +161,3 @@ def made_checksum(scenario: Scenario) -> str:
     warehouse = WarehouseView(open_warehouse(scenario, instance, make_layout(scenario)).warehouse)
     cells = [pod.cell for pod in warehouse.pods], [robot.cell for robot in warehouse.robots]
     return checksum_of(instance, *cells, warehouse.blocked_locations)
-
-
-def rules_of(scenario: Scenario) -> dict[str, Any]:
-    """Return the rules of a scenario as tables."""
-    section: RulesSection = scenario.rules
-    rules: dict[str, Any] = scenario_to_dict(attrs.evolve(scenario, rules=section))["rules"]
-    return {key: value for key, value in rules.items() if value not in (None, [], ())}

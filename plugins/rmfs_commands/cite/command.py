@@ -16,10 +16,11 @@ from rmfs_commands.cli.screen import print_json, tell
 def cite(what: tuple[str, ...], as_json: bool, no_inline_rules: bool) -> None:
     """Print BibTeX entries of rmfs and of the sources of rules.
 
-    WHAT is the folder of a run or comparison, a scenario or experiment (a file, or the name of a shipped one), or a
-    rule (the name of an installed one, or ./file.py:Class), or `benchmark`, the set of `rmfs benchmark`. Comments above
-    an entry say which rules name this source, and what they take from it. Rules of your own are cited by the section
-    "References" of their docstrings.
+    WHAT is the folder of a run, a comparison or `rmfs benchmark run`, a scenario or experiment (a file, or the name of
+    a shipped one), a rule (the name of an installed one, or ./file.py:Class), or `benchmark`, the set of `rmfs
+    benchmark`. Of a file with rules and nothing else, such as `rmfs tune` writes, the rules that it names are cited.
+    Comments above an entry say which rules name this source, and what they take from it. Rules of your own are cited by
+    the section "References" of their docstrings.
     """
     from attrs import asdict
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from importlib.metadata import metadata, version
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ from rmfs_core.wording import did_you_mean
 RMFS, CITATION = "rmfs", "CITATION.cff"
 SET, SET_VERSION = "benchmark", "1"
 """Name by which `rmfs cite` is asked for the instances of `rmfs benchmark`, and the version of the set."""
-EXPECTED = "a rule, a scenario, an experiment, the folder of a run or comparison, or benchmark"
+EXPECTED = "a rule, a scenario, an experiment, the folder of a run, a comparison or benchmark runs, or benchmark"
 
 
 @frozen
@@ -56,7 +56,7 @@ def cited(what: Iterable[str], *, allow_inline: bool = True) -> list[Cited]:
     Parameters
     ----------
     what
-        Folders of runs, scenarios, and names of rules.
+        Folders of runs, scenarios, files of rules, and names of rules.
     allow_inline
         Whether rules may be loaded from files.
 
@@ -67,7 +67,9 @@ def cited(what: Iterable[str], *, allow_inline: bool = True) -> list[Cited]:
     """
     installed = {rule.name: rule for rule in installed_rules()}
     named: dict[str, list[Reference]] = {}
-    of_set = [Cited(_instances(), {SET: ""})] if SET in (what := [*what]) else []
+    what = [*what]
+    on_set = any(one == SET or _is_file(Path(one) / f"{SET}.json") for one in what)
+    of_set = [Cited(_instances(), {SET: ""})] if on_set else []
     for one in what:
         if one == SET:
             continue
@@ -102,12 +104,26 @@ def _references(one: str, installed: Mapping[str, RuleDescription], allow_inline
     scenario = _scenario(one, installed)
     if scenario.source is None:
         yield from _of_result(one, scenario, installed, allow_inline)
+    elif alone := _rules_alone(one):
+        yield from _of_result(one, scenario, installed, allow_inline, alone)
     else:
         yield from _of_scenario(scenario, installed, allow_inline)
 
 
 def _is_folder(path: Path) -> bool:
     return os.path.isdir(path)  # noqa: PTH112 (False for a name that is too long, too)
+
+
+def _is_file(path: Path) -> bool:
+    return os.path.isfile(path)  # noqa: PTH113 (as above)
+
+
+def _rules_alone(one: str) -> frozenset[str]:
+    """Return the keys of a file that has rules and nothing else, such as `rmfs tune` writes; none of another file."""
+    if not one.endswith(".toml"):
+        return frozenset()
+    tables = read_toml(Path(one).read_bytes().decode("utf-8-sig"))  # a scenario's reader has found nothing wrong
+    return frozenset(tables["rules"]) if tables.keys() == {"rules"} else frozenset()
 
 
 def _is_experiment(one: str) -> bool:
@@ -150,10 +166,19 @@ def _of_scenario(
 
 
 def _of_result(
-    one: str, scenario: Scenario, installed: Mapping[str, RuleDescription], allow_inline: bool
+    one: str,
+    scenario: Scenario,
+    installed: Mapping[str, RuleDescription],
+    allow_inline: bool,
+    keys: Collection[str] = (),
 ) -> Iterator[tuple[str, str]]:
-    """Yield the same of a run's result, which names its rules, and need not have all that they were made with."""
+    """Yield the same of a run's result, which names its rules, and need not have all that they were made with.
+
+    Of the rules with these keys alone, if there are any.
+    """
     for path, choice in rule_choices(scenario.rules):
+        if keys and path[0] not in keys:
+            continue
         place = f"{one}, {dotted(('rules', *path))}"
         if choice.rule in installed:
             yield choice.rule, installed[choice.rule].reference
@@ -179,8 +204,7 @@ def _scenario(one: str, installed: Iterable[str]) -> Scenario:
         if result is None:
             raise InputError(one, f"there is no {RESULT_FILE}; expected {EXPECTED}")
         return scenario_from_dict(result["scenario"], name=str(path / RESULT_FILE))
-    is_file = os.path.isfile(path)  # noqa: PTH113 (as above)
-    if path.suffix == ".toml" or is_file or one in shipped_scenarios():
+    if path.suffix == ".toml" or _is_file(path) or one in shipped_scenarios():
         return load_scenario(one)
     near = did_you_mean(one, {*installed, *shipped_scenarios(), *shipped_experiments()})
     raise InputError("rmfs cite", f'found "{one}"{near}; expected {EXPECTED}')

@@ -46,6 +46,18 @@ def grid_csv(grid: Grid) -> str:
     return text.getvalue()
 
 
+def grid_markdown(grid: Grid) -> str:
+    """Return a grid as a section of Markdown."""
+    lines = [f"## {grid.title}", "", *(f"{note}\n" for note in grid.notes)]
+    rule = "|".join("---:" if number in grid.right else "---" for number in range(len(grid.columns)))
+    lines += [_row(grid.columns), f"|{rule}|", *map(_row, grid.rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _row(cells: tuple[str, ...]) -> str:
+    return "| " + " | ".join(" ".join(cell.split()).replace("|", r"\|") for cell in cells) + " |"
+
+
 def no_formula(text: str) -> str:
     """Return a text that no spreadsheet takes for a formula."""
     plain = text.replace("\r", " ")

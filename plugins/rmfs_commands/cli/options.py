@@ -148,3 +148,22 @@ def runs_out_option(what: str, default: str) -> Callable[[F], F]:
     """Return ``--out`` of commands that keep finished runs: what else goes there, and where that is by default."""
     said = f"Folder for finished runs and the {what}. [default: {default}]"
     return click.option("--out", type=OutPath(), metavar="DIR", help=said)
+
+
+def runs_options(what: str, default: str) -> Callable[[F], F]:
+    """Return all options of commands that keep finished runs, ``--jobs`` to ``--quiet``; as `runs_out_option`."""
+    return _all(jobs_option, dask_option, runs_out_option(what, default), no_inline_option, json_option, quiet_option)
+
+
+def search_options(command: str) -> Callable[[F], F]:
+    """Return these, ``--set`` and ``--seed``, for a command that answers by runs of one scenario."""
+    return _all(set_option, seed_option, runs_options("answer", f"rmfs-runs/{command}-<name of the scenario>"))
+
+
+def _all(*options: Callable[[F], F]) -> Callable[[F], F]:
+    def added(command: F) -> F:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return added

@@ -548,7 +548,8 @@ def sentences(
     told = f"{limit.capitalize()}, {percent[limit]:.0f} % of the orders' time: {LIMITS[limit][0]}"
     yield _with_others(told, limit, percent)
     helps = f"{LIMITS[limit][1][:1].upper()}{LIMITS[limit][1][1:]}"
-    if (seconds := gain["time_s"]) is not None:
+    if (seconds := gain["time_s"]) is not None:  # more than the limit's share of the time, where rules could be better
+        helps += " and ideal rules" if helps.startswith("One more") else ""
         yield f"{helps}: at most {_seconds(seconds)} ({gain['time_percent']:.0f} %) less time."
     elif (more := gain["throughput_percent"]) is not None:
         yield f"{helps}: at most {more:.3g} % more picks per hour."

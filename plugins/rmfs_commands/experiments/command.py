@@ -9,14 +9,7 @@ import click
 
 from rmfs_commands.cli.completion import experiments
 from rmfs_commands.cli.notes import notes_console
-from rmfs_commands.cli.options import (
-    dask_option,
-    jobs_option,
-    json_option,
-    no_inline_option,
-    quiet_option,
-    runs_out_option,
-)
+from rmfs_commands.cli.options import runs_options
 from rmfs_commands.cli.screen import output_console, print_json, say
 from rmfs_commands.cli.shipped import print_shipped
 
@@ -27,10 +20,7 @@ RUNS_FOLDER = "runs"
 
 
 @click.command(short_help="Run an experiment and compare its rule sets.")
-@click.argument("experiment", metavar="EXPERIMENT", required=False, shell_complete=experiments)
-@jobs_option
-@dask_option
-@runs_out_option("report", "rmfs-runs/<name of the experiment>")
+@click.argument("what", metavar="[EXPERIMENT | RUN RUN]", nargs=-1, shell_complete=experiments)
 @click.option(
     "--bounds", is_flag=True, help="Show how far each rule set is from what no rules can beat (`rmfs bound`)."
 )
@@ -48,11 +38,9 @@ RUNS_FOLDER = "runs"
     help="Width of the plots, with letters of 8 pt; the default is one column of a two-column page.",
 )
 @click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
-@no_inline_option
-@json_option
-@quiet_option
+@runs_options("report", "rmfs-runs/<name of the experiment>")
 def compare(
-    experiment: str | None,
+    what: tuple[str, ...],
     jobs: int | None,
     dask: str | None,
     out: Path | None,
@@ -68,8 +56,11 @@ def compare(
     """Run EXPERIMENT, a file or the name of a shipped one (small-rules), and compare its rule sets.
 
     Every finished run is kept in DIR/runs, so that an interrupted experiment goes on where it stopped; a run whose
-    scenario, files or code changed is computed anew. The comparison is printed and written to DIR: summary.csv,
-    runs.parquet, report.html and plots. Exit code 1 when a run failed; the others are finished and compared.
+    scenario, files or code changed is computed anew. The comparison is printed and written to DIR: report.html,
+    summary.csv, runs.parquet, plots, tables, and what repeats it (experiment.json). Exit code 1 when a run failed; the
+    others are finished and compared.
+
+    Of two folders with runs, RUN RUN, it prints the metrics next to each other, and in what the runs differ.
     """
     import attrs
 
@@ -84,9 +75,10 @@ def compare(
     if list_them:
         print_shipped(shipped_experiments(), as_json)
         return
-    if experiment is None:
-        raise click.UsageError("expected an experiment: a file, or one of `rmfs compare --list`")
-    whole = load_experiment(experiment)
+    if len(what) == 2:
+        _compare_two(what, bool(jobs or dask or out or bounds or quick or baseline), as_json=as_json, quiet=quiet)
+        return
+    whole = load_experiment(_one_of(what))
     whole = whole if baseline is None else attrs.evolve(whole, baseline=baseline)
     loaded = whole.quick() if quick else whole
     folder = out or Path("rmfs-runs") / loaded.name
@@ -132,10 +124,31 @@ def compare(
         )
 
 
+def _one_of(what: tuple[str, ...]) -> str:
+    if len(what) != 1:
+        raise click.UsageError("expected an experiment, a file or one of `rmfs compare --list`; or two folders of runs")
+    return what[0]
+
+
+def _compare_two(runs: tuple[str, ...], with_options: bool, *, as_json: bool, quiet: bool) -> None:
+    """Print two finished runs next to each other."""
+    from rmfs_commands.experiments.report.two_runs import compare_runs
+
+    if with_options:
+        raise click.UsageError("expected no options but --json and --quiet with two runs")
+    first, second = runs
+    found = compare_runs(first, second)
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        found.show(output_console(quiet=quiet))
+
+
 def _conclude(console: Console, folder: Path) -> None:
     """Say where the files are."""
-    from rmfs_commands.experiments.report import PARQUET_FILE, PLOTS_FOLDER, REPORT_FILE, SUMMARY_FILE, TABLES_FOLDER
+    from rmfs_commands.experiments import report
 
+    files = (report.REPORT_FILE, report.SUMMARY_FILE, report.PARQUET_FILE, report.REPEATING_FILE)
     console.print()
     say(console, f"Report in {folder}:")
-    say(console, f"  {REPORT_FILE}, {SUMMARY_FILE}, {PARQUET_FILE}, {PLOTS_FOLDER}/, {TABLES_FOLDER}/, {RUNS_FOLDER}/")
+    say(console, f"  {', '.join(files)}, {report.PLOTS_FOLDER}/, {report.TABLES_FOLDER}/, {RUNS_FOLDER}/")

@@ -17,7 +17,7 @@ from operator import getitem
 from pathlib import Path
 from typing import Any
 
-from rmfs_commands.results.files import json_ready
+from rmfs_commands.results.files import json_ready, to_json
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario, scenario_to_dict
 from rmfs_core.scenario.overrides import data_files
@@ -55,6 +55,17 @@ def run_key(scenario: Scenario, versions: Mapping[str, str], sources: Mapping[st
     text = json.dumps(json_ready(content), sort_keys=True, ensure_ascii=False, default=repr)
     before, after = (part.encode() for part in text.split(f'"{seed}"'))
     return lambda seed: hashlib.sha256(before + b"%d" % seed + after).hexdigest()[:KEY_LENGTH]
+
+
+def rules_of(scenario: Scenario) -> dict[str, Any]:
+    """Return the rules of a scenario with their parameters, by key; without the keys that have none."""
+    tables = scenario_to_dict(scenario)["rules"]
+    return {key: value for key, value in tables.items() if value not in (None, [], ())}
+
+
+def digest_of(rules: Mapping[str, Any]) -> str:
+    """Return the first digits of the SHA-256 of rules: equal rules with equal parameters have the same."""
+    return hashlib.sha256(to_json(rules).encode()).hexdigest()[:12]
 
 
 def _with_digests(value: Any, folder: Path) -> Any:

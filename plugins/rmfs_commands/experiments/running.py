@@ -19,6 +19,7 @@ from rmfs_commands.experiments.watching import Watcher
 from rmfs_commands.experiments.workers import WorkerDiedError, Workers
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric
+from rmfs_core.scenario import Scenario
 
 
 @frozen(eq=False)
@@ -40,6 +41,8 @@ class ExperimentResult:
         Metrics that observers describe, by name.
     fixed
         Instances whose orders are the same for every seed, as they come from a file.
+    scenarios
+        The scenario of each instance and rule set; its seed does not count.
     """
 
     experiment: Experiment
@@ -48,6 +51,7 @@ class ExperimentResult:
     computed: int = 0
     measures: dict[str, Metric] = field(factory=dict, repr=False)
     fixed: frozenset[str] = frozenset()
+    scenarios: dict[tuple[str, str], Scenario] = field(factory=dict, repr=False)
 
     @property
     def failed(self) -> list[Row]:
@@ -167,7 +171,9 @@ def run_experiment(
     measures = {name: metric for job in all_jobs for name, metric in job.measures.items()}
     files = [(job.instance, job.scenario.instance) for job in all_jobs]
     fixed = frozenset(name for name, given in files if given.orders_file is not None and given.scale is None)
-    return ExperimentResult(experiment, all_rows, dict(sorted(versions.items())), len(todo), measures, fixed)
+    scenarios = {(job.instance, job.rule_set): job.scenario for job in all_jobs}
+    sorted_versions = dict(sorted(versions.items()))
+    return ExperimentResult(experiment, all_rows, sorted_versions, len(todo), measures, fixed, scenarios)
 
 
 def _stored(job: Job, runs: RunStore, watcher: Watcher) -> Row | None:

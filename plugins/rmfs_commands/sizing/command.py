@@ -12,20 +12,7 @@ import click
 
 from rmfs_commands.cli.completion import SetCommand
 from rmfs_commands.cli.notes import notes_console
-from rmfs_commands.cli.options import (
-    NumberRange,
-    WholeNumberRange,
-    dask_option,
-    jobs_option,
-    json_option,
-    no_inline_option,
-    quiet_option,
-    runs_out_option,
-    scenario_argument,
-    scenario_name,
-    seed_option,
-    set_option,
-)
+from rmfs_commands.cli.options import NumberRange, WholeNumberRange, scenario_argument, scenario_name, search_options
 from rmfs_commands.cli.screen import output_console, print_json, say
 
 if TYPE_CHECKING:
@@ -98,14 +85,7 @@ class RangeType(click.ParamType):  # type: ignore[type-arg]  # which only the ne
     is_flag=True,
     help="Give the answer once more with times that spread, and robots and stations that fail.",
 )
-@set_option
-@seed_option
-@jobs_option
-@dask_option
-@runs_out_option("answer", "rmfs-runs/size-<name of the scenario>")
-@no_inline_option
-@json_option
-@quiet_option
+@search_options("size")
 def size(
     scenario: str,
     p95: float | None,

@@ -63,15 +63,17 @@ class Answer:
         """Yield the answer for each set of rules, then what one should know besides."""
         chosen, now = self.made.chosen, self.made.placements[0]
         if chosen.name == NOW:
-            yield "No placement needs fewer visits than the pods as they are, by the held-back orders of the history."
+            yield "No placement needs fewer visits than the pods as they are, by the orders it is chosen by."
         for rules, instances in self.judged.sets():
             if chosen.name != NOW:
                 yield f"{_whose(rules)}, {chosen.name}: {figures_of(self.judged, instances, chosen.name)}."
-        share = f"{100 * HELD_BACK:g} %"
+        part = f"the last {100 * HELD_BACK:g} % of the history, where"
+        if not self.made.holds_back:
+            part = "all of the history, too short to hold back a part;"
         at_a_time = f"{counted(self.made.batch, 'order')} at a time (as they are: {now.held_back:.3f})"
         yield (
-            f"Chosen by the last {share} of the history, where {chosen.name} needs {chosen.held_back:.3f} visits per "
-            f"order, {at_a_time}. The runs had no part in it."
+            f"Chosen by {part} {chosen.name} needs {chosen.held_back:.3f} visits per order, {at_a_time}. The runs had "
+            "no part in it."
         )
         yield self.learned
         yield from self.made.notes
@@ -124,7 +126,11 @@ def content_of(answer: Answer) -> dict[str, Any]:
         "seeds": experiment.seeds,
         "batch": answer.made.batch,
         "placements": [
-            {"name": one.name, "visits_seen": one.seen, "visits_held_back": one.held_back}
+            {
+                "name": one.name,
+                "visits_seen": one.seen,
+                "visits_held_back": one.held_back if answer.made.holds_back else None,
+            }
             for one in answer.made.placements
         ],
         "compared": list(rows_of(answer)),
@@ -181,11 +187,12 @@ def show(console: Console, answer: Answer) -> None:
     from rmfs_commands.cli.screen import new_table, print_named, say
 
     made = new_table("Visits per order by the surrogate")
-    for name in ("Placement", "History", "Held back"):
+    for name in ("Placement", "History", *["Held back"] * answer.made.holds_back):
         made.add_column(name, justify="left" if name == "Placement" else "right")
     for made_one in answer.made.placements:
         style = "bold green" if made_one is answer.made.chosen else ""
-        made.add_row(Text(made_one.name), f"{made_one.seen:.3f}", f"{made_one.held_back:.3f}", style=style)
+        held_back = [f"{made_one.held_back:.3f}"] * answer.made.holds_back
+        made.add_row(Text(made_one.name), f"{made_one.seen:.3f}", *held_back, style=style)
     print_named(console, made)
     comparison = answer.judged.comparison
     for metric in comparison.metrics:

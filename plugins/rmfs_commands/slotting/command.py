@@ -9,19 +9,7 @@ import click
 
 from rmfs_commands.cli.completion import SetCommand
 from rmfs_commands.cli.notes import notes_console
-from rmfs_commands.cli.options import (
-    WholeNumberRange,
-    dask_option,
-    jobs_option,
-    json_option,
-    no_inline_option,
-    quiet_option,
-    runs_out_option,
-    scenario_argument,
-    scenario_name,
-    seed_option,
-    set_option,
-)
+from rmfs_commands.cli.options import WholeNumberRange, scenario_argument, scenario_name, search_options
 from rmfs_commands.cli.screen import output_console, print_json, say
 
 PLACEMENTS = ("random", "popularity", "co-purchase", "clusters")
@@ -88,14 +76,7 @@ PLACEMENTS = ("random", "popularity", "co-purchase", "clusters")
     metavar="N",
     help="Runs of each day, from the scenario's seed on. With fewer than three days, intervals are over seeds.",
 )
-@set_option
-@seed_option
-@jobs_option
-@dask_option
-@runs_out_option("answer", "rmfs-runs/slot-<name of the scenario>")
-@no_inline_option
-@json_option
-@quiet_option
+@search_options("slot")
 def slot(
     scenario: str,
     history: Path | None,
@@ -124,25 +105,33 @@ def slot(
     """
     from rmfs_commands.cli.checking import load_checked
     from rmfs_commands.cli.compiling import compile_searches
+    from rmfs_commands.experiments.resolving import located_in, resolve
     from rmfs_commands.experiments.running import open_workers
     from rmfs_commands.sizing.notices import Notices
     from rmfs_commands.slotting import answer
-    from rmfs_commands.slotting.judging import OWN, VISITS, judge
+    from rmfs_commands.slotting.judging import OWN, VISITS, changes_of, judge
     from rmfs_commands.slotting.making import make_placements
     from rmfs_commands.slotting.past import read_past
     from rmfs_core.errors import InputError
+    from rmfs_core.rules import RuleSet
     from rmfs_core.scenario import located
 
     if (history is None) == (history_until is None):
         raise click.UsageError("expected --history ORDERS or --history-until TIME, one of them")
     loaded = load_checked(scenario, overrides, seed)
     notes, name = notes_console(quiet=quiet), scenario_name(scenario)
+    judged_with = tuple(dict.fromkeys(rules)) or ((OWN,) if loaded.rules.poa_pps is not None else (OWN, "pod-index"))
+    for one in judged_with:
+        changed = resolve(loaded, changes_of(one), loaded.folder, f"--rules {one}")
+        with located_in(f"--rules {one}"):
+            checked = RuleSet.load(changed.rules, changed.folder, allow_inline=not no_inline_rules)
+        for file in checked.inline_files:
+            say(notes, f"Loading code from {file}.")
     with located(loaded):
         past = read_past(loaded, history, history_until, days)
     made = make_placements(
         loaded, past, tuple(dict.fromkeys(placements)) or PLACEMENTS, steps, moves, lambda told: say(notes, told)
     )
-    judged_with = tuple(dict.fromkeys(rules)) or ((OWN,) if loaded.rules.poa_pps is not None else (OWN, "pod-index"))
     folder = out or Path("rmfs-runs") / f"slot-{name}"
     compile_searches(notes, loaded)
     try:

@@ -27,6 +27,11 @@ RULES = "rules"
 VISITS = "psv_per_order"
 
 
+def changes_of(rules: str) -> dict[str, str]:
+    """Return the scenario keys that make a scenario's rules those named: `OWN`, or a rule for both POA and PPS."""
+    return {} if rules == OWN else {"rules.poa_pps": rules}
+
+
 @frozen(eq=False)
 class Judged:
     """The runs of the later days, compared.
@@ -59,7 +64,8 @@ def pods_csv(past: Past, contents: Contents, cells: Sequence[int], layout: Layou
         if cells:
             row, column = divmod(cells[number], layout.width)
             place = {"row": row + 1, "column": column + 1}
-        rows += [{"pod": pod.name, "sku": past.instance.skus[sku], "quantity": items} | place for sku, items in of_pod]
+        held = of_pod or [(0, 0)]  # a pod without SKUs is there all the same
+        rows += [{"pod": pod.name, "sku": past.instance.skus[sku], "quantity": items} | place for sku, items in held]
     return to_csv(["pod", "sku", "quantity", *(("row", "column") if cells else ())], rows)
 
 
@@ -119,7 +125,7 @@ def judge(
         file = output_folder(folder / "placements") / f"{placement}.csv"
         write_text(file, text)
         choices.append(RuleSetChoice(placement, {"instance.pods_file": str(file)}))
-    points = tuple(AxisPoint(one, one, {} if one == OWN else {"rules.poa_pps": one}) for one in rules)
+    points = tuple(AxisPoint(one, one, changes_of(one)) for one in rules)
     experiment = Experiment(
         name=f"slot-{name}",
         bases=tuple(bases),

@@ -23,10 +23,12 @@ class Made:
     ----------
     batch
         Orders of a batch of the surrogate.
+    holds_back
+        Whether a part of the history was held back, to choose by.
     placements
         All of them, the pods as they are first.
     chosen
-        The one that needs the fewest visits in the held-back part of the history.
+        The one that needs the fewest visits in the held-back part of the history, or in all of it.
     changes
         The changes of the placement ``moves``.
     pods
@@ -36,6 +38,7 @@ class Made:
     """
 
     batch: int
+    holds_back: bool
     placements: Sequence[Placement]
     chosen: Placement
     changes: Sequence[Change]
@@ -97,7 +100,7 @@ def make_placements(
         if len(changes) < moves:
             notes.append(f"Changes that save visits in the history: {len(changes):,}, not {moves:,}.")
     texts = {one.name: pods_csv(past, one.contents, cells[one.name], layout) for one in made}
-    return Made(batch, made, chosen, changes, texts, notes)
+    return Made(batch, placer.holds_back, made, chosen, changes, texts, notes)
 
 
 def _batch(scenario: Scenario, past: Past, visit_s: float, stations: int) -> int:
@@ -108,7 +111,8 @@ def _batch(scenario: Scenario, past: Past, visit_s: float, stations: int) -> int
     """
     given = scenario.stations.order_capacity
     most = _mean(scenario.stations.item_capacity) / past.quantities if given is None else _mean(given)
-    rate = past.orders_per_hour / 3600 / stations
+    scale = scenario.instance.scale
+    rate = past.orders_per_hour * (1.0 if scale is None else scale.by) / 3600 / stations
     work_s = past.quantities * float(scenario.stations.handle_s)
     return max(1, round(min(most, rate * (visit_s + work_s) / max(1 - rate * work_s, 0.01))))
 

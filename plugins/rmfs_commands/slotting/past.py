@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence, Set
-from datetime import datetime, timedelta
+from contextlib import suppress
+from datetime import datetime, timedelta, timezone
 from pathlib import Path
 
 from attrs import evolve, frozen
@@ -20,7 +21,7 @@ from rmfs_core.wording import counted, first_few
 from rmfs_core.world import Instance, OrderData
 from rmfs_core.world.instance_making import instance_problems, unchecked_instance
 
-_PROBE = "2000-01-01T00:00"
+_COLUMNS = ("arrival", "due", "cancelled")
 
 
 @frozen
@@ -95,12 +96,13 @@ def read_past(scenario: Scenario, history: Path | None, until: str | None, most_
     if section.orders_file is None or section.pods_file is None:
         expected = "expected `orders_file` and `pods_file`; `rmfs generate` writes such files, `rmfs convert` as well"
         raise InputError("instance", f"found a generated instance; {expected}")
+    _check_days(scenario)
     instance = unchecked_instance(evolve(scenario, instance=evolve(section, scale=None)))
-    file, calendar = Path(scenario.folder) / section.orders_file, Calendar(section.start)
+    file, calendar = Path(scenario.folder) / section.orders_file, _Clock(section.start)
     read_orders(file, calendar, departures=section.departures)  # for the calendar: the times of its dates
     names = {order.name for order in instance.orders}
     if history is None:
-        end = _tick(until or "", calendar, dated=_dated(calendar))
+        end = _tick(until or "", calendar)
         early = [order for order in instance.orders if order.arrival_tick < end]
         past = [(order, {instance.skus[sku]: items for sku, items in order.lines}) for order in early]
         later = instance.orders[len(early) :]
@@ -109,7 +111,7 @@ def read_past(scenario: Scenario, history: Path | None, until: str | None, most_
             found = f"all orders of {file} ({len(names):,}) are {which} {until}"
             raise InputError("--history-until", f"{found}; expected a time with orders on both sides")
     else:
-        own = Calendar(None)
+        own = _Clock(None)
         past, later = read_orders(history, own), instance.orders
         if not later:
             raise InputError(str(file), "found no order; expected those of the days after the history")
@@ -137,53 +139,80 @@ def read_past(scenario: Scenario, history: Path | None, until: str | None, most_
     )
 
 
-def _dated(calendar: Calendar) -> bool:
-    return calendar.zero(("arrival", "due", "cancelled")) != 0
+def _check_days(scenario: Scenario) -> None:
+    """Refuse what is about one moment of the whole scenario: each later day is a run of its own, from midnight on."""
+    section, replenishment = scenario.instance, scenario.instance.replenishment
+    times = () if section.departures is None else section.departures.times
+    routes = times.values() if isinstance(times, Mapping) else [times]
+    found = {
+        "instance.state_file": section.state_file is not None,
+        "instance.replenishment.file": replenishment is not None and replenishment.file is not None,
+        "instance.departures.times": any(not isinstance(time, str) for of_route in routes for time in of_route),
+        "run.until_s": scenario.run.until_s is not None,
+        "run.warmup_s": scenario.run.warmup_s is not None,
+    }
+    for key in (key for key, given in found.items() if given):
+        out = "times of the day" if key.endswith("times") else f"none, as with --set {key}="
+        raise InputError(key, f"counts from time 0, but each later day is run alone, from midnight on; expected {out}")
 
 
-def _tick(text: str, calendar: Calendar, *, dated: bool) -> int:
+class _Clock(Calendar):
+    """A calendar that also reads times without an offset, by the clock of time 0."""
+
+    @property
+    def dated(self) -> bool:
+        """Whether it has read a date."""
+        return self._first is not None
+
+    @property
+    def aware(self) -> bool:
+        """Whether its dates have offsets from UTC."""
+        return self._first is not None and self._first.tzinfo is not None
+
+    def since_zero(self, text: str, place: str) -> int:
+        """Return a time in ticks from time 0."""
+        zero, own = self.zero(_COLUMNS), next(name for name in ("start", *_COLUMNS) if name in self._earliest)
+        with suppress(ValueError):
+            moment = datetime.fromisoformat(text)
+            if self.aware and moment.tzinfo is None:
+                ahead = timedelta(milliseconds=self._earliest[own][1])
+                text = moment.replace(tzinfo=timezone(ahead)).isoformat()
+        return self.tick(text, place, "until") - zero
+
+
+def _tick(text: str, calendar: _Clock) -> int:
     """Return a time of the option in ticks from time 0."""
-    if re.fullmatch(r"[0-9]{1,9}(\.[0-9]+)?", text) and not (dated and len(text) == 8):
+    if re.fullmatch(r"[0-9]{1,9}(\.[0-9]+)?", text) and not (calendar.dated and len(text) == 8):
         return round(float(text) * TICKS_PER_S)
-    if not dated:
+    if not calendar.dated:
         expected = "expected seconds from time 0, since the orders have no dates (or set instance.start)"
         raise InputError("--history-until", f'found "{text}"; {expected}')
-    zero = calendar.zero(("arrival", "due", "cancelled"))
-    return calendar.tick(text, "--history-until", "until") - zero
+    return calendar.since_zero(text, "--history-until")
 
 
 def _check_apart(
     history: Path,
     past: Sequence[tuple[OrderData, Mapping[str, int]]],
-    own: Calendar,
+    own: _Clock,
     names: Set[str],
-    calendar: Calendar,
+    calendar: _Clock,
     first: int,
 ) -> None:
     """Refuse a history that has orders which are judged on, or later ones."""
     if both := [order.name for order, _ in past if order.name in names]:
         found = f"{counted(len(both), 'order')} of it {'is' if len(both) == 1 else 'are'} run as well"
         raise InputError(str(history), f"{found} ({first_few(both)}); expected other, earlier orders")
-    if not (past and _dated(own) and _dated(calendar)):
+    if not (past and own.dated and calendar.dated):
         return
-    if _aware(own) != _aware(calendar):
+    if own.aware != calendar.aware:
         found = "its times have an offset from UTC and those of the scenario have none"
-        found = found if _aware(own) else "its times have no offset from UTC and those of the scenario have one"
+        found = found if own.aware else "its times have no offset from UTC and those of the scenario have one"
         raise InputError(str(history), f"{found}; expected both or neither, to tell which are earlier")
     last = own.zero(("arrival",)) + past[-1][0].arrival_tick
-    begin = calendar.zero(("arrival", "due", "cancelled")) + first
+    begin = calendar.zero(_COLUMNS) + first
     if last >= begin:
         late = f"its last order arrives {to_seconds(last - begin) / 3600:,.1f} hours after the first that is run"
         raise InputError(str(history), f"{late}; expected earlier orders only")
-
-
-def _aware(calendar: Calendar) -> bool:
-    """Whether the dates of a file have offsets from UTC."""
-    try:
-        calendar.tick(_PROBE, "", "probe")
-    except InputError:
-        return True
-    return False
 
 
 def _days(orders: Sequence[OrderData], zero: int, start: str | None) -> tuple[Day, ...]:

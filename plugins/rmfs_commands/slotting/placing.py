@@ -36,7 +36,7 @@ MOST_CLUSTERED = 3_000
 MOST_LINES = 100_000
 """Order lines that the surrogate has, of orders spread evenly over the history."""
 HELD_BACK = 0.2
-"""Share of the history, its last orders, on which placements are chosen."""
+"""Share of the history, its last orders, on which placements are chosen; a history of few orders is not divided."""
 ROUNDS = 10
 """Parts of the local search; after each, the held-back orders say whether it still helps."""
 DRAWS = 6
@@ -165,8 +165,9 @@ class Placer:
         self.learned = past.baskets[:cut]
         lines = sum(map(len, past.baskets)) / n * batch
         most = max(1, int(MOST_LINES / lines))
+        self.holds_back = cut < n
         self.seen = Batches.of(self.learned, batch, skus, most)
-        self.held_back = Batches.of(past.baskets[cut:] or past.baskets, batch, skus, most)
+        self.held_back = Batches.of(past.baskets[cut:] if self.holds_back else past.baskets, batch, skus, most)
 
     def judged(self, name: str, contents: Contents) -> Placement:
         """Return a placement with its visits."""

@@ -14,6 +14,7 @@ from rmfs_commands.experiments.compare import Comparison
 from rmfs_commands.experiments.report import (
     PARQUET_FILE,
     PLOTS_FOLDER,
+    REPEATING_FILE,
     REPORT_FILE,
     SUMMARY_FILE,
     TABLES_FOLDER,
@@ -154,14 +155,15 @@ def write(found: Found, folder: Path) -> list[str]:
     with staged(output_folder(folder)) as path:
         for name, text in texts.items():
             write_text(path / name, text)
-    for name in (REPORT_FILE, SUMMARY_FILE, PARQUET_FILE):  # of an earlier search
+    written = REPORT_FILE, SUMMARY_FILE, PARQUET_FILE, REPEATING_FILE
+    for name in written:  # of an earlier search
         (folder / name).unlink(missing_ok=True)
     for name in (PLOTS_FOLDER, TABLES_FOLDER):
         shutil.rmtree(folder / name, ignore_errors=True)
     if found.result is None or found.comparison is None:
         return list(texts)
     write_report(found.result, found.comparison, folder)
-    return [*texts, REPORT_FILE, SUMMARY_FILE, PARQUET_FILE]
+    return [*texts, *written]
 
 
 def _rows(found: Found) -> Iterator[dict[str, Any]]:

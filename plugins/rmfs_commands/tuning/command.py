@@ -9,19 +9,7 @@ import click
 
 from rmfs_commands.cli.completion import SetCommand
 from rmfs_commands.cli.notes import notes_console
-from rmfs_commands.cli.options import (
-    WholeNumberRange,
-    dask_option,
-    jobs_option,
-    json_option,
-    no_inline_option,
-    quiet_option,
-    runs_out_option,
-    scenario_argument,
-    scenario_name,
-    seed_option,
-    set_option,
-)
+from rmfs_commands.cli.options import WholeNumberRange, scenario_argument, scenario_name, search_options
 from rmfs_commands.cli.screen import output_console, print_json, say
 
 RUNS_FOLDER = "runs"
@@ -75,14 +63,7 @@ MOST_SEEDS = 1_000
     metavar="N",
     help="Seeds after these, on which the answer is compared with the scenario's own values.",
 )
-@set_option
-@seed_option
-@jobs_option
-@dask_option
-@runs_out_option("answer", "rmfs-runs/tune-<name of the scenario>")
-@no_inline_option
-@json_option
-@quiet_option
+@search_options("tune")
 def tune(
     scenario: str,
     searched: str | None,

@@ -108,6 +108,8 @@ class Search:
         Is told of every trial that is over.
     allow_inline_rules
         Whether code may be loaded from files.
+    sampler_seed
+        Of what is proposed; None: the scenario's seed.
     """
 
     scenario: Scenario
@@ -122,6 +124,7 @@ class Search:
     watcher: Watcher
     tell: Callable[[Trial], None]
     allow_inline_rules: bool = True
+    sampler_seed: int | None = None
 
     def trials(self) -> list[Trial]:
         """Return all trials, the scenario's own values first.
@@ -138,7 +141,7 @@ class Search:
         self.tell(own)
         found, used, repeats = [own], len(self.seeds), 0
         distributions = {one.key: _distribution(one) for one in self.space.parameters}
-        study, done = self._study(), dict[str, Trial]()
+        study, done = self.study(), dict[str, Trial]()
         if all(one.holds_now for one in self.space.parameters):
             now = {one.key: _alike(one.now, one) for one in self.space.parameters}
             done[repr(now)] = own
@@ -239,14 +242,16 @@ class Search:
             metrics_place="--objective",
         )
 
-    def _study(self) -> optuna.Study:
+    def study(self) -> optuna.Study:
+        """Return a study of Optuna that proposes values and knows nothing yet."""
         import optuna
 
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            seed = self.scenario.seed if self.sampler_seed is None else self.sampler_seed
             sampler = optuna.samplers.TPESampler(
-                n_startup_trials=STARTING, multivariate=True, constant_liar=True, seed=self.scenario.seed
+                n_startup_trials=STARTING, multivariate=True, constant_liar=True, seed=seed
             )
         return optuna.create_study(directions=["minimize"] * len(self.objectives), sampler=sampler)
 

@@ -3,6 +3,7 @@
 from rmfs_commands.experiments.report.files import (
     PARQUET_FILE,
     PLOTS_FOLDER,
+    REPEATING_FILE,
     REPORT_FILE,
     SUMMARY_FILE,
     TABLES_FOLDER,
@@ -13,6 +14,7 @@ from rmfs_commands.experiments.report.terminal import print_comparison
 __all__ = [
     "PARQUET_FILE",
     "PLOTS_FOLDER",
+    "REPEATING_FILE",
     "REPORT_FILE",
     "SUMMARY_FILE",
     "TABLES_FOLDER",

@@ -8,13 +8,15 @@ from rmfs_commands.cli.latex import to_latex
 from rmfs_commands.experiments.compare import Comparison
 from rmfs_commands.experiments.report.html import report_html
 from rmfs_commands.experiments.report.plots import make_plots
+from rmfs_commands.experiments.report.repeating import repeating
 from rmfs_commands.experiments.report.tables import grids, summary_csv, write_parquet
 from rmfs_commands.experiments.running import ExperimentResult
-from rmfs_commands.results.files import AtomicFile, output_folder, write_text
+from rmfs_commands.results.files import AtomicFile, json_ready, output_folder, to_json, write_text
 
 SUMMARY_FILE = "summary.csv"
 PARQUET_FILE = "runs.parquet"
 REPORT_FILE = "report.html"
+REPEATING_FILE = "experiment.json"
 PLOTS_FOLDER = "plots"
 TABLES_FOLDER = "tables"
 
@@ -26,7 +28,7 @@ ONE_COLUMN_CM = 7.7
 def write_report(
     result: ExperimentResult, comparison: Comparison, folder: str | Path, width_cm: float = ONE_COLUMN_CM
 ) -> None:
-    """Write summary.csv, runs.parquet, report.html, the plots and the tables for papers, each whole or not at all.
+    """Write report.html, tables, plots and what is needed to repeat the experiment, each file whole or not at all.
 
     Parameters
     ----------
@@ -52,4 +54,5 @@ def write_report(
         write_text(output_folder(path / TABLES_FOLDER) / f"{name}.tex", to_latex(grid, name))
     write_text(path / SUMMARY_FILE, summary_csv(comparison))
     write_parquet(result, path / PARQUET_FILE)
+    write_text(path / REPEATING_FILE, to_json(json_ready(repeating(result)), indent=2) + "\n")
     write_text(path / REPORT_FILE, report_html(result, comparison, plots))

@@ -11,6 +11,7 @@ from rmfs_commands.cli.pages import render
 from rmfs_commands.experiments.compare import Comparison
 from rmfs_commands.experiments.report import numbers
 from rmfs_commands.experiments.report.plots import Plot, front_name, plot_name
+from rmfs_commands.experiments.report.repeating import rules_digests
 from rmfs_commands.experiments.running import ExperimentResult
 
 TEMPLATE = Path(__file__).parent / "report.html.j2"
@@ -54,6 +55,7 @@ def report_html(result: ExperimentResult, comparison: Comparison, plots: Sequenc
 
 def _facts(result: ExperimentResult) -> list[tuple[str, str]]:
     experiment = result.experiment
+    rules = ", ".join(f"{name} {' or '.join(digests)}" for name, digests in rules_digests(result).items())
     return [
         ("Runs", f"{len(result.rows):,}"),
         ("Scenarios", ", ".join(base.name for base in experiment.bases)),
@@ -61,6 +63,7 @@ def _facts(result: ExperimentResult) -> list[tuple[str, str]]:
         ("Seeds", _span(experiment.seeds)),
         ("Rule sets", ", ".join(rule_set.name for rule_set in experiment.rule_sets)),
         ("Baseline", experiment.baseline),
+        *([("SHA-256 of the rules", rules)] if rules else []),
         ("Versions", ", ".join(f"{name} {version[:MOST_OF_A_VERSION]}" for name, version in result.versions.items())),
     ]
 

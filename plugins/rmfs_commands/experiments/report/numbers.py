@@ -14,10 +14,10 @@ from rmfs_core.wording import counted, first_few, listed
 
 NONE = "-"
 MINUS = "\N{MINUS SIGN}"
-_DIFFERENCES = 'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance'
+_DIFFERENCES = 'Difference: rule set minus "{}" on the same instances and seeds, mean over the seeds.'
 _TEST = (
-    "; over seeds their mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for "
-    "all rule sets at once with 95 %, and agree with p next to them."
+    "In brackets: 95 % confidence interval that holds for all rule sets at once. p: paired t test over the seeds, "
+    "corrected after Holm for the number of rule sets."
 )
 NO_TEST = (
     f"With fewer than {FEWEST_SEEDS} seeds, or with the same difference in every seed, there is neither interval nor "
@@ -27,8 +27,8 @@ _FIXED = (
     "come from a file and are the same for every seed: seeds change only where pods and robots start, and what rules "
     "draw. Intervals and p hold for these orders, not for those of other days."
 )
-_COMPLETE = "Runs that are not complete do not count."
-_HORIZON = "Runs count that are complete or reached their horizon (run.until_s); failed and interrupted ones do not."
+_COMPLETE = "Only complete runs count."
+_HORIZON = "Only runs that are complete or reached their horizon (run.until_s) count."
 MARK = "*"
 """At the title of a metric in which orders left at a horizon are missing."""
 OF_MEAN = "\N{DAGGER}"
@@ -48,7 +48,7 @@ def caption(comparison: Comparison) -> str:
     """Return what the figures next to a baseline are, and what p holds for."""
     what = _DIFFERENCES.format(comparison.baseline)
     sentences = [
-        f"{what}{_TEST}" if comparison.tested else f"{what}.",
+        f"{what} {_TEST}" if comparison.tested else what,
         counted_runs(comparison),
         *([CENSORED] if any(map(comparison.censored, comparison.metrics)) else []),
         *([OF_MEAN_NOTE] if any(one.of_mean for one in comparison.paired) else []),
@@ -150,7 +150,7 @@ def value(metric: Metric, number: float | None) -> str:
 def difference(metric: Metric, found: Interval, *, bounds: bool = True) -> str:
     """Return a difference with its interval next to Holm's p: ``-0.17 [-0.21, -0.13]``; or without."""
     finer = _finer(metric)
-    return _with_bounds(found, lambda number: _signed(show(finer, number)), bounds=bounds)
+    return _with_bounds(found, lambda number: signed(show(finer, number)), bounds=bounds)
 
 
 def has_relative(comparison: Comparison, metric: str, shown: Sequence[str]) -> bool:
@@ -167,7 +167,7 @@ def difference_heading(metric: Metric) -> str:
 
 def relative(one: Paired, *, bounds: bool = True) -> str:
     """Return a relative difference in percent, with an interval next to Holm's p; marked where of a mean."""
-    shown = _with_bounds(one.relative, lambda number: _signed(f"{100 * number:,.1f}"), " %", bounds=bounds)
+    shown = _with_bounds(one.relative, lambda number: signed(f"{100 * number:,.1f}"), " %", bounds=bounds)
     return f"{shown} {OF_MEAN}" if one.of_mean else shown
 
 
@@ -200,16 +200,11 @@ def seeds(one: Paired) -> str:
     return f"{one.seeds} ({one.left_out} left out)" if one.left_out else str(one.seeds)
 
 
-def baseline_seeds(comparison: Comparison, one: Paired) -> str:
-    """Return the baseline's number of seeds where pairs of any rule set are left out; else it is that of all others."""
-    return seeds(one) if any(other.left_out for other in comparison.of(one.instances, one.metric)) else ""
-
-
 def _finer(metric: Metric) -> Metric:
     return evolve(metric, digits=metric.digits + 1)
 
 
-def _signed(text: str) -> str:
+def signed(text: str) -> str:
     """Give a number a plus or a proper minus; none to what is rounded to zero."""
     digits = text.lstrip("-")
     if not digits.strip("0.,"):

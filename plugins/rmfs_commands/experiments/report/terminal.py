@@ -89,7 +89,7 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...]) -> Tabl
             name = f"  {one.rule_set}" if len(shown) > 1 else one.rule_set
             means = [numbers.value(shown_as, one.mean), *([numbers.times(one.times_bound)] if bounded else [])]
             if one.rule_set == comparison.baseline:
-                table.add_row(Text(name), numbers.baseline_seeds(comparison, one), *means, Text("baseline", "dim"))
+                table.add_row(Text(name), numbers.seeds(one), *means, Text("baseline", "dim"))
                 continue
             cells = [numbers.difference(shown_as, one.difference, bounds=tested)]
             cells += [numbers.probability(one.difference.p_holm)] * tested

@@ -11,7 +11,7 @@ import pytest
 
 from calling import exit_code, refusal, refused
 from cases import cases
-from rmfs_commands.benchmark import table
+from rmfs_commands.benchmark import claims, table
 from rmfs_commands.benchmark.annealing import STOP, Work, cost
 from rmfs_commands.benchmark.claims import (
     Claim,
@@ -23,11 +23,12 @@ from rmfs_commands.benchmark.claims import (
     run_rules,
     without_beaten,
 )
+from rmfs_commands.benchmark.plans import plan_of
 from rmfs_commands.benchmark.running import rules_given
 from rmfs_commands.benchmark.scheduling import Problem
-from rmfs_commands.benchmark.sets import OBJECTIVES, benchmark_set, made_checksum
+from rmfs_commands.benchmark.sets import OBJECTIVES, benchmark_set, known_bounds, made_checksum
 from rmfs_commands.bounds import bounds_of
-from rmfs_commands.cite.sources import SET_VERSION
+from rmfs_commands.cite.sources import SET_VERSION, cited
 from rmfs_commands.cli.main import main
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import scenario_to_dict
@@ -147,6 +148,34 @@ class TestClaims:
         assert read_claims(file) == [claim(7)]
         file.write_text(claim_line(claim(7)) + "{}\n")
         assert "mine.jsonl, line 2: expected a claim" in refusal(lambda: read_claims(file))
+        file.write_text(claim_line(claim(5)))
+        said = "mine.jsonl, line 1: claims pod_station_visits 5 of start-50-a; no run can have less than 6"
+        assert said in refusal(lambda: read_claims(file))
+        file.write_text(claim_line(attrs.evolve(claim(7), instance="nowhere")))
+        assert 'there is no instance "nowhere"' in refusal(lambda: read_claims(file))
+
+    def test_a_value_of_another_file_is_marked_as_unverified(self) -> None:
+        (best,) = table.best_known([SET.find("start-50-a")], [claim(6, offline=True)])
+        assert best.made_by == "pod-index (offline, unverified)"
+        assert {best.verified for best in table.best_known([SMALLEST], CLAIMS)} == {True}
+
+    @cases(
+        "plan said",
+        (None, "found a plan of another form; expected a list for each picking station"),
+        ([[5]], "found a plan of another form"),
+        ([[[0, [[0, "x"]]]]], "found a plan of another form"),
+        ([[[999, [[0, 0]]]]], "takes SKU 0 of order 0 from pod 999, which does not hold it"),
+        ([], "found a plan of another form"),
+    )
+    def test_a_damaged_plan_is_refused(self, plan: Any, said: str) -> None:
+        rules = {"poa_pps": {"rule": "Replay", "plan": plan}}
+        assert f"plan of start-50-one: {said}" in refusal(lambda: run_rules(SMALLEST, rules))
+
+    def test_a_plan_that_leaves_out_a_line_is_refused(self) -> None:
+        plan = best_of(CLAIMS, SMALLEST)["pod_station_visits"].rules["poa_pps"]["plan"]
+        (pod, lines), *rest = plan[0]
+        said = refusal(lambda: plan_of({"plan": [[(pod, lines[1:]), *rest]]}, make_instance(SMALLEST.scenario), "p"))
+        assert "0 times, expected 1" in said
 
     def test_another_trace_is_not_the_claim(self, run_of_smallest: Path, tmp_path: Path) -> None:
         known = attrs.evolve(check_result(run_of_smallest, SET), trace="sha256:0")
@@ -156,10 +185,10 @@ class TestClaims:
 class TestKnown:
     """Claims and bounds that come with the package are true."""
 
-    def test_every_instance_up_to_2000_orders_has_a_value_of_each_objective(self) -> None:
-        most = [one for one in SET.instances.values() if one.scenario.instance.orders <= 2000]
-        found = {(best.instance.name, best.objective) for best in table.best_known(most, CLAIMS)}
-        assert found == {(one.name, name) for one in most for name in one.objectives}
+    def test_every_instance_has_a_value_of_each_objective(self) -> None:
+        every = list(SET.instances.values())
+        found = {(best.instance.name, best.objective) for best in table.best_known(every, CLAIMS)}
+        assert found == {(one.name, name) for one in every for name in one.objectives}
         assert without_beaten(CLAIMS, SET) == CLAIMS
 
     def test_no_value_is_below_its_bound(self) -> None:
@@ -174,9 +203,7 @@ class TestKnown:
     @cases("name", "start-50-a", "start-100-c", "stock-100")
     def test_bounds_are_those_of_rmfs_bound(self, name: str) -> None:
         one = SET.find(name)
-        assert table.known_bounds()[name] == {
-            bound.metric: bound.value for bound in bounds_of(one.scenario, one.objectives)
-        }
+        assert known_bounds()[name] == {bound.metric: bound.value for bound in bounds_of(one.scenario, one.objectives)}
 
     @cases("name objective", ("start-50-one", "pod_station_visits"), ("start-50-a", "turnover_s"))
     def test_small_claims_are_made_again(self, name: str, objective: str, tmp_path: Path) -> None:
@@ -242,8 +269,15 @@ class TestCommand:
         assert exit_code("run", "start-50-one.toml", "--trace", "--quiet", "--out", "mine") == 0
         capsys.readouterr()
         assert exit_code("benchmark", "check", "mine", "--claims", "claims.jsonl") == 0
-        assert "start-50-one, pod-match + completes" in capsys.readouterr().out
-        assert [one.instance for one in read_claims(Path("claims.jsonl"))] == ["start-50-one"]
+        shown = capsys.readouterr().out
+        assert "start-50-one, pod-match + completes" in shown
+        assert "Not added to claims.jsonl: each value is known, or a better one." in shown
+        assert not Path("claims.jsonl").exists()
+        monkeypatch.setattr(claims, "read_claims", lambda _=None: [])  # nothing is known
+        assert exit_code("benchmark", "check", "mine", "--claims", "claims.jsonl") == 0
+        assert "Added to claims.jsonl." in capsys.readouterr().out
+        monkeypatch.undo()
+        assert [one.instance for one in read_claims(tmp_path / "claims.jsonl")] == ["start-50-one"]
 
     @pytest.mark.slow
     def test_rules_run_on_instances_and_are_not_run_again(self, tmp_path: Path, capsys: Any) -> None:
@@ -261,8 +295,12 @@ class TestCommand:
         assert exit_code(*call, "--out", str(tmp_path)) == 0
         runs = json.loads(capsys.readouterr().out)["runs"]
         assert {(row["scenario"], row["seed"]) for row in runs} == {("start-50-one", 4103), ("start-50-a", 4100)}
-        assert exit_code(*call, "--out", str(tmp_path)) == 0
+        figures = (tmp_path / "benchmark.json").read_bytes()
+        assert exit_code(*call, "--out", str(tmp_path), "--table", str(tmp_path / "t.md")) == 0
         assert json.loads(capsys.readouterr().out)["runs"] == runs
+        assert (tmp_path / "benchmark.json").read_bytes() == figures
+        assert "| start-50-one | Visits | 10 | 7 | 42.9 % | 7 |" in (tmp_path / "t.md").read_text()
+        assert {"rmfs-benchmark", "smith1956various"} <= {one.reference.key for one in cited([str(tmp_path)])}
 
     @pytest.mark.slow
     @cases("more", (), ("--parameters",))
@@ -280,10 +318,12 @@ class TestCommand:
     @cases(
         "call said",
         (["table", "nowhere"], "there is no such instance"),
+        (["list", "nothing*"], "nothing*: no instance has a name that begins so"),
         (["table", "--table", "a.txt"], "expected a name that ends in .tex, .csv or .md"),
         (["check", "nowhere"], "nowhere"),
         (["repeat", "start-50-a", "--objective", "late", "--out", "x"], "no value of late_orders is known"),
         (["run", "start-50-a"], "expected KEY=RULE"),
+        (["run", "start-50-a", "--rules", "foo"], "--rules foo: expected KEY=RULE, as in poa_pps=pod-index"),
     )
     def test_a_wrong_call_is_refused(self, call: list[str], said: str, capsys: Any, tmp_path: Path) -> None:
         assert said in " ".join(refused(capsys, main, ["benchmark", *call]).split())

@@ -35,7 +35,7 @@ def test_bibtex_json_and_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("cite", "nothing-of-it") == 2
     assert capsys.readouterr().err == (
         'Error: rmfs cite: found "nothing-of-it"; expected a rule, a scenario, an experiment, the folder of a '
-        "run or comparison, or benchmark\n"
+        "run, a comparison or benchmark runs, or benchmark\n"
     )
 
 
@@ -54,6 +54,13 @@ def test_an_experiment_and_its_folder_have_the_sources_of_all_their_rules(tmp_pa
     assert {"rmfs", "pod-match", "demand", "pod-index"} <= of_file
     assert {"rmfs", "pod-match", "demand"} <= of_folder
     assert "pod-index" not in of_folder
+
+
+def test_a_file_of_rules_alone_has_the_sources_of_these(tmp_path: Path) -> None:
+    """Which rules decide the rest depends on the scenario that it is for."""
+    file = tmp_path / "tuned.toml"
+    file.write_text('[rules]\npoa_pps = { rule = "pod-index" }\n', encoding="utf-8")
+    assert {name for one in cited([str(file)]) for name in one.rules} == {"rmfs", "pod-index"}
 
 
 def test_a_release_has_its_year_and_the_project_its_address(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -186,7 +186,8 @@ def test_one_more_station_by_hand(tmp_path: Path) -> None:
     found = bottleneck(*files, "layout.stations_east=1", "stations.handle_s=300", "rules.pp=free-flow")
     assert found["limit"] == "pickers"
     assert found["gain"]["time_s"] == pytest.approx(found["orders_time_s"] - 400, abs=0.001)
-    assert found["says"][1] == f"One more station: at most {found['gain']['time_s']:.0f} s (38 %) less time."
+    at_most = f"at most {found['gain']['time_s']:.0f} s (38 %) less time"
+    assert found["says"][1] == f"One more station and ideal rules: {at_most}."
 
 
 def test_where_orders_are_refilled_the_bound_is_on_picks() -> None:

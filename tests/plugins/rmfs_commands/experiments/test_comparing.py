@@ -28,9 +28,11 @@ from rmfs_commands.details.catalogue import MEASURES
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.experiments import Experiment, Watcher, run_experiment, shipped_experiments
 from rmfs_commands.experiments.compare import holm, interval, intervals, summary
-from rmfs_commands.experiments.report.numbers import aim, baseline_seeds, seeds
+from rmfs_commands.experiments.keys import digest_of, rules_of
+from rmfs_commands.experiments.report.numbers import aim, seeds
 from rmfs_commands.experiments.report.plots import make_plots
 from rmfs_core.errors import InputError
+from rmfs_core.scenario import scenario_from_dict
 
 
 def row(rule_set: str, seed: int, value: float | None, instance: str = "one", **more: Any) -> dict[str, Any]:
@@ -152,13 +154,11 @@ def test_no_mean_makespan_is_of_the_quick_runs_only(metric: str) -> None:
     assert [one.why for one in left.of("one", metric)] == [{why: 3}] * 3
 
 
-def test_the_baseline_has_its_number_of_seeds_where_pairs_are_left_out() -> None:
+def test_the_baseline_has_its_number_of_seeds() -> None:
     rows = [row(name, seed, 10.0) for name in ("base", "other") for seed in (1, 2, 3)]
-    whole = summary(rows, "base", ["m"])
-    assert baseline_seeds(whole, whole.paired[0]) == ""
+    assert [seeds(one) for one in summary(rows, "base", ["m"]).paired] == ["3", "3"]
     rows[-1]["status"] = "failed"
-    left = summary(rows, "base", ["m"])
-    assert [baseline_seeds(left, left.paired[0]), seeds(left.paired[1])] == ["3", "2 (1 left out)"]
+    assert [seeds(one) for one in summary(rows, "base", ["m"]).paired] == ["3", "2 (1 left out)"]
 
 
 def test_figures_per_completed_order_are_marked_where_a_horizon_leaves_some() -> None:
@@ -434,8 +434,15 @@ def test_a_comparison_is_printed_and_files_are_where_it_says(trial: Path, capsys
     for text in ("Visits per order", "Pile-on", "first-come", "baseline", "Relative", "rmfs-runs/trial"):
         assert text in printed.out
     out = trial / "rmfs-runs" / "trial"
-    files = {"runs", "summary.csv", "runs.parquet", "report.html", "plots", "tables"}
+    files = {"runs", "summary.csv", "runs.parquet", "report.html", "experiment.json", "plots", "tables"}
     assert {path.name for path in out.iterdir()} == files
+    repeats = json.loads((out / "experiment.json").read_text(encoding="utf-8"))
+    assert {"rmfs", "python", "numpy"} <= repeats["versions"].keys()
+    assert len(repeats["seeds"]) * len(repeats["scenarios"]) == 4
+    for one in repeats["scenarios"]:
+        ran = scenario_from_dict(one["scenario"] | {"seed": 1}, name="it")
+        assert digest_of(rules_of(ran)) == one["rules_sha256"]
+        assert f"{one['rule_set']} {one['rules_sha256']}" in (out / "report.html").read_text(encoding="utf-8")
     assert len(pandas.read_parquet(out / "runs.parquet")) == 4
     before = {path: path.stat().st_mtime_ns for path in (out / "runs").rglob("*")}
     assert compare("trial.toml") == 0

@@ -183,6 +183,9 @@ def test_later_orders_are_days_of_their_own(tmp_path: Path) -> None:
     assert (first.arrival_tick, first.due_tick) == (1_800_000, 7_200_000)
     assert (second.arrival_tick, second.due_tick) == (28_800_000, 0)
     assert (len(past.baskets), past.days, past.strange) == (1, 1, 0)
+    local = read_past(load_scenario(str(file)), None, "2024-03-02T00:00", 10)  # by the clock of time 0
+    assert len(local.baskets) == 1
+    assert local.later[0].orders == past.later[0].orders
 
 
 @cases(
@@ -219,6 +222,32 @@ def test_what_is_no_history_is_refused(
     assert said.format(tmp_path) in found
 
 
+@cases(
+    "given key",
+    ('instance.state_file = "now.json"', "instance.state_file"),
+    (
+        'instance.replenishment={ process = "file", file = "b.csv" };rules.roa=same-sku;rules.rps=emptiest-pod',
+        "instance.replenishment.file",
+    ),
+    ("instance.departures.times = [7200.0]", "instance.departures.times"),
+    ("run.until_s = 86400", "run.until_s"),
+    ("run.warmup_s = 3600", "run.warmup_s"),
+)
+def test_what_counts_from_time_0_is_refused(tmp_path: Path, given: str, key: str) -> None:
+    """Each later day is a run of its own."""
+    file = made(tmp_path)
+    scenario = load_scenario(str(file), given.split(";"))
+    said = refusal(lambda: read_past(scenario, None, str(6 * DAY_S), 10))
+    assert f"{key}: counts from time 0, but each later day is run alone" in said
+
+
+def test_rules_are_checked_before_placements_are_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    call = ["slot", str(made(tmp_path)), "--history-until", str(6 * DAY_S), "--rules", "nosuch"]
+    said = refused(capsys, main, [*call, "--out", str(tmp_path / "out")])
+    assert '--rules nosuch, rules.poa_pps: there is no rule "nosuch"' in said
+    assert "Placing" not in said
+
+
 def test_the_command_needs_files_and_one_history(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     call = ["slot", "examples/small", "--out", str(tmp_path / "out")]
     assert "expected --history ORDERS or --history-until TIME, one of them" in refused(capsys, main, call)
@@ -229,7 +258,8 @@ def test_the_command_needs_files_and_one_history(tmp_path: Path, capsys: pytest.
 @pytest.mark.slow
 def test_a_history_places_skus_for_later_days(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The same bytes twice; SKUs of the history that are on no pod, and others without history, are told."""
-    pods = "pod,sku,quantity\n" + "".join(f"P{i},{sku},20\n" for i, pod in enumerate(PODS) for sku in (*pod, "new"))
+    pods = "pod,sku,quantity\nempty,a,0\n"
+    pods += "".join(f"P{i},{sku},20\n" for i, pod in enumerate(PODS) for sku in (*pod, "new"))
     file = made(tmp_path, orders_csv(range(10, 13)), pods)
     past = tmp_path / "past.csv"
     past.write_text(orders_csv(range(9)) + "strange,800000,gone,1\n", encoding="utf-8")
@@ -248,7 +278,9 @@ def test_a_history_places_skus_for_later_days(tmp_path: Path, capsys: pytest.Cap
     assert "SKUs of the history that stand on no pod: 1, left out." in found["told"]
     assert "SKUs on pods without history: 1 of 7, placed anywhere." in found["told"]
     assert "Run all days with them" in shown
-    rows = csv.DictReader((tmp_path / "one" / "pods.csv").read_text(encoding="utf-8").splitlines())
+    rows = list(csv.DictReader((tmp_path / "one" / "pods.csv").read_text(encoding="utf-8").splitlines()))
+    assert {row["pod"] for row in rows} == {"empty", "P0", "P1", "P2", "P3"}
+    assert "Chosen by the last 20 % of the history, where" in shown
     assert sum(int(row["quantity"]) for row in rows) == 12 * 20
     day = ("run", str(file), "--set", f"instance.pods_file={tmp_path / 'one' / 'pods.csv'}", "--quiet")
     assert exit_code(*day, "--out", str(tmp_path / "run")) == 0
@@ -257,9 +289,12 @@ def test_a_history_places_skus_for_later_days(tmp_path: Path, capsys: pytest.Cap
 @pytest.mark.slow
 def test_one_pod_stays_as_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pods = "pod,sku,quantity\n" + "".join(f"P,{sku},90\n" for sku in "abcdef")
-    options = ("--history-until", str(5 * DAY_S), "--days", "1", "--rules", "own", "--moves", "1", "-j", "1")
+    """Nothing is held back of a history of one order."""
+    options = ("--history-until", "601", "--days", "1", "--rules", "own", "--moves", "1", "-j", "1")
     options = (*options, "--placement", "random")
     assert exit_code("slot", str(made(tmp_path, pods=pods)), *options, "--out", str(tmp_path / "out")) == 0
     shown = capsys.readouterr().out
     assert "No placement needs fewer visits than the pods as they are" in shown
     assert "Changes that save visits in the history: 0, not 1." in shown
+    assert "Chosen by all of the history, too short to hold back a part; now needs 1.000 visits per order" in shown
+    assert "Held back" not in shown

@@ -304,7 +304,7 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
     (
         {"run": {"going": [{"kind": "picker", "robot": "1", "story": "transport"}]}},
         (),
-        'run.going[0].visit: is missing; expected it with what is "picker"',
+        'run.going[0].visit: is missing; expected in an entry of kind "picker"',
     ),
 )
 def test_what_cannot_be_is_refused(

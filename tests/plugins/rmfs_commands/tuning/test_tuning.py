@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from attrs import evolve
+from optuna.distributions import FloatDistribution
 
 from calling import exit_code
 from cases import cases
@@ -187,3 +189,6 @@ def test_fronts_and_trials_given_up() -> None:
     assert not search.is_worse(unsure, good)
     assert search.best([good, other, beaten, unsure, partial], 5) == [other, good]
     assert search.best([good, other], 5) == search.best([other, good], 5)
+    seeded = [evolve(search, sampler_seed=seed).study() for seed in (1, 1, 2)]
+    first, same, another = (study.ask({"x": FloatDistribution(0, 1)}).params["x"] for study in seeded)
+    assert first == same != another

@@ -345,7 +345,7 @@ def test_how_many_times_the_bound_is_shown(bounded: ExperimentResult) -> None:
     text = printed(bounded, 120)
     assert re.search(r"Rule set +Seeds +Mean +x bound +Difference ", text)
     assert text.count("x bound") == 1 + 1
-    assert re.search(r"base +2\.200 +1\.76 +baseline", text)
+    assert re.search(r"base +3 +2\.200 +1\.76 +baseline", text)
     assert re.search(r"good +3 +3\.200 +2\.56 +\+1\.000", text)
     assert "what no rules can beat" in text
     assert max(map(len, text.splitlines())) <= 120
@@ -534,7 +534,7 @@ def test_the_same_runs_give_the_same_files(result: ExperimentResult, tmp_path: P
     for name in ("one", "two"):
         write_report(result, result.comparison(), tmp_path / name)
     files = sorted(path.relative_to(tmp_path / "one") for path in (tmp_path / "one").rglob("*.*"))
-    assert len(files) == 3 + 3 * 5 + 3  # differences are two plots: one would be higher than a page
+    assert len(files) == 4 + 3 * 5 + 3  # differences are two plots: one would be higher than a page
     for file in files:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
     names = {file.as_posix() for file in files}
