@@ -12,7 +12,7 @@ from attrs import evolve, frozen
 from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.states.deciding import Answer, ask
-from rmfs_commands.states.rebuilding import open_state
+from rmfs_commands.states.rebuilding import OpenState, open_state
 from rmfs_commands.states.state import DECIDES, State
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
@@ -76,13 +76,13 @@ class Decider:
         else:
             self._rule(decides)
 
-    def decide(self, state: State, source: str = "state") -> Answer:
+    def decide(self, state: State | OpenState, source: str = "state") -> Answer:
         """Return what the rule decides in a state.
 
         Parameters
         ----------
         state
-            The state.
+            The state; or a warehouse made from it, in which the decision is carried out.
         source
             Name of the state's source in messages.
 
@@ -93,10 +93,10 @@ class Decider:
         RuleError
             When the rule raises, or decides something impossible.
         """
-        if not isinstance(state, State):
+        if not isinstance(state, State | OpenState):
             raise InputError(source, f"expected a State, such as `read_state` returns, found {shown_short(state)}")
-        rule = self._rule(self.decides or state.ask.role)
-        return ask(open_state(state, source), rule)
+        opened = open_state(state, source) if isinstance(state, State) else state
+        return ask(opened, self._rule(self.decides or opened.state.ask.role))
 
     def _rule(self, preferred: Role | None) -> BoundRule:
         if preferred not in self._rules:

@@ -33,6 +33,7 @@ from rmfs_core.simulation.applying import (
 )
 from rmfs_core.simulation.asking import Asker, ImpossibleError
 from rmfs_core.simulation.setup import unmet_needs
+from rmfs_core.warehouse import Warehouse
 
 
 @frozen
@@ -338,7 +339,7 @@ def carry_out(
         return None
     if role in (Role.ROA, Role.RPS, Role.ROA_RPS):
         return _replenished(opened, role, answer, arguments.get("max_fetches", 0))
-    open_before = sum(order.open_items for order in warehouse.backlog.orders)
+    open_before = _open_items(warehouse)
     if role is Role.PPS:
         decision = apply_selection(warehouse, answer, keep=_forget, **arguments)
     else:
@@ -353,11 +354,15 @@ def carry_out(
         )
     return Outcome(
         orders=len({given.order for given in decision.assignments}),
-        items=open_before - sum(order.open_items for order in warehouse.backlog.orders),
+        items=open_before - _open_items(warehouse),
         visits=len(decision.trips),
         unused=sum(station.free_capacity for station in warehouse.picking),
         uncovered=sum(station.uncovered_items for station in warehouse.stations),
     )
+
+
+def _open_items(warehouse: Warehouse) -> int:
+    return sum(items * orders for items, orders in warehouse.backlog.sizes.items())
 
 
 def _replenished(opened: OpenState, role: Role, answer: object, max_fetches: int) -> BundleOutcome:
