@@ -24,7 +24,6 @@ from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.wording import listed, nearest, one_line, sentence, shown_short
 
-
 LARGE = 100_000
 """Bytes of a state of which Python's collector of garbage would take its time to look at all objects."""
 

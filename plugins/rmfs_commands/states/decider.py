@@ -17,7 +17,7 @@ from rmfs_commands.states.state import DECIDES, State
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
-from rmfs_core.rules.hooks import marked_methods, require_attrs_class, roles_of
+from rmfs_core.rules.hooks import decided, marked_methods, require_attrs_class, roles_of
 from rmfs_core.rules.parameters import build
 from rmfs_core.rules.parts import made_in
 from rmfs_core.rules.sources import RuleSources
@@ -70,7 +70,8 @@ class Decider:
         self._rules: dict[Role | None, BoundRule] = {}
         source = self._sources.find(choice.rule, "rule")
         kind = require_attrs_class("rule", source.target, source.describe())
-        if decides is None and len({*roles_of(kind)} & {*DECIDING}) > 1:
+        self._roles, self._described = [role for role in DECIDING if role in roles_of(kind)], source.describe()
+        if decides is None and len(self._roles) > 1:
             with made_in(folder):
                 build(kind, choice.parameters, "rule", source.describe())  # which role it plays, a state will say
         else:
@@ -96,7 +97,11 @@ class Decider:
         if not isinstance(state, State | OpenState):
             raise InputError(source, f"expected a State, such as `read_state` returns, found {shown_short(state)}")
         opened = open_state(state, source) if isinstance(state, State) else state
-        return ask(opened, self._rule(self.decides or opened.state.ask.role))
+        asked = opened.state.ask.role
+        if self.decides is None and asked is not None and asked not in self._roles:
+            found = f"found {asked.label}; {self._described} decides {decided(self._roles)}"
+            opened.names.wrong(("ask", "decides"), f"{found}; expected that, or a rule for {asked.label}")
+        return ask(opened, self._rule(self.decides or asked))
 
     def _rule(self, preferred: Role | None) -> BoundRule:
         if preferred not in self._rules:

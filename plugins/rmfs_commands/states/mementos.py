@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import count
 
 from attrs import frozen
 
@@ -119,10 +120,15 @@ def _orders(state: State, names: Names, before: Before | None) -> tuple[OrderMem
             orders.append(unchanged[name])
             continue
         order, parts = data[name], []
-        for i, part in enumerate(_parts(state.orders[name], requested.get(name, {}))):
+        given = _parts(state.orders[name], requested.get(name, {}))
+        taken = {(part.station, part.period) for part in given}
+        for i, part in enumerate(given):
             path = ("orders", name, "parts", i)
-            station = names.station(part.station, *path, "station")
-            parts.append(PartMemento(station, tuple(names.sku(sku, *path, "skus") for sku in part.skus), part.period))
+            station, period = names.station(part.station, *path, "station"), part.period
+            if period is None:
+                period = next(number for number in count(1) if (part.station, number) not in taken)
+                taken.add((part.station, period))
+            parts.append(PartMemento(station, tuple(names.sku(sku, *path, "skus") for sku in part.skus), period))
         waits = _waits(state, names, name, begun=bool(parts), shown=name in shown)
         packing, cancelled = _packing_of(state, names, name), state.orders[name].cancelled
         if cancelled and (parts or waits or name in shown):

@@ -262,7 +262,8 @@ def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento
     problem = f"found {given.capacity}; expected at least {station.load}, what is assigned and not picked"
     orders = {known.order.id for _, known, _ in runs} | ({held[0]} if held else set())
     alone = len(orders) == 1  # one larger than any station
-    _check(alone or given.capacity >= station.load, problem, "stations", station.id, "capacity")
+    key = "order_capacity" if given.counts_orders else "item_capacity"
+    _check(alone or given.capacity >= station.load, problem, "stations", station.id, key)
     warehouse.renumber(station, runs)
 
 

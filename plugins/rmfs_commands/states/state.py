@@ -192,7 +192,12 @@ class PartState:
 
     station: str = key("The station")
     skus: tuple[str, ...] = key("SKUs of the lines assigned; each line goes to one station whole")
-    period: int = key("Number of the period", 1, check=_number(1))
+    period: int | None = key(
+        "Number of the period; what a period assigns to a station is one part, which keeps its capacity until all of "
+        "it is done. Left out: the first that has no other part of the order at the station",
+        None,
+        check=_number(1),
+    )
 
 
 @frozen

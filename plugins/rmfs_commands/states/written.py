@@ -1,11 +1,11 @@
 """The format of answers: a rule's decision in a state as JSON, every key with its meaning and unit."""
 
+# ruff: noqa: RUF009
 # (`key` is attrs' `field` with its documentation: it makes a field, not a default.)
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from attrs import frozen
 
@@ -83,6 +83,38 @@ class WrittenPacking:
 
 
 @frozen
+class WrittenReport:
+    """What a solver says of its decision."""
+
+    status: str = key("`optimal`, `gap`, `effort` and the like: why the search ended")
+    objective: float | None = key("Value of what was found", None)
+    bound: float | None = key("No decision has a better value; left out: not known", None)
+    stopped_early: bool = key("Whether the search ended before the proof", False)
+
+
+@frozen
+class WrittenOutcome:
+    """What a decision comes to."""
+
+    orders: int | None = key("Orders that lines were assigned of", None)
+    bundles: int | None = key("Bundles that were assigned to stations", None)
+    items: int | None = key("Items assigned; of bundles: of those that a pod was chosen for", None)
+    visits: int | None = key("New visits of pods to stations", None)
+    unused: int | None = key("Capacity that stays free at the stations: items, orders or bundles", None)
+    uncovered: int | None = key("Open requests that no inbound pod has an item for, afterwards", None)
+    without_pod: int | None = key("Bundles at stations that no pod is chosen for, afterwards", None)
+
+
+@frozen
+class WrittenDue:
+    """The due time of an order."""
+
+    due_s: float = key("When it is due", unit="s")
+    priority: int = key("How urgent it is, higher first", 0)
+    slack_s: float | None = key("Time left until then, negative: it is late", None, unit="s")
+
+
+@frozen
 class WrittenAnswer:
     """A rule's decision in a state; which keys it has depends on what was asked."""
 
@@ -101,9 +133,9 @@ class WrittenAnswer:
     distribution: str | None = key("Distribution that the rule comes from", None)
     version: str | None = key("Its version", None)
     decides: str | None = key("What was asked", None)
-    report: Mapping[str, Any] | None = key("Status, objective, bound and `stopped_early` of a solver", None)
-    outcome: Mapping[str, Any] | None = key("Number of `orders`, `items`, `visits`, `unused`, `uncovered`", None)
-    due: Mapping[str, Any] | None = key("Due time, priority and time left of each decided order with a due time", None)
+    report: WrittenReport | None = key("What a solver says of it", None)
+    outcome: WrittenOutcome | None = key("What it comes to", None)
+    due: Mapping[str, WrittenDue] | None = key("Each decided order with a due time", None)
     waiting_for_stock: tuple[str, ...] = key("Orders that the rule did not see: the pods hold too little", ())
     warehouse: str | None = key("As in the request", None)
     revision: str | None = key("Revision of the state, the `base` of a change", None)

@@ -99,6 +99,34 @@ def test_a_joint_rule_covers_what_it_assigns(by_hand: dict[str, Any], acme: None
         decide(state_from_dict(by_hand), RuleChoice("careless"))
 
 
+@cases(
+    "asked rule decides",
+    ("idle", "pod-match", "POA"),
+    ("POA", "integrated", "POA\\+PPS"),
+    ("PPS", "first-come", "POA and packing-task"),
+)
+def test_a_question_that_is_not_the_rules_is_refused(by_hand: dict[str, Any], asked, rule, decides) -> None:
+    state = state_from_dict(by_hand | {"ask": {"decides": asked}})
+    found = (
+        rf'^state, ask.decides: found {asked}; rule "{rule}" .* decides {decides}; expected that, or a rule for {asked}'
+    )
+    with pytest.raises(InputError, match=found):
+        decide(state, RuleChoice(rule))
+
+
+def test_a_part_that_is_done_gives_its_capacity_back(by_hand: dict[str, Any]) -> None:
+    """Parts at one station without a period are of several; those of one period are one part, and done together."""
+    by_hand["stations"]["north"]["requests"] = [{"order": "A", "sku": "tea"}]
+    for period, load in (({}, 1), ({"period": 1}, 2)):
+        parts = [{"station": "north", "skus": [sku]} | period for sku in ("milk", "tea")]
+        by_hand["orders"]["A"]["parts"] = parts
+        opened = open_state(state_from_dict(by_hand))
+        assert opened.view.stations[0].load == load
+        assert [part.period for part in opened.view.orders[0].parts] == [1, 2][: 3 - load]
+    by_hand["orders"]["A"]["parts"] = [{"station": "north", "skus": ["milk"]}, parts[1]]
+    assert [part.period for part in open_state(state_from_dict(by_hand)).view.orders[0].parts] == [2, 1]
+
+
 def test_a_rule_that_asks_for_driving_times(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
     by_hand["pods"]["P3"] = {"contents": {"jam": None}}
