@@ -11,7 +11,7 @@ from attrs import evolve, frozen
 
 from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.cli.single_rule import load_rule
-from rmfs_commands.states.deciding import Answer, ask
+from rmfs_commands.states.deciding import Answer, ask, repaired
 from rmfs_commands.states.rebuilding import OpenState, open_state
 from rmfs_commands.states.state import DECIDES, State
 from rmfs_core.errors import InputError
@@ -101,7 +101,7 @@ class Decider:
         if self.decides is None and asked is not None and asked not in self._roles:
             found = f"found {asked.label}; {self._described} decides {decided(self._roles)}"
             opened.names.wrong(("ask", "decides"), f"{found}; expected that, or a rule for {asked.label}")
-        return ask(opened, self._rule(self.decides or asked))
+        return repaired(opened, ask(opened, self._rule(self.decides or asked)))
 
     def _rule(self, preferred: Role | None) -> BoundRule:
         if preferred not in self._rules:

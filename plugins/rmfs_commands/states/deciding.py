@@ -10,6 +10,7 @@ from attrs import asdict, evolve, field, frozen
 
 from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.states.answers import answer_from, answer_to_dict
+from rmfs_commands.states.facts import facts_of
 from rmfs_commands.states.mementos import due_times
 from rmfs_commands.states.rebuilding import LacksError, OpenState, open_state
 from rmfs_commands.states.state import RandomState, State
@@ -20,6 +21,7 @@ from rmfs_core.randomness import rule_stream
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, StationsSection
+from rmfs_core.scenario.source import Source
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.applying import (
     apply_activation,
@@ -103,6 +105,10 @@ class Answer:
         Orders decided on that have a due time: when, their priority, and what is left until then.
     waiting_for_stock
         Orders that the rule was not shown, because the pods hold too little for them, the oldest first.
+    repair
+        The PPS rule that sent pods for uncovered requests after a joint decision, and how many: the last of the trips.
+    facts
+        Facts of the state, before the decision, as ``ask.tell`` names them.
     """
 
     rule: str
@@ -114,6 +120,8 @@ class Answer:
     outcome: Outcome | BundleOutcome | None
     due: Mapping[str, Mapping[str, float]] = field(factory=dict)
     waiting_for_stock: tuple[str, ...] = ()
+    repair: Mapping[str, str | int] | None = None
+    facts: dict[str, Any] = field(factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the answer as `rmfs decide` prints it: JSON's objects, lists and values."""
@@ -122,19 +130,39 @@ class Answer:
             "due": self.due,
             "waiting_for_stock": [*self.waiting_for_stock],
             "report": self.report,
+            "repair": self.repair,
             "outcome": self.outcome and asdict(self.outcome),
         }
         return (
-            asked | {"decides": self.decides.label} | self.decision | {key: told for key, told in found.items() if told}
+            asked
+            | {"decides": self.decides.label}
+            | self.decision
+            | {key: told for key, told in found.items() if told}
+            | self.facts
         )
 
 
-def ask(opened: OpenState, rule: BoundRule) -> Answer:
-    """Ask a rule in a state, and carry out there what it decides: another rule may be asked what comes next."""
+def ask(opened: OpenState, rule: BoundRule, given: Mapping[str, Any] | None = None) -> Answer:
+    """Ask a rule in a state, and carry out there what it decides: another rule may be asked what comes next.
+
+    Parameters
+    ----------
+    opened
+        The state.
+    rule
+        The rule.
+    given
+        Arguments of its hook besides the warehouse and a random generator; None: those that the state says.
+
+    Raises
+    ------
+    InputError, RuleError
+        As `Decider.decide`.
+    """
     _check_needs(opened, rule)
     warehouse = opened.warehouse
-    arguments = _arguments(opened, rule)
-    asker = Asker(warehouse)
+    arguments = _arguments(opened, rule) if given is None else dict(given)
+    asker, facts = Asker(warehouse), facts_of(opened)
     try:
         answer, _ = asker.ask(rule, arguments | {"warehouse": opened.view, "rng": _generator(opened.state, rule)})
     except RuleError as error:
@@ -149,7 +177,28 @@ def ask(opened: OpenState, rule: BoundRule) -> Answer:
     due = due_times(opened.state, [given["order"] for given in decision.get("assignments", ())])
     waiting = [order.name for order in opened.view.orders_waiting_for_stock] if rule.role.assigns else []
     asked = rule.name, rule.source.distribution, rule.source.version, rule.role
-    return Answer(*asked, decision, report, outcome, due, tuple(waiting))
+    return Answer(*asked, decision, report, outcome, due, tuple(waiting), facts=facts)
+
+
+def repaired(opened: OpenState, answer: Answer) -> Answer:
+    """Return a joint decision, carried out, with trips for the requests that no pod is on its way for.
+
+    A joint rule sends pods for what it assigns itself. Requests that other rules left, or that have lost their pod,
+    would wait forever; the pods for them wait for robots as those of the decision do.
+    """
+    named = opened.state.ask.repair or ("none" if opened.state.layout is None else "demand")
+    before = answer.outcome
+    if answer.decides is not Role.POA_PPS or not isinstance(before, Outcome) or not before.uncovered or named == "none":
+        return answer
+    place = Source(opened.names.source).place_of(("ask", "repair"))
+    rule = load_rule(RuleChoice(named), (Role.PPS,), allow_inline=False, place=place)
+    more = ask(opened, rule, {"max_fetches": len(opened.view.free_pods)})
+    assert isinstance(more.outcome, Outcome)
+    trips = more.decision["trips"]
+    visits = before.visits + more.outcome.visits
+    outcome = evolve(more.outcome, orders=before.orders, items=before.items, visits=visits)
+    decision = answer.decision | {"trips": [*answer.decision["trips"], *trips]}
+    return evolve(answer, decision=decision, outcome=outcome, repair={"rule": rule.name, "trips": len(trips)})
 
 
 def decide_instead(

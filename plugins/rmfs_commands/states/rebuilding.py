@@ -35,7 +35,7 @@ class OpenState:
     names
         Its names and their ids.
     memento
-        What it tells, with ids.
+        Plain data that it was made from, with ids.
     instance
         Its orders and pods, whatever has become of them.
     warehouse

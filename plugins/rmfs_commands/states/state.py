@@ -30,6 +30,9 @@ VERSIONS = (1, 2)
 DECIDES = tuple(role.label for role in DECIDING)
 """The decisions that can be asked of a state."""
 
+FACTS = ("promises", "next", "arrivals", "leaving")
+"""Facts that the kernel works out from a state, and that can be asked for besides a decision."""
+
 KINDS = (
     *("leg", "wait", "drive", "room", "line", "lift", "set", "picker", "pick", "stow", "charge"),
     *("release", "handled", "bundle", "alarm", "arrivals", "bundles", "hours"),
@@ -334,6 +337,19 @@ class AskState:
     )
     station: str | None = key(
         "Packing task: the packing station where a packer is free; left out: the first with tasks for one", None
+    )
+
+    repair: str | None = key(
+        "POA+PPS: installed PPS rule that sends pods for requests that have none on its way, after the decision; "
+        "`none`: nobody does; left out: `demand`, and `none` where the state has no layout",
+        None,
+    )
+    tell: tuple[str, ...] = key(
+        f"Facts of the state to tell besides: {listed([f'`{fact}`' for fact in FACTS])}",
+        (),
+        check=Check(
+            f"{listed(FACTS, 'or')}, each once", lambda told: {*told} <= {*FACTS} and len({*told}) == len(told)
+        ),
     )
 
     @property

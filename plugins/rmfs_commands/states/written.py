@@ -84,7 +84,7 @@ class WrittenPacking:
 
 @frozen
 class WrittenReport:
-    """What a solver says of its decision."""
+    """The report of a solver."""
 
     status: str = key("`optimal`, `gap`, `effort` and the like: why the search ended")
     objective: float | None = key("Value of what was found", None)
@@ -94,7 +94,7 @@ class WrittenReport:
 
 @frozen
 class WrittenOutcome:
-    """What a decision comes to."""
+    """The outcome of a decision."""
 
     orders: int | None = key("Orders that lines were assigned of", None)
     bundles: int | None = key("Bundles that were assigned to stations", None)
@@ -103,6 +103,44 @@ class WrittenOutcome:
     unused: int | None = key("Capacity that stays free at the stations: items, orders or bundles", None)
     uncovered: int | None = key("Open requests that no inbound pod has an item for, afterwards", None)
     without_pod: int | None = key("Bundles at stations that no pod is chosen for, afterwards", None)
+
+
+@frozen
+class WrittenRepair:
+    """Trips for requests that a joint decision leaves without a pod."""
+
+    rule: str = key("PPS rule that decided them")
+    trips: int = key("How many: the last of `trips`", 0)
+
+
+@frozen
+class WrittenPromise:
+    """An open request, and what it is promised."""
+
+    station: str = key("The station")
+    order: str = key("The order")
+    sku: str = key("The SKU")
+    items: int = key("Items that are still to be picked", 1)
+    pod: str | None = key("Inbound pod that they are promised from; left out: none has them", None)
+
+
+@frozen
+class WrittenPick:
+    """The item that is picked next from a pod at a station."""
+
+    station: str = key("The station")
+    pod: str = key("The pod")
+    order: str = key("The order")
+    sku: str = key("The SKU")
+
+
+@frozen
+class WrittenArrival:
+    """When a pod is expected at a station."""
+
+    pod: str = key("The pod")
+    station: str = key("The station")
+    expected_s: float = key("When it would be there without other robots", unit="s")
 
 
 @frozen
@@ -134,9 +172,14 @@ class WrittenAnswer:
     version: str | None = key("Its version", None)
     decides: str | None = key("What was asked", None)
     report: WrittenReport | None = key("What a solver says of it", None)
+    repair: WrittenRepair | None = key("POA+PPS: trips for requests that it left without a pod", None)
     outcome: WrittenOutcome | None = key("What it comes to", None)
     due: Mapping[str, WrittenDue] | None = key("Each decided order with a due time", None)
     waiting_for_stock: tuple[str, ...] = key("Orders that the rule did not see: the pods hold too little", ())
+    promises: tuple[WrittenPromise, ...] = key("Where asked for: open requests and what they are promised", ())
+    next: tuple[WrittenPick, ...] = key("Where asked for: what is picked next at the stations", ())
+    arrivals: tuple[WrittenArrival, ...] = key("Where asked for: when pods are expected at stations", ())
+    leaving: tuple[str, ...] = key("Where asked for: pods that may leave their station", ())
     warehouse: str | None = key("As in the request", None)
     revision: str | None = key("Revision of the state, the `base` of a change", None)
     ask_again_s: float | None = key(

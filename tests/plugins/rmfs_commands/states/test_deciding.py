@@ -92,6 +92,56 @@ def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any]) 
     assert answer.outcome == Outcome(orders=1, items=2, visits=1, unused=0, uncovered=2)
 
 
+def test_requests_that_a_joint_rule_leaves_are_repaired(at_work: dict[str, Any]) -> None:
+    """Where there is a layout, for `demand` asks for driving times; the pod waits for a robot as the rule's do."""
+    at_work["stations"]["north"] |= {"requests": [{"order": "B", "sku": "jam"}] * 2, "inbound": ["P1"]}
+    del at_work["orders"]["A"]["parts"]
+    for repair, trips in (({}, ["P2"]), ({"repair": "nearest-pod"}, ["P2"]), ({"repair": "none"}, [])):
+        answer = decide(state_from_dict(at_work | {"ask": repair}), RuleChoice("integrated"))
+        assert [trip["pod"] for trip in answer.decision["trips"]] == trips
+        assert answer.outcome == Outcome(orders=1, items=2, visits=len(trips), unused=0, uncovered=2 - 2 * len(trips))
+        assert answer.to_dict().get("repair") == (
+            {"rule": repair.get("repair", "demand"), "trips": 1} if trips else None
+        )
+    with pytest.raises(InputError, match=r"^state, ask.repair: rule \"first-come\" .* expected a rule for PPS"):
+        decide(state_from_dict(at_work | {"ask": {"repair": "first-come"}}), RuleChoice("integrated"))
+
+
+def test_facts_of_a_state(at_work: dict[str, Any]) -> None:
+    """P1 stands at the station with what order A wants, r2 fetches P2; then nothing is left to pick from P1."""
+    at_work["robots"]["r2"]["task"] = "P2"
+    facts = ["promises", "next", "arrivals", "leaving"]
+    told = decide(state_from_dict(at_work | {"ask": {"tell": facts}}), RuleChoice("first-come")).to_dict()
+    tea = {"station": "north", "order": "A", "sku": "tea"}
+    assert told["promises"] == [tea | {"items": 1, "pod": "P1"}]
+    assert told["next"] == [tea | {"pod": "P1"}]
+    here, coming = told["arrivals"]
+    assert here == {"pod": "P1", "station": "north", "expected_s": 60.5}
+    assert (coming["pod"], coming["expected_s"] > 60.5, told["leaving"]) == ("P2", True, [])
+    assert read_answer(told).arrivals[1].expected_s == coming["expected_s"]
+    at_work["stations"]["north"]["requests"] = []
+    told = decide(state_from_dict(at_work | {"ask": {"tell": facts}}), RuleChoice("first-come")).to_dict()
+    assert (told["promises"], told["next"], told["leaving"]) == ([], [], ["P1"])
+    with pytest.raises(InputError, match=r"ask.tell: expected promises, next, arrivals or leaving, each once, found"):
+        state_from_dict(at_work | {"ask": {"tell": ["lines"]}})
+
+
+def test_a_broken_robot_and_a_pod_on_the_floor(at_work: dict[str, Any]) -> None:
+    """The pod of a robot out of service, bound nowhere: its requests are uncovered, and another pod is sent."""
+    at_work["version"] = 2
+    at_work["stations"]["north"] |= {"inbound": [], "line": []}
+    at_work["pods"]["P3"] = {"contents": {"tea": 2}, "cell": 16}
+    at_work["robots"]["r1"] = {"cell": 20, "task": "P1", "in_service": False}
+    answer = decide(state_from_dict(at_work), RuleChoice("demand"))
+    assert answer.decision == {"trips": [{"pod": "P3", "station": "north"}]}
+    ask = {"decides": "TA"}
+    del at_work["pods"]["P3"]
+    at_work["stations"]["north"]["inbound"] = ["P2"]
+    assert decide(state_from_dict(at_work | {"ask": ask}), RuleChoice("nearest-robot")).decision == {
+        "tasks": [{"robot": "r2", "pod": "P2"}]
+    }
+
+
 def test_a_joint_rule_covers_what_it_assigns(by_hand: dict[str, Any], acme: None) -> None:
     """Requests not covered before are no excuse: an order without a pod for it is an impossible decision."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
