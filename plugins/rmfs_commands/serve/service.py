@@ -110,7 +110,9 @@ class Service:
         for decider in self._deciders.values():
             for role in DECIDES:
                 with suppress(RmfsError):  # most decide one thing; and one may have no answer in this state
-                    decider.decide(state_from_dict({**SMALL, "ask": {"decides": role, "pod": "3"}}))
+                    decider.decide(
+                        state_from_dict({**SMALL, "ask": {"decides": role, "pod": "3", "robot": "3", "goal": 6}})
+                    )
                 yield
 
     def answer(self, content: bytes) -> Reply:

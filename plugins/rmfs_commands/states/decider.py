@@ -9,11 +9,10 @@ from typing import Any, cast
 import pluggy
 from attrs import evolve, frozen
 
-from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.states.deciding import Answer, ask, repaired
 from rmfs_commands.states.rebuilding import OpenState, open_state
-from rmfs_commands.states.state import DECIDES, State
+from rmfs_commands.states.state import ASKED, DECIDES, State
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
@@ -61,7 +60,7 @@ class Decider:
             raise InputError(
                 "choice", f'expected a RuleChoice such as `RuleChoice("nearest")`, found {shown_short(choice)}'
             )
-        if decides is not None and decides not in DECIDING:
+        if decides is not None and decides not in ASKED:
             raise InputError(
                 "decides", f"expected {listed(DECIDES, 'or')}, found {getattr(decides, 'label', decides)!r}"
             )
@@ -70,7 +69,7 @@ class Decider:
         self._rules: dict[Role | None, BoundRule] = {}
         source = self._sources.find(choice.rule, "rule")
         kind = require_attrs_class("rule", source.target, source.describe())
-        self._roles, self._described = [role for role in DECIDING if role in roles_of(kind)], source.describe()
+        self._roles, self._described = [role for role in ASKED if role in roles_of(kind)], source.describe()
         if decides is None and len(self._roles) > 1:
             with made_in(folder):
                 build(kind, choice.parameters, "rule", source.describe())  # which role it plays, a state will say
@@ -105,7 +104,7 @@ class Decider:
 
     def _rule(self, preferred: Role | None) -> BoundRule:
         if preferred not in self._rules:
-            roles = DECIDING if self.decides is None else (self.decides,)
+            roles = ASKED if self.decides is None else (self.decides,)
             rule = load_rule(self.choice, roles, preferred=preferred, sources=self._sources)
             afresh = _Afresh.of(rule, self.choice.parameters, self._sources.folder)
             hook = cast(pluggy.HookCaller, afresh)  # is called as one

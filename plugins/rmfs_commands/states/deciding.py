@@ -12,6 +12,7 @@ from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.states.answers import answer_from, answer_to_dict
 from rmfs_commands.states.facts import facts_of
 from rmfs_commands.states.mementos import due_times
+from rmfs_commands.states.paths import check_path, path_wanted
 from rmfs_commands.states.rebuilding import LacksError, OpenState, open_state
 from rmfs_commands.states.state import RandomState, State
 from rmfs_commands.states.written import read_answer
@@ -96,7 +97,7 @@ class Answer:
         Kind of the decision.
     decision
         ``assignments``, ``trips``, ``tasks``, ``cell``, ``bundles``, ``stores``, ``active``, ``rests``, ``moves``,
-        ``packing`` or ``task``, with names.
+        ``packing``, ``task`` or ``legs``, with names.
     report
         Status, objective, bound, stopped_early, of a rule that reports them.
     outcome
@@ -281,11 +282,13 @@ def _check_needs(opened: OpenState, rule: BoundRule) -> None:
 
 def _arguments(opened: OpenState, rule: BoundRule) -> dict[str, Any]:
     """Return what the rule's hook is given besides the warehouse and the random generator."""
-    if rule.role in (Role.PR, Role.IDLE, Role.MOVE) and opened.state.layout is None:
+    if rule.role in (Role.PR, Role.IDLE, Role.MOVE, Role.PP) and opened.state.layout is None:
         raise InputError(
             opened.names.source,
             f"{rule.describe()} decides {rule.role.label}, but the state has no layout; expected one",
         )
+    if rule.role is Role.PP:
+        return path_wanted(opened, rule)
     return _given(opened, rule.role)
 
 
@@ -369,6 +372,9 @@ def carry_out(
         When it cannot be carried out.
     """
     warehouse = opened.warehouse
+    if role is Role.PP:
+        check_path(warehouse, answer, **arguments)
+        return None
     if role in (Role.PR, Role.TA, Role.ACTIVATE, Role.IDLE, Role.MOVE, Role.PACKING, Role.PACKING_TASK):
         match role:
             case Role.PACKING:

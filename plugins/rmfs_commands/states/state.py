@@ -27,8 +27,10 @@ from rmfs_core.wording import listed
 
 FORMAT = "rmfs-state"
 VERSIONS = (1, 2)
-DECIDES = tuple(role.label for role in DECIDING)
-"""The decisions that can be asked of a state."""
+ASKED = (*DECIDING, Role.PP)
+"""The decisions that can be asked of a state; those of PP are not recorded."""
+DECIDES = tuple(role.label for role in ASKED)
+"""Their names."""
 
 FACTS = ("promises", "next", "arrivals", "leaving")
 """Facts that the kernel works out from a state, and that can be asked for besides a decision."""
@@ -313,7 +315,7 @@ class AskState:
 
     decides: str | None = key(
         "`POA`, `PPS`, `POA+PPS`, `PR`, `TA`, `ROA`, `RPS`, `ROA+RPS`, `activation`, `idle`, `repositioning`, "
-        "`packing` or `packing-task`",
+        "`packing`, `packing-task` or `PP`",
         None,
         check=_one_of(*DECIDES),
     )
@@ -332,6 +334,8 @@ class AskState:
         check=_number(0),
     )
     pod: str | None = key("PR: the pod to store", None)
+    robot: str | None = key("PP: the robot that needs a path", None)
+    goal: int | None = key("PP: the cell it has to reach; the others stand where they are", None, check=_number(0))
     orders: tuple[str, ...] | None = key(
         "Packing: the orders; left out: those that are begun and bound for no packing station", None
     )

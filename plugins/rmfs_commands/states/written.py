@@ -153,6 +153,14 @@ class WrittenDue:
 
 
 @frozen
+class WrittenLeg:
+    """A straight run of a path: wait, turn, drive to a cell and stop."""
+
+    cell: int = key("The cell")
+    wait_s: float = key("How long to wait before", 0.0, unit="s")
+
+
+@frozen
 class WrittenAnswer:
     """A rule's decision in a state; which keys it has depends on what was asked."""
 
@@ -167,6 +175,7 @@ class WrittenAnswer:
     moves: tuple[WrittenMove, ...] = key("repositioning: storage locations for pods", ())
     packing: tuple[WrittenPacking, ...] = key("packing: packing stations for `ask.orders`", ())
     task: int | None = key("packing-task: position of the task among those that wait, from 0", None)
+    legs: tuple[WrittenLeg, ...] = key("PP: the path of `ask.robot`; none: there is no path, or it is there", ())
     rule: str | None = key("Name of the rule", None)
     distribution: str | None = key("Distribution that the rule comes from", None)
     version: str | None = key("Its version", None)

@@ -131,7 +131,7 @@ def test_a_broken_robot_and_a_pod_on_the_floor(at_work: dict[str, Any]) -> None:
     at_work["version"] = 2
     at_work["stations"]["north"] |= {"inbound": [], "line": []}
     at_work["pods"]["P3"] = {"contents": {"tea": 2}, "cell": 16}
-    at_work["robots"]["r1"] = {"cell": 20, "task": "P1", "in_service": False}
+    at_work["robots"]["r1"] = {"cell": 35, "task": "P1", "in_service": False}
     answer = decide(state_from_dict(at_work), RuleChoice("demand"))
     assert answer.decision == {"trips": [{"pod": "P3", "station": "north"}]}
     ask = {"decides": "TA"}
@@ -140,6 +140,32 @@ def test_a_broken_robot_and_a_pod_on_the_floor(at_work: dict[str, Any]) -> None:
     assert decide(state_from_dict(at_work | {"ask": ask}), RuleChoice("nearest-robot")).decision == {
         "tasks": [{"robot": "r2", "pod": "P2"}]
     }
+
+
+@cases("rule straight", ("free-flow", True), ("sipp", False), ("whca-n", False))
+def test_a_path_among_robots_that_stand(at_work: dict[str, Any], rule: str, straight: bool) -> None:
+    """r2 drives from the corner along the top; a rule that reserves goes round r3, which stands there."""
+    at_work["robots"] |= {"r2": {"cell": 0, "heading": 0}, "r3": {"cell": 3}}
+    ask = {"decides": "PP", "robot": "r2", "goal": 7}
+    decision = decide(state_from_dict(at_work | {"ask": ask}), RuleChoice(rule)).decision
+    assert (decision["legs"] == [{"cell": 7, "wait_s": 0.0}]) == straight
+    assert decision["legs"][-1]["cell"] == 7
+    assert [leg.cell for leg in read_answer(decision).legs] == [leg["cell"] for leg in decision["legs"]]
+
+
+@cases(
+    "change rule problem",
+    ({"robot": None}, "free-flow", "ask.robot: is missing; expected the robot that needs a path"),
+    ({"robot": "r9"}, "free-flow", 'ask.robot: names robot "r9", which the state does not list'),
+    ({"goal": 9999}, "free-flow", "ask.goal: found 9999; expected a cell of the layout where the robot can go"),
+    ({}, "pbs", '^state: rule "pbs" .* plans the paths of all robots at once; expected a PP rule that'),
+    ({}, "sipp", "robots.r3.cell: found cell 0, where robot r2 stands; expected one robot in a cell"),
+)
+def test_paths_that_cannot_be_asked_for(at_work: dict[str, Any], change, rule, problem) -> None:
+    at_work["robots"]["r3"] = {"cell": 0}
+    ask = {key: to for key, to in ({"decides": "PP", "robot": "r2", "goal": 7} | change).items() if to is not None}
+    with pytest.raises(InputError, match=problem):
+        decide(state_from_dict(at_work | {"ask": ask}), RuleChoice(rule))
 
 
 def test_a_joint_rule_covers_what_it_assigns(by_hand: dict[str, Any], acme: None) -> None:
@@ -305,13 +331,13 @@ def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None)
 
 @cases(
     "name decides problem",
-    ("free-flow", None, "decides PP; expected a rule for POA"),
+    ("most-covered", None, "decides filter; expected a rule for POA"),
     ("first-come", Role.PPS, "decides POA and packing-task; expected a rule for PPS"),
     ("first-comes", None, "did you mean `first-come`"),
     (
         "free-flow",
-        Role.PP,
-        "decides: expected POA, PPS, .*, ROA\\+RPS, activation, idle, .* or packing-task, found 'PP'",
+        Role.FILTER,
+        "decides: expected POA, PPS, .*, ROA\\+RPS, activation, idle, .*, packing-task or PP, found 'filter'",
     ),
 )
 def test_rules_that_cannot_answer(by_hand: dict[str, Any], name: str, decides: Role | None, problem: str) -> None:
