@@ -17,7 +17,7 @@ HALL: dict[str, Any] = {
     "format": "rmfs-state",
     "version": 2,
     "pods": {str(n): {"contents": {SKUS[n - 1]: 9, "a": 3}} for n in (1, 2, 3, 4)},
-    "stations": {"1": {"item_capacity": 20, "inbound": ["1"]}, "2": {"order_capacity": 8}},
+    "stations": {"1": {"item_capacity": 3, "inbound": ["1"]}, "2": {"order_capacity": 1}},
     "orders": {"1": {"lines": {"a": 2, "d": 1}}, "2": {"lines": {"b": 1, "c": 1}}, "3": WANTED},
 }
 one_sku, few = st.sampled_from(SKUS), st.integers(0, 3)
@@ -41,11 +41,11 @@ orders = st.tuples(
 held = st.dictionaries(one_sku, few, max_size=2)
 of_order_3 = st.sampled_from(([], [{"order": "3", "sku": "a"}], [{"order": "1", "sku": "d"}]))
 changes = some(
-    orders=st.dictionaries(names, st.none() | orders, min_size=1, max_size=2),
+    orders=st.dictionaries(names, st.none() | orders, min_size=1, max_size=3),
     pods=st.dictionaries(names, of(contents=held), max_size=2),
     stations=some(**{"1": some(requests=of_order_3, inbound=st.sampled_from(([], ["1"], ["2", "1"])))}),
     time_s=st.integers(9, 20),
-    backlog=st.none() | st.sampled_from((["2"], ["1", "2"])),
+    backlog=st.none() | st.sampled_from((["2"], ["2", "4"])),
     skus=st.none() | st.just(["d", *SKUS[:3]]),
     sizes=st.none() | st.just({"a": 2}),
 )
@@ -67,7 +67,7 @@ def answer(service: Service, **request: Any) -> tuple[int, bytes]:
 
 
 @settings(max_examples=25)
-@given(steps=st.lists(st.tuples(changes, st.sampled_from(RULES)), min_size=3, max_size=12))
+@given(steps=st.lists(st.tuples(changes, st.sampled_from(RULES)), min_size=4, max_size=12))
 def test_a_change_is_answered_as_the_whole_state(kept: Service, steps: list[tuple[dict[str, Any], str]]) -> None:
     state = HALL
     reply = kept.answer(json.dumps({"warehouse": "w", "state": state, "rule": "pod-match"}).encode())
