@@ -40,10 +40,11 @@ orders = st.tuples(
 ).map(lambda both: both[0] | both[1])
 held = st.dictionaries(one_sku, few, max_size=2)
 of_order_3 = st.sampled_from(([], [{"order": "3", "sku": "a"}], [{"order": "1", "sku": "d"}]))
+inbound = st.sampled_from(([], ["1"], ["2", "1"]))
 changes = some(
     orders=st.dictionaries(names, st.none() | orders, min_size=1, max_size=3),
     pods=st.dictionaries(names, of(contents=held), max_size=2),
-    stations=some(**{"1": some(requests=of_order_3, inbound=st.sampled_from(([], ["1"], ["2", "1"])))}),
+    stations=some(**{"1": some(requests=of_order_3, inbound=inbound, item_capacity=st.sampled_from((3, 30)))}),
     time_s=st.integers(9, 20),
     backlog=st.none() | st.sampled_from((["2"], ["2", "4"])),
     skus=st.none() | st.just(["d", *SKUS[:3]]),
