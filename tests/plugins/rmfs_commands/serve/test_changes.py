@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rmfs_commands.serve.service import SMALL, Service
@@ -67,6 +67,13 @@ def answer(service: Service, **request: Any) -> tuple[int, bytes]:
     return reply.status, content
 
 
+FULL = {"orders": {name: WANTED for name in "456"}}
+ANOTHER, ALL = {"orders": {"4": None, "7": WANTED}}, {"stations": {"1": {"item_capacity": 30}}}
+WAITS: dict[str, Any] = {"orders": {"4": WANTED | {"waits_for_stock": True}}}
+
+
+@example(steps=[(FULL, "first-come"), (ANOTHER, "first-come"), (ALL, "first-come")])  # orders have other ids then
+@example(steps=[(WAITS, "first-come"), ({"backlog": ["2", "4"]}, "first-come")])
 @settings(max_examples=25)
 @given(steps=st.lists(st.tuples(changes, st.sampled_from(RULES)), min_size=4, max_size=12))
 def test_a_change_is_answered_as_the_whole_state(kept: Service, steps: list[tuple[dict[str, Any], str]]) -> None:
