@@ -67,7 +67,7 @@ def answer(service: Service, **request: Any) -> tuple[int, bytes]:
     return reply.status, content
 
 
-FULL = {"orders": {name: WANTED for name in "456"}}
+FULL = {"orders": dict.fromkeys("456", WANTED)}
 ANOTHER, ALL = {"orders": {"4": None, "7": WANTED}}, {"stations": {"1": {"item_capacity": 30}}}
 WAITS: dict[str, Any] = {"orders": {"4": WANTED | {"waits_for_stock": True}}}
 
