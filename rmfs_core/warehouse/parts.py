@@ -108,6 +108,12 @@ class Order(ReadOnly):
         self._packing: OrderPacking | None = None
         self._waits = self._cancelled = False
 
+    def renew(self, order_id: int, now: Callable[[], int]) -> bool:
+        """Take an id and a clock in another warehouse; return whether it is as it arrived."""
+        put(self, "id", order_id)
+        self._now = now
+        return len(self._open) == len(self.lines) and not (self._parts or self._waits or self._cancelled)
+
     @property
     def cancelled(self) -> bool:
         """Whether it has left before anything of it was assigned; it has no open lines then, and is complete."""

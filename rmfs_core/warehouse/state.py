@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, insort
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from itertools import count
 from typing import Any
 
@@ -14,7 +14,7 @@ from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.scenario.model import BatterySection
 from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.battery import Battery
-from rmfs_core.warehouse.claims import Claims, by_age
+from rmfs_core.warehouse.claims import Claims
 from rmfs_core.warehouse.column_keeping import StockColumns, shown
 from rmfs_core.warehouse.columns import CAPACITY
 from rmfs_core.warehouse.packing import PackingStation
@@ -534,34 +534,6 @@ class Warehouse:
             self.free_box(order, "picked")
 
     # What makes one anew that is under way
-
-    def begin_to_wait(self, told: Mapping[int, bool]) -> None:
-        """Let orders wait for stock from now on.
-
-        Orders that are begun, or that are told not to wait, claim their open lines first. Of the others, the oldest
-        first, those wait that the stock cannot serve or that are told to.
-
-        Parameters
-        ----------
-        told
-            Whether an order waits, by id, of those of which that is known.
-        """
-        claims = self.claims = Claims(self.pods)
-        for station in self.stations:
-            for request in station._requests:
-                claims.claim(request.sku, request._items)
-        shown = {order.id: bool(order._parts) or told.get(order.id) is False for order in self.backlog}
-        for order in sorted(self.backlog, key=lambda order: (not shown[order.id], by_age(order))):
-            if shown[order.id]:
-                for line in order.open_lines:
-                    claims.claim(*line)
-            elif told.get(order.id) and claims.lacking(order) is None:
-                claims.wait(order, order.lines[0].sku)  # there is enough: any of its SKUs will do
-            else:
-                claims.serve(order)
-        if claims.waiting:
-            backlog, self.backlog = self.backlog, Backlog(self.n_skus)
-            self.backlog.add(*(order for order in backlog if not order._waits))
 
     def renumber(self, station: Station, requests: Iterable[tuple[int, Request, int]]) -> None:
         """Give a station these requests: each has an id, one of the same line that is there now, and items."""

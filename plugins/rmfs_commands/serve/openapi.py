@@ -66,7 +66,10 @@ def openapi(rules: Sequence[str]) -> dict[str, Any]:
             "/health": {
                 "get": {
                     "summary": "Whether the rules are loaded",
-                    "responses": {"200": {"description": "They are"}, "503": {"description": "They are being loaded"}},
+                    "responses": {
+                        "200": {"description": "They are", **_json("Health")},
+                        "503": {"description": "They are being loaded", **_json("Health")},
+                    },
                 }
             },
             "/metrics": {
@@ -99,6 +102,13 @@ def _schemas(rules: Sequence[str]) -> dict[str, Any]:
         "State": state,
         "Request": {"type": "object", "properties": request, "additionalProperties": False},
         "Answer": answer,
+        "Health": {
+            "type": "object",
+            "properties": {
+                "status": TEXT | {"enum": ["ok", "starting"]},
+                "rules": {"type": "array", "items": TEXT},
+            },
+        },
         "Problem": {"type": "object", "properties": problem, "description": "RFC 9457"},
     }
 

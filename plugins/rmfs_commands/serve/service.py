@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -22,6 +23,9 @@ from rmfs_core.scenario.checks import key
 from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.wording import listed, nearest, one_line, sentence, shown_short
+
+LARGE = 100_000
+"""Bytes of a state of which Python's collector of garbage would take its time to look at all objects."""
 
 
 @frozen
@@ -106,7 +110,9 @@ class Service:
         for decider in self._deciders.values():
             for role in DECIDES:
                 with suppress(RmfsError):  # most decide one thing; and one may have no answer in this state
-                    decider.decide(state_from_dict({**SMALL, "ask": {"decides": role, "pod": "3"}}))
+                    decider.decide(
+                        state_from_dict({**SMALL, "ask": {"decides": role, "pod": "3", "robot": "3", "goal": 6}})
+                    )
                 yield
 
     def answer(self, content: bytes) -> Reply:
@@ -133,11 +139,14 @@ class Service:
         state = request.state
         if request.change is not None:
             state = self._warehouses.changed(str(request.warehouse), str(request.base), request.change, revision)
-        answer = decider.decide(state_from_dict(state)).to_dict()
-        if request.warehouse is None:
-            return answer
         assert state is not None  # there is one of them
-        self._warehouses.keep(request.warehouse, revision, state)
+        if request.warehouse is None:
+            return decider.decide(state_from_dict(state)).to_dict()
+        opened = self._warehouses.opened(request.warehouse, state)
+        answer = decider.decide(opened).to_dict()
+        self._warehouses.keep(request.warehouse, revision, state, opened)
+        if request.change is None and len(content) > LARGE:
+            _set_aside()
         return answer | {"warehouse": request.warehouse, "revision": revision}
 
     def _decider(self, request: Request) -> Decider:
@@ -148,6 +157,13 @@ class Service:
         if request.rule not in self._deciders:
             raise InputError("request, rule", f'"{request.rule}" is not served{nearest(request.rule, self.rules)}')
         return self._deciders[request.rule]
+
+
+def _set_aside() -> None:
+    """Have the collector of garbage pass over what is kept: else every few changes wait for it."""
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()
 
 
 def _request(data: Any) -> Request:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from rmfs_commands.states.patches import patched
+from rmfs_commands.states.rebuilding import OpenState, open_state
+from rmfs_commands.states.state_json import state_after, state_from_dict
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.source import Source
 
@@ -21,14 +23,27 @@ class Warehouses:
     """States by the names of their warehouses, as JSON's objects."""
 
     def __init__(self) -> None:
-        self._kept: dict[str, tuple[str, Mapping[str, Any]]] = {}
+        self._kept: dict[str, tuple[str, Mapping[str, Any], OpenState | None]] = {}
 
-    def keep(self, name: str, revision: str, state: Mapping[str, Any]) -> None:
+    def keep(self, name: str, revision: str, state: Mapping[str, Any], opened: OpenState | None = None) -> None:
         """Take down the last state of a warehouse; the one that was not used for longest may be forgotten for it."""
         self._kept.pop(name, None)
-        self._kept[name] = revision, state
+        self._kept[name] = revision, state, opened
         if len(self._kept) > MOST_KEPT:
             del self._kept[next(iter(self._kept))]
+
+    def opened(self, name: str, state: Mapping[str, Any]) -> OpenState:
+        """Return the warehouse of a state, of which only what changed since the last state is read.
+
+        Raises
+        ------
+        InputError
+            As `state_from_dict` and `open_state`.
+        """
+        _, last, before = self._kept.get(name, ("", {}, None))
+        if before is None:
+            return open_state(state_from_dict(state))
+        return open_state(state_after(state, last, before.state), before=before)
 
     def changed(self, name: str, base: str, change: Mapping[str, Any], revision: str) -> Mapping[str, Any]:
         """Return the state of a warehouse with a change applied, which is not kept yet.
@@ -53,7 +68,7 @@ class Warehouses:
         """
         if name not in self._kept:
             raise StaleError("request, warehouse", f'no state of "{name}" is kept; expected the whole state first')
-        last, state = self._kept[name]
+        last, state, _ = self._kept[name]
         if revision == last:
             return state
         if base != last:

@@ -7,11 +7,13 @@ from typing import Any, Protocol
 
 from rmfs_commands.instances.tables import finite
 from rmfs_commands.states.written import WrittenAnswer
+from rmfs_core.clock import to_seconds
 from rmfs_core.decisions import (
     BundleAssignment,
     BundleDecision,
     JointDecision,
     OrderAssignment,
+    Path,
     PodMove,
     PodTrip,
     RobotMove,
@@ -42,14 +44,16 @@ def answer_to_dict(
     skus
         SKU names by id.
     decides
-        Kind of the decision; not PP, a filter or an observer.
+        Kind of the decision; not a filter or an observer.
     answer
         The rule's answer.
     arguments
-        Arguments of its hook besides the warehouse and a random generator; of packing.
+        Arguments of its hook besides the warehouse and a random generator; of packing and PP.
     """
     handed = arguments or {}
     try:
+        if decides is Role.PP:
+            return _path(answer)
         if decides is Role.PACKING:
             return _packing(warehouse, handed["orders"], answer)
         if decides is Role.PACKING_TASK:
@@ -268,6 +272,12 @@ def _moves(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[s
         for given in sequence_of(answer, PodMove)
     ]
     return {"moves": moves}
+
+
+def _path(answer: object) -> dict[str, Any]:
+    """Return a path; without legs where the rule finds none, and where the robot is there already."""
+    legs = () if answer is None else instance_of(answer, Path).legs
+    return {"legs": [{"cell": int(leg.to), "wait_s": to_seconds(leg.wait_ticks)} for leg in legs]}
 
 
 def _packing(warehouse: WarehouseView, orders: Sequence[Order], answer: object) -> dict[str, Any]:

@@ -9,15 +9,14 @@ from typing import Any, cast
 import pluggy
 from attrs import evolve, frozen
 
-from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.cli.single_rule import load_rule
-from rmfs_commands.states.deciding import Answer, ask
-from rmfs_commands.states.rebuilding import open_state
-from rmfs_commands.states.state import DECIDES, State
+from rmfs_commands.states.deciding import Answer, ask, repaired
+from rmfs_commands.states.rebuilding import OpenState, open_state
+from rmfs_commands.states.state import ASKED, DECIDES, State
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
-from rmfs_core.rules.hooks import marked_methods, require_attrs_class, roles_of
+from rmfs_core.rules.hooks import decided, marked_methods, require_attrs_class, roles_of
 from rmfs_core.rules.parameters import build
 from rmfs_core.rules.parts import made_in
 from rmfs_core.rules.sources import RuleSources
@@ -61,7 +60,7 @@ class Decider:
             raise InputError(
                 "choice", f'expected a RuleChoice such as `RuleChoice("nearest")`, found {shown_short(choice)}'
             )
-        if decides is not None and decides not in DECIDING:
+        if decides is not None and decides not in ASKED:
             raise InputError(
                 "decides", f"expected {listed(DECIDES, 'or')}, found {getattr(decides, 'label', decides)!r}"
             )
@@ -70,19 +69,20 @@ class Decider:
         self._rules: dict[Role | None, BoundRule] = {}
         source = self._sources.find(choice.rule, "rule")
         kind = require_attrs_class("rule", source.target, source.describe())
-        if decides is None and len({*roles_of(kind)} & {*DECIDING}) > 1:
+        self._roles, self._described = [role for role in ASKED if role in roles_of(kind)], source.describe()
+        if decides is None and len(self._roles) > 1:
             with made_in(folder):
                 build(kind, choice.parameters, "rule", source.describe())  # which role it plays, a state will say
         else:
             self._rule(decides)
 
-    def decide(self, state: State, source: str = "state") -> Answer:
+    def decide(self, state: State | OpenState, source: str = "state") -> Answer:
         """Return what the rule decides in a state.
 
         Parameters
         ----------
         state
-            The state.
+            The state; or a warehouse made from it, in which the decision is carried out.
         source
             Name of the state's source in messages.
 
@@ -93,14 +93,18 @@ class Decider:
         RuleError
             When the rule raises, or decides something impossible.
         """
-        if not isinstance(state, State):
+        if not isinstance(state, State | OpenState):
             raise InputError(source, f"expected a State, such as `read_state` returns, found {shown_short(state)}")
-        rule = self._rule(self.decides or state.ask.role)
-        return ask(open_state(state, source), rule)
+        opened = open_state(state, source) if isinstance(state, State) else state
+        asked = opened.state.ask.role
+        if self.decides is None and asked is not None and asked not in self._roles:
+            found = f"found {asked.label}; {self._described} decides {decided(self._roles)}"
+            opened.names.wrong(("ask", "decides"), f"{found}; expected that, or a rule for {asked.label}")
+        return repaired(opened, ask(opened, self._rule(self.decides or asked)))
 
     def _rule(self, preferred: Role | None) -> BoundRule:
         if preferred not in self._rules:
-            roles = DECIDING if self.decides is None else (self.decides,)
+            roles = ASKED if self.decides is None else (self.decides,)
             rule = load_rule(self.choice, roles, preferred=preferred, sources=self._sources)
             afresh = _Afresh.of(rule, self.choice.parameters, self._sources.folder)
             hook = cast(pluggy.HookCaller, afresh)  # is called as one

@@ -10,7 +10,9 @@ from attrs import asdict, evolve, field, frozen
 
 from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.states.answers import answer_from, answer_to_dict
+from rmfs_commands.states.facts import facts_of
 from rmfs_commands.states.mementos import due_times
+from rmfs_commands.states.paths import check_path, path_wanted
 from rmfs_commands.states.rebuilding import LacksError, OpenState, open_state
 from rmfs_commands.states.state import RandomState, State
 from rmfs_commands.states.written import read_answer
@@ -20,6 +22,7 @@ from rmfs_core.randomness import rule_stream
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, StationsSection
+from rmfs_core.scenario.source import Source
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.applying import (
     apply_activation,
@@ -33,6 +36,7 @@ from rmfs_core.simulation.applying import (
 )
 from rmfs_core.simulation.asking import Asker, ImpossibleError
 from rmfs_core.simulation.setup import unmet_needs
+from rmfs_core.warehouse import Warehouse
 
 
 @frozen
@@ -93,7 +97,7 @@ class Answer:
         Kind of the decision.
     decision
         ``assignments``, ``trips``, ``tasks``, ``cell``, ``bundles``, ``stores``, ``active``, ``rests``, ``moves``,
-        ``packing`` or ``task``, with names.
+        ``packing``, ``task`` or ``legs``, with names.
     report
         Status, objective, bound, stopped_early, of a rule that reports them.
     outcome
@@ -102,6 +106,10 @@ class Answer:
         Orders decided on that have a due time: when, their priority, and what is left until then.
     waiting_for_stock
         Orders that the rule was not shown, because the pods hold too little for them, the oldest first.
+    repair
+        The PPS rule that sent pods for uncovered requests after a joint decision, and how many: the last of the trips.
+    facts
+        Facts of the state, before the decision, as ``ask.tell`` names them.
     """
 
     rule: str
@@ -113,6 +121,8 @@ class Answer:
     outcome: Outcome | BundleOutcome | None
     due: Mapping[str, Mapping[str, float]] = field(factory=dict)
     waiting_for_stock: tuple[str, ...] = ()
+    repair: Mapping[str, str | int] | None = None
+    facts: dict[str, Any] = field(factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the answer as `rmfs decide` prints it: JSON's objects, lists and values."""
@@ -121,19 +131,39 @@ class Answer:
             "due": self.due,
             "waiting_for_stock": [*self.waiting_for_stock],
             "report": self.report,
+            "repair": self.repair,
             "outcome": self.outcome and asdict(self.outcome),
         }
         return (
-            asked | {"decides": self.decides.label} | self.decision | {key: told for key, told in found.items() if told}
+            asked
+            | {"decides": self.decides.label}
+            | self.decision
+            | {key: told for key, told in found.items() if told}
+            | self.facts
         )
 
 
-def ask(opened: OpenState, rule: BoundRule) -> Answer:
-    """Ask a rule in a state, and carry out there what it decides: another rule may be asked what comes next."""
+def ask(opened: OpenState, rule: BoundRule, given: Mapping[str, Any] | None = None) -> Answer:
+    """Ask a rule in a state, and carry out there what it decides: another rule may be asked what comes next.
+
+    Parameters
+    ----------
+    opened
+        The state.
+    rule
+        The rule.
+    given
+        Arguments of its hook besides the warehouse and a random generator; None: those that the state says.
+
+    Raises
+    ------
+    InputError, RuleError
+        As `Decider.decide`.
+    """
     _check_needs(opened, rule)
     warehouse = opened.warehouse
-    arguments = _arguments(opened, rule)
-    asker = Asker(warehouse)
+    arguments = _arguments(opened, rule) if given is None else dict(given)
+    asker, facts = Asker(warehouse), facts_of(opened)
     try:
         answer, _ = asker.ask(rule, arguments | {"warehouse": opened.view, "rng": _generator(opened.state, rule)})
     except RuleError as error:
@@ -148,7 +178,28 @@ def ask(opened: OpenState, rule: BoundRule) -> Answer:
     due = due_times(opened.state, [given["order"] for given in decision.get("assignments", ())])
     waiting = [order.name for order in opened.view.orders_waiting_for_stock] if rule.role.assigns else []
     asked = rule.name, rule.source.distribution, rule.source.version, rule.role
-    return Answer(*asked, decision, report, outcome, due, tuple(waiting))
+    return Answer(*asked, decision, report, outcome, due, tuple(waiting), facts=facts)
+
+
+def repaired(opened: OpenState, answer: Answer) -> Answer:
+    """Return a joint decision, carried out, with trips for the requests that no pod is on its way for.
+
+    A joint rule sends pods for what it assigns itself. Requests that other rules left, or that have lost their pod,
+    would wait forever; the pods for them wait for robots as those of the decision do.
+    """
+    named = opened.state.ask.repair or ("none" if opened.state.layout is None else "demand")
+    before = answer.outcome
+    if answer.decides is not Role.POA_PPS or not isinstance(before, Outcome) or not before.uncovered or named == "none":
+        return answer
+    place = Source(opened.names.source).place_of(("ask", "repair"))
+    rule = load_rule(RuleChoice(named), (Role.PPS,), allow_inline=False, place=place)
+    more = ask(opened, rule, {"max_fetches": len(opened.view.free_pods)})
+    assert isinstance(more.outcome, Outcome)
+    trips = more.decision["trips"]
+    visits = before.visits + more.outcome.visits
+    outcome = evolve(more.outcome, orders=before.orders, items=before.items, visits=visits)
+    decision = answer.decision | {"trips": [*answer.decision["trips"], *trips]}
+    return evolve(answer, decision=decision, outcome=outcome, repair={"rule": rule.name, "trips": len(trips)})
 
 
 def decide_instead(
@@ -231,11 +282,13 @@ def _check_needs(opened: OpenState, rule: BoundRule) -> None:
 
 def _arguments(opened: OpenState, rule: BoundRule) -> dict[str, Any]:
     """Return what the rule's hook is given besides the warehouse and the random generator."""
-    if rule.role in (Role.PR, Role.IDLE, Role.MOVE) and opened.state.layout is None:
+    if rule.role in (Role.PR, Role.IDLE, Role.MOVE, Role.PP) and opened.state.layout is None:
         raise InputError(
             opened.names.source,
             f"{rule.describe()} decides {rule.role.label}, but the state has no layout; expected one",
         )
+    if rule.role is Role.PP:
+        return path_wanted(opened, rule)
     return _given(opened, rule.role)
 
 
@@ -319,6 +372,9 @@ def carry_out(
         When it cannot be carried out.
     """
     warehouse = opened.warehouse
+    if role is Role.PP:
+        check_path(warehouse, answer, **arguments)
+        return None
     if role in (Role.PR, Role.TA, Role.ACTIVATE, Role.IDLE, Role.MOVE, Role.PACKING, Role.PACKING_TASK):
         match role:
             case Role.PACKING:
@@ -338,7 +394,7 @@ def carry_out(
         return None
     if role in (Role.ROA, Role.RPS, Role.ROA_RPS):
         return _replenished(opened, role, answer, arguments.get("max_fetches", 0))
-    open_before = sum(order.open_items for order in warehouse.backlog.orders)
+    open_before = _open_items(warehouse)
     if role is Role.PPS:
         decision = apply_selection(warehouse, answer, keep=_forget, **arguments)
     else:
@@ -353,11 +409,15 @@ def carry_out(
         )
     return Outcome(
         orders=len({given.order for given in decision.assignments}),
-        items=open_before - sum(order.open_items for order in warehouse.backlog.orders),
+        items=open_before - _open_items(warehouse),
         visits=len(decision.trips),
         unused=sum(station.free_capacity for station in warehouse.picking),
         uncovered=sum(station.uncovered_items for station in warehouse.stations),
     )
+
+
+def _open_items(warehouse: Warehouse) -> int:
+    return sum(items * orders for items, orders in warehouse.backlog.sizes.items())
 
 
 def _replenished(opened: OpenState, role: Role, answer: object, max_fetches: int) -> BundleOutcome:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import count
+
+from attrs import frozen
 
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.plain import (
@@ -33,8 +36,34 @@ Requested = dict[str, dict[str, list[str]]]
 """Order -> station -> SKUs that have requests there."""
 
 
-def memento_of(state: State, names: Names, layout: Layout) -> Memento:
+@frozen
+class Before:
+    """An earlier state: what did not change since is taken over from it.
+
+    Parameters
+    ----------
+    state, names
+        The state and its names.
+    memento
+        The warehouse that it describes.
+    """
+
+    state: State
+    names: Names
+    memento: Memento
+
+
+def memento_of(state: State, names: Names, layout: Layout, before: Before | None = None) -> Memento:
     """Return the warehouse that a state describes, with what it leaves out filled in.
+
+    Parameters
+    ----------
+    state, names
+        The state and its names.
+    layout
+        The grid.
+    before
+        An earlier state; objects of ``state`` that are also there have not changed since.
 
     Raises
     ------
@@ -42,10 +71,12 @@ def memento_of(state: State, names: Names, layout: Layout) -> Memento:
         Where it names what it does not list, or gives cells without a layout.
     """
     now = _now(state, names)
-    orders = _orders(state, names)
+    if before is not None and before.names.skus != names.skus:
+        before = None  # SKUs have other ids
+    orders = _orders(state, names, before)
     stations = _stations(state, names, layout, sum(_assigned(order) for order in orders))
     robots = _robots(state, names, layout, stations)
-    pods = _pods(state, names, layout, stations)
+    pods = _pods(state, names, layout, stations, before)
     if state.waiting is None:
         tasks = {robot.task for robot in robots}
         waiting = [i for i, pod in enumerate(pods) if pod.bound_for and pod.cell is not None and i not in tasks]
@@ -80,34 +111,56 @@ def due_times(state: State, orders: Sequence[str]) -> dict[str, dict[str, float]
     }
 
 
-def _orders(state: State, names: Names) -> tuple[OrderMemento, ...]:
-    data = [
-        OrderData(
-            name,
-            arrival_tick=to_ticks(state.orders[name].arrival_s),
-            lines=tuple(
-                (names.sku(sku, "orders", name, "lines", sku), n) for sku, n in state.orders[name].lines.items()
-            ),
-            due_tick=None if (due := state.orders[name].due_s) is None else to_ticks(due),
-            priority=state.orders[name].priority,
-        )
-        for name in names.orders
-    ]
-    requested = _requested(state, names)
-    orders = []
-    for order in data:
-        name, parts = order.name, []
-        for i, part in enumerate(_parts(state.orders[name], requested.get(name, {}))):
+def _orders(state: State, names: Names, before: Before | None) -> tuple[OrderMemento, ...]:
+    unchanged, shown = {} if before is None else _unchanged(state, before), {*(state.backlog or ())}
+    data = {name: _order_data(state.orders[name], names, name) for name in names.orders if name not in unchanged}
+    requested, orders = _requested(state, names), []
+    for name in names.orders:
+        if name in unchanged:
+            orders.append(unchanged[name])
+            continue
+        order, parts = data[name], []
+        given = _parts(state.orders[name], requested.get(name, {}))
+        taken = {(part.station, part.period) for part in given}
+        for i, part in enumerate(given):
             path = ("orders", name, "parts", i)
-            station = names.station(part.station, *path, "station")
-            parts.append(PartMemento(station, tuple(names.sku(sku, *path, "skus") for sku in part.skus), part.period))
-        waits = _waits(state, names, name, begun=bool(parts))
+            station, period = names.station(part.station, *path, "station"), part.period
+            if period is None:
+                period = next(number for number in count(1) if (part.station, number) not in taken)
+                taken.add((part.station, period))
+            parts.append(PartMemento(station, tuple(names.sku(sku, *path, "skus") for sku in part.skus), period))
+        waits = _waits(state, names, name, begun=bool(parts), shown=name in shown)
         packing, cancelled = _packing_of(state, names, name), state.orders[name].cancelled
-        if cancelled and (parts or waits or name in (state.backlog or ())):
+        if cancelled and (parts or waits or name in shown):
             why = "lines of it are assigned" if parts else "it waits for stock" if waits else "`backlog` names it"
             names.wrong(("orders", name, "cancelled"), f"found true for an order that has not left: {why}")
         orders.append(OrderMemento(order, tuple(parts), waits, packing, cancelled))
     return tuple(orders)
+
+
+def _order_data(order: OrderState, names: Names, name: str) -> OrderData:
+    return OrderData(
+        name,
+        arrival_tick=to_ticks(order.arrival_s),
+        lines=tuple((names.sku(sku, "orders", name, "lines", sku), n) for sku, n in order.lines.items()),
+        due_tick=None if order.due_s is None else to_ticks(order.due_s),
+        priority=order.priority,
+    )
+
+
+def _unchanged(state: State, before: Before) -> dict[str, OrderMemento]:
+    """Return the orders that are as they were and that nothing else tells of, by name."""
+    if before.state.backlog is not None or state.backlog is not None:
+        return {}
+    named = {request.order for station in state.stations.values() for request in station.requests}
+    named |= {station.in_hand.order for station in state.stations.values() if station.in_hand is not None}
+    orders, earlier = state.orders, before.state.orders
+    found = {}
+    for memento in before.memento.orders:
+        name = memento.data.name
+        if orders.get(name) is earlier[name] and not (memento.parts or memento.packing or name in named):
+            found[name] = memento
+    return found
 
 
 def _packing_of(state: State, names: Names, order: str) -> OrderPacking | None:
@@ -143,9 +196,9 @@ def _packing(state: State, names: Names, orders: Sequence[OrderMemento]) -> Iter
         yield PackingMemento(state.packing.section, tuple(bound), waiting, working, to_ticks(told.zero_s))
 
 
-def _waits(state: State, names: Names, name: str, *, begun: bool) -> bool | None:
+def _waits(state: State, names: Names, name: str, *, begun: bool, shown: bool) -> bool | None:
     """Return whether an order waits for stock; not if the rule is shown it."""
-    told, shown = state.orders[name].waits_for_stock, name in (state.backlog or ())
+    told = state.orders[name].waits_for_stock
     if told and (begun or shown):
         why = "`backlog` names it" if shown else "lines of it are assigned"
         names.wrong(("orders", name, "waits_for_stock"), f"found true for an order that waits no more: {why}")
@@ -174,6 +227,8 @@ def _parts(order: OrderState, requested: dict[str, list[str]]) -> Sequence[PartS
 
 def _assigned(order: OrderMemento) -> int:
     """Return how many items of an order were assigned: as many requests have had a number."""
+    if not order.parts:
+        return 0
     quantities = dict(order.data.lines)
     return sum(quantities.get(sku, 0) for part in order.parts for sku in part.skus)
 
@@ -276,12 +331,24 @@ def _robots(state: State, names: Names, layout: Layout, stations: Sequence[Stati
     return tuple(robots)
 
 
-def _pods(state: State, names: Names, layout: Layout, stations: Sequence[StationMemento]) -> tuple[PodMemento, ...]:
+def _pods(
+    state: State, names: Names, layout: Layout, stations: Sequence[StationMemento], before: Before | None
+) -> tuple[PodMemento, ...]:
+    bound: dict[int, list[int]] = {}
+    for at, station in enumerate(stations):
+        for number in dict.fromkeys(station.inbound):
+            bound.setdefault(number, []).append(at)
+    in_lines = {number for station in stations for number in station.line}
+    earlier = {} if before is None else {pod.data.name: pod.data for pod in before.memento.pods}
     pods = []
     for i, (name, given) in enumerate(state.pods.items()):
-        contents = tuple((names.sku(sku, "pods", name, "contents", sku), n) for sku, n in given.contents.items())
+        if before is not None and before.state.pods.get(name) is given:
+            data = earlier[name]
+        else:
+            contents = tuple((names.sku(sku, "pods", name, "contents", sku), n) for sku, n in given.contents.items())
+            data = PodData(name, contents)
         if given.bound_for is None:
-            bound_for = tuple(at for at, station in enumerate(stations) if i in station.inbound)
+            bound_for = tuple(bound.get(i, ()))
         else:
             bound_for = tuple(names.station(station, "pods", name, "bound_for") for station in given.bound_for)
         cell: int | None
@@ -289,9 +356,9 @@ def _pods(state: State, names: Names, layout: Layout, stations: Sequence[Station
             if given.cell is not None:
                 names.wrong(("pods", name, "cell"), "found a cell, but the state has no layout")
             home = layout.storage_locations[i]
-            cell = None if any(i in station.line for station in stations) else home
+            cell = None if i in in_lines else home
         else:
             cell = given.cell
             home = next((place for place in (given.home, cell) if place is not None), NOWHERE)
-        pods.append(PodMemento(PodData(name, contents), cell, home, bound_for, given.capacity or UNLIMITED))
+        pods.append(PodMemento(data, cell, home, bound_for, given.capacity or UNLIMITED))
     return tuple(pods)

@@ -8,13 +8,14 @@ from typing import NoReturn
 from attrs import frozen
 
 from rmfs_commands.layouts import block_map, parse_map
-from rmfs_commands.states.mementos import QUEUE_LENGTH, memento_of
+from rmfs_commands.states.mementos import QUEUE_LENGTH, Before, memento_of
 from rmfs_commands.states.names import Names
+from rmfs_commands.states.plain import Memento
 from rmfs_commands.states.restoring import ContradictionError, restore
 from rmfs_commands.states.state import LayoutState, State
 from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.scenario.source import Source
-from rmfs_core.warehouse import Pod, Warehouse, WarehouseView
+from rmfs_core.warehouse import Order, Pod, Warehouse, WarehouseView
 from rmfs_core.world import Instance, Layout, check_layout
 from rmfs_core.world.travel import travel_on
 
@@ -33,6 +34,8 @@ class OpenState:
         The state.
     names
         Its names and their ids.
+    memento
+        Plain data that it was made from, with ids.
     instance
         Its orders and pods, whatever has become of them.
     warehouse
@@ -47,6 +50,7 @@ class OpenState:
 
     state: State
     names: Names
+    memento: Memento
     instance: Instance
     warehouse: Warehouse
     view: WarehouseView
@@ -94,7 +98,7 @@ class _WithoutPlaces(WarehouseView):
         raise LacksError("storage locations")
 
 
-def open_state(state: State, source: str = "state") -> OpenState:
+def open_state(state: State, source: str = "state", before: OpenState | None = None) -> OpenState:
     """Return the warehouse that a state describes.
 
     Parameters
@@ -103,6 +107,8 @@ def open_state(state: State, source: str = "state") -> OpenState:
         The state.
     source
         Name of its source in messages.
+    before
+        An earlier state, opened, which is given up: objects that both states have are read no second time.
 
     Raises
     ------
@@ -111,9 +117,14 @@ def open_state(state: State, source: str = "state") -> OpenState:
     """
     names = Names(state, source)
     layout = _layout(state, names)
-    memento = memento_of(state, names, layout)
+    reused: dict[int, Order] = {}
+    if before is None:
+        memento = memento_of(state, names, layout)
+    else:
+        memento = memento_of(state, names, layout, Before(before.state, before.names, before.memento))
+        reused = dict(zip(map(id, before.memento.orders), before.warehouse.orders, strict=True))
     try:
-        warehouse = restore(memento, travel_on(layout, state.motion.motion()))
+        warehouse = restore(memento, travel_on(layout, state.motion.motion()), reused=reused)
     except ContradictionError as error:
         names.wrong(names.path(error.path), error.problem)
     warehouse.has_places = state.layout is not None
@@ -127,13 +138,13 @@ def open_state(state: State, source: str = "state") -> OpenState:
     shown = _shown(state, names, warehouse)
     backlog = None if shown is None else [order for order in warehouse.backlog.orders if order.id in shown]
     view = (_WithoutPlaces if state.layout is None else WarehouseView)(warehouse, backlog)
-    return OpenState(state, names, instance, warehouse, view, shown, _period(state, warehouse))
+    return OpenState(state, names, memento, instance, warehouse, view, shown, _period(state, memento))
 
 
-def _period(state: State, warehouse: Warehouse) -> int:
+def _period(state: State, memento: Memento) -> int:
     if state.ask.period is not None:
         return state.ask.period
-    return 1 + max((part.period for order in warehouse.orders for part in order.parts), default=0)
+    return 1 + max((part.period for order in memento.orders for part in order.parts), default=0)
 
 
 def _shown(state: State, names: Names, warehouse: Warehouse) -> frozenset[int] | None:

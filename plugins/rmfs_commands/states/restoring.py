@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from typing import TypeVar
 
 from attrs import asdict, evolve
@@ -20,7 +20,9 @@ from rmfs_commands.states.plain import (
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
 from rmfs_core.simulation.setup import packing_of
 from rmfs_core.warehouse import Order, PackingStation, PackingTask, Robot, Station, Warehouse
+from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.battery import Battery
+from rmfs_core.warehouse.claims import Claims, by_age
 from rmfs_core.world import CellKind, Instance, OrderData
 from rmfs_core.world.travel import Travel
 
@@ -44,6 +46,7 @@ def restore(
     *,
     wait_for_stock: bool = True,
     restocked: bool | None = None,
+    reused: Mapping[int, Order] | None = None,
 ) -> Warehouse:
     """Return a new warehouse as a memento tells it.
 
@@ -61,18 +64,20 @@ def restore(
         Whether orders that the stock cannot serve wait.
     restocked
         Whether bundles may arrive; None: if a station stores some.
+    reused
+        Orders of an earlier warehouse, which is given up, by the id (`id`) of the memento that each was made from.
 
     Raises
     ------
     ContradictionError
         Where it contradicts itself or the layout.
     """
-    _check_names(memento, travel)
+    _check_names(memento, travel, reused or {})
     cells = travel.layout.stations
     warehouse = Warehouse(
         Instance(
             memento.skus,
-            (*(o.data for o in memento.orders), *later),
+            (),
             tuple(p.data for p in memento.pods),
             memento.sizes,
             restocked=any(s.bundle_capacity for s in memento.stations) if restocked is None else restocked,
@@ -92,13 +97,7 @@ def restore(
     )
     warehouse.homes = tuple(p.home for p in memento.pods)
     warehouse.advance(memento.now)
-    for order, given in zip(warehouse.orders, memento.orders, strict=False):
-        warehouse.order_arrives(order)
-        begun = bool(given.parts and given.cancelled)
-        _check(not begun, "found it for an order that is begun", "orders", order.id, "cancelled")
-        _assign(warehouse, order, given, memento.skus)
-        if given.cancelled:
-            warehouse.cancel(order)
+    _orders(warehouse, memento, later, reused or {})
     for station, told in zip(warehouse.stations, memento.stations, strict=True):
         _keep_requests(warehouse, station, told, memento)
         warehouse.occupy_picker(station, told.picker_free or 0)
@@ -112,7 +111,7 @@ def restore(
         _check(cell in warehouse.chargers, known, "chargers_down")
         warehouse.put_charger_in_service(cell, False, ())
     if wait_for_stock and not warehouse.unlimited_stock:
-        warehouse.begin_to_wait({i: o.waits for i, o in enumerate(memento.orders) if o.waits is not None})
+        begin_to_wait(warehouse, {i: o.waits for i, o in enumerate(memento.orders) if o.waits is not None})
     _bind(warehouse, memento)
     _carry(warehouse, memento)
     _store(warehouse, memento)
@@ -121,6 +120,70 @@ def restore(
         _restore_bundle(warehouse, bundle, "bundles", i)
     _pack(warehouse, memento)
     return warehouse
+
+
+def _orders(warehouse: Warehouse, memento: Memento, later: Sequence[OrderData], reused: Mapping[int, Order]) -> None:
+    """Let the orders arrive, and those that are begun or cancelled be so."""
+    orders = []
+    for i, given in enumerate(memento.orders):
+        order = reused.get(id(given))
+        if order is None or not order.renew(i, lambda: warehouse.now):
+            order = Order(i, given.data, lambda: warehouse.now)
+        orders.append(order)
+    arrived = len(orders)
+    orders += [Order(arrived + i, data, lambda: warehouse.now) for i, data in enumerate(later)]
+    warehouse.orders = tuple(orders)
+    warehouse.arrived.update((order.id, order) for order in orders[:arrived])
+    warehouse.backlog.add(*orders[:arrived])
+    wanted = [0] * warehouse.n_skus
+    for order in orders[:arrived]:
+        for sku, quantity in order.lines:
+            wanted[sku] += quantity
+    warehouse.open_demand += wanted
+    warehouse.ordered += wanted
+    for order, given in zip(orders, memento.orders, strict=False):
+        if given.parts or given.cancelled:
+            begun = bool(given.parts and given.cancelled)
+            _check(not begun, "found it for an order that is begun", "orders", order.id, "cancelled")
+            _assign(warehouse, order, given, memento.skus)
+            if given.cancelled:
+                warehouse.cancel(order)
+
+
+def begin_to_wait(warehouse: Warehouse, told: Mapping[int, bool]) -> None:
+    """Let orders wait for stock from now on.
+
+    Orders that are begun, or that are told not to wait, claim their open lines first. Of the others, the oldest
+    first, those wait that the stock cannot serve or that are told to.
+
+    Parameters
+    ----------
+    warehouse
+        In which no order waits.
+    told
+        Whether an order waits, by id, of those of which that is known.
+    """
+    claims, wanted = Claims(warehouse.pods), warehouse.open_demand.tolist()
+    warehouse.claims = claims
+    if not any(told.values()) and all(claims.unclaimed[sku] >= items for sku, items in enumerate(wanted)):
+        for sku, items in enumerate(wanted):
+            claims.claim(sku, items)
+        return
+    for station in warehouse.stations:
+        for request in station.open_requests:
+            claims.claim(request.sku, request.items)
+    shown = {order.id: bool(order.parts) or told.get(order.id) is False for order in warehouse.backlog}
+    for order in sorted(warehouse.backlog, key=lambda order: (not shown[order.id], by_age(order))):
+        if shown[order.id]:
+            for line in order.open_lines:
+                claims.claim(*line)
+        elif told.get(order.id) and claims.lacking(order) is None:
+            claims.wait(order, order.lines[0].sku)  # there is enough: any of its SKUs will do
+        else:
+            claims.serve(order)
+    if claims.waiting:
+        backlog, warehouse.backlog = warehouse.backlog, Backlog(warehouse.n_skus)
+        warehouse.backlog.add(*(order for order in backlog if not order.waits_for_stock))
 
 
 def _check(holds: bool, problem: str, *path: str | int) -> None:
@@ -133,16 +196,18 @@ def _at(among: Sequence[T], number: int, *path: str | int) -> T:
     return among[number]
 
 
-def _check_names(memento: Memento, travel: Travel) -> None:
+def _check_names(memento: Memento, travel: Travel, checked: Container[int]) -> None:
     """Check that there are the stations, SKUs and storage locations that are named, and the cells once each."""
     n, most = len(memento.stations), len(travel.layout.stations)
     _check(n <= most, f"found {n}; the layout has {most}", "stations")
-    wanted = (("orders", "lines", i, one.data.lines) for i, one in enumerate(memento.orders))
+    wanted = (("orders", "lines", i, one.data.lines) for i, one in enumerate(memento.orders) if id(one) not in checked)
     held = (("pods", "contents", i, one.data.contents) for i, one in enumerate(memento.pods))
     for section, key, i, items in (*wanted, *held):
         for sku, number in items:
-            _at(memento.skus, sku, section, i, key)
-            _check(number is None or number >= 0, f"found {number} items; expected 0 or more", section, i, key)
+            if not 0 <= sku < len(memento.skus):
+                _at(memento.skus, sku, section, i, key)
+            if number is not None and number < 0:
+                _check(False, f"found {number} items; expected 0 or more", section, i, key)
     places = {*travel.layout.storage_locations}
     for i, pod in enumerate(memento.pods):
         known = pod.home in places or pod.home in (-1, pod.cell)  # the cell is looked at later
@@ -197,7 +262,8 @@ def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento
     problem = f"found {given.capacity}; expected at least {station.load}, what is assigned and not picked"
     orders = {known.order.id for _, known, _ in runs} | ({held[0]} if held else set())
     alone = len(orders) == 1  # one larger than any station
-    _check(alone or given.capacity >= station.load, problem, "stations", station.id, "capacity")
+    key = "order_capacity" if given.counts_orders else "item_capacity"
+    _check(alone or given.capacity >= station.load, problem, "stations", station.id, key)
     warehouse.renumber(station, runs)
 
 
@@ -271,7 +337,7 @@ def _carry(warehouse: Warehouse, memento: Memento) -> None:
 
 def _store(warehouse: Warehouse, memento: Memento) -> None:
     """Put pods where they are stored; whatever is left is free."""
-    layout = warehouse.travel.layout
+    layout, places = warehouse.travel.layout, {*warehouse.travel.layout.storage_locations}
     taken = dict.fromkeys((*memento.blocked, *memento.reserved), "another pod")
     for pod, given in zip(warehouse.pods, memento.pods, strict=True):
         path, cell = ("pods", pod.id, "cell"), given.cell
@@ -279,7 +345,7 @@ def _store(warehouse: Warehouse, memento: Memento) -> None:
             expected = "expected the pod's cell, or that it is in a line or a robot's task"
             _check(pod.robot is not None, f"is missing; {expected}", *path)
             continue
-        if cell not in layout.storage_locations:
+        if cell not in places:
             first = layout.storage_locations[0]
             expected = f"the first is {first} ({layout.where(first)})"
             raise ContradictionError(f"found {cell}, which is no storage location of the layout; {expected}", *path)

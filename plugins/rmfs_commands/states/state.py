@@ -27,8 +27,13 @@ from rmfs_core.wording import listed
 
 FORMAT = "rmfs-state"
 VERSIONS = (1, 2)
-DECIDES = tuple(role.label for role in DECIDING)
-"""The decisions that can be asked of a state."""
+ASKED = (*DECIDING, Role.PP)
+"""The decisions that can be asked of a state; those of PP are not recorded."""
+DECIDES = tuple(role.label for role in ASKED)
+"""Their names."""
+
+FACTS = ("promises", "next", "arrivals", "leaving")
+"""Facts that the kernel works out from a state, and that can be asked for besides a decision."""
 
 KINDS = (
     *("leg", "wait", "drive", "room", "line", "lift", "set", "picker", "pick", "stow", "charge"),
@@ -192,7 +197,12 @@ class PartState:
 
     station: str = key("The station")
     skus: tuple[str, ...] = key("SKUs of the lines assigned; each line goes to one station whole")
-    period: int = key("Number of the period", 1, check=_number(1))
+    period: int | None = key(
+        "Number of the period; what a period assigns to a station is one part, which keeps its capacity until all of "
+        "it is done. Left out: the first that has no other part of the order at the station",
+        None,
+        check=_number(1),
+    )
 
 
 @frozen
@@ -305,7 +315,7 @@ class AskState:
 
     decides: str | None = key(
         "`POA`, `PPS`, `POA+PPS`, `PR`, `TA`, `ROA`, `RPS`, `ROA+RPS`, `activation`, `idle`, `repositioning`, "
-        "`packing` or `packing-task`",
+        "`packing`, `packing-task` or `PP`",
         None,
         check=_one_of(*DECIDES),
     )
@@ -324,11 +334,26 @@ class AskState:
         check=_number(0),
     )
     pod: str | None = key("PR: the pod to store", None)
+    robot: str | None = key("PP: the robot that needs a path", None)
+    goal: int | None = key("PP: the cell it has to reach; the others stand where they are", None, check=_number(0))
     orders: tuple[str, ...] | None = key(
         "Packing: the orders; left out: orders that are begun and bound for no packing station", None
     )
     station: str | None = key(
         "Packing task: the packing station where a packer is free; left out: the first with tasks for one", None
+    )
+
+    repair: str | None = key(
+        "POA+PPS: installed PPS rule that sends pods for requests that have none on its way, after the decision; "
+        "`none`: nobody does; left out: `demand`, and `none` where the state has no layout",
+        None,
+    )
+    tell: tuple[str, ...] = key(
+        f"Facts of the state to tell besides: {listed([f'`{fact}`' for fact in FACTS])}",
+        (),
+        check=Check(
+            f"{listed(FACTS, 'or')}, each once", lambda told: {*told} <= {*FACTS} and len({*told}) == len(told)
+        ),
     )
 
     @property

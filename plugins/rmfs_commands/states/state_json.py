@@ -14,6 +14,9 @@ from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.scenario.writing import plain
 from rmfs_core.wording import listed
 
+TABLES = ("pods", "stations", "orders", "robots")
+"""Keys of a state with a table of what it lists, by name."""
+
 MOST_BYTES = 200_000_000
 """Bytes that are read of a file; a device may have no end."""
 
@@ -51,6 +54,42 @@ def state_from_dict(data: object, name: str = "state") -> State:
         return structure_as(State, data)
     except KeyProblem as problem:
         raise InputError(Source(name).place_of(problem.path), problem.problem) from None
+
+
+def state_after(data: Mapping[str, Any], before: Mapping[str, Any], state: State, name: str = "state") -> State:
+    """Return the state that JSON's objects, lists and values describe, of which only what changed is read.
+
+    Parameters
+    ----------
+    data
+        As for `state_from_dict`; what did not change is the same object as in ``before``, as `patched` has it.
+    before, state
+        An earlier one, and the state that it describes.
+    name
+        Name of the source in messages.
+
+    Raises
+    ------
+    InputError
+        As `state_from_dict`.
+    """
+    changed = {
+        key: value for key, value in data.items() if key in ("format", "version") or value is not before.get(key)
+    }
+    for key in TABLES:
+        told, earlier = data.get(key), before.get(key)
+        if isinstance(told, Mapping) and isinstance(earlier, Mapping):
+            changed[key] = {one: value for one, value in told.items() if value is not earlier.get(one)}
+    read = state_from_dict(changed, name)
+    values = {key: getattr(read if key in changed else state, key) for key in data}
+    for key in TABLES:
+        if (fresh := values.get(key)) is not None and before.get(key) is not None:
+            kept = getattr(state, key)
+            values[key] = {one: fresh[one] if one in fresh else kept[one] for one in data[key]}
+    try:
+        return State(**values)
+    except ValueError as problem:
+        raise InputError(name, str(problem)) from None
 
 
 def state_to_dict(state: State) -> dict[str, Any]:

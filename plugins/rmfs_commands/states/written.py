@@ -1,11 +1,11 @@
 """The format of answers: a rule's decision in a state as JSON, every key with its meaning and unit."""
 
+# ruff: noqa: RUF009
 # (`key` is attrs' `field` with its documentation: it makes a field, not a default.)
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from attrs import frozen
 
@@ -83,6 +83,84 @@ class WrittenPacking:
 
 
 @frozen
+class WrittenReport:
+    """The report of a solver."""
+
+    status: str = key("`optimal`, `gap`, `effort` and the like: why the search ended")
+    objective: float | None = key("Value of what was found", None)
+    bound: float | None = key("No decision has a better value; left out: not known", None)
+    stopped_early: bool = key("Whether the search ended before the proof", False)
+
+
+@frozen
+class WrittenOutcome:
+    """The outcome of a decision."""
+
+    orders: int | None = key("Orders that lines were assigned of", None)
+    bundles: int | None = key("Bundles that were assigned to stations", None)
+    items: int | None = key("Items assigned; of bundles: of those that a pod was chosen for", None)
+    visits: int | None = key("New visits of pods to stations", None)
+    unused: int | None = key("Capacity that stays free at the stations: items, orders or bundles", None)
+    uncovered: int | None = key("Open requests that no inbound pod has an item for, afterwards", None)
+    without_pod: int | None = key("Bundles at stations that no pod is chosen for, afterwards", None)
+
+
+@frozen
+class WrittenRepair:
+    """Trips for requests that a joint decision leaves without a pod."""
+
+    rule: str = key("PPS rule that decided them")
+    trips: int = key("How many: the last of `trips`", 0)
+
+
+@frozen
+class WrittenPromise:
+    """An open request, and what it is promised."""
+
+    station: str = key("The station")
+    order: str = key("The order")
+    sku: str = key("The SKU")
+    items: int = key("Items that are still to be picked", 1)
+    pod: str | None = key("Inbound pod that they are promised from; left out: none has them", None)
+
+
+@frozen
+class WrittenPick:
+    """The item that is picked next from a pod at a station."""
+
+    station: str = key("The station")
+    pod: str = key("The pod")
+    order: str = key("The order")
+    sku: str = key("The SKU")
+
+
+@frozen
+class WrittenArrival:
+    """When a pod is expected at a station."""
+
+    pod: str = key("The pod")
+    station: str = key("The station")
+    expected_s: float = key("When it would be there without other robots", unit="s")
+
+
+@frozen
+class WrittenDue:
+    """The due time of an order."""
+
+    due_s: float = key("When it is due", unit="s")
+    priority: int = key("How urgent it is, higher first", 0)
+    slack_s: float | None = key("Time left until then, negative: it is late", None, unit="s")
+
+
+@frozen
+class WrittenLeg:
+    """A straight run of a path: wait, turn, drive to a cell and stop."""
+
+    cell: int = key("The cell")
+    wait_s: float = key("How long to wait before", 0.0, unit="s")
+
+
+@frozen
 class WrittenAnswer:
     """A rule's decision in a state; which keys it has depends on what was asked."""
 
@@ -97,14 +175,20 @@ class WrittenAnswer:
     moves: tuple[WrittenMove, ...] = key("repositioning: storage locations for pods", ())
     packing: tuple[WrittenPacking, ...] = key("packing: packing stations for `ask.orders`", ())
     task: int | None = key("packing-task: position of the task among waiting tasks, from 0", None)
+    legs: tuple[WrittenLeg, ...] = key("PP: the path of `ask.robot`; none: there is no path, or it is there", ())
     rule: str | None = key("Name of the rule", None)
     distribution: str | None = key("Distribution that the rule comes from", None)
     version: str | None = key("Its version", None)
     decides: str | None = key("What was asked", None)
-    report: Mapping[str, Any] | None = key("Status, objective, bound and `stopped_early` of a solver", None)
-    outcome: Mapping[str, Any] | None = key("Number of `orders`, `items`, `visits`, `unused`, `uncovered`", None)
-    due: Mapping[str, Any] | None = key("Due time, priority and time left of each decided order with a due time", None)
+    report: WrittenReport | None = key("What a solver says of it", None)
+    repair: WrittenRepair | None = key("POA+PPS: trips for requests that it left without a pod", None)
+    outcome: WrittenOutcome | None = key("What it comes to", None)
+    due: Mapping[str, WrittenDue] | None = key("Each decided order with a due time", None)
     waiting_for_stock: tuple[str, ...] = key("Orders that the rule did not see: the pods hold too little", ())
+    promises: tuple[WrittenPromise, ...] = key("Where asked for: open requests and what they are promised", ())
+    next: tuple[WrittenPick, ...] = key("Where asked for: what is picked next at the stations", ())
+    arrivals: tuple[WrittenArrival, ...] = key("Where asked for: when pods are expected at stations", ())
+    leaving: tuple[str, ...] = key("Where asked for: pods that may leave their station", ())
     warehouse: str | None = key("As in the request", None)
     revision: str | None = key("Revision of the state, the `base` of a change", None)
     ask_again_s: float | None = key(

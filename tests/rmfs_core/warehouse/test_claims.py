@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import rmfs_core
 from replenished import RULES as REPLENISHED
 from replenished import prepared, replenished_world, scenario_of
+from rmfs_commands.states.restoring import begin_to_wait
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core import StandstillError, hookimpl
 from rmfs_core.events import BundleStored, OrderArrived, OrderAssigned, OrderCompleted, OrderInStock
@@ -88,14 +89,14 @@ def test_orders_begin_to_wait_in_a_warehouse_under_way() -> None:
     orders = {"1": {"a": 2}, "2": {"a": 1, "b": 1}, "3": {"a": 1}, "4": {"a": 1}}
     view = WarehouseView(world := replenished_world(orders, {"p": {"a": 3, "b": 1}}))
     world.assign(world.orders[1], world.stations[0], [1])  # its other line is in the backlog
-    world.begin_to_wait({})
+    begin_to_wait(world, {})
     assert names(view) == (["1", "2"], ["3", "4"])
     assert view.backlog_lines.order_id.tolist() == [0, 1]
     told = WarehouseView(world := replenished_world(orders, {"p": {"a": 3, "b": 1}}))
-    world.begin_to_wait({0: True, 3: False})
+    begin_to_wait(world, {0: True, 3: False})
     assert names(told) == (["2", "3", "4"], ["1"])
     enough = WarehouseView(world := replenished_world(orders, {"p": {"a": 9, "b": 9}}))
-    world.begin_to_wait({})
+    begin_to_wait(world, {})
     assert names(enough) == (["1", "2", "3", "4"], [])
 
 

@@ -305,12 +305,16 @@ def parts(value: Any) -> Iterator[dict[str, Any]]:
         yield from parts(entry)
 
 
-@pytest.mark.parametrize("asked", [{}, {"warehouse": "w"}])
-def test_requests_and_answers_are_as_it_says(asked: dict[str, Any]) -> None:
-    schemas = openapi(["first-come"])["components"]["schemas"]
-    request = asked | {"state": dict(SMALL)}
+@cases("rule asked", ("first-come", {}), ("first-come", {"warehouse": "w"}), ("integrated", {}))
+def test_requests_and_answers_are_as_it_says(rule: str, asked: dict[str, Any]) -> None:
+    schemas = openapi([rule])["components"]["schemas"]
+    orders = {name: order | {"due_s": 90} for name, order in SMALL["orders"].items()}
+    request = asked | {"state": {**SMALL, "orders": orders}}
     assert request.keys() <= schemas["Request"]["properties"].keys()
-    answer = json.loads(Service.of(["first-come"]).answer(json.dumps(request).encode()).content)
+    answer = json.loads(Service.of([rule]).answer(json.dumps(request).encode()).content)
+    assert {"due", "outcome"} < answer.keys()
     jsonschema.validate(answer, schemas["Answer"] | {"additionalProperties": False})
+    for kind in parts(schemas["Answer"]):  # nothing in an answer is of any type
+        assert kind.get("type") != "object" or kind.get("properties") or kind.get("additionalProperties"), kind
     contents = schemas["State"]["properties"]["pods"]["additionalProperties"]["properties"]["contents"]
     assert contents["additionalProperties"] == {"type": "integer", "nullable": True}

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cases import cases
-from rmfs_commands.cli.options import DECIDING
 from rmfs_commands.results.files import to_json
 from rmfs_commands.serve.app import MOST_WAITING, app_of
 from rmfs_commands.serve.process import BusyError, EndedError, LateError, RuleProcess
 from rmfs_commands.serve.service import SMALL, Reply, Service
 from rmfs_commands.serve.warehouses import MOST_KEPT, StaleError, Warehouses
 from rmfs_commands.states import decide, state_from_dict
+from rmfs_commands.states.state import ASKED
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
@@ -152,7 +152,7 @@ def test_half_a_surrogate_comes_back_as_it_came(service: Service, state: dict[st
     (["first-come", "integrated"], ["effort=1"], r"^--set effort=1: found 2 rules; expected one, or parameters in"),
     (["first-come", "first-come"], [], r"^--rule first-come: found this rule twice"),
     (["./mine.py:Mine"], [], r"--no-inline-rules refuses"),
-    (["sipp"], [], r"^--rule sipp: .* decides PP; expected a rule for"),
+    (["most-covered"], [], r"^--rule most-covered: .* decides filter; expected a rule for"),
 )
 def test_a_rule_that_cannot_be_had(rules: list[str], settings: list[str], problem: str) -> None:
     with pytest.raises(InputError, match=problem):
@@ -171,7 +171,7 @@ def test_the_small_state_has_something_to_decide(rule: str, role: Role) -> None:
     """Of each kind: so that warming up does something."""
     given = state_from_dict({**SMALL, "ask": {"decides": role.label, "pod": "3"}})
     (decided, *_) = decide(given, RuleChoice(rule)).decision.values()
-    assert role in DECIDING
+    assert role in ASKED
     assert decided
 
 
@@ -181,7 +181,7 @@ def test_warming_up_asks_a_rule(trouble, capfd, monkeypatch) -> None:
     monkeypatch.setattr("rmfs_commands.states.Decider.decide", lambda _self, state, *_: asked.append(state.ask.role))
     for _ in service.warm_up():
         pass
-    assert asked == [*DECIDING]
+    assert asked == [*ASKED]
     monkeypatch.undo()
     for _ in Service.of(["random"]).warm_up():
         pass

@@ -92,11 +92,115 @@ def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any]) 
     assert answer.outcome == Outcome(orders=1, items=2, visits=1, unused=0, uncovered=2)
 
 
+def test_requests_that_a_joint_rule_leaves_are_repaired(at_work: dict[str, Any]) -> None:
+    """Where there is a layout, for `demand` asks for driving times; the pod waits for a robot as the rule's do."""
+    at_work["stations"]["north"] |= {"requests": [{"order": "B", "sku": "jam"}] * 2, "inbound": ["P1"]}
+    del at_work["orders"]["A"]["parts"]
+    for repair, trips in (({}, ["P2"]), ({"repair": "nearest-pod"}, ["P2"]), ({"repair": "none"}, [])):
+        answer = decide(state_from_dict(at_work | {"ask": repair}), RuleChoice("integrated"))
+        assert [trip["pod"] for trip in answer.decision["trips"]] == trips
+        assert answer.outcome == Outcome(orders=1, items=2, visits=len(trips), unused=0, uncovered=2 - 2 * len(trips))
+        assert answer.to_dict().get("repair") == (
+            {"rule": repair.get("repair", "demand"), "trips": 1} if trips else None
+        )
+    with pytest.raises(InputError, match=r"^state, ask.repair: rule \"first-come\" .* expected a rule for PPS"):
+        decide(state_from_dict(at_work | {"ask": {"repair": "first-come"}}), RuleChoice("integrated"))
+
+
+def test_facts_of_a_state(at_work: dict[str, Any]) -> None:
+    """P1 stands at the station with what order A wants, r2 fetches P2; then nothing is left to pick from P1."""
+    at_work["robots"]["r2"]["task"] = "P2"
+    facts = ["promises", "next", "arrivals", "leaving"]
+    told = decide(state_from_dict(at_work | {"ask": {"tell": facts}}), RuleChoice("first-come")).to_dict()
+    tea = {"station": "north", "order": "A", "sku": "tea"}
+    assert told["promises"] == [tea | {"items": 1, "pod": "P1"}]
+    assert told["next"] == [tea | {"pod": "P1"}]
+    here, coming = told["arrivals"]
+    assert here == {"pod": "P1", "station": "north", "expected_s": 60.5}
+    assert (coming["pod"], coming["expected_s"] > 60.5, told["leaving"]) == ("P2", True, [])
+    assert read_answer(told).arrivals[1].expected_s == coming["expected_s"]
+    at_work["stations"]["north"]["requests"] = []
+    told = decide(state_from_dict(at_work | {"ask": {"tell": facts}}), RuleChoice("first-come")).to_dict()
+    assert (told["promises"], told["next"], told["leaving"]) == ([], [], ["P1"])
+    with pytest.raises(InputError, match=r"ask.tell: expected promises, next, arrivals or leaving, each once, found"):
+        state_from_dict(at_work | {"ask": {"tell": ["lines"]}})
+
+
+def test_a_broken_robot_and_a_pod_on_the_floor(at_work: dict[str, Any]) -> None:
+    """The pod of a robot out of service, bound nowhere: its requests are uncovered, and another pod is sent."""
+    at_work["version"] = 2
+    at_work["stations"]["north"] |= {"inbound": [], "line": []}
+    at_work["pods"]["P3"] = {"contents": {"tea": 2}, "cell": 16}
+    at_work["robots"]["r1"] = {"cell": 35, "task": "P1", "in_service": False}
+    answer = decide(state_from_dict(at_work), RuleChoice("demand"))
+    assert answer.decision == {"trips": [{"pod": "P3", "station": "north"}]}
+    ask = {"decides": "TA"}
+    del at_work["pods"]["P3"]
+    at_work["stations"]["north"]["inbound"] = ["P2"]
+    assert decide(state_from_dict(at_work | {"ask": ask}), RuleChoice("nearest-robot")).decision == {
+        "tasks": [{"robot": "r2", "pod": "P2"}]
+    }
+
+
+@cases("rule straight", ("free-flow", True), ("sipp", False), ("whca-n", False))
+def test_a_path_among_robots_that_stand(at_work: dict[str, Any], rule: str, straight: bool) -> None:
+    """r2 drives from the corner along the top; a rule that reserves goes round r3, which stands there."""
+    at_work["robots"] |= {"r2": {"cell": 0, "heading": 0}, "r3": {"cell": 3}}
+    ask = {"decides": "PP", "robot": "r2", "goal": 7}
+    decision = decide(state_from_dict(at_work | {"ask": ask}), RuleChoice(rule)).decision
+    assert (decision["legs"] == [{"cell": 7, "wait_s": 0.0}]) == straight
+    assert decision["legs"][-1]["cell"] == 7
+    assert [leg.cell for leg in read_answer(decision).legs] == [leg["cell"] for leg in decision["legs"]]
+
+
+@cases(
+    "change rule problem",
+    ({"robot": None}, "free-flow", "ask.robot: is missing; expected the robot that needs a path"),
+    ({"robot": "r9"}, "free-flow", 'ask.robot: names robot "r9", which the state does not list'),
+    ({"goal": 9999}, "free-flow", "ask.goal: found 9999; expected a cell of the layout where the robot can go"),
+    ({}, "pbs", '^state: rule "pbs" .* plans the paths of all robots at once; expected a PP rule that'),
+    ({}, "sipp", "robots.r3.cell: found cell 0, where robot r2 stands; expected one robot in a cell"),
+)
+def test_paths_that_cannot_be_asked_for(at_work: dict[str, Any], change, rule, problem) -> None:
+    at_work["robots"]["r3"] = {"cell": 0}
+    ask = {key: to for key, to in ({"decides": "PP", "robot": "r2", "goal": 7} | change).items() if to is not None}
+    with pytest.raises(InputError, match=problem):
+        decide(state_from_dict(at_work | {"ask": ask}), RuleChoice(rule))
+
+
 def test_a_joint_rule_covers_what_it_assigns(by_hand: dict[str, Any], acme: None) -> None:
     """Requests not covered before are no excuse: an order without a pod for it is an impossible decision."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
     with pytest.raises(RuleError, match=r'"careless" .* assigned order A .* to station north .*, but no pod there'):
         decide(state_from_dict(by_hand), RuleChoice("careless"))
+
+
+@cases(
+    "asked rule decides",
+    ("idle", "pod-match", "POA"),
+    ("POA", "integrated", "POA\\+PPS"),
+    ("PPS", "first-come", "POA and packing-task"),
+)
+def test_a_question_that_is_not_the_rules_is_refused(by_hand: dict[str, Any], asked, rule, decides) -> None:
+    state = state_from_dict(by_hand | {"ask": {"decides": asked}})
+    found = (
+        rf'^state, ask.decides: found {asked}; rule "{rule}" .* decides {decides}; expected that, or a rule for {asked}'
+    )
+    with pytest.raises(InputError, match=found):
+        decide(state, RuleChoice(rule))
+
+
+def test_a_part_that_is_done_gives_its_capacity_back(by_hand: dict[str, Any]) -> None:
+    """Parts at one station without a period are of several; those of one period are one part, and done together."""
+    by_hand["stations"]["north"]["requests"] = [{"order": "A", "sku": "tea"}]
+    for period, load in (({}, 1), ({"period": 1}, 2)):
+        parts = [{"station": "north", "skus": [sku]} | period for sku in ("milk", "tea")]
+        by_hand["orders"]["A"]["parts"] = parts
+        opened = open_state(state_from_dict(by_hand))
+        assert opened.view.stations[0].load == load
+        assert [part.period for part in opened.view.orders[0].parts] == [1, 2][: 3 - load]
+    by_hand["orders"]["A"]["parts"] = [{"station": "north", "skus": ["milk"]}, parts[1]]
+    assert [part.period for part in open_state(state_from_dict(by_hand)).view.orders[0].parts] == [2, 1]
 
 
 def test_a_rule_that_asks_for_driving_times(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:
@@ -227,13 +331,13 @@ def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None)
 
 @cases(
     "name decides problem",
-    ("free-flow", None, "decides PP; expected a rule for POA"),
+    ("most-covered", None, "decides filter; expected a rule for POA"),
     ("first-come", Role.PPS, "decides POA and packing-task; expected a rule for PPS"),
     ("first-comes", None, "did you mean `first-come`"),
     (
         "free-flow",
-        Role.PP,
-        "decides: expected POA, PPS, .*, ROA\\+RPS, activation, idle, .* or packing-task, found 'PP'",
+        Role.FILTER,
+        "decides: expected POA, PPS, .*, ROA\\+RPS, activation, idle, .*, packing-task or PP, found 'filter'",
     ),
 )
 def test_rules_that_cannot_answer(by_hand: dict[str, Any], name: str, decides: Role | None, problem: str) -> None:

@@ -142,6 +142,9 @@ def test_without_a_layout_places_cannot_be_asked_for(by_hand: dict[str, Any]) ->
             ask()
 
 
+JAM = {"order": "B", "sku": "jam"}
+
+
 @cases(
     "change place problem",
     ({"stations": {}}, "stations", "found none"),
@@ -189,6 +192,11 @@ def test_without_a_layout_places_cannot_be_asked_for(by_hand: dict[str, Any]) ->
         {"orders": {"A": {"parts": [{"station": "north", "skus": ["jam"]}]}}},
         "orders.A.parts[0].skus",
         "no line of the order",
+    ),
+    (
+        {"stations": {"north": {"item_capacity": 2, "requests": [{"order": "A", "sku": "tea"}, JAM, JAM]}}},
+        "stations.north.item_capacity",
+        "found 2; expected at least 4",
     ),
     ({"stations": {"south": {"item_capacity": 1}}}, "stations", "found 2; expected 1, as the layout has them"),
     ({"layout": {"map": ["#"]}}, "layout", "no picking station"),
@@ -270,7 +278,7 @@ def test_the_last_item_of_a_too_large_order_in_hand() -> None:
     told = Memento.of(WarehouseView(world), SKUS)
     assert restore(told, world.travel).stations[0].load == 2
     world.assign(world.orders[1], station, [1])
-    with pytest.raises(ContradictionError, match=r"stations\.0\.capacity: found 1; expected at least 3"):
+    with pytest.raises(ContradictionError, match=r"stations\.0\.item_capacity: found 1; expected at least 3"):
         restore(Memento.of(WarehouseView(world), SKUS), world.travel)
 
 

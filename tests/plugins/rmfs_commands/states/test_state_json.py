@@ -100,7 +100,7 @@ def test_files_of_states(by_hand, write, tmp_path, monkeypatch) -> None:
     (("stations", "north", "item_capacity"), 0, "stations.north.item_capacity", "a whole number from 1 to"),
     (("stations", "north", "requests"), [{"order": "A"}], "stations.north.requests[0].sku", "is missing"),
     (("stations", "north", "line"), "P1", "stations.north.line", "expected a list"),
-    (("ask",), {"decides": "PP"}, "ask.decides", "idle, repositioning, packing or packing-task"),
+    (("ask",), {"decides": "path"}, "ask.decides", "idle, repositioning, packing, packing-task or PP"),
     (("layout",), {"map": [".."], "blocks": {}}, "layout", "expected either `map` or `blocks`"),
     (("stations", "north", "order_capacity"), 2, "stations.north", "either `item_capacity` or `order_capacity`"),
     (("random",), {"state": str(1 << 128), "increment": "1"}, "random", "numbers below 2^128"),
