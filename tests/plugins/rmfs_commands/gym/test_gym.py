@@ -22,7 +22,7 @@ import rmfs_core
 from cases import cases
 from copying import COPIES, Policy, copy_of
 from rmfs_commands.gym import FEATURES, Choice, PolicyRule
-from rmfs_commands.gym.choices import PodChoices, nothing, of_locations, of_orders, of_robots, slots_of
+from rmfs_commands.gym.choices import PLAIN, Feature, PodChoices, Table, of_locations, of_orders, of_robots
 from rmfs_commands.gym.env import ID, DecisionEnv
 from rmfs_commands.gym.episode import Episode
 from rmfs_commands.testing import check_rule, small_world
@@ -59,8 +59,8 @@ def same(one: Sequence[tuple[Any, float, int]], other: Sequence[tuple[Any, float
     )
 
 
-@pytest.mark.parametrize("decides", ["POA", "PPS", "PR", "TA"])
-def test_gymnasium_finds_nothing_wrong(decides: str) -> None:
+@pytest.mark.parametrize("decides", ["POA", "PPS", "PR", "TA", "POA+PPS", ["PPS", "TA"]])
+def test_gymnasium_finds_nothing_wrong(decides: Any) -> None:
     env = gymnasium.make(MODULE_ID, scenario="examples/small", decides=decides, overrides=FEW)
     check_env(env.unwrapped)
     env.close()
@@ -144,13 +144,26 @@ def test_runs_that_are_cut_off_or_without_a_choice() -> None:
     assert info["time_s"] == 100
     assert not info["action_mask"].any()
     assert env.result.status == "horizon"
-    env = rmfs_commands.gym.make("examples/small", "PR", overrides=[*FEW, "run.until_s=30"], reward="distance")
-    observation, info = env.reset()
-    assert not observation.any()
-    assert not info["action_mask"].any()
-    _, reward, terminated, truncated, _ = env.step(0)
-    assert reward < 0
-    assert (terminated, truncated) == (False, True)
+
+
+def test_reset_never_begins_a_run_without_a_choice() -> None:
+    """A seed that was given is refused; of seeds that are drawn, those whose run asks nothing are passed over."""
+    nothing = rmfs_commands.gym.make("examples/small", "PR", overrides=[*FEW, "run.until_s=15"])
+    with pytest.raises(InputError, match="reset: the run of seed 7 asks nothing of PR; expected a longer run"):
+        nothing.reset(seed=7)
+    with pytest.raises(InputError, match="reset: none of 20 runs asks anything of PR; expected a longer run"):
+        nothing.reset()
+    env = rmfs_commands.gym.make("examples/small", "PR", overrides=[*FEW, "run.until_s=30"])
+    asked, refused = set(), set()
+    for seed in range(8):
+        try:
+            asked.add(env.reset(seed=seed)[1]["seed"])
+        except InputError:
+            refused.add(seed)
+    assert asked
+    assert refused
+    env.reset(seed=min(asked))
+    assert all(env.reset()[1]["action_mask"].any() for _ in range(10))
 
 
 def test_slots_stand_for_what_the_choice_says() -> None:
@@ -272,8 +285,10 @@ def test_an_action_that_is_no_slot_is_named(action: Any) -> None:
 
 @cases(
     "given sentence",
-    ({"decides": "PP"}, "decides: found 'PP'; expected POA, PPS, PR or TA, which are decided one choice at a time"),
-    ({"decides": ["PPS"]}, r"decides: found \['PPS'\]; expected POA, PPS, PR or TA"),
+    ({"decides": "PP"}, "decides: found 'PP'; expected POA, PPS, PR, TA or POA.PPS, which are decided one choice at a time"),
+    ({"decides": ["PPS", 3]}, r"decides: found 3; expected POA, PPS, PR, TA or POA.PPS"),
+    ({"decides": []}, r"decides: found \[\]; expected one kind or several, each once"),
+    ({"decides": ["POA", "POA+PPS"]}, "decides: found .*; expected .* and POA.PPS in place of POA and PPS"),
     ({"reward": "money"}, "reward: found 'money'; expected 'visits', 'turnover', 'distance' or a function of a St"),
     ({"orders_shown": 0}, "orders_shown: found 0; expected a whole number from 1 to 10,000"),
     ({"orders_shown": True}, "orders_shown: found True; expected a whole number from 1 to 10,000"),
@@ -348,7 +363,7 @@ def shown(choice: Choice, slot: int) -> dict[str, float]:
 
 
 def test_orders_and_stations(world: Warehouse) -> None:
-    choice = of_orders(WarehouseView(world), 50)
+    choice = of_orders(WarehouseView(world))
     assert (choice.decides, choice.subject) == (Role.POA, None)
     named = {slot: (order.name, station.id) for slot, (order, station) in choice.options.items()}
     assert named == {0: ("second", 0), 1: ("second", 1), 3: ("third", 1), 4: ("fourth", 0), 5: ("fourth", 1)}
@@ -363,16 +378,16 @@ def test_orders_and_stations(world: Warehouse) -> None:
 
 
 def test_no_more_orders_than_are_to_be_shown(world: Warehouse) -> None:
-    choice = of_orders(WarehouseView(world), 1)
+    choice = of_orders(WarehouseView(world), Table(orders_shown=1))
     assert {order.name for order, _ in choice.options.values()} == {"second"}
     assert len(choice.mask) == 2
     world.assign(world.orders[2], world.stations[1], [2, 3, 4], 1)
-    choice = of_orders(WarehouseView(world), 2)
+    choice = of_orders(WarehouseView(world), Table(orders_shown=2))
     named = [(order.name, station.id) for order, station in choice.options.values()]
     assert named == [("second", 0), ("fourth", 0), ("fourth", 1)]
     world.assign(world.orders[1], world.stations[0], [0], 1)
     world.assign(world.orders[3], world.stations[1], [4], 1)
-    assert of_orders(WarehouseView(world), 50) is None
+    assert of_orders(WarehouseView(world)) is None
 
 
 def test_pods_for_a_station(world: Warehouse) -> None:
@@ -432,12 +447,15 @@ def test_robots_for_a_pod(world: Warehouse) -> None:
     assert shown(choice, 0) == pytest.approx(expected, rel=1e-4)
 
 
-@pytest.mark.parametrize(("decides", "slots"), [(Role.POA, 14), (Role.PPS, 3), (Role.TA, 2), (Role.PR, None)], ids=str)
+@pytest.mark.parametrize(
+    ("decides", "slots"),
+    [(Role.POA, 14), (Role.PPS, 3), (Role.TA, 2), (Role.PR, None), (Role.POA_PPS, 28)],
+    ids=str,
+)
 def test_a_run_that_is_over_has_nothing_to_choose(world: Warehouse, decides: Role, slots: int | None) -> None:
     view = WarehouseView(world)
-    number = slots_of(decides, view, 7)
-    assert number == (slots or len(view.travel.layout.storage_locations))
-    choice = nothing(decides, number)
+    choice = Table(orders_shown=7, pods_shown=2).nothing(decides, view)
+    number = slots or len(view.travel.layout.storage_locations)
     assert choice.observation.shape == (number, len(FEATURES[decides]))
     assert not choice.observation.any()
     assert not choice.mask.any()
@@ -480,7 +498,7 @@ def test_it_keeps_to_what_every_rule_promises() -> None:
     class Checked(First):
         decides = tuple(FEATURES)
 
-    assert check_rule(Checked()).decides == ("POA", "PPS", "PR", "TA")
+    assert check_rule(Checked()).decides == ("POA", "PPS", "POA+PPS", "PR", "TA")
 
 
 @pytest.mark.parametrize("role", FEATURES)
@@ -548,7 +566,7 @@ def to_its_end(episode: Episode) -> int:
 
 
 def test_it_stops_at_each_choice_and_goes_on(small: Scenario) -> None:
-    episode = Episode(small, Role.TA, 50)
+    episode = Episode(small, [Role.TA])
     assert not episode.complete
     choices = to_its_end(episode)
     assert choices == sum(isinstance(event, TaskAssigned) for event in episode.heard().events)
@@ -556,7 +574,7 @@ def test_it_stops_at_each_choice_and_goes_on(small: Scenario) -> None:
 
 
 def test_its_result_is_one_of_a_run(small: Scenario) -> None:
-    episode = Episode(small, Role.PPS, 50)
+    episode = Episode(small, [Role.PPS])
     to_its_end(episode)
     result, by_run = episode.result(), rmfs_core.run(small)
     assert result.status == "complete"
@@ -570,7 +588,7 @@ def test_its_result_is_one_of_a_run(small: Scenario) -> None:
 
 
 def test_what_is_heard_is_heard_once(small: Scenario) -> None:
-    episode = Episode(small, Role.PPS, 50)
+    episode = Episode(small, [Role.PPS])
     choice = episode.go_on()
     first = episode.heard()
     assert (first.since_tick, first.orders_open) == (0, 10)
@@ -587,7 +605,7 @@ def test_what_is_heard_is_heard_once(small: Scenario) -> None:
 
 @pytest.mark.parametrize("steps", [0, 1, 5])
 def test_closing_ends_it_wherever_it_is(small: Scenario, steps: int) -> None:
-    episode = Episode(small, Role.POA, 50)
+    episode = Episode(small, [Role.POA])
     slot = None
     for _ in range(steps):
         choice = episode.go_on(slot)
@@ -600,7 +618,7 @@ def test_closing_ends_it_wherever_it_is(small: Scenario, steps: int) -> None:
 
 
 def test_who_lets_it_go_on_is_asked(small: Scenario) -> None:
-    episode = Episode(small, Role.TA, 50)
+    episode = Episode(small, [Role.TA])
     choice = episode.go_on()
     elsewhere = greenlet(episode.go_on, getcurrent())
     choice = elsewhere.switch(min(choice.options))
