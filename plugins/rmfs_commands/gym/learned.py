@@ -18,6 +18,7 @@ from rmfs_commands.gym.choices import FEATURES, Choice
 from rmfs_commands.gym.policy import PolicyRule
 from rmfs_core import InputError
 from rmfs_core.roles import Role
+from rmfs_core.wording import shown_short
 
 Floats = NDArray[np.float64]
 
@@ -86,14 +87,17 @@ def read_networks(file: Path | None = None) -> Mapping[Role, RowNetwork]:
     try:
         text = _shipped() if file is None else file.read_text(encoding="utf-8")
         given = {Role.labelled(label): told for label, told in json.loads(text).items()}
+        networks = {role: RowNetwork.of(told["weights"], len(told["features"])) for role, told in given.items()}
         for role, told in given.items():
-            names = [feature.name for feature in FEATURES[role]]
-            if told["features"] != names:
-                raise ValueError(f"{role.label} was learned with other features; expected {', '.join(names)}")
-        networks = {role: RowNetwork.of(told["weights"], len(FEATURES[role])) for role, told in given.items()}
+            _check_features(role, told["features"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(place, f"holds no networks of this version: {error}") from error
+        raise InputError(place, f"holds no networks for this version: {error}") from error
     return MappingProxyType(networks)
+
+
+def _check_features(role: Role, learned: object) -> None:
+    if learned != (names := [feature.name for feature in FEATURES[role]]):
+        raise ValueError(f"the features of {role.label} are {shown_short(learned)}; expected {', '.join(names)}")
 
 
 def write_networks(file: str | Path, weights: Mapping[str, Sequence[float]]) -> None:
