@@ -1,5 +1,5 @@
 from .choices import FEATURES, Choice, Feature
-from .learned import Learned, RowNetwork, read_networks, write_networks
+from .learned import Learned, RowNetwork, write_networks
 from .making import make
 from .policy import PolicyRule
 from .rewards import REWARDS, Step
@@ -14,6 +14,5 @@ __all__ = [
     "RowNetwork",
     "Step",
     "make",
-    "read_networks",
     "write_networks",
 ]
