@@ -229,16 +229,18 @@ def test_waiting(scenario: Path) -> None:
 
     It is allowed while a robot has a task. A rule that waits does what its choices in the environment do.
     """
+    seen: list[WarehouseView] = []
+    watching = [Feature("seen", "nothing", None, lambda warehouse, _: seen.append(warehouse) or 0.0)]
     for decides in ("POA", "PPS", "POA+PPS", "TA"):
         plain = rmfs_commands.gym.make("examples/small", decides, overrides=FEW)
-        env = rmfs_commands.gym.make("examples/small", decides, overrides=FEW, may_wait=True)
+        env = rmfs_commands.gym.make("examples/small", decides, overrides=FEW, may_wait=True, features=watching)
         last, steps = plain.action_space.n, played(plain)
         assert env.action_space.n == last + 1
         assert [step[1:] for step in played(env)] == [step[1:] for step in steps]
         assert env.result.visits == plain.result.visits
         waited, over, (observation, info) = 0, False, env.reset()
         while not over:
-            able = any(robot.task is not None for robot in env.unwrapped._episode.simulation.view.robots)
+            able = any(robot.task is not None for robot in seen[-1].robots)
             assert info["action_mask"][last] == able
             assert (env.choice.options.get(last, 0) is None) == able
             assert observation[:, -1].nonzero()[0].tolist() == [last] * able

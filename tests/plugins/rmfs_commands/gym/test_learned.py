@@ -12,6 +12,7 @@ import rmfs_commands.gym
 import rmfs_core
 from cases import cases
 from rmfs_commands.gym import FEATURES, Learned, RowNetwork, write_networks
+from rmfs_commands.gym.learned import read_networks
 from rmfs_core import InputError, RuleError
 from rmfs_core.roles import Role
 
@@ -50,7 +51,7 @@ def test_weights_of_a_scenario(tmp_path: Path) -> None:
 def test_it_chooses_as_in_the_environment(decides: Role) -> None:
     """With the shipped weights, which give more than chance does."""
     env = rmfs_commands.gym.make("examples/small", decides.label, overrides=FEW)
-    network = Learned()._networks[decides]
+    network = read_networks()[decides]
     (rows, info), over = env.reset(), False
     while not over:
         rows, _, terminated, truncated, info = env.step(network.best(rows, info["action_mask"]))
