@@ -137,6 +137,7 @@ class Learned(PolicyRule):
     """
 
     decides: ClassVar[tuple[Role, ...]] = (Role.PPS, Role.POA_PPS)
+    assign_orders = choose_storage_location = assign_tasks = None  # type: ignore[assignment]  # decided by other rules
 
     weights: Path | None = field(
         default=None,
