@@ -50,7 +50,7 @@ class _Way:
 
 
 class _Search:
-    """What orders lack at stations, and what pods have of it.
+    """Items that orders lack at stations, and how many of them pods have.
 
     All is in columns: what a pair lacks in one line is an entry, those of a pair one after another.
     """

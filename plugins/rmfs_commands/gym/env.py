@@ -34,16 +34,16 @@ ID = "rmfs/Decision-v0"
 
 @frozen
 class Snapshot:
-    """Where an episode is: the run of a seed, and what was chosen in it so far. It can be pickled.
+    """Point of an episode: the run of a seed, and the slots chosen in it so far. It can be pickled.
 
     Parameters
     ----------
     seed
         The run's seed.
     slots
-        What was chosen, one action after another.
+        The actions so far, in their order.
     digest
-        What the choice to be made looks like.
+        Digest of the choice to be made.
     """
 
     seed: int
@@ -58,7 +58,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
     `gymnasium.spaces.Discrete.sample` takes it) and in `action_masks` (bool, as sb3-contrib asks for it). For one that
     may not be chosen the next one that may be is taken, beginning again at 0 after the last; ``info["action"]`` has the
     slot that was. With several kinds of decisions, each has slots of its own, one kind after another; an observation
-    is a dictionary by kind, all zero but for the kind that is to be decided, ``info["decides"]``.
+    is a dictionary by kind, all zero except for the kind that is to be decided, ``info["decides"]``.
 
     An episode is over (``terminated``) when every order is complete, and cut off (``truncated``) at ``run.until_s``.
     ``reset(seed=...)`` begins that of a seed: orders, pods and all others' draws are those of ``rmfs run --seed``.
