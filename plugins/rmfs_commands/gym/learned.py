@@ -14,7 +14,7 @@ import numpy as np
 from attrs import define, field, frozen
 from numpy.typing import NDArray
 
-from rmfs_commands.gym.choices import FEATURES, Choice
+from rmfs_commands.gym.choices import Choice, Table
 from rmfs_commands.gym.policy import PolicyRule
 from rmfs_core import InputError
 from rmfs_core.roles import Role
@@ -73,7 +73,7 @@ class RowNetwork:
         return int(allowed[scores.argmax()])
 
 
-def read_networks(file: Path | None = None) -> Mapping[Role, RowNetwork]:
+def read_networks(file: Path | None = None, *, may_wait: bool = False) -> Mapping[Role, RowNetwork]:
     """Return the networks of a file by what they decide; those that are shipped where none is given.
 
     The file is JSON: ``{"PPS": {"features": [names], "weights": [numbers]}}``.
@@ -89,22 +89,36 @@ def read_networks(file: Path | None = None) -> Mapping[Role, RowNetwork]:
         given = {Role.labelled(label): told for label, told in json.loads(text).items()}
         networks = {role: RowNetwork.of(told["weights"], len(told["features"])) for role, told in given.items()}
         for role, told in given.items():
-            _check_features(role, told["features"])
+            _check_features(role, told["features"], may_wait)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(place, f"holds no networks for this version: {error}") from error
     return MappingProxyType(networks)
 
 
-def _check_features(role: Role, learned: object) -> None:
-    if learned != (names := [feature.name for feature in FEATURES[role]]):
+def _check_features(role: Role, learned: object, may_wait: bool) -> None:
+    if learned != (names := _names(role, may_wait)):
         raise ValueError(f"the features of {role.label} are {shown_short(learned)}; expected {', '.join(names)}")
 
 
-def write_networks(file: str | Path, weights: Mapping[str, Sequence[float]]) -> None:
-    """Write networks, each given by its label and its weights, as `read_networks` reads them."""
+def _names(role: Role, may_wait: bool) -> list[str]:
+    return [feature.name for feature in Table(may_wait=may_wait).columns(role)]
+
+
+def write_networks(file: str | Path, weights: Mapping[str, Sequence[float]], *, may_wait: bool = False) -> None:
+    """Write networks as the rule `learned` reads them.
+
+    Parameters
+    ----------
+    file
+        The file, JSON.
+    weights
+        Weights of each network, by what it decides: ``{"PPS": [...]}``.
+    may_wait
+        Whether they were learned in an environment in which the policy may wait.
+    """
     told = {
         label: {
-            "features": [feature.name for feature in FEATURES[Role.labelled(label)]],
+            "features": _names(Role.labelled(label), may_wait),
             "weights": [round(float(weight), 4) for weight in numbers],
         }
         for label, numbers in weights.items()
@@ -148,7 +162,7 @@ class Learned(PolicyRule):
     _networks: Mapping[Role, RowNetwork] = field(init=False, repr=False, eq=False)
 
     def __attrs_post_init__(self) -> None:
-        self._networks = read_networks(self.weights)
+        self._networks = read_networks(self.weights, may_wait=self.may_wait)
 
     def choose(self, choice: Choice) -> int:
         """Return the slot with the highest score."""

@@ -42,6 +42,12 @@ def test_weights_of_a_scenario(tmp_path: Path) -> None:
     nearest = rmfs_core.run("examples/small", overrides=[*FEW, "rules.pps=nearest-pod"])
     assert (learned.orders, learned.visits) == (nearest.orders, nearest.visits)
     assert any("near.json" in name for name in learned.versions)
+    with pytest.raises(InputError, match=r"the features of PPS are .*; expected serves, .*, idle, wait"):
+        rmfs_core.run("examples/small", overrides=[*FEW, rule.replace("}", ", may_wait = true}")])
+    write_networks(tmp_path / "near.json", {"PPS": [*weights, -9]}, may_wait=True)
+    waiting = rmfs_core.run("examples/small", overrides=[*FEW, rule.replace("}", ", may_wait = true}")])
+    assert (waiting.orders, waiting.visits) == (nearest.orders, nearest.visits)
+    write_networks(tmp_path / "near.json", {"PPS": weights})
     joint = rmfs_core.load_scenario("paper-250", [rule.replace("rules.pps", "rules.poa_pps"), *FEW])
     with pytest.raises(RuleError, match=r"its file has no network for POA\+PPS; expected one that was trained for it"):
         rmfs_core.run(joint)
