@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core import rule_helpers
@@ -190,39 +190,50 @@ class Table:
         subject: Station | Pod | None = None,
     ) -> Choice:
         """Return a choice from one value, or one for each option, of every feature of `FEATURES`."""
-        choice, own = self.nothing(decides, warehouse), len(FEATURES[decides])
-        at, observation, columns = list(options), choice.observation, self.columns(decides)
-        choice = evolve(choice, options=options, subject=subject)
-        choice.mask[at] = True
-        last = [len(choice.mask) - 1] if self.waits(decides) and _goes_on(warehouse) else []
-        for column, (feature, value) in enumerate(zip(columns, values, strict=False)):
-            observation[at, column] = shown = _squashed(feature, value)
-            if not shown.ndim:  # it holds for the slot that waits, too
-                observation[last, column] = shown
+        at, own, waits = list(options), len(values), self.waits(decides)
+        shown = np.empty((len(at), own))
+        for column, value in enumerate(values):
+            shown[:, column] = value
+        squashed, half = _HALF[decides]
+        shown[:, squashed] /= shown[:, squashed] + half
+        slots = self.slots(decides, warehouse)
+        observation = np.zeros((slots, own + len(self.features) + waits), np.float32)
+        observation[at, :own] = shown
+        mask = np.zeros(slots, np.bool_)
+        mask[at] = True
+        choice = Choice(decides, observation, mask, options, subject)
+        constant = {i: shown[0, i] for i, value in enumerate(values) if np.ndim(value) == 0} if waits else {}
         for column, feature in enumerate(self.features, start=own):
-            observation[at, column] = shown = _of_ones_own(feature, warehouse, choice)
-            if not shown.ndim:
-                observation[last, column] = shown
-        if not last:
+            observation[at, column] = number = _of_ones_own(feature, warehouse, choice)
+            if not number.ndim:
+                constant[column] = float(number)
+        if not waits or not _goes_on(warehouse):
             return choice
-        observation[last, -1] = 1.0
-        choice.mask[last] = True
-        return evolve(choice, options={**options, last[0]: None})
+        for column, number in constant.items():  # what holds for all slots holds for the one that waits, too
+            observation[-1, column] = number
+        observation[-1, -1] = 1.0
+        mask[-1] = True
+        return Choice(decides, observation, mask, {**options, slots - 1: None}, subject)
 
 
 PLAIN = Table()
 
 
-def _squashed(feature: Feature, value: Any) -> NDArray[np.float64]:
-    shown = np.asarray(value, np.float64)
-    return shown if feature.half is None else shown / (shown + feature.half)
+_HALF = {
+    decides: (
+        np.array([i for i, feature in enumerate(features) if feature.half is not None]),
+        np.array([feature.half for feature in features if feature.half is not None]),
+    )
+    for decides, features in FEATURES.items()
+}
 
 
 def _of_ones_own(feature: Feature, warehouse: WarehouseView, choice: Choice) -> NDArray[np.float64]:
     assert feature.of is not None, "Table's caller has checked it"
     given, number = feature.of(warehouse, choice), len(choice.options)
     try:
-        shown = _squashed(feature, given)
+        shown = np.asarray(given, np.float64)
+        shown = shown if feature.half is None else shown / (shown + feature.half)
         right = shown.shape in ((), (number,)) and bool(((shown >= 0) & (shown <= 1)).all())
     except (TypeError, ValueError):
         right = False

@@ -115,7 +115,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         self.action_space = gymnasium.spaces.Discrete(self._slots_in_all)
         self._episode: Episode | None = None
         self._choice: Choice | None = None
-        self._begun = False
+        self._begun, self._mask = False, np.zeros(self._slots_in_all, np.bool_)
         self._seed, self._slots, self._time_s = self.scenario.seed, list[int](), 0.0
         self._result: Result | None = None
         super().reset(seed=self.scenario.seed)
@@ -137,8 +137,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return which slots may be chosen now."""
-        masks = [self._shown(choice).mask for choice in self._nothing]
-        return np.concatenate(masks)
+        return self._mask.copy()
 
     def reset(
         self,
@@ -208,6 +207,7 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
     def close(self) -> None:
         """End the episode under way, if any."""
         episode, self._episode, self._choice = self._episode, None, None
+        self._mask = np.zeros(self._slots_in_all, np.bool_)
         if episode is not None:
             episode.close()
 
@@ -225,14 +225,18 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
             self._slots.append(slot)
             slot -= self.first_slot
         try:
-            self._choice = episode.go_on(slot)
+            self._choice = choice = episode.go_on(slot)
         except BaseException:
             self.close()
             raise
         self._time_s = episode.simulation.view.now_s
+        if self._several or choice is None:
+            self._mask = np.concatenate([self._shown(nothing).mask for nothing in self._nothing])
+        else:
+            self._mask = choice.mask
 
     def _allowed(self, slot: int) -> int:
-        mask = self.action_masks()
+        mask = self._mask
         return slot if mask[slot] else int((slot + np.roll(mask, -slot).argmax()) % len(mask))
 
     def _shown(self, nothing: Choice) -> Choice:
@@ -252,12 +256,13 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
             raise InputError("reward", f"returned {shown_short(reward)}; expected a number") from None
 
     def _observed(self) -> Observation:
-        shown = {nothing.decides.label: self._shown(nothing).observation.copy() for nothing in self._nothing}
-        return shown if self._several else shown[self._decides[0].label]
+        if not self._several:
+            return self.choice.observation.copy()
+        return {nothing.decides.label: self._shown(nothing).observation.copy() for nothing in self._nothing}
 
     def _info(self, passed_s: float) -> dict[str, Any]:
         return {
-            "action_mask": self.action_masks().astype(np.int8),
+            "action_mask": self._mask.astype(np.int8),
             "decides": "" if self._choice is None else self._choice.decides.label,
             "dt": passed_s,
             "time_s": self._time_s,
