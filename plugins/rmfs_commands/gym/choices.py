@@ -1,13 +1,13 @@
 """Choices of a policy: the features of every candidate, which of them may be chosen, and what they stand for.
 
 Each kind of choice has a fixed number of slots, each of which has a row of features. A slot that stands for nothing now
-has a row of zeros and is masked out.
+has a row of zeros and is masked out. Where a policy may wait, the last slot stands for that.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -19,6 +19,7 @@ from rmfs_core import rule_helpers
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.roles import Role
 from rmfs_core.warehouse import Order, Pod, Request, Robot, Station, WarehouseView
+from rmfs_core.wording import shown_short
 
 _items_per_order: Any = rule_helpers.items_per_order
 _sum_per_order: Any = rule_helpers.sum_per_order
@@ -36,11 +37,15 @@ class Feature:
         The quantity counted or measured.
     half
         For x without an upper bound, the x that is shown as 0.5: shown is x / (x + half). None: a share, as it is.
+    of
+        For a feature of one's own: the function that returns x, one number for all candidates, or one for each slot in
+        the order of ``choice.options``. It is given the warehouse and the `Choice` with the features of `FEATURES`.
     """
 
     name: str
     text: str
     half: float | None = None
+    of: Callable[[WarehouseView, Choice], Any] | None = None
 
 
 _OF_ORDERS = (
@@ -77,10 +82,27 @@ _OF_ROBOTS = (
     Feature("waiting", "pods that wait for a robot", 10),
     Feature("idle", "share of the robots without a task"),
 )
+_OF_BOTH = (
+    *_OF_ORDERS,
+    Feature("pods", "pods that are sent to the station for the order", 1),
+    Feature("further", "items of other orders that these pods have and no pod inbound to the station has", 10),
+    Feature("drive", "seconds of driving to the station with the farthest of them", 60),
+    Feature("used", "share of them that is bound for a station or carried already"),
+    Feature("idle", "share of the robots without a task"),
+)
 FEATURES: Mapping[Role, tuple[Feature, ...]] = MappingProxyType(
-    {Role.POA: _OF_ORDERS, Role.PPS: _OF_PODS, Role.PR: _OF_LOCATIONS, Role.TA: _OF_ROBOTS}
+    {
+        Role.POA: _OF_ORDERS,
+        Role.PPS: _OF_PODS,
+        Role.PR: _OF_LOCATIONS,
+        Role.TA: _OF_ROBOTS,
+        Role.POA_PPS: _OF_BOTH,
+    }
 )
 """The columns of an observation, by what is decided."""
+
+WAIT = Feature("wait", "1 for the slot that waits, 0 for the others")
+"""The last column where a policy may wait."""
 
 
 @frozen(eq=False)
@@ -97,9 +119,10 @@ class Choice:
         Which slots may be chosen, bool, shape (slots,).
     options
         Meaning of each slot that may be chosen: a pair of `Order` and `Station` (POA), a `Pod` (PPS), the cell
-        of a storage location (PR), a `Robot` (TA).
+        of a storage location (PR), a `Robot` (TA), an `Order`, a `Station` and a tuple of `Pod` (POA+PPS); None for
+        the slot that waits.
     subject
-        For which `Station` a pod is chosen, or for which `Pod` a location or a robot; None for POA.
+        For which `Station` a pod is chosen, or for which `Pod` a location or a robot; None for POA and POA+PPS.
     """
 
     decides: Role
@@ -109,29 +132,146 @@ class Choice:
     subject: Station | Pod | None = None
 
 
-def slots_of(decides: Role, warehouse: WarehouseView, orders_shown: int) -> int:
-    """Return how many slots a choice has: the same all through a run."""
-    match decides:
-        case Role.POA:
-            return orders_shown * len(warehouse.stations)
-        case Role.PPS:
-            return len(warehouse.pods)
-        case Role.PR:
-            return len(warehouse.travel.layout.storage_locations)
-        case _:
-            return len(warehouse.robots)
+@frozen
+class Table:
+    """How choices are shown: as a table of so many rows, with these columns.
 
-
-def nothing(decides: Role, slots: int) -> Choice:
-    """Return the choice in which no slot stands for anything: what is left when a run is over."""
-    return _choice(decides, slots, {}, [0.0] * len(FEATURES[decides]))
-
-
-def of_orders(warehouse: WarehouseView, orders_shown: int) -> Choice | None:
-    """Choose an order and its station; None where no order fits anywhere.
-
-    Slots are pairs: of the oldest orders that fit anywhere each with every station, by id.
+    Parameters
+    ----------
+    orders_shown
+        Of how many orders POA and POA+PPS choose: the oldest that fit anywhere.
+    pods_shown
+        In how many ways POA+PPS can serve an order at a station, each with another pod first.
+    may_wait
+        Whether a slot stands for waiting, where the decision allows it: not for PR.
+    features
+        Features of one's own.
     """
+
+    orders_shown: int = 50
+    pods_shown: int = 3
+    may_wait: bool = False
+    features: tuple[Feature, ...] = ()
+
+    def waits(self, decides: Role) -> bool:
+        """Whether choices of a kind have a slot that waits: a pod that leaves a station has to go somewhere."""
+        return self.may_wait and decides is not Role.PR
+
+    def columns(self, decides: Role) -> tuple[Feature, ...]:
+        """Return the features of a slot."""
+        return (*FEATURES[decides], *self.features, *((WAIT,) if self.waits(decides) else ()))
+
+    def slots(self, decides: Role, warehouse: WarehouseView) -> int:
+        """Return how many slots a choice has: the same all through a run."""
+        match decides:
+            case Role.POA:
+                slots = self.orders_shown * len(warehouse.stations)
+            case Role.POA_PPS:
+                slots = self.orders_shown * len(warehouse.stations) * self.pods_shown
+            case Role.PPS:
+                slots = len(warehouse.pods)
+            case Role.PR:
+                slots = len(warehouse.travel.layout.storage_locations)
+            case _:
+                slots = len(warehouse.robots)
+        return slots + self.waits(decides)
+
+    def nothing(self, decides: Role, warehouse: WarehouseView) -> Choice:
+        """Return the choice in which no slot stands for anything: what is left when a run is over."""
+        shape = self.slots(decides, warehouse), len(self.columns(decides))
+        return Choice(decides, np.zeros(shape, np.float32), np.zeros(shape[0], np.bool_), {})
+
+    def choice(
+        self,
+        decides: Role,
+        warehouse: WarehouseView,
+        options: Mapping[int, Any],
+        values: Sequence[Any],
+        subject: Station | Pod | None = None,
+    ) -> Choice:
+        """Return a choice from one value, or one for each option, of every feature of `FEATURES`."""
+        at, own, waits = list(options), len(values), self.waits(decides)
+        shown = np.empty((len(at), own))
+        for column, value in enumerate(values):
+            shown[:, column] = value
+        squashed, half = _HALF[decides]
+        shown[:, squashed] /= shown[:, squashed] + half
+        slots = self.slots(decides, warehouse)
+        observation = np.zeros((slots, own + len(self.features) + waits), np.float32)
+        observation[at, :own] = shown
+        mask = np.zeros(slots, np.bool_)
+        mask[at] = True
+        choice = Choice(decides, observation, mask, options, subject)
+        constant = {i: shown[0, i] for i, value in enumerate(values) if np.ndim(value) == 0} if waits else {}
+        for column, feature in enumerate(self.features, start=own):
+            observation[at, column] = number = _of_ones_own(feature, warehouse, choice)
+            if not number.ndim:
+                constant[column] = float(number)
+        if not waits or not _goes_on(warehouse):
+            return choice
+        for column, number in constant.items():  # what holds for all slots holds for the one that waits, too
+            observation[-1, column] = number
+        observation[-1, -1] = 1.0
+        mask[-1] = True
+        return Choice(decides, observation, mask, {**options, slots - 1: None}, subject)
+
+
+PLAIN = Table()
+
+
+_HALF = {
+    decides: (
+        np.array([i for i, feature in enumerate(features) if feature.half is not None]),
+        np.array([feature.half for feature in features if feature.half is not None]),
+    )
+    for decides, features in FEATURES.items()
+}
+
+
+def _of_ones_own(feature: Feature, warehouse: WarehouseView, choice: Choice) -> NDArray[np.float64]:
+    assert feature.of is not None, "Table's caller has checked it"
+    given, number = feature.of(warehouse, choice), len(choice.options)
+    try:
+        shown = np.asarray(given, np.float64)
+        shown = shown if feature.half is None else shown / (shown + feature.half)
+        right = shown.shape in ((), (number,)) and bool(((shown >= 0) & (shown <= 1)).all())
+    except (TypeError, ValueError):
+        right = False
+    if not right:
+        least = "of 0 to 1" if feature.half is None else "not below 0"
+        expected = f"expected one number {least}, or one for each of {number} slots"
+        raise ValueError(f"feature {feature.name!r}: returned {shown_short(given)}; {expected}")
+    return shown
+
+
+def _goes_on(warehouse: WarehouseView) -> bool:
+    """Whether another decision is sure to come if nothing is decided now: some robot is at work."""
+    return any(robot.task is not None for robot in warehouse.robots)
+
+
+@frozen(eq=False)
+class Pairs:
+    """Pairs of an order and a station that fit, of the oldest orders that fit anywhere: the stations of each order.
+
+    Parameters
+    ----------
+    orders
+        The orders.
+    row, station, at
+        Of each pair the order's index in ``orders``, the station's id, and the order's position in the backlog.
+    values
+        Features of each pair, as POA has them.
+    """
+
+    orders: Sequence[Order]
+    row: NDArray[np.int64]
+    station: NDArray[np.int64]
+    at: NDArray[np.int64]
+    values: Sequence[NDArray[Any]]
+
+
+def pairs_in(warehouse: WarehouseView, orders_shown: int) -> Pairs | None:
+    """Return the pairs that fit; None where no order fits anywhere."""
     stations, backlog, lines = warehouse.stations, warehouse.backlog, warehouse.backlog_lines
     items = _items_per_order(warehouse)
     fits = _fitting(warehouse, items)
@@ -158,11 +298,22 @@ def of_orders(warehouse: WarehouseView, orders_shown: int) -> Choice | None:
         np.array([station.load / station.capacity for station in stations])[columns],
         np.array([len(station.inbound_pods) for station in stations])[columns],
     ]
+    return Pairs(orders, rows, columns, at, values)
+
+
+def of_orders(warehouse: WarehouseView, table: Table = PLAIN) -> Choice | None:
+    """Choose an order and its station; None where no order fits anywhere.
+
+    Slots are pairs: of the oldest orders that fit anywhere each with every station, by id.
+    """
+    pairs = pairs_in(warehouse, table.orders_shown)
+    if pairs is None:
+        return None
     options = {
-        row * len(stations) + column: (orders[row], stations[column])
-        for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
+        row * len(warehouse.stations) + column: (pairs.orders[row], warehouse.stations[column])
+        for row, column in zip(pairs.row.tolist(), pairs.station.tolist(), strict=True)
     }
-    return _choice(Role.POA, orders_shown * len(stations), options, values)
+    return table.choice(Role.POA, warehouse, options, pairs.values)
 
 
 def _fitting(warehouse: WarehouseView, items: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -189,15 +340,16 @@ class PodChoices:
     ----------
     warehouse
         The warehouse when the decision begins.
+    table
+        How the choices are shown.
     """
 
-    def __init__(self, warehouse: WarehouseView) -> None:
-        self._warehouse = warehouse
+    def __init__(self, warehouse: WarehouseView, table: Table = PLAIN) -> None:
+        self._warehouse, self._table = warehouse, table
         self._demand = warehouse.open_demand().tolist()
         self._lacking: dict[int, list[tuple[Request, int]]] = {}  # with the items that are left
         self._inbound = Counter({station.id: len(station.inbound_pods) for station in warehouse.stations})
-        self._idle = _idle(warehouse)
-        self._pods = len(warehouse.pods)
+        self._idle = idle_share(warehouse)
 
     def among(self, station: Station, pods: Sequence[Pod]) -> Choice:
         """Choose one of the pods for a station."""
@@ -215,7 +367,7 @@ class PodChoices:
             self._inbound[station.id],
             self._idle,
         ]
-        return _choice(Role.PPS, self._pods, {pod.id: pod for pod in pods}, values, station)
+        return self._table.choice(Role.PPS, self._warehouse, {pod.id: pod for pod in pods}, values, station)
 
     def take(self, station: Station, pod: Pod) -> None:
         """Take note that a pod was chosen for a station."""
@@ -244,7 +396,7 @@ def _served(pod: Pod, lacking: Sequence[tuple[Request, int]]) -> tuple[int, int]
     return served, sum(not number for number in lack.values())
 
 
-def of_locations(warehouse: WarehouseView, pod: Pod) -> Choice:
+def of_locations(warehouse: WarehouseView, pod: Pod, table: Table = PLAIN) -> Choice:
     """Choose the storage location that a pod goes back to. Slots are the storage locations, by cell index."""
     locations = warehouse.travel.layout.storage_locations
     free = np.array(warehouse.free_storage_locations)
@@ -261,13 +413,13 @@ def of_locations(warehouse: WarehouseView, pod: Pod) -> Choice:
         to_station / TICKS_PER_S,
         free == warehouse.home(pod),
         wanted[pod.id] / max(wanted.max(), 1.0),
-        _idle(warehouse),
+        idle_share(warehouse),
     ]
     options = dict(zip(slots.tolist(), free.tolist(), strict=True))
-    return _choice(Role.PR, len(locations), options, values, pod)
+    return table.choice(Role.PR, warehouse, options, values, pod)
 
 
-def of_robots(warehouse: WarehouseView, pod: Pod, robots: Sequence[Robot]) -> Choice:
+def of_robots(warehouse: WarehouseView, pod: Pod, robots: Sequence[Robot], table: Table = PLAIN) -> Choice:
     """Choose the robot that fetches a pod. Slots are the robots, by id."""
     travel, station = warehouse.travel, warehouse.station(pod.bound_for[0])
     times = travel.times_to(pod.cell, False)
@@ -276,44 +428,15 @@ def of_robots(warehouse: WarehouseView, pod: Pod, robots: Sequence[Robot]) -> Ch
         int(travel.times_to(station.cell, True)[pod.cell].min()) / TICKS_PER_S,
         len(station.line),
         len(warehouse.waiting_pods),
-        _idle(warehouse),
+        idle_share(warehouse),
     ]
-    return _choice(Role.TA, len(warehouse.robots), {robot.id: robot for robot in robots}, values, pod)
+    return table.choice(Role.TA, warehouse, {robot.id: robot for robot in robots}, values, pod)
 
 
 def _wanted(pod: Pod, demand: Sequence[int]) -> int:
     return sum(min(demand[sku], items) for sku, items in pod.contents.items())
 
 
-def _idle(warehouse: WarehouseView) -> float:
+def idle_share(warehouse: WarehouseView) -> float:
+    """Return the share of the robots without a task."""
     return len(warehouse.idle_robots) / len(warehouse.robots)
-
-
-_HALF = {
-    decides: (
-        np.array([i for i, feature in enumerate(features) if feature.half is not None]),
-        np.array([feature.half for feature in features if feature.half is not None]),
-    )
-    for decides, features in FEATURES.items()
-}
-
-
-def _choice(
-    decides: Role,
-    slots: int,
-    options: Mapping[int, Any],
-    values: Sequence[Any],
-    subject: Station | Pod | None = None,
-) -> Choice:
-    """Return a choice from one value, or one for each option, of every feature."""
-    at = list(options)
-    shown = np.empty((len(at), len(values)))
-    for column, value in enumerate(values):
-        shown[:, column] = value
-    squashed, half = _HALF[decides]
-    shown[:, squashed] /= shown[:, squashed] + half
-    observation = np.zeros((slots, len(values)), np.float32)
-    observation[at] = shown
-    mask = np.zeros(slots, np.bool_)
-    mask[at] = True
-    return Choice(decides, observation, mask, options, subject)

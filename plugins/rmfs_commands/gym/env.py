@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
+from attrs import frozen
 from numpy.typing import NDArray
 
-from rmfs_commands.gym.choices import FEATURES, Choice, nothing, slots_of
+from rmfs_commands.gym.choices import FEATURES, Choice, Feature, Table
 from rmfs_commands.gym.episode import Episode
-from rmfs_commands.gym.policy import MOST_SHOWN
-from rmfs_commands.gym.rewards import REWARDS, Reward, Step
+from rmfs_commands.gym.policy import MOST_SHOWN, MOST_WAYS
+from rmfs_commands.gym.rewards import REWARDS, Reward, Step, weighted
 from rmfs_core import InputError, Result, Scenario, load_scenario
 from rmfs_core.roles import Role
 from rmfs_core.wording import listed, shown_short
+
+Observation = NDArray[np.float32] | dict[str, NDArray[np.float32]]
+
+MOST_RUNS = 20
+"""Runs that `DecisionEnv.reset` draws until one has a choice."""
 
 ID = "rmfs/Decision-v0"
 """Under which Gymnasium knows the environment, once this module is imported:
@@ -24,17 +32,38 @@ ID = "rmfs/Decision-v0"
 """
 
 
-class DecisionEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
-    """A run in which the caller makes one kind of decision, as `make` says.
+@frozen
+class Snapshot:
+    """Point of an episode: the run of a seed, and the slots chosen in it so far. It can be pickled.
+
+    Parameters
+    ----------
+    seed
+        The run's seed.
+    slots
+        The actions so far, in their order.
+    digest
+        Digest of the choice to be made.
+    """
+
+    seed: int
+    slots: tuple[int, ...]
+    digest: str
+
+
+class DecisionEnv(gymnasium.Env[Observation, np.int64]):
+    """A run in which the caller makes one kind of decision or several, as `make` says.
 
     An action is a slot (`Choice`). Which slots may be chosen is in ``info["action_mask"]`` (int8, as
     `gymnasium.spaces.Discrete.sample` takes it) and in `action_masks` (bool, as sb3-contrib asks for it). For one that
     may not be chosen the next one that may be is taken, beginning again at 0 after the last; ``info["action"]`` has the
-    slot that was.
+    slot that was. With several kinds of decisions, each has slots of its own, one kind after another; an observation
+    is a dictionary by kind, all zero except for the kind that is to be decided, ``info["decides"]``.
 
     An episode is over (``terminated``) when every order is complete, and cut off (``truncated``) at ``run.until_s``.
     ``reset(seed=...)`` begins that of a seed: orders, pods and all others' draws are those of ``rmfs run --seed``.
-    The first one without is that of the scenario's seed; those after it are drawn, from the last seed given.
+    The first one without is that of the scenario's seed; those after it are drawn, from the last seed given. A run in
+    which nothing is to be chosen is no episode: another seed is drawn, or `InputError` raised for one that was given.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 (Gymnasium declares it so)
@@ -42,12 +71,15 @@ class DecisionEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     def __init__(
         self,
         scenario: Scenario | str | Path,
-        decides: str = "PPS",
+        decides: str | Sequence[str] = "PPS",
         *,
         overrides: Sequence[str] = (),
         seed: int | None = None,
-        reward: str | Reward = "visits",
+        reward: str | Reward | Mapping[str | Reward, float] = "visits",
         orders_shown: int = 50,
+        pods_shown: int = 3,
+        may_wait: bool = False,
+        features: Sequence[Feature] = (),
         allow_inline_rules: bool = True,
     ) -> None:
         if isinstance(overrides, str):  # a sequence of letters
@@ -57,27 +89,46 @@ class DecisionEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         self.scenario = load_scenario(scenario, overrides, seed) if not isinstance(scenario, Scenario) else scenario
         if seed is not None:
             self.scenario = self.scenario.with_seed(seed)
-        self._decides = _role(decides, self.scenario)
+        self._decides = _roles(decides, self.scenario)
         self._reward = _reward(reward)
-        if not isinstance(orders_shown, int) or isinstance(orders_shown, bool) or not 1 <= orders_shown <= MOST_SHOWN:
-            expected = f"expected a whole number from 1 to {MOST_SHOWN:,}"
-            raise InputError("orders_shown", f"found {shown_short(orders_shown)}; {expected}")
-        self._options = orders_shown, allow_inline_rules
+        for name, number, most in (
+            ("orders_shown", orders_shown, MOST_SHOWN),
+            ("pods_shown", pods_shown, MOST_WAYS),
+        ):
+            if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= most:
+                raise InputError(name, f"found {shown_short(number)}; expected a whole number from 1 to {most:,}")
+        table = Table(orders_shown, pods_shown, bool(may_wait), _features(features))
+        self._options = table, allow_inline_rules
         probe = Episode(self.scenario, self._decides, *self._options)  # what is wrong with it is said now
-        slots = slots_of(self._decides, probe.simulation.view, orders_shown)
-        self.observation_space = gymnasium.spaces.Box(0.0, 1.0, (slots, len(FEATURES[self._decides])), np.float32)
-        self.action_space = gymnasium.spaces.Discrete(slots)
-        self._nothing = nothing(self._decides, slots)
+        self._nothing = [table.nothing(role, probe.simulation.view) for role in self._decides]
+        spaces: dict[str, gymnasium.Space[Any]] = {
+            choice.decides.label: gymnasium.spaces.Box(0.0, 1.0, choice.observation.shape, np.float32)
+            for choice in self._nothing
+        }
+        self._several = not isinstance(decides, str)
+        space: Any = gymnasium.spaces.Dict(spaces) if self._several else spaces[self._decides[0].label]
+        self.observation_space = space
+        self._begins, self._slots_in_all = dict[Role, int](), 0
+        for choice in self._nothing:
+            self._begins[choice.decides] = self._slots_in_all
+            self._slots_in_all += len(choice.mask)
+        self.action_space = gymnasium.spaces.Discrete(self._slots_in_all)
         self._episode: Episode | None = None
         self._choice: Choice | None = None
-        self._begun = False
+        self._begun, self._mask = False, np.zeros(self._slots_in_all, np.bool_)
+        self._seed, self._slots, self._time_s = self.scenario.seed, list[int](), 0.0
         self._result: Result | None = None
         super().reset(seed=self.scenario.seed)
 
     @property
     def choice(self) -> Choice:
-        """The choice to be made now: the pods, robots, locations or orders that the slots stand for."""
-        return self._choice or self._nothing
+        """The choice to be made now: the pods, robots, locations or orders that the slots of its kind stand for."""
+        return self._choice or self._nothing[0]
+
+    @property
+    def first_slot(self) -> int:
+        """The slot of the environment that is the first one of ``choice``: 0 with a single kind of decisions."""
+        return self._begins[self.choice.decides]
 
     @property
     def result(self) -> Result | None:
@@ -86,60 +137,116 @@ class DecisionEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return which slots may be chosen now."""
-        return self.choice.mask.copy()
+        return self._mask.copy()
 
     def reset(
         self,
         *,
         seed: int | None = None,
         options: dict[str, Any] | None = None,  # noqa: ARG002 (there are none)
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    ) -> tuple[Observation, dict[str, Any]]:
         """Begin an episode, and end the one under way, if any."""
         super().reset(seed=seed)
-        if seed is None:
-            seed = int(self.np_random.integers(1 << 31)) if self._begun else self.scenario.seed
-        self.close()
-        self._begun = True
-        self._episode = episode = Episode(self.scenario.with_seed(seed), self._decides, *self._options)
-        self._go_on(episode)
-        return self._observed(), {**self._info(episode), "seed": seed}
+        for _ in range(MOST_RUNS):
+            self._begin(self._next_seed() if seed is None else seed)
+            if self._choice is not None:
+                return self._observed(), {**self._info(0.0), "seed": self._seed}
+            self.close()
+            if seed is not None:
+                break
+        labels = listed([role.label for role in self._decides], "or")
+        which = f"the run of seed {self._seed}" if seed is not None else f"none of {MOST_RUNS} runs"
+        found = "asks nothing" if seed is not None else "asks anything"
+        raise InputError("reset", f"{which} {found} of {labels}; expected a longer run, or other decisions")
 
-    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Choose a slot, and let the run go on to the next choice."""
         if self._episode is None:
             raise InputError("step", "no episode is under way; expected `reset` first")
         if not self.action_space.contains(action):
-            expected = f"expected a whole number from 0 to {len(self.choice.mask) - 1}"
+            expected = f"expected a whole number from 0 to {self._slots_in_all - 1}"
             raise InputError("action", f"found {shown_short(action)}; {expected}")
-        slot, episode = self._allowed(int(action)), self._episode
-        if self._choice is not None:  # else the run was over before there was anything to choose
-            self._go_on(episode, slot)
+        slot, episode, before_s = self._allowed(int(action)), self._episode, self._time_s
+        self._go_on(episode, slot)
         reward = self._rewarded(episode.heard())
-        info = {**self._info(episode), "action": slot}
+        info = {**self._info(self._time_s - before_s), "action": slot}
         if self._choice is not None:
             return self._observed(), reward, False, False, info
         self._episode = None
         self._result = episode.result()
         return self._observed(), reward, episode.complete, not episode.complete, info
 
+    def snapshot(self) -> Snapshot:
+        """Return where the episode under way is, for `restore`: what was chosen so far."""
+        if self._choice is None:
+            raise InputError("snapshot", "no episode is under way; expected `reset` first")
+        return Snapshot(self._seed, tuple(self._slots), self._digest())
+
+    def restore(self, snapshot: Snapshot) -> tuple[Observation, dict[str, Any]]:
+        """Go back, or on, to where an episode was, and end the one under way; return what `reset` would there.
+
+        The run is made again from its beginning with what was chosen, so it is exactly the same one, and takes as long
+        as it took to come there. A snapshot may be of another environment that was made alike.
+
+        Raises
+        ------
+        InputError
+            When the run comes to another choice: with another scenario, or where a rule decides by the clock.
+        """
+        self._begin(snapshot.seed)
+        for slot in snapshot.slots:
+            if self._choice is not None and self._episode is not None and self._allowed(slot) == slot:
+                self._go_on(self._episode, slot)
+                self._episode.heard()
+        if self._choice is None or (self._slots, self._digest()) != ([*snapshot.slots], snapshot.digest):
+            self.close()
+            expected = "expected the same scenario and arguments, and rules without time limits"
+            raise InputError("restore", f"the run of the snapshot comes to another choice here; {expected}")
+        return self._observed(), {**self._info(0.0), "seed": self._seed}
+
     def close(self) -> None:
         """End the episode under way, if any."""
         episode, self._episode, self._choice = self._episode, None, None
+        self._mask = np.zeros(self._slots_in_all, np.bool_)
         if episode is not None:
             episode.close()
 
+    def _next_seed(self) -> int:
+        return int(self.np_random.integers(1 << 31)) if self._begun else self.scenario.seed
+
+    def _begin(self, seed: int) -> None:
+        self.close()
+        self._begun, self._seed, self._slots = True, seed, []
+        self._episode = Episode(self.scenario.with_seed(seed), self._decides, *self._options)
+        self._go_on(self._episode)
+
     def _go_on(self, episode: Episode, slot: int | None = None) -> None:
+        if slot is not None:
+            self._slots.append(slot)
+            slot -= self.first_slot
         try:
-            self._choice = episode.go_on(slot)
+            self._choice = choice = episode.go_on(slot)
         except BaseException:
             self.close()
             raise
+        self._time_s = episode.simulation.view.now_s
+        if self._several or choice is None:
+            self._mask = np.concatenate([self._shown(nothing).mask for nothing in self._nothing])
+        else:
+            self._mask = choice.mask
 
     def _allowed(self, slot: int) -> int:
-        mask = self.choice.mask
-        if mask.any() and not mask[slot]:
-            slot = int((slot + np.roll(mask, -slot).argmax()) % len(mask))
-        return slot
+        mask = self._mask
+        return slot if mask[slot] else int((slot + np.roll(mask, -slot).argmax()) % len(mask))
+
+    def _shown(self, nothing: Choice) -> Choice:
+        """Return the choice to be made, if it is of the kind of one that stands for nothing; else that."""
+        return self._choice if self._choice is not None and self._choice.decides is nothing.decides else nothing
+
+    def _digest(self) -> str:
+        choice = self.choice
+        told = f"{choice.decides} {self._time_s} {choice.observation.shape}".encode()
+        return hashlib.sha256(told + choice.mask.tobytes() + choice.observation.tobytes()).hexdigest()
 
     def _rewarded(self, step: Step) -> float:
         reward = self._reward(step)
@@ -148,30 +255,56 @@ class DecisionEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         except (TypeError, ValueError, OverflowError):
             raise InputError("reward", f"returned {shown_short(reward)}; expected a number") from None
 
-    def _observed(self) -> NDArray[np.float32]:
-        return self.choice.observation.copy()
+    def _observed(self) -> Observation:
+        if not self._several:
+            return self.choice.observation.copy()
+        return {nothing.decides.label: self._shown(nothing).observation.copy() for nothing in self._nothing}
 
-    def _info(self, episode: Episode) -> dict[str, Any]:
-        return {"action_mask": self.choice.mask.astype(np.int8), "time_s": episode.simulation.view.now_s}
+    def _info(self, passed_s: float) -> dict[str, Any]:
+        return {
+            "action_mask": self._mask.astype(np.int8),
+            "decides": "" if self._choice is None else self._choice.decides.label,
+            "dt": passed_s,
+            "time_s": self._time_s,
+        }
 
 
-def _role(decides: str, scenario: Scenario) -> Role:
+def _roles(decides: str | Sequence[str], scenario: Scenario) -> tuple[Role, ...]:
     roles = {role.label: role for role in FEATURES}
-    if decides not in [*roles]:
-        expected = f"expected {listed(roles, 'or')}, which are decided one choice at a time"
+    found: list[Role] = []
+    for label in [decides] if isinstance(decides, str) or not isinstance(decides, Sequence) else decides:
+        if label not in [*roles]:
+            expected = f"expected {listed(roles, 'or')}, which are decided one choice at a time"
+            raise InputError("decides", f"found {shown_short(label)}; {expected}")
+        found.append(roles[label])
+    if not found or len({*found}) < len(found) or any({*role.excludes} & {*found} for role in found):
+        expected = "expected one kind or several, each once, and POA+PPS in place of POA and PPS"
         raise InputError("decides", f"found {shown_short(decides)}; {expected}")
-    role = roles[decides]
-    if role in Role.POA_PPS.excludes and scenario.rules.poa_pps is not None:
-        joint = scenario.rules.poa_pps.rule
-        raise InputError(
-            "rules.poa_pps", f'"{joint}" decides {decides} with the rest; expected `rules.poa` and `rules.pps`'
-        )
-    return role
+    for role in found:
+        if role in Role.POA_PPS.excludes and scenario.rules.poa_pps is not None and {*Role.POA_PPS.excludes} - {*found}:
+            joint = scenario.rules.poa_pps.rule
+            raise InputError(
+                "rules.poa_pps", f'"{joint}" decides {role.label} with the rest; expected `rules.poa` and `rules.pps`'
+            )
+    return tuple(found)
 
 
-def _reward(reward: str | Reward) -> Reward:
+def _features(features: Sequence[Feature]) -> tuple[Feature, ...]:
+    for feature in features if isinstance(features, Sequence) else (features,):
+        if not isinstance(feature, Feature) or feature.of is None:
+            raise InputError("features", f"found {shown_short(feature)}; expected `Feature`s with a function as `of`")
+    return tuple(features)
+
+
+def _reward(reward: str | Reward | Mapping[str | Reward, float]) -> Reward:
     if callable(reward):
         return reward
+    if isinstance(reward, Mapping):
+        for part, weight in reward.items():
+            _reward(part)
+            if isinstance(weight, bool) or not isinstance(weight, int | float) or not math.isfinite(weight):
+                raise InputError("reward", f"found the weight {shown_short(weight)}; expected a number")
+        return weighted(reward)
     if reward not in [*REWARDS]:
         expected = f"expected {listed([*map(repr, REWARDS), 'a function of a Step'], 'or')}"
         raise InputError("reward", f"found {shown_short(reward)}; {expected}")

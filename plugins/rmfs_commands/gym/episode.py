@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from threading import get_ident
 
 from attrs import define, evolve, field
 from greenlet import GreenletExit, getcurrent, greenlet
 
-from rmfs_commands.gym.choices import Choice
+from rmfs_commands.gym.choices import PLAIN, Choice, Table
 from rmfs_commands.gym.policy import PolicyRule
 from rmfs_commands.gym.rewards import Step
 from rmfs_core import InputError, Result, Scenario, hookimpl
@@ -31,7 +32,20 @@ class Caller(PolicyRule):
     simulation has a stack of its own, a greenlet.
     """
 
+    shown: Table = field(init=False, default=PLAIN)
     _closed: bool = field(init=False, default=False)
+
+    @classmethod
+    def of(cls, table: Table) -> Caller:
+        """Return one that is shown choices as a table says."""
+        caller = cls(orders_shown=table.orders_shown, pods_shown=table.pods_shown, may_wait=table.may_wait)
+        caller.shown = table
+        return caller
+
+    @property
+    def table(self) -> Table:
+        """How choices are shown."""
+        return self.shown
 
     def choose(self, choice: Choice) -> int:
         """Leave the simulation's stack; return what it is entered again with."""
@@ -67,16 +81,16 @@ class _Listening:
 
 
 class Episode:
-    """A run in which one kind of decision is the caller's.
+    """A run in which some kinds of decisions are the caller's.
 
     Parameters
     ----------
     scenario
         The scenario that is run.
     decides
-        Kind of the caller's decisions.
-    orders_shown
-        Of how many orders POA chooses.
+        Kinds of the caller's decisions.
+    table
+        How choices are shown.
     allow_inline_rules
         Whether code may be loaded from files.
 
@@ -86,8 +100,11 @@ class Episode:
         The run.
     """
 
-    def __init__(self, scenario: Scenario, decides: Role, orders_shown: int, allow_inline_rules: bool = True) -> None:
-        asking = {decides.key: Caller(orders_shown=orders_shown)}
+    def __init__(
+        self, scenario: Scenario, decides: Sequence[Role], table: Table = PLAIN, allow_inline_rules: bool = True
+    ) -> None:
+        caller = Caller.of(table)  # one for all: none of them goes on when it is closed
+        asking = {role.key: caller for role in decides}
         scenario = evolve(scenario, rules=with_objects(scenario.rules, asking))
         self._listening = _Listening()
         self._measured = prepare(

@@ -61,3 +61,9 @@ def distance(step: Step) -> float:
 
 REWARDS: Mapping[str, Reward] = MappingProxyType({"visits": visits, "turnover": turnover, "distance": distance})
 """The rewards that have a name."""
+
+
+def weighted(weights: Mapping[str | Reward, float]) -> Reward:
+    """Return the sum of rewards, each times its weight."""
+    parts = [(weight, REWARDS[reward] if isinstance(reward, str) else reward) for reward, weight in weights.items()]
+    return lambda step: sum(weight * reward(step) for weight, reward in parts)

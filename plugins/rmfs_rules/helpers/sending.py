@@ -67,7 +67,7 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, St
 
 
 def _send(
-    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, Station, Ids, Wanted], int]
+    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, Station, Ids, Wanted], int | None]
 ) -> list[PodTrip]:
     """Select pods as `send` does; ``choose`` is also given what is still uncovered."""
     search, stock = _search(), warehouse.stock
@@ -88,7 +88,10 @@ def _send(
         pods = search.servers(plain, at, skus, identifier, max_fetches > 0)
         if not len(pods):
             continue
-        pod = warehouse.pods[choose(stock, warehouse.stations[identifier], pods, MappingProxyType(wanted))]
+        chosen = choose(stock, warehouse.stations[identifier], pods, MappingProxyType(wanted))
+        if chosen is None:
+            continue
+        pod = warehouse.pods[chosen]
         trips.append(PodTrip(pod.id, identifier))
         for sku in wanted.keys() & pod.contents.keys():
             wanted[sku] -= pod.free_items(sku)
@@ -100,7 +103,7 @@ def _send(
 
 
 def send_pods(
-    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Sequence[Pod], Wanted], Pod]
+    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Sequence[Pod], Wanted], Pod | None]
 ) -> list[PodTrip]:
     """Select pods as `send` does, for rules that look at one pod after another.
 
@@ -115,7 +118,8 @@ def send_pods(
         How many stored pods may be sent.
     choose
         Picks one of the pods for a station: it is given the station, the pods, by ascending id, each of which serves an
-        uncovered request of it, and the items that are still uncovered there, by SKU.
+        uncovered request of it, and the items that are still uncovered there, by SKU. None: the station gets no further
+        pod in this decision.
 
     Returns
     -------
@@ -123,11 +127,12 @@ def send_pods(
         The trips in the order in which they were chosen.
     """
     pods = warehouse.pods
-    return _send(
-        warehouse,
-        max_fetches,
-        lambda _, at, found, wanted: choose(at, [pods[pod] for pod in found.tolist()], wanted).id,
-    )
+
+    def by_id(_: Stock, station: Station, found: Ids, wanted: Wanted) -> int | None:
+        pod = choose(station, [pods[pod] for pod in found.tolist()], wanted)
+        return None if pod is None else pod.id
+
+    return _send(warehouse, max_fetches, by_id)
 
 
 def may_send(warehouse: WarehouseView, max_fetches: int) -> bool:

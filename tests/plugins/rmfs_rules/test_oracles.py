@@ -21,6 +21,7 @@ from rmfs_rules.switch import Case
 
 ELSEWHERE = {
     "remote": "tests/plugins/rmfs_commands/remote: another program decides",
+    "learned": "tests/plugins/rmfs_commands/gym: the network by hand, and the choices by plain searches",
     "integrated": "tests/plugins/rmfs_rules/mip: a model of its own, solved without what the rule knows",
     "split-among-stations": "tests/plugins/rmfs_rules/mip",
     "split-over-time": "tests/plugins/rmfs_rules/mip",
