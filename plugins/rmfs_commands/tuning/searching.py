@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import prod
 from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import define, field, frozen
 
 from rmfs_commands.details.catalogue import better
-from rmfs_commands.experiments import Base, Experiment, RuleSetChoice, Watcher, run_experiment
+from rmfs_commands.experiments import Axis, Base, Experiment, RuleSetChoice, Watcher, run_experiment
 from rmfs_commands.experiments.compare import CATALOGUE, COUNTED
 from rmfs_commands.experiments.workers import Workers
 from rmfs_commands.results.figures import TIMING
@@ -108,6 +109,8 @@ class Search:
         Is told of every trial that is over.
     allow_inline_rules
         Whether code may be loaded from files.
+    axes
+        What else is varied: a figure of a seed is the mean over all instances.
     """
 
     scenario: Scenario
@@ -122,6 +125,12 @@ class Search:
     watcher: Watcher
     tell: Callable[[Trial], None]
     allow_inline_rules: bool = True
+    axes: tuple[Axis, ...] = ()
+
+    @property
+    def instances(self) -> int:
+        """Runs of a trial on a seed."""
+        return prod(len(axis.points) for axis in self.axes)
 
     def trials(self) -> list[Trial]:
         """Return all trials, the scenario's own values first.
@@ -136,14 +145,14 @@ class Search:
         if own.problem is not None:
             raise RunError(f"the scenario's own values give nothing to compare with: {own.problem}")
         self.tell(own)
-        found, used, repeats = [own], len(self.seeds), 0
+        found, used, repeats = [own], len(self.seeds) * self.instances, 0
         distributions = {one.key: _distribution(one) for one in self.space.parameters}
         study, done = self._study(), dict[str, Trial]()
         if all(one.holds_now for one in self.space.parameters):
             now = {one.key: _alike(one.now, one) for one in self.space.parameters}
             done[repr(now)] = own
             study.add_trial(_told(now, distributions, len(self.objectives)))
-        first = looks(len(self.seeds))[0]
+        first = looks(len(self.seeds))[0] * self.instances
         while used + BATCH * first <= self.runs and repeats < MOST_REPEATS:
             asked = [study.ask(distributions) for _ in range(BATCH)]
             batch: list[Trial] = []
@@ -164,7 +173,7 @@ class Search:
         racing, used = batch, 0
         finished = [one for one in found if one.seeds == len(self.seeds)]
         for n_seeds in looks(len(self.seeds)):
-            wanted = sum(n_seeds - one.seeds for one in racing)
+            wanted = sum(n_seeds - one.seeds for one in racing) * self.instances
             if used + wanted > left:
                 for one in racing:
                     one.given_up = True
@@ -215,7 +224,10 @@ class Search:
                     trial.problem = f"seed {row['seed']}: {why}"
                     break
             else:
-                trial.figures = [[row[metric] for row in own] for metric in self.objectives]
+                trial.figures = [
+                    [fmean(row[metric] for row in own if row["seed"] == seed) for seed in self.seeds[:n_seeds]]
+                    for metric in self.objectives
+                ]
 
     def _fits(self, trial: Trial) -> bool:
         """Whether the rules take a trial's values together; if not, keep why."""
@@ -233,6 +245,7 @@ class Search:
             rule_sets=tuple(RuleSetChoice(name, self.space.changes(one.values)) for name, one in trials.items()),
             seeds=self.seeds[:n_seeds],
             baseline=next(iter(trials)),
+            axes=self.axes,
             metrics=self.objectives,
             folder=self.scenario.folder,
             place=self.name,
