@@ -143,10 +143,10 @@ def _kept(comparison: Comparison, own: Trial, name: str, one: Trial) -> Iterator
 def write(found: Found, folder: Path) -> list[str]:
     """Write the section of the scenario, the trials, the answer and the comparison; return the names of the files."""
     about = "".join(f"# {line}\n" for line in found.told)
-    sections = (found.search.space.fragment(one.values) for one in found.best.values())
-    first, *others = sections if found.best else ("",)
+    sections = [(name, found.search.space.fragment(one.values)) for name, one in found.best.items()]
+    (_, first), *others = sections or [("", "")]
     commented = "".join(
-        f"\n# or:\n{''.join(f'# {line}' for line in text.splitlines(keepends=True))}" for text in others
+        f"\n# or {name}:\n{''.join(f'# {line}' for line in text.splitlines(keepends=True))}" for name, text in others
     )
     rows = list(_rows(found))
     texts = {

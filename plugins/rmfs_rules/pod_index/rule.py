@@ -120,7 +120,7 @@ class PodIndex:
         0.0,
         SHARE,
         "What share of `cost_s` also counts for lines of a SKU that a station has, whose pod would have to come again: "
-        "larger than 0 for fewer visits; 0.3 where all orders are there at the start",
+        "larger than 0 for fewer visits, 0.3 where all orders are there at the start",
     )
     packing_capacity: int | None = parameter(
         None,
