@@ -221,6 +221,8 @@ class Search:
                 lacking = [metric for metric in self.objectives if row.get(metric) is None]
                 if row["status"] not in COUNTED or lacking:
                     why = row.get("error") or (f"no {lacking[0]}" if lacking else row["status"])
+                    if row.get("error_kind") == "VersionError":  # no answer about any values
+                        raise RunError(f"{why}; the same command goes on with the finished runs that are of one code")
                     trial.problem = f"seed {row['seed']}: {why}"
                     break
             else:

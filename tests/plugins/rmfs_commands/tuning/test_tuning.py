@@ -7,6 +7,7 @@ import json
 import tomllib
 from pathlib import Path
 from statistics import fmean
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,7 +15,9 @@ import pytest
 from calling import exit_code
 from cases import cases
 from rmfs_commands.details.loading import load_result
+from rmfs_commands.experiments import Experiment
 from rmfs_commands.experiments.store import RunStore
+from rmfs_commands.tuning import searching
 from rmfs_commands.tuning.searching import Search, Trial, objectives_of
 from rmfs_commands.tuning.space import make_space
 from rmfs_core.errors import InputError
@@ -198,6 +201,23 @@ def test_a_full_disk_is_no_answer(scenario: Path, monkeypatch: pytest.MonkeyPatc
     call = ("tune", str(scenario), "--rules", "poa", "--runs", "10", "--seeds", "2", "-j", "1", "--out", str(out))
     assert exit_code(*call) == 2
     assert "no space left" in capsys.readouterr().err
+    assert not (out / "tuned.toml").exists()
+
+
+def test_code_that_changes_ends_a_search(
+    scenario: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(experiment: Experiment, **_: Any) -> Any:
+        own = {"status": "complete", "turnover_s": 9.0}
+        other = {"status": "failed", "error": "other code", "error_kind": "VersionError"}
+        named = [(one.name, own if one.name == "0" else other) for one in experiment.rule_sets]
+        rows = [{"rule_set": name, "seed": seed, **row} for name, row in named for seed in experiment.seeds]
+        return SimpleNamespace(rows=rows)
+
+    monkeypatch.setattr(searching, "run_experiment", run)
+    out = scenario.parent / "out"
+    assert exit_code("tune", str(scenario), "--rules", "poa", "--seeds", "2", "-j", "1", "--out", str(out)) == 1
+    assert "Error: other code; the same command goes on" in capsys.readouterr().err
     assert not (out / "tuned.toml").exists()
 
 
