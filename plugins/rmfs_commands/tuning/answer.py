@@ -120,14 +120,14 @@ def judge(search: Search, trials: Sequence[Trial], held_back: Sequence[int]) -> 
     for name, one in best.items():
         values = ", ".join(f"{key} = {shown(value)}" for key, value in one.values.items())
         told.append(f"{name}: {values}.")
-        told += _kept(comparison, trials[0], name, one)
+        told += _kept(comparison, search.objectives, trials[0], name, one)
     described = evolve(result, experiment=evolve(experiment, description=" ".join(told)))
     return Found(search, trials, best, described, comparison, tuple(told))
 
 
-def _kept(comparison: Comparison, own: Trial, name: str, one: Trial) -> Iterator[str]:
+def _kept(comparison: Comparison, objectives: Sequence[str], own: Trial, name: str, one: Trial) -> Iterator[str]:
     """Yield, for each objective, what the search saw and what is left of it on the seeds held back."""
-    for metric, before, after in zip(comparison.metrics, own.means, one.means, strict=True):
+    for metric, before, after in zip(objectives, own.means, one.means, strict=True):
         label = numbers.title(comparison.described(metric))
         paired = next(p for p in comparison.of(comparison.instance_sets[-1], metric) if p.rule_set == name)
         saw = f"{100 * (after / before - 1):+.1f} %" if before else f"{after - before:+.4g}"

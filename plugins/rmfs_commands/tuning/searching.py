@@ -5,7 +5,8 @@ NeurIPS 24; for several objectives Ozaki et al. 2022, https://doi.org/10.1613/ja
 of the seeds and goes on with more (`looks`); one that a finished trial beats in every objective is given up, as in
 racing (Maron and Moore 1994, Hoeffding races, NeurIPS 6) with a one-sided paired t test. Proposals come in batches of
 a fixed size and finished runs are stored: a search that is repeated, with any number of workers, makes the same
-trials, and none of its runs twice.
+trials, and none of its runs twice. Optuna rather than SMAC3: it is asked for values and told of results in batches, for
+one or several objectives, and is pure Python.
 """
 
 from __future__ import annotations

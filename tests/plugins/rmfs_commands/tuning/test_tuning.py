@@ -171,12 +171,16 @@ def test_a_search_from_end_to_end(scenario: Path, capsys: pytest.CaptureFixture[
     assert {file: file.stat().st_mtime_ns for file in (out / "runs").rglob("*") if file.is_file()} == runs
 
 
-def test_a_search_over_instances(scenario: Path) -> None:
-    """A figure of a trial is the mean over instances, each of which counts as a run; seeds held back may be others."""
+def test_a_search_over_instances(scenario: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A figure of a trial is the mean over instances, each of which counts as a run; seeds held back may be others.
+
+    Orders that are left at the horizon are compared as well, and are no objective.
+    """
     out = scenario.parent / "out"
     call = ("tune", str(scenario), "--set", "rules.poa.good=0.1", "--parameter", "poa.good=0.5,0.6", "--seeds", "2")
     call += ("--axis", "instance.orders=[9, 30]", "--runs", "20", "--held-back", "3", "--held-back-from", "0")
-    assert exit_code(*call, "-j", "1", "--out", str(out)) == 0
+    assert exit_code(*call, "--set", "run.until_s=800", "-j", "1", "--out", str(out)) == 0
+    assert "Backlog at the end" in capsys.readouterr().out
     with (out / "trials.csv").open(encoding="utf-8", newline="") as stream:
         own, *_ = csv.DictReader(stream)
     runs = [load_result(file.parent) for file in (out / "runs").rglob("result.json")]
