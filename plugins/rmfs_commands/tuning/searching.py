@@ -111,7 +111,7 @@ class Search:
     allow_inline_rules
         Whether code may be loaded from files.
     axes
-        What else is varied: a figure of a seed is the mean over all instances.
+        Keys of the scenario that vary: a figure of a seed is the mean over all instances.
     """
 
     scenario: Scenario
@@ -130,7 +130,7 @@ class Search:
 
     @property
     def instances(self) -> int:
-        """Runs of a trial on a seed."""
+        """Number of instances, each a run of a trial on a seed."""
         return prod(len(axis.points) for axis in self.axes)
 
     def trials(self) -> list[Trial]:
