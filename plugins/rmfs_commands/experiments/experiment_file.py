@@ -100,7 +100,7 @@ def _experiment(data: Mapping[str, Any], file: Path, metrics_place: str) -> Expe
         raise KeyProblem(f"expected letters, digits, `.`, `_` and `-`, found {shown(name)}", ("name",))
     bases = tuple(_bases(data, file.parent))
     try:
-        axes = tuple(_axes(_table(data.get("axes", {}), ("axes",))))
+        axes = tuple(axes_of(_table(data.get("axes", {}), ("axes",))))
         rule_sets = tuple(_rule_sets(data["rule_sets"]))
         changes = [point.changes for axis in axes for point in axis.points]
         changes += [rule_set.changes for rule_set in rule_sets]
@@ -233,7 +233,7 @@ def label_of(choice: Any) -> str:
     return " ".join([str(choice.get("rule", "")), *([f"({', '.join(parameters)})"] if parameters else [])])
 
 
-def _axes(table: Mapping[str, Any]) -> Iterator[Axis]:
+def axes_of(table: Mapping[str, Any]) -> Iterator[Axis]:
     """Yield the axes of `[axes]`: scenario keys, dotted or nested, and groups of keys under a name of their own."""
     for key, value in table.items():
         if key.split(".")[0] not in SCENARIO_KEYS:

@@ -81,18 +81,19 @@ def trial_line(trial: Trial, objectives: Sequence[str]) -> str:
     return f"Trial {trial.number}: {values}: {figures or 'not run'} ({counted(trial.seeds, 'seed')}{left})"
 
 
-def judge(search: Search, trials: Sequence[Trial], held_back: int) -> Found:
-    """Compare the best trials with the scenario's own values on seeds after those of the search."""
+def judge(search: Search, trials: Sequence[Trial], held_back: Sequence[int]) -> Found:
+    """Compare the best trials with the scenario's own values on seeds held back from the search."""
     winners = [one for one in search.best(trials, MOST_OF_FRONT) if one.number]
-    ran = sum(one.seeds for one in trials)
+    ran = sum(one.seeds for one in trials) * search.instances
     about = f"{counted(len(trials) - 1, 'trial')} in {counted(ran, 'run')} on {counted(len(search.seeds), 'seed')}"
+    if search.axes:
+        about += f" of {counted(search.instances, 'instance')}"
     if not winners:
         finished = any(one.seeds == len(search.seeds) and one.problem is None for one in trials[1:])
         none = "Nothing is better than the scenario's own values" if finished else "No trial was run on all seeds"
         return Found(search, trials, {}, None, None, (f"{none}: {about}.",))
     names = [TUNED] if len(winners) == 1 else [f"{TUNED} {number}" for number in range(1, len(winners) + 1)]
     best = dict(zip(names, winners, strict=True))
-    first = search.seeds[-1] + 1
     experiment = Experiment(
         name=f"tune-{search.name}",
         bases=(Base(search.name, search.scenario),),
@@ -100,8 +101,9 @@ def judge(search: Search, trials: Sequence[Trial], held_back: int) -> Found:
             RuleSetChoice(NOW),
             *(RuleSetChoice(name, search.space.changes(one.values)) for name, one in best.items()),
         ),
-        seeds=tuple(range(first, first + held_back)),
+        seeds=tuple(held_back),
         baseline=NOW,
+        axes=search.axes,
         metrics=search.objectives,
         fronts=((search.objectives[0], search.objectives[1]),) if len(search.objectives) == 2 else (),
         folder=search.scenario.folder,
@@ -115,21 +117,22 @@ def judge(search: Search, trials: Sequence[Trial], held_back: int) -> Found:
         allow_inline_rules=search.allow_inline_rules,
     )
     comparison = result.comparison()
-    told = [f"Searched: {about}. Compared on seeds {first} to {first + held_back - 1}, which the search never saw."]
+    told = [f"Searched: {about}. Compared on seeds {held_back[0]} to {held_back[-1]}, which the search never saw."]
     for name, one in best.items():
         values = ", ".join(f"{key} = {shown(value)}" for key, value in one.values.items())
         told.append(f"{name}: {values}.")
-        told += _kept(comparison, trials[0], name, one)
+        told += _kept(comparison, search.objectives, trials[0], name, one)
     described = evolve(result, experiment=evolve(experiment, description=" ".join(told)))
     return Found(search, trials, best, described, comparison, tuple(told))
 
 
-def _kept(comparison: Comparison, own: Trial, name: str, one: Trial) -> Iterator[str]:
+def _kept(comparison: Comparison, objectives: Sequence[str], own: Trial, name: str, one: Trial) -> Iterator[str]:
     """Yield, for each objective, what the search saw and what is left of it on the seeds held back."""
-    for metric, before, after in zip(comparison.metrics, own.means, one.means, strict=True):
+    for metric, before, after in zip(objectives, own.means, one.means, strict=True):
         label = numbers.title(comparison.described(metric))
         paired = next(p for p in comparison.of(comparison.instance_sets[-1], metric) if p.rule_set == name)
         saw = f"{100 * (after / before - 1):+.1f} %" if before else f"{after - before:+.4g}"
+        saw = saw.replace("-", numbers.MINUS)
         if paired.difference.mean is None:
             yield f"{label}: {saw} in the search; on the seeds held back there is no figure."
             continue
@@ -141,10 +144,10 @@ def _kept(comparison: Comparison, own: Trial, name: str, one: Trial) -> Iterator
 def write(found: Found, folder: Path) -> list[str]:
     """Write the section of the scenario, the trials, the answer and the comparison; return the names of the files."""
     about = "".join(f"# {line}\n" for line in found.told)
-    sections = (found.search.space.fragment(one.values) for one in found.best.values())
-    first, *others = sections if found.best else ("",)
+    sections = [(name, found.search.space.fragment(one.values)) for name, one in found.best.items()]
+    (_, first), *others = sections or [("", "")]
     commented = "".join(
-        f"\n# or:\n{''.join(f'# {line}' for line in text.splitlines(keepends=True))}" for text in others
+        f"\n# or {name}:\n{''.join(f'# {line}' for line in text.splitlines(keepends=True))}" for name, text in others
     )
     rows = list(_rows(found))
     texts = {
@@ -186,6 +189,7 @@ def content_of(found: Found) -> dict[str, Any]:
     compared = [] if found.comparison is None else found.comparison.paired
     return {
         "scenario": search.name,
+        "axes": {axis.name: [point.value for point in axis.points] for axis in search.axes},
         "objectives": search.objectives,
         "parameters": [
             {"key": one.key, "now": one.now, "low": one.low, "high": one.high, "choices": one.choices}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
+from math import prod
 from pathlib import Path
 
 import click
@@ -40,6 +41,14 @@ MOST_SEEDS = 1_000
     "NAME=more. [default: turnover_s, or packed_s]",
 )
 @click.option(
+    "--axis",
+    "varied",
+    multiple=True,
+    metavar="KEY=[A, B]",
+    help="Run each trial in several instances, as an axis of an experiment has them: instance.skus=[20, 100]. An "
+    "objective is then the mean over all of them.",
+)
+@click.option(
     "--runs",
     type=WholeNumberRange(1, 1_000_000),
     default=200,
@@ -61,7 +70,14 @@ MOST_SEEDS = 1_000
     default=10,
     show_default=True,
     metavar="N",
-    help="Seeds after these, on which the answer is compared with the scenario's own values.",
+    help="Seeds on which the answer is compared with the scenario's own values.",
+)
+@click.option(
+    "--held-back-from",
+    "held_back_from",
+    type=WholeNumberRange(0),
+    metavar="N",
+    help="The first of them. [default: the one after those of the search]",
 )
 @search_options("tune")
 def tune(
@@ -69,9 +85,11 @@ def tune(
     searched: str | None,
     given: tuple[str, ...],
     objectives: tuple[str, ...],
+    varied: tuple[str, ...],
     runs: int,
     seeds: int,
     held_back: int,
+    held_back_from: int | None,
     overrides: tuple[str, ...],
     seed: int | None,
     jobs: int | None,
@@ -94,8 +112,8 @@ def tune(
     from rmfs_commands.experiments.running import open_workers
     from rmfs_commands.sizing.notices import Notices
     from rmfs_commands.tuning import answer
-    from rmfs_commands.tuning.searching import BATCH, Search, objectives_of
-    from rmfs_commands.tuning.space import make_space
+    from rmfs_commands.tuning.searching import Search, objectives_of
+    from rmfs_commands.tuning.space import axes_of, make_space
     from rmfs_core.errors import InputError
     from rmfs_core.rules import RuleSet
     from rmfs_core.scenario import located
@@ -111,10 +129,10 @@ def tune(
     loaded = load_checked(scenario, overrides, seed)
     with located(loaded):
         rules = RuleSet.load(loaded.rules, loaded.folder, allow_inline=not no_inline_rules)
-    keys = [key.strip() for key in searched.split(",")] if searched else []
-    if runs < (least := (BATCH + 1) * seeds):
-        needs = f"the scenario's own values and {BATCH} trials, each on {seeds} seeds"
-        raise InputError("--runs", f"found {runs}; expected at least {least}: {needs}")
+    keys = [key.strip() for key in searched.split(",") if key.strip()] if searched else []
+    axes = axes_of(varied)
+    _check_runs(runs, seeds, prod(len(axis.points) for axis in axes))
+    searching, judging = _seeds(loaded.seed, seeds, held_back_from, held_back)
     space = make_space(rules, loaded.rules, keys, given)
     notes, name = notes_console(quiet=quiet), scenario_name(scenario)
     for file in rules.inline_files:
@@ -132,16 +150,17 @@ def tune(
                 space,
                 tuple(wanted),
                 tuple(wanted.values()),
-                tuple(range(loaded.seed, loaded.seed + seeds)),
+                tuple(searching),
                 runs,
                 folder / RUNS_FOLDER,
                 workers,
                 Notices(notes),
                 lambda trial: say(notes, answer.trial_line(trial, list(wanted))),
                 allow_inline_rules=not no_inline_rules,
+                axes=axes,
             )
             trials = search.trials()
-            found = answer.judge(search, trials, held_back)
+            found = answer.judge(search, trials, judging)
     except KeyboardInterrupt:
         say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
         raise
@@ -152,3 +171,26 @@ def tune(
     console = output_console(quiet=quiet)
     answer.show(console, found)
     say(console, f"\nIn {folder}: {', '.join(files)}, {RUNS_FOLDER}/")
+
+
+def _seeds(first: int, seeds: int, held_back_from: int | None, held_back: int) -> tuple[range, range]:
+    """Return the seeds of the search and those held back; raise `InputError` where they overlap."""
+    from rmfs_core.errors import InputError
+
+    searching = range(first, first + seeds)
+    start = searching.stop if held_back_from is None else held_back_from
+    if start < searching.stop and first < start + held_back:
+        seen = f"{first} to {searching[-1]}"
+        raise InputError("--held-back-from", f"found {start}; expected seeds apart from the search's, {seen}")
+    return searching, range(start, start + held_back)
+
+
+def _check_runs(runs: int, seeds: int, instances: int) -> None:
+    """Raise `InputError` where runs are not enough for a batch of trials."""
+    from rmfs_commands.tuning.searching import BATCH
+    from rmfs_core.errors import InputError
+
+    if runs < (least := (BATCH + 1) * seeds * instances):
+        needs = f"the scenario's own values and {BATCH} trials, each on {seeds} seeds"
+        needs += f" of {instances} instances" if instances > 1 else ""
+        raise InputError("--runs", f"found {runs}; expected at least {least}: {needs}")

@@ -5,13 +5,15 @@ NeurIPS 24; for several objectives Ozaki et al. 2022, https://doi.org/10.1613/ja
 of the seeds and goes on with more (`looks`); one that a finished trial beats in every objective is given up, as in
 racing (Maron and Moore 1994, Hoeffding races, NeurIPS 6) with a one-sided paired t test. Proposals come in batches of
 a fixed size and finished runs are stored: a search that is repeated, with any number of workers, makes the same
-trials, and none of its runs twice.
+trials, and none of its runs twice. Optuna rather than SMAC3: it is asked for values and told of results in batches, for
+one or several objectives, and is pure Python.
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import prod
 from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
@@ -19,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import define, field, frozen
 
 from rmfs_commands.details.catalogue import better
-from rmfs_commands.experiments import Base, Experiment, RuleSetChoice, Watcher, run_experiment
+from rmfs_commands.experiments import Axis, Base, Experiment, RuleSetChoice, Watcher, run_experiment
 from rmfs_commands.experiments.compare import CATALOGUE, COUNTED
 from rmfs_commands.experiments.workers import Workers
 from rmfs_commands.results.figures import TIMING
@@ -110,6 +112,8 @@ class Search:
         Whether code may be loaded from files.
     sampler_seed
         Of what is proposed; None: the scenario's seed.
+    axes
+        Keys of the scenario that vary: a figure of a seed is the mean over all instances.
     """
 
     scenario: Scenario
@@ -125,6 +129,12 @@ class Search:
     tell: Callable[[Trial], None]
     allow_inline_rules: bool = True
     sampler_seed: int | None = None
+    axes: tuple[Axis, ...] = ()
+
+    @property
+    def instances(self) -> int:
+        """Number of instances, each a run of a trial on a seed."""
+        return prod(len(axis.points) for axis in self.axes)
 
     def trials(self) -> list[Trial]:
         """Return all trials, the scenario's own values first.
@@ -139,14 +149,14 @@ class Search:
         if own.problem is not None:
             raise RunError(f"the scenario's own values give nothing to compare with: {own.problem}")
         self.tell(own)
-        found, used, repeats = [own], len(self.seeds), 0
+        found, used, repeats = [own], len(self.seeds) * self.instances, 0
         distributions = {one.key: _distribution(one) for one in self.space.parameters}
         study, done = self.study(), dict[str, Trial]()
         if all(one.holds_now for one in self.space.parameters):
             now = {one.key: _alike(one.now, one) for one in self.space.parameters}
             done[repr(now)] = own
             study.add_trial(_told(now, distributions, len(self.objectives)))
-        first = looks(len(self.seeds))[0]
+        first = looks(len(self.seeds))[0] * self.instances
         while used + BATCH * first <= self.runs and repeats < MOST_REPEATS:
             asked = [study.ask(distributions) for _ in range(BATCH)]
             batch: list[Trial] = []
@@ -167,7 +177,7 @@ class Search:
         racing, used = batch, 0
         finished = [one for one in found if one.seeds == len(self.seeds)]
         for n_seeds in looks(len(self.seeds)):
-            wanted = sum(n_seeds - one.seeds for one in racing)
+            wanted = sum(n_seeds - one.seeds for one in racing) * self.instances
             if used + wanted > left:
                 for one in racing:
                     one.given_up = True
@@ -215,10 +225,15 @@ class Search:
                 lacking = [metric for metric in self.objectives if row.get(metric) is None]
                 if row["status"] not in COUNTED or lacking:
                     why = row.get("error") or (f"no {lacking[0]}" if lacking else row["status"])
+                    if row.get("error_kind") == "VersionError":  # no answer about any values
+                        raise RunError(f"{why}; the same command goes on with the finished runs that are of one code")
                     trial.problem = f"seed {row['seed']}: {why}"
                     break
             else:
-                trial.figures = [[row[metric] for row in own] for metric in self.objectives]
+                trial.figures = [
+                    [fmean(row[metric] for row in own if row["seed"] == seed) for seed in self.seeds[:n_seeds]]
+                    for metric in self.objectives
+                ]
 
     def _fits(self, trial: Trial) -> bool:
         """Whether the rules take a trial's values together; if not, keep why."""
@@ -236,6 +251,7 @@ class Search:
             rule_sets=tuple(RuleSetChoice(name, self.space.changes(one.values)) for name, one in trials.items()),
             seeds=self.seeds[:n_seeds],
             baseline=next(iter(trials)),
+            axes=self.axes,
             metrics=self.objectives,
             folder=self.scenario.folder,
             place=self.name,

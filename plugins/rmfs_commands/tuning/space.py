@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 import typing
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Self
@@ -10,10 +11,12 @@ from typing import Any, Self
 import attrs
 from attrs import frozen
 
+from rmfs_commands.experiments import Axis, experiment_file
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules import RuleSet
 from rmfs_core.rules.parameters import MOST, parameters_of, type_hints
+from rmfs_core.scenario.structuring import KeyProblem
 from rmfs_core.scenario.tomltext import shown, toml_value
 from rmfs_core.scenario.writing import plain
 from rmfs_core.wording import did_you_mean, listed
@@ -158,6 +161,19 @@ def make_space(rules: RuleSet, scenario_rules: Any, searched: Sequence[str], giv
     return Space(tuple(found.values()), tables, others, tuple(left))
 
 
+def axes_of(texts: Sequence[str]) -> tuple[Axis, ...]:
+    """Return what texts such as ``instance.skus=[20, 100]`` vary; raise `InputError` where one is none."""
+    found: list[Axis] = []
+    for text in texts:
+        try:
+            found += experiment_file.axes_of(tomllib.loads(text))
+        except tomllib.TOMLDecodeError:
+            raise InputError(f"--axis {text}", "expected KEY=[A, B], as in instance.skus=[20, 100]") from None
+        except KeyProblem as problem:
+            raise InputError(f"--axis {text}", problem.problem) from None
+    return tuple(found)
+
+
 def _single(rules: RuleSet) -> Iterator[tuple[Role, Any]]:
     """Yield the rules that are alone in their role."""
     for role in Role:
@@ -183,10 +199,10 @@ def _given(text: str, tunable: Mapping[str, Any]) -> Parameter:
     cls: Any = type(tunable[rule])
     kind = type_hints(cls).get(valid[name].name)
     now = getattr(tunable[rule], valid[name].name)
-    match = _RANGE.fullmatch(tried)
+    words = _words(kind, valid[name])
+    match = None if words else _RANGE.fullmatch(tried)
     if match is None:
         choices = tuple(_value(one.strip()) for one in tried.split(","))
-        words = _words(kind)
         if kind in (int, float) and any(isinstance(one, str) for one in choices):
             raise InputError(place, f"expected a range such as 0..2, or numbers with commas, found {tried}")
         if words and not {*map(repr, choices)} <= {*map(repr, words)}:
@@ -204,14 +220,18 @@ def _given(text: str, tunable: Mapping[str, Any]) -> Parameter:
     return Parameter(key, now, low, high, whole, low > 0 and high / low > WIDER).checked(valid[name], place)
 
 
-def _words(kind: Any) -> tuple[Any, ...]:
-    """Return the values that a parameter may have, if they are few."""
-    return (False, True) if kind is bool else typing.get_args(kind) if typing.get_origin(kind) is typing.Literal else ()
+def _words(kind: Any, attribute: attrs.Attribute[Any]) -> tuple[Any, ...]:
+    """Return the values that a parameter may have, if its type or its check lists them."""
+    if kind is bool:
+        return False, True
+    if typing.get_origin(kind) is typing.Literal:
+        return typing.get_args(kind)
+    return tuple(getattr(attribute.validator, "options", ()))  # of `attrs.validators.in_`
 
 
 def _unknown(place: str, rule: str, tunable: Mapping[str, Any]) -> InputError:
-    names = f"the scenario names no rule `{rule}`{did_you_mean(rule, tunable)}; it names {listed(tunable)}"
-    return InputError(place, names)
+    keys, near = listed(tunable, "or"), did_you_mean(rule, tunable)
+    return InputError(place, f"expected a key of the scenario's rules, {keys}, found {rule}{near}")
 
 
 def _value(text: str) -> Any:
@@ -231,7 +251,7 @@ def _with_known_range(rule: Any, key: str, attribute: attrs.Attribute[Any]) -> P
     """Return a parameter whose range its type, its check and its value tell; None for any other."""
     cls: Any = type(rule)
     kind, now = type_hints(cls).get(attribute.name), getattr(rule, attribute.name)
-    if words := _words(kind):
+    if words := _words(kind, attribute):
         return Parameter(key, now, choices=words)
     if kind not in (int, float) or not isinstance(now, int | float):
         return None

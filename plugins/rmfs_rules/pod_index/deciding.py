@@ -23,7 +23,7 @@ NOTHING, NOWHERE = JointDecision(), np.zeros((1, 0), np.bool_)
 
 def weights_of(rule: Any) -> Weights:
     """Return the parameters of a `PodIndex` as compiled code takes them."""
-    seconds_and_shares = {name: float(getattr(rule, name)) for name in Weights._fields[:10]}
+    seconds_and_shares = {name: float(getattr(rule, name)) for name in Weights._fields[:11]}
     return Weights(
         **seconds_and_shares,
         most_pods=rule.most_pods,

@@ -46,6 +46,7 @@ class Weights(NamedTuple):
     full: float
     handle_s: float
     near: float
+    again: float
     due_factor: float
     due_s: float
     most_pods: int
@@ -251,23 +252,23 @@ def find_able(p: Period, station: int) -> bool:
 
 
 @njit(cache=True)
-def share_visits(wanted: Ints, stock: Stock, available: Ints, number: Ints, cost_s: float) -> Floats:
-    """Return seconds of a visit for each line of a SKU that no station has; 0 for other SKUs.
+def share_visits(wanted: Ints, stock: Stock, available: Ints, number: Ints, weights: Weights) -> Floats:
+    """Return seconds of a visit for each line of a SKU: ``cost_s`` if no station has it, else ``again`` times that.
 
-    That is ``cost_s`` to the lines on the pod with most of them that has the SKU; ``number`` has them by pod.
+    ``cost_s`` is divided by the lines on the pod with most of them that has the SKU; ``number`` has them by pod.
     """
     share = np.zeros(len(available))
     for sku in wanted:
         most, here = 0, False
         for station in range(available.shape[1]):
             here = here or available[sku, station] > 0
-        if not here:
+        if not here or weights.again > 0:
             for k in range(stock.of_sku[sku], stock.of_sku[sku + 1]):
                 entry = stock.by_sku[k]
                 if stock.items[entry] > 0:
                     most = max(most, number[stock.pod[entry]])
         if most > 0:
-            share[sku] = cost_s / most
+            share[sku] = (weights.again * weights.cost_s if here else weights.cost_s) / most
     return share
 
 

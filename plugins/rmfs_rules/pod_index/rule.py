@@ -26,9 +26,9 @@ class PodIndex:
     """Take the lines that finish orders, and send the pods that bring most of them in the least time.
 
     A greedy rule without a solver, for few visits and a short turn-over at once. It may leave lines of an order for
-    later. A line of SKU i with q items costs c seconds: handle_s * q, and, where no pod at or bound for a station has
-    i, cost_s / (open lines on the pod with most of them that has i). c is fixed at the start of a call. Line l of
-    order o is worth
+    later. A line of SKU i with q items costs c seconds: handle_s * q, and cost_s / (open lines on the pod with most of
+    them that has i), that times ``again`` where a pod at or bound for a station has i. c is fixed at the start of a
+    call. Line l of order o is worth
 
         w = c_l / (sum of c over the open lines of o) ** finish,
 
@@ -115,6 +115,12 @@ class PodIndex:
         SHARE,
         "By what share the index of a station's first pod may be less than the largest one if the pod is "
         "nearer: the larger, the less a station waits, and the more visits",
+    )
+    again: float = parameter(
+        0.0,
+        SHARE,
+        "What share of `cost_s` also counts for lines of a SKU that a station has, whose pod would have to come again: "
+        "larger than 0 for fewer visits, 0.3 where all orders are there at the start",
     )
     packing_capacity: int | None = parameter(
         None,

@@ -51,7 +51,7 @@ def decide(
     if weights.urge_ticks > 0 and stations.load.any():  # else no pod waits to be wanted enough
         movable &= urge >= need
     available = count_items(stock, n_skus, len(ticks))
-    share = period.share_visits(wanted, stock, available, number, weights.cost_s)
+    share = period.share_visits(wanted, stock, available, number, weights)
     within, bearers = find_within(wanted if movable.any() else wanted[:0], stock, movable)
     split = np.zeros(0, np.bool_)
     if weights.packing:

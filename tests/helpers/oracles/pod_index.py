@@ -62,14 +62,14 @@ class Literal:
 
     def share_of(self, sku: int) -> float:
         """Seconds of a visit for a line of a SKU."""
-        if any(self.here(station.id, sku) > 0 for station in self.stations):
-            return 0.0
+        there = any(self.here(station.id, sku) > 0 for station in self.stations)
         number = [
             sum(self.free(pod, other) > 0 for _, other, _ in self.lines)
             for pod in self.warehouse.pods
             if self.free(pod, sku) > 0
         ]
-        return self.rule.cost_s / max(number) if number else 0.0
+        visit_s = self.rule.again * self.rule.cost_s if there else self.rule.cost_s
+        return visit_s / max(number) if number else 0.0
 
     def worth(self, line: Line) -> float:
         """``w`` of a line."""

@@ -66,6 +66,7 @@ POD_INDEX: dict[str, Any] = {
     "base_s": (1.0, 10.0, 100.0),
     "handle_s": (5.0, 13.0),
     "near": (0.0, 0.21, 1.0),
+    "again": (0.0, 0.31, 1.0),
     "packing_capacity": range(1, 4),
     "packing_work_s": (0.0, 2.0, 5.0, 11.0),
     "priority_factor": (1.0, 1.7, 3.0),

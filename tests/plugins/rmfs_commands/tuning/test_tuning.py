@@ -6,6 +6,8 @@ import csv
 import json
 import tomllib
 from pathlib import Path
+from statistics import fmean
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,7 +16,10 @@ from optuna.distributions import FloatDistribution
 
 from calling import exit_code
 from cases import cases
+from rmfs_commands.details.loading import load_result
+from rmfs_commands.experiments import Experiment
 from rmfs_commands.experiments.store import RunStore
+from rmfs_commands.tuning import searching
 from rmfs_commands.tuning.searching import Search, Trial, objectives_of
 from rmfs_commands.tuning.space import make_space
 from rmfs_core.errors import InputError
@@ -23,7 +28,7 @@ from rmfs_core.scenario import load_scenario
 
 RULE = '''
 from attrs import frozen, field
-from attrs.validators import ge, le, and_
+from attrs.validators import ge, in_, le, and_
 from rmfs import hookimpl, OrderAssignment
 
 @frozen
@@ -34,6 +39,7 @@ class Slow:
     level: int = field(default=4, validator=ge(1))
     eager: bool = False
     odd: float = 0.0
+    way: str = field(default="up", validator=in_(("up", "down")))
 
     def __attrs_post_init__(self) -> None:
         if self.good > 0.9 and self.eager:
@@ -77,16 +83,17 @@ def space_of(file: Path, searched: tuple[str, ...] = (), given: tuple[str, ...] 
 
 
 def test_ranges_that_are_known(scenario: Path) -> None:
-    """A share is searched from 0 to 1, a positive number around its value, a truth value as both; 0 tells nothing."""
+    """A share is searched from 0 to 1, a positive number around its value, what is listed as it is; 0 tells nothing."""
     space = space_of(scenario, ("poa",))
     assert [(one.key, one.shown, one.log) for one in space.parameters] == [
         ("poa.good", "0..1", False),
         ("poa.level", "1..32", True),
         ("poa.eager", "false, true", False),
+        ("poa.way", '"up", "down"', False),
     ]
     assert space.left == ("poa.odd",)
     given = space_of(scenario, ("poa",), ("poa.odd=-1..2.5", "poa.level=2,5"))
-    assert [one.shown for one in given.parameters] == ["0..1", "2, 5", "false, true", "-1..2.5"]
+    assert [one.shown for one in given.parameters] == ["0..1", "2, 5", "false, true", '"up", "down"', "-1..2.5"]
     fragment = given.fragment({"poa.level": 5, "poa.odd": 2.0})
     written = tomllib.loads(fragment)["rules"]
     assert written["poa"] == {"rule": "./slow.py:Slow", "level": 5, "odd": 2.0}
@@ -98,16 +105,26 @@ def test_ranges_that_are_known(scenario: Path) -> None:
     (("--parameter", "poa.good"), "expected RULE.NAME=LOW..HIGH or RULE.NAME=A,B,C"),
     (("--parameter", "poa.godo=0..1"), "the rule has no parameter `godo` (did you mean `good`?)"),
     (("--parameter", "pr.x=0..1"), "the rule has no parameter `x`"),
-    (("--parameter", "poaa.good=0..1"), "the scenario names no rule `poaa` (did you mean `poa`?)"),
+    (
+        ("--parameter", "poaa.good=0..1"),
+        "of the scenario's rules, poa, pps, pr, ta or pp, found poaa (did you mean `poa`?)",
+    ),
     (("--parameter", "poa.good=1..0"), "expected two numbers, the lower one first, found 1..0"),
     (("--parameter", "poa.level=1..2.5"), "expected two whole numbers, the lower one first"),
     (("--parameter", "poa.good=0..2"), "the rule refuses 2.0 for `poa.good`"),
     (("--parameter", "poa.level=0,1"), "the rule refuses 0 for `poa.level`"),
-    (("--rules", "poa_pps"), "the scenario names no rule `poa_pps`"),
+    (("--rules", "poa_pps"), "the scenario's rules, poa, pps, pr, ta or pp, found poa_pps"),
     (("--rules", "pps"), "no parameter has a range"),
     (("--parameter", "poa.good=0-1"), "expected a range such as 0..2, or numbers with commas, found 0-1"),
     ((), "expected --rules or --parameter"),
     (("--parameter", "poa.eager=true,flase"), "expected some of false, true, found true,flase"),
+    (("--parameter", "poa.eager=0..1"), "expected some of false, true, found 0..1"),
+    (("--parameter", "poa.way=up,don"), 'expected some of "up", "down", found up,don'),
+    (("--rules", "poa", "--axis", "instance.skus=5"), "--axis instance.skus=5: expected a list of values, found 5"),
+    (("--rules", "poa", "--axis", "instance.skus"), "--axis instance.skus: expected KEY=[A, B], as in"),
+    (("--rules", "poa", "--axis", "skus=[5]"), "expected a scenario key"),
+    (("--rules", "poa", "--held-back-from", "10"), "found 10; expected seeds apart from the search's, 3 to 10"),
+    (("--rules", "poa", "--runs", "79", "--axis", "instance.skus=[8, 9]"), "each on 8 seeds of 2 instances"),
     (
         ("--rules", "poa", "--runs", "39"),
         "--runs: found 39; expected at least 40: the scenario's own values and 4 trials",
@@ -156,6 +173,27 @@ def test_a_search_from_end_to_end(scenario: Path, capsys: pytest.CaptureFixture[
     assert {file: file.stat().st_mtime_ns for file in (out / "runs").rglob("*") if file.is_file()} == runs
 
 
+def test_a_search_over_instances(scenario: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A figure of a trial is the mean over instances, each of which counts as a run; seeds held back may be others.
+
+    Orders that are left at the horizon are compared as well, and are no objective.
+    """
+    out = scenario.parent / "out"
+    call = ("tune", str(scenario), "--set", "rules.poa.good=0.1", "--parameter", "poa.good=0.5,0.6", "--seeds", "2")
+    call += ("--axis", "instance.orders=[9, 30]", "--runs", "20", "--held-back", "3", "--held-back-from", "0")
+    assert exit_code(*call, "--set", "run.until_s=800", "-j", "1", "--out", str(out)) == 0
+    assert "Backlog at the end" in capsys.readouterr().out
+    with (out / "trials.csv").open(encoding="utf-8", newline="") as stream:
+        own, *_ = csv.DictReader(stream)
+    runs = [load_result(file.parent) for file in (out / "runs").rglob("result.json")]
+    now = [run for run in runs if run.scenario.rules.poa.parameters["good"] == 0.1]
+    assert sorted((run.scenario.seed, run.scenario.instance.orders) for run in now) == [
+        (seed, orders) for seed in range(5) for orders in (9, 30)
+    ]
+    searched = [run.metrics["turnover_s"] for run in now if run.scenario.seed >= 3]
+    assert float(own["turnover_s"]) == pytest.approx(fmean(searched))
+
+
 def test_a_full_disk_is_no_answer(scenario: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     out = scenario.parent / "out"
     saved, refused = RunStore.save, InputError("runs", "cannot be written: no space left")
@@ -169,6 +207,23 @@ def test_a_full_disk_is_no_answer(scenario: Path, monkeypatch: pytest.MonkeyPatc
     call = ("tune", str(scenario), "--rules", "poa", "--runs", "10", "--seeds", "2", "-j", "1", "--out", str(out))
     assert exit_code(*call) == 2
     assert "no space left" in capsys.readouterr().err
+    assert not (out / "tuned.toml").exists()
+
+
+def test_code_that_changes_ends_a_search(
+    scenario: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(experiment: Experiment, **_: Any) -> Any:
+        own = {"status": "complete", "turnover_s": 9.0}
+        other = {"status": "failed", "error": "other code", "error_kind": "VersionError"}
+        named = [(one.name, own if one.name == "0" else other) for one in experiment.rule_sets]
+        rows = [{"rule_set": name, "seed": seed, **row} for name, row in named for seed in experiment.seeds]
+        return SimpleNamespace(rows=rows)
+
+    monkeypatch.setattr(searching, "run_experiment", run)
+    out = scenario.parent / "out"
+    assert exit_code("tune", str(scenario), "--rules", "poa", "--seeds", "2", "-j", "1", "--out", str(out)) == 1
+    assert "Error: other code; the same command goes on" in capsys.readouterr().err
     assert not (out / "tuned.toml").exists()
 
 

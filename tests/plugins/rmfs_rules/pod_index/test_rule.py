@@ -54,6 +54,14 @@ def test_the_pod_that_finishes_orders_goes_first() -> None:
     assert decide(world, most_pods=1) == ([("3", 0, (c,)), ("4", 0, (d,))], [("q", 0)])
 
 
+def test_a_line_that_would_need_a_visit_of_its_own_goes_first() -> None:
+    """Of two pods at a station one has three lines, the other one: that would have to come again for it alone."""
+    world = small_world({"1": ["a"], "2": ["a"], "3": ["a"], "4": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[1])
+    put_at_station(world, 0, 0)
+    put_at_station(world, 1, 0)
+    assert [[name for name, *_ in decide(world, again=share)[0]] for share in (0, 0.3)] == [["1"], ["4"]]
+
+
 def waiting(capacities: list[int]) -> Warehouse:
     """Two orders, the second of which comes a second later, and a pod for each."""
     wanted: tuple[Any, Any] = {"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}
