@@ -285,18 +285,18 @@ def _scale(metric: str) -> float:
 def _fronts(comparison: Comparison, first: str, second: str, width: float | None, sets: Sequence[str]) -> Figure:
     """Means of all rule sets in two metrics, a panel for each instance set; those none beats in both are joined."""
     columns = min(2 if width is None else max(1, int(width / 3)), len(sets))
-    lines = -(-len(sets) // columns)
-    figure = _figure(width or 4.6 * columns, (3.6 if width is None else 2.6) * lines)
+    lines, whole = -(-len(sets) // columns), width or 4.6 * columns
+    names = [_wrapped(f"{number} {name}", whole - 0.3) for number, name in enumerate(comparison.rule_sets, 1)]
+    beside = _legend_columns(names, whole)
+    rows = sum(max(name.count("\n") + 1 for name in names[i : i + beside]) for i in range(0, len(names), beside))
+    figure = _figure(whole, (3.6 if width is None else 2.6) * lines + (0.21 if width is None else 0.17) * rows)
     panels = list(figure.subplots(lines, columns, squeeze=False).flat)
     for panel, name in zip(panels, sets, strict=False):
-        _front(panel, comparison, name, first, second, (width or 4.6 * columns) / columns)
+        _front(panel, comparison, name, first, second, whole / columns)
     for panel in panels[len(sets) :]:
         panel.set_visible(False)
-    whole = width or 4.6 * columns
-    names = [_wrapped(f"{number} {name}", whole - 0.3) for number, name in enumerate(comparison.rule_sets, 1)]
     handles = [panels[0].plot([], [], " ")[0] for _ in names]  # names next to the points would overlap
-    columns = _legend_columns(names, whole)
-    figure.legend(handles, names, loc="outside lower center", ncols=columns, handlelength=0, handletextpad=0)
+    figure.legend(handles, names, loc="outside lower center", ncols=beside, handlelength=0, handletextpad=0)
     return figure
 
 
