@@ -1,0 +1,468 @@
+"""A session: batches of facts in, numbered commands out, a journal from which it starts again where it was."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from attrs import evolve
+
+from rmfs_commands.results.files import to_json
+from rmfs_commands.session.facts import Batch, Fact, batch_of
+from rmfs_commands.session.floor import AWAITED, Floor, check_supported
+from rmfs_commands.session.journal import Journal
+from rmfs_commands.states.snapshots import Snapshots
+from rmfs_core import events
+from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.errors import InputError, RmfsError
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.info import RunInfo
+from rmfs_core.results.running import versions_of
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import Scenario, located
+from rmfs_core.scenario.writing import plain
+from rmfs_core.simulation.applying import tell_open
+from rmfs_core.warehouse import Order, Pod, Robot, Station
+from rmfs_core.world import CellKind, OrderData, make_instance, make_layout
+
+MOST_IDS = 100_000
+"""Ids of facts that are known again: those of the latest."""
+ARRIVALS = ("order_arrived", "order_cancelled")
+"""Facts of which those that follow each other in a batch have one round."""
+
+
+class StaleError(InputError):
+    """A batch that comes after another one than the last; ``seq`` is the number of the last."""
+
+    def __init__(self, place: str, problem: str, seq: int) -> None:
+        super().__init__(place, problem)
+        self.seq = seq
+
+
+class ContradictionError(Exception):
+    """A fact that cannot be so; the text says why, and ``concerns`` what is not known to be right from now on."""
+
+    def __init__(self, problem: str, *concerns: tuple[str, str]) -> None:
+        super().__init__(problem)
+        self.concerns = concerns
+
+
+class Hall:
+    """A warehouse that a session runs.
+
+    Parameters
+    ----------
+    scenario
+        Layout, pods, stations, robots and rules. Its orders and bundles are left out: they arrive as facts.
+    journal
+        File that the session is kept in, and started again from; None: it is kept in memory only.
+    dead_s
+        Seconds without a fact after which what a robot or picker is to do is reported as overdue; None: never.
+    observers
+        Objects whose ``@hookimpl`` methods are told of every event.
+    allow_inline
+        Whether rules may be loaded from files.
+
+    Raises
+    ------
+    InputError
+        Where the scenario or the journal cannot be used, before anything is decided.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        journal: Path | None = None,
+        dead_s: float | None = None,
+        observers: Callable[[], Sequence[object]] = tuple,
+        *,
+        allow_inline: bool = True,
+    ) -> None:
+        self._scenario, self._observers, self._allow_inline = scenario, observers, allow_inline
+        self._dead = None if dead_s is None else to_ticks(dead_s)
+        with located(scenario):
+            check_supported(scenario)
+            self._instance, self._layout = make_instance(scenario), make_layout(scenario)
+        self._kept: list[tuple[Any, Any]] = []
+        self._journal: Journal | None = None
+        self._begin()
+        if journal is not None:
+            self._journal = Journal(journal, self._made_from())
+            self._again()
+
+    # Made, and made again
+
+    def _made_from(self) -> dict[str, Any]:
+        digest = hashlib.sha256(to_json(plain(self._scenario)).encode("utf-8", "backslashreplace"))
+        data = hashlib.sha256(repr((self._instance.skus, self._instance.pods)).encode())
+        versions = versions_of(self._floor.rules, self._floor.scenario)
+        dead_s = None if self._dead is None else to_seconds(self._dead)
+        return {
+            "scenario": digest.hexdigest(),
+            "stock": data.hexdigest(),
+            "seed": self._scenario.seed,
+            "dead_s": dead_s,
+            "versions": versions,
+        }
+
+    def _begin(self) -> None:
+        """Let the hall be as it is before the first batch."""
+        scenario = self._scenario
+        with located(scenario):
+            rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=self._allow_inline)
+            scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
+        self.seq = 0
+        self._numbers = itertools.count(1)
+        self._commands: list[dict[str, Any]] = []
+        self._last: tuple[Any, dict[str, Any]] | None = None
+        self._ids: OrderedDict[str, None] = OrderedDict()
+        self._doubtful: dict[tuple[str, str], str] = {}
+        self._failed: set[str] = set()
+        self._heard: dict[int, int] = {}
+        self._begun = False
+        self._snapshots: Snapshots | None = None
+        for observer in self._observers():
+            rules.register_observer(observer)
+        rules.register_observer(self)
+        self._floor = Floor(scenario, self._instance, self._layout, rules, self._command)
+        warehouse = self._floor.warehouse
+        self._skus = {name: i for i, name in enumerate(self._instance.skus)}
+        self._orders: dict[str, Order] = {}
+        self._by_name: dict[str, dict[str, Any]] = {
+            "pod": {pod.name: pod for pod in warehouse.pods},
+            "robot": {robot.name: robot for robot in warehouse.robots},
+            "station": {station.name: station for station in warehouse.stations},
+        }
+        self._floor.start()
+        self._floor.settle()
+
+    def _again(self) -> None:
+        """Take all batches of the journal again; each has to be answered as it was."""
+        self._begin()
+        batches = iter(self._kept) if self._journal is None else self._journal.batches()
+        for number, (given, answer) in enumerate(batches, 1):
+            if to_json(self._apply(batch_of(given))) != to_json(answer):
+                where = "memory" if self._journal is None else f"{self._journal.path}, line {number + 1}"
+                raise InputError(where, "the batch is not answered as it was; expected the rules that wrote the journal")
+            self._last = given, answer
+
+    def close(self) -> None:
+        """End the session; the journal stays."""
+        if self._journal is not None:
+            self._journal.close()
+
+    # Facts in, commands out
+
+    def take(self, given: Any) -> dict[str, Any]:
+        """Take a batch of facts; return the commands that follow from it.
+
+        Parameters
+        ----------
+        given
+            ``{"after": seq, "time_s": seconds, "events": [{"id": ..., "kind": ..., ...}]}``, as JSON has it.
+
+        Returns
+        -------
+        dict[str, Any]
+            ``seq``, ``time_s``, ``commands``, ``dropped``, ``overdue`` and ``ask_again_s``.
+
+        Raises
+        ------
+        StaleError
+            When the batch comes after another one than the last.
+        InputError
+            When it has another shape, names a fact that sessions do not take, or goes back in time.
+        RmfsError
+            When a rule or the journal fails. In all cases nothing has changed.
+        """
+        batch = batch_of(given)
+        if self._last is not None and batch.after == self.seq - 1 and given == self._last[0]:
+            return self._last[1]
+        if batch.after != self.seq:
+            raise StaleError("batch.after", f"found {batch.after}; expected {self.seq}, the last batch", self.seq)
+        if batch.tick < self._floor.now:
+            now = to_seconds(self._floor.now)
+            raise InputError("batch.time_s", f"found {given['time_s']}; expected no time before {now}, the last one")
+        try:
+            answer = self._apply(batch)
+            if self._journal is not None:
+                self._journal.append({"batch": given, "answer": answer})
+            else:
+                self._kept.append((given, answer))
+        except BaseException:
+            self._again()
+            raise
+        self._last = given, answer
+        return answer
+
+    def _apply(self, batch: Batch) -> dict[str, Any]:
+        floor, dropped = self._floor, list[dict[str, Any]]()
+        floor.advance(batch.tick)
+        if not self._begun and not (batch.facts and batch.facts[0].kind in ARRIVALS and not floor.now):
+            floor.round()
+        self._begun = True
+        facts = [(i, fact) for i, fact in enumerate(batch.facts) if self._new(fact)]
+        for arrivals, group in itertools.groupby(facts, lambda one: one[1].kind in ARRIVALS):
+            changed = False
+            for i, fact in group:
+                try:
+                    changed |= bool(getattr(self, f"_{fact.kind}")(**fact.fields))
+                except ContradictionError as problem:
+                    dropped.append({"id": fact.id, "place": f"events.{i}", "problem": f"{problem}."})
+                    for concern in problem.concerns:
+                        self._doubt(concern, str(problem))
+            if arrivals and changed:
+                floor.round()
+        self.seq += 1
+        commands, self._commands = self._commands, []
+        overdue = [*self._overdue()]
+        return {
+            "seq": self.seq,
+            "time_s": to_seconds(floor.now),
+            "commands": commands,
+            "dropped": dropped,
+            "overdue": overdue,
+            "ask_again_s": None if (tick := floor.next_tick) is None else to_seconds(tick),
+        }
+
+    def _new(self, fact: Fact) -> bool:
+        if fact.id in self._ids:
+            return False
+        self._ids[fact.id] = None
+        if len(self._ids) > MOST_IDS:
+            self._ids.popitem(last=False)
+        return True
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The whole state: that of `rmfs decide`, and ``session`` with what only a session has."""
+        assert self._snapshots is not None
+        self._snapshots.look({})
+        doubtful = [{kind: name, "why": why} for (kind, name), why in self._doubtful.items()]
+        waits = [
+            {"awaits": AWAITED[kind], **self._who(kind, who), "since_s": to_seconds(wait.since)}
+            for (kind, who), wait in self._floor.waits.items()
+        ]
+        session = {"seq": self.seq, "quarantine": doubtful, "awaited": waits, "failed": sorted(self._failed)}
+        return {**self._snapshots.state, "session": session}
+
+    # What is out of order
+
+    def _doubt(self, concern: tuple[str, str], why: str) -> None:
+        """Keep what a contradiction concerns; a robot gets no further task, a station no further order."""
+        self._doubtful.setdefault(concern, why)
+        one = self._by_name.get(concern[0], {}).get(concern[1])
+        if isinstance(one, Robot):
+            self._floor.warehouse.put_in_service(one, False)
+
+    def _overdue(self) -> Iterator[dict[str, Any]]:
+        if self._dead is None:
+            return
+        lines = [station.line for station in self._floor.warehouse.stations]
+        for (kind, who), wait in self._floor.waits.items():
+            if kind == "queue" and any(robot.id == who for line in lines for robot in line[1:]):
+                continue  # it stands in a line
+            since = wait.since if kind == "release" else max(wait.since, self._heard.get(who, 0))
+            if self._floor.now - since > self._dead:
+                yield {"awaits": AWAITED[kind], **self._who(kind, who), "since_s": to_seconds(since)}
+
+    def _who(self, kind: str, who: int) -> dict[str, str]:
+        warehouse = self._floor.warehouse
+        if kind == "release":
+            return {"station": warehouse.stations[who].name}
+        robot = warehouse.robots[who]
+        return {"robot": robot.name} | ({} if robot.task is None else {"pod": warehouse.pods[robot.task].name})
+
+    # What the kernel tells
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Follow the state."""
+        self._snapshots = Snapshots(run)
+
+    @hookimpl
+    def on_event(self, event: events.Event) -> None:
+        """Follow the state, and turn decisions into commands."""
+        assert self._snapshots is not None
+        self._snapshots.told(event)
+        match event:
+            case events.OrderAssigned():
+                skus = [self._instance.skus[sku] for sku in event.skus]
+                self._command("assign", order=event.order, station=event.station, skus=skus, part=event.period)
+            case events.TaskAssigned():
+                station = self._floor.warehouse.pods[event.pod].bound_for[0]
+                self._command("fetch", robot=event.robot, pod=event.pod, station=station)
+            case events.VisitEnded(next_station=int(station)):
+                robot = self._floor.warehouse.pods[event.pod].robot
+                self._command("go_on", robot=robot, pod=event.pod, station=station)
+            case events.RobotSent():
+                self._command("move_robot", robot=event.robot, cell=event.cell)
+            case events.PodMoveDecided():
+                self._command("move_pod", robot=event.robot, pod=event.pod, cell=event.cell)
+            case events.BundleAssigned():
+                bundle = self._floor.warehouse.stations[event.station].bundles[-1]
+                self._command("assign_bundle", bundle=bundle.name, station=event.station)
+
+    def _command(self, kind: str, **fields: Any) -> None:
+        """Give the next command, with names in place of ids."""
+        warehouse = self._floor.warehouse
+        among = {
+            "robot": warehouse.robots,
+            "pod": warehouse.pods,
+            "station": warehouse.stations,
+            "order": warehouse.orders,
+        }
+        told = {name: among[name][value].name if name in among else value for name, value in fields.items()}
+        if "sku" in told:
+            told["sku"] = self._instance.skus[told["sku"]]
+        self._commands.append({"command": next(self._numbers), "kind": kind, **told})
+
+    # Facts, each by its kind
+
+    def _named(self, kind: str, name: str) -> Any:
+        if (found := self._by_name[kind].get(name)) is None:
+            raise ContradictionError(f'there is no {kind} "{name}"')
+        return found
+
+    def _sku(self, name: str) -> int:
+        if name not in self._skus:
+            raise ContradictionError(f'there is no SKU "{name}"')
+        return self._skus[name]
+
+    def _carried(self, pod: str) -> tuple[Pod, Robot]:
+        found: Pod = self._named("pod", pod)
+        if found.robot is None:
+            raise ContradictionError(f'pod "{pod}" is no robot\'s task', ("pod", pod))
+        robot = self._floor.warehouse.robots[found.robot]
+        self._heard[robot.id] = self._floor.now
+        return found, robot
+
+    def _awaited(self, robot: Robot, kind: str, what: str, pod: str) -> Any:
+        """Return what the story of a robot waits for, if it is this."""
+        waits = self._floor.waits
+        if (wait := waits.get((kind, robot.id))) is None:
+            others = [AWAITED[one] for one, who in waits if who == robot.id and one != "release"]
+            then = f"expected {others[0]} first" if others else "expected nothing of it"
+            raise ContradictionError(f"{what}; {then}", ("pod", pod), ("robot", robot.name))
+        return wait.what
+
+    def _order_arrived(self, order: str, lines: Mapping[str, int], due_s: float | None = None, priority: int = 0) -> bool:
+        if order in self._orders:
+            raise ContradictionError(f'order "{order}" has arrived before')
+        given = tuple((self._sku(sku), number) for sku, number in lines.items())
+        due = None if due_s is None else to_ticks(due_s)
+        data = OrderData(order, arrival_tick=self._floor.now, lines=given, due_tick=due, priority=priority)
+        self._orders[order] = self._floor.add_order(data)
+        self._floor.arrive(self._orders[order])
+        return True
+
+    def _order_cancelled(self, order: str) -> bool:
+        if (found := self._orders.get(order)) is None:
+            raise ContradictionError(f'there is no order "{order}"')
+        if found.cancelled or found.complete:
+            raise ContradictionError(f'order "{order}" is {"cancelled" if found.cancelled else "complete"} already')
+        if found.parts:
+            raise ContradictionError(f'order "{order}" is begun, and picked on')
+        return self._floor.cancel(found)
+
+    def _robot_at(self, robot: str, cell: int, heading: int | None = None) -> None:
+        found: Robot = self._named("robot", robot)
+        kinds = self._layout.kind
+        if cell >= len(kinds) or kinds[cell] == CellKind.WALL:
+            raise ContradictionError(f"robot {robot} cannot stand in cell {cell}", ("robot", robot))
+        self._heard[found.id] = self._floor.now
+        self._floor.drive(found, cell, found.heading if heading is None else heading)
+
+    def _pod_lifted(self, pod: str) -> None:
+        _, robot = self._carried(pod)
+        self._awaited(robot, "lift", f'pod "{pod}" is not to be lifted now', pod)
+        self._floor.happens("lift", robot.id)
+
+    def _bound(self, pod: str, station: str) -> tuple[Robot, Station]:
+        _, robot = self._carried(pod)
+        at: Station = self._named("station", station)
+        goal = self._awaited(robot, "queue", f'pod "{pod}" is not on its way to a station', pod)
+        if goal != at.id:
+            found = self._floor.warehouse.stations[goal].name
+            raise ContradictionError(f'pod "{pod}" is bound for station {found}, not for {station}', ("pod", pod))
+        return robot, at
+
+    def _pod_queued(self, pod: str, station: str) -> None:
+        robot, at = self._bound(pod, station)
+        if robot in at.line:
+            raise ContradictionError(f'pod "{pod}" stands in the line of station {station} already')
+        self._floor.queue(robot, at)
+
+    def _pod_at_station(self, pod: str, station: str) -> None:
+        robot, at = self._bound(pod, station)
+        if (at.line or (robot,))[0] is not robot:
+            first = self._floor.warehouse.robots[at.line[0].id]
+            raise ContradictionError(f"robot {first.name} is before it at station {station}", ("pod", pod))
+        if not at.line:
+            self._floor.queue(robot, at)
+        self._floor.happens("queue", robot.id)
+
+    def _picked(self, pod: str, order: str, sku: str) -> None:
+        _, robot = self._carried(pod)
+        if ("picker", robot.id) in self._floor.waits:
+            raise ContradictionError(f'the item before it is not handled yet; pod "{pod}" waits', ("pod", pod))
+        self._awaited(robot, "pick", f'nothing is to be picked from pod "{pod}" now', pod)
+        number, item = self._floor.wanted[robot.id]
+        expected = self._floor.warehouse.orders[number].name, self._instance.skus[item]
+        if (order, sku) != expected:
+            told = f'SKU "{expected[1]}" for order "{expected[0]}"'
+            raise ContradictionError(f'from pod "{pod}" {told} is to be picked', ("order", order), ("pod", pod))
+        self._floor.happens("pick", robot.id)
+
+    def _handled(self, station: str) -> None:
+        at: Station = self._named("station", station)
+        self._floor.handled(at)
+
+    def _pod_stored(self, pod: str, cell: int) -> None:
+        _, robot = self._carried(pod)
+        self._awaited(robot, "set", f'pod "{pod}" is not to be set down now', pod)
+        if robot.cell != cell:
+            raise ContradictionError(f'pod "{pod}" is to be set down in cell {robot.cell}, not {cell}', ("pod", pod))
+        self._floor.happens("set", robot.id)
+
+    def _bundle_arrived(self, bundle: str, sku: str, items: int) -> None:
+        if not self._floor.warehouse.storing:
+            raise ContradictionError("no station stores bundles")
+        self._floor.bring(self._sku(sku), items, bundle)
+
+    def _bundle_stored(self, pod: str, bundle: str) -> None:
+        _, robot = self._carried(pod)
+        self._awaited(robot, "stow", f'no bundle is to be stored on pod "{pod}" now', pod)
+        if (expected := self._floor.wanted[robot.id][1]) != bundle:
+            raise ContradictionError(f'bundle "{expected}" is to be stored on pod "{pod}"', ("pod", pod))
+        self._floor.happens("stow", robot.id)
+
+    def _robot_failed(self, robot: str) -> None:
+        found: Robot = self._named("robot", robot)
+        self._failed.add(robot)
+        if found.in_service:
+            self._floor.warehouse.put_in_service(found, False)
+
+    def _robot_back(self, robot: str) -> None:
+        found: Robot = self._named("robot", robot)
+        self._failed.discard(robot)
+        self._doubtful.pop(("robot", robot), None)
+        self._floor.warehouse.put_in_service(found, True)
+        self._floor.round()
+
+    def _station_opened(self, station: str) -> None:
+        self._staff(station, True)
+
+    def _station_closed(self, station: str) -> None:
+        self._staff(station, False)
+
+    def _staff(self, station: str, staffed: bool) -> None:
+        at: Station = self._named("station", station)
+        was_open = at.open
+        self._floor.warehouse.staff(at, staffed, None)
+        tell_open(self._floor.warehouse, at, was_open, self._floor.context.tell)
+        self._floor.round()
