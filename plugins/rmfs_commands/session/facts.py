@@ -109,9 +109,9 @@ def batch_of(data: Any) -> Batch:
             raise InputError(f"{place}.kind", f'sessions do not take "{kind}" yet; expected {listed(FACTS, "or")}')
         if kind not in FACTS:
             raise InputError(f"{place}.kind", f'no kind of fact is "{kind[:40]}"{nearest(kind, FACTS)}')
-        needed, optional = FACTS[kind]
-        _check(place, given, {"id": TEXT, "kind": TEXT, **needed}, optional)
-        fields = {name: value for name, value in given.items() if name in needed or name in optional}
+        has, may = FACTS[kind]
+        _check(place, given, {"id": TEXT, "kind": TEXT, **has}, may)
+        fields = {name: value for name, value in given.items() if name in has or name in may}
         facts.append(Fact(given["id"], kind, fields))
     return Batch(data["after"], to_ticks(float(data["time_s"])), facts)
 

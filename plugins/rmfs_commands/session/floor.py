@@ -1,4 +1,4 @@
-"""A run whose durations come from a real floor: each of its stories waits for a fact where the simulation waits for a tick."""
+"""A run on a real floor: its stories wait for facts where the simulation waits for ticks."""
 
 from __future__ import annotations
 
@@ -88,12 +88,10 @@ class Floor(Simulation):
     waits
         By kind (`AWAITED`) and id of the robot (of the station: ``release``), the stories that wait for a fact.
     wanted
-        By robot, what is to be picked from its pod (ids of order and SKU), or the name of the bundle to be stored on it.
+        By robot, ids of the order and SKU to be picked from its pod; or None, and the bundle to be stored on it.
     """
 
-    def __init__(
-        self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet, command: Order_
-    ) -> None:
+    def __init__(self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet, command: Order_) -> None:
         check_supported(scenario)
         super().__init__(scenario, evolve(instance, orders=(), bundles=()), layout, rules)
         self.waits: dict[tuple[str, int], Wait] = {}

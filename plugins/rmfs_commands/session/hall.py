@@ -18,7 +18,7 @@ from rmfs_commands.session.journal import Journal
 from rmfs_commands.states.snapshots import Snapshots
 from rmfs_core import events
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.errors import InputError, RmfsError
+from rmfs_core.errors import InputError
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.info import RunInfo
 from rmfs_core.results.running import versions_of
@@ -35,7 +35,7 @@ ARRIVALS = ("order_arrived", "order_cancelled")
 """Facts of which those that follow each other in a batch have one round."""
 
 
-class StaleError(InputError):
+class StaleBatchError(InputError):
     """A batch that comes after another one than the last; ``seq`` is the number of the last."""
 
     def __init__(self, place: str, problem: str, seq: int) -> None:
@@ -66,6 +66,8 @@ class Hall:
         Objects whose ``@hookimpl`` methods are told of every event.
     allow_inline
         Whether rules may be loaded from files.
+    replayed
+        Called for each batch of a journal that is taken again.
 
     Raises
     ------
@@ -81,6 +83,7 @@ class Hall:
         observers: Callable[[], Sequence[object]] = tuple,
         *,
         allow_inline: bool = True,
+        replayed: Callable[[], None] = lambda: None,
     ) -> None:
         self._scenario, self._observers, self._allow_inline = scenario, observers, allow_inline
         self._dead = None if dead_s is None else to_ticks(dead_s)
@@ -88,6 +91,7 @@ class Hall:
             check_supported(scenario)
             self._instance, self._layout = make_instance(scenario), make_layout(scenario)
         self._kept: list[tuple[Any, Any]] = []
+        self.replayed = replayed
         self._journal: Journal | None = None
         self._begin()
         if journal is not None:
@@ -145,9 +149,12 @@ class Hall:
         self._begin()
         batches = iter(self._kept) if self._journal is None else self._journal.batches()
         for number, (given, answer) in enumerate(batches, 1):
+            self.replayed()
             if to_json(self._apply(batch_of(given))) != to_json(answer):
                 where = "memory" if self._journal is None else f"{self._journal.path}, line {number + 1}"
-                raise InputError(where, "the batch is not answered as it was; expected the rules that wrote the journal")
+                raise InputError(
+                    where, "the batch is not answered as it was; expected the rules that wrote the journal"
+                )
             self._last = given, answer
 
     def close(self) -> None:
@@ -172,7 +179,7 @@ class Hall:
 
         Raises
         ------
-        StaleError
+        StaleBatchError
             When the batch comes after another one than the last.
         InputError
             When it has another shape, names a fact that sessions do not take, or goes back in time.
@@ -183,7 +190,7 @@ class Hall:
         if self._last is not None and batch.after == self.seq - 1 and given == self._last[0]:
             return self._last[1]
         if batch.after != self.seq:
-            raise StaleError("batch.after", f"found {batch.after}; expected {self.seq}, the last batch", self.seq)
+            raise StaleBatchError("batch.after", f"found {batch.after}; expected {self.seq}, the last batch", self.seq)
         if batch.tick < self._floor.now:
             now = to_seconds(self._floor.now)
             raise InputError("batch.time_s", f"found {given['time_s']}; expected no time before {now}, the last one")
@@ -193,11 +200,16 @@ class Hall:
                 self._journal.append({"batch": given, "answer": answer})
             else:
                 self._kept.append((given, answer))
-        except BaseException:
+        except Exception:
             self._again()
             raise
         self._last = given, answer
         return answer
+
+    def since(self, seq: int) -> list[dict[str, Any]]:
+        """Return the answers that were given after the batch of a number, for who has missed them."""
+        batches = self._kept if self._journal is None else self._journal.batches()
+        return [answer for _, answer in itertools.islice(batches, seq, None)]
 
     def _apply(self, batch: Batch) -> dict[str, Any]:
         floor, dropped = self._floor, list[dict[str, Any]]()
@@ -350,7 +362,9 @@ class Hall:
             raise ContradictionError(f"{what}; {then}", ("pod", pod), ("robot", robot.name))
         return wait.what
 
-    def _order_arrived(self, order: str, lines: Mapping[str, int], due_s: float | None = None, priority: int = 0) -> bool:
+    def _order_arrived(
+        self, order: str, lines: Mapping[str, int], due_s: float | None = None, priority: int = 0
+    ) -> bool:
         if order in self._orders:
             raise ContradictionError(f'order "{order}" has arrived before')
         given = tuple((self._sku(sku), number) for sku, number in lines.items())

@@ -30,7 +30,9 @@ class Log:
     @hookimpl
     def on_event(self, event: events.Event) -> None:
         if isinstance(event, DECISIONS):
-            told = {name: value for name, value in asdict(event).items() if name not in ("start_tick", "picker_free_tick")}
+            told = {
+                name: value for name, value in asdict(event).items() if name not in ("start_tick", "picker_free_tick")
+            }
             self.rows.append((type(event).__name__, *told.values()))
         elif isinstance(event, events.DecisionMade):
             told = asdict(event)
@@ -94,7 +96,11 @@ class Told(Simulation):
             tick, first = self.facts[at]
             end = at + 1
             if first["kind"].startswith("order_"):
-                while end < len(self.facts) and self.facts[end][0] == tick and self.facts[end][1]["kind"].startswith("order_"):
+                while (
+                    end < len(self.facts)
+                    and self.facts[end][0] == tick
+                    and self.facts[end][1]["kind"].startswith("order_")
+                ):
                     end += 1
             yield {"after": after, "time_s": to_seconds(tick), "events": [fact for _, fact in self.facts[at:end]]}
             after, at = after + 1, end
