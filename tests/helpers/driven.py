@@ -49,10 +49,17 @@ class Told(Simulation):
         for observer in (self, self.log, self.tables):
             rules.register_observer(observer)
         self.facts: list[tuple[int, dict[str, Any]]] = []
+        self.charging: set[int] = set()
         super().__init__(scenario, instance, make_layout(scenario), rules)
 
     def _fact(self, kind: str, **fields: Any) -> None:
         self.facts.append((self.now, {"id": str(len(self.facts)), "kind": kind, **fields}))
+
+    def _is_free(self, robot: Any) -> None:
+        if robot.id in self.charging:
+            self.charging.remove(robot.id)
+            self._fact("robot_charged", robot=robot.name)
+        super()._is_free(robot)
 
     def _release(self, request: Any, handled_tick: int) -> None:
         self._fact("handled", station=self.warehouse.stations[request.station].name)
@@ -71,8 +78,13 @@ class Told(Simulation):
             case events.OrderCancelled():
                 self._fact("order_cancelled", order=data[event.order].name)
             case events.RobotMoved():
-                name = self.warehouse.robots[event.robot].name
-                self._fact("robot_at", robot=name, cell=event.to, heading=event.heading)
+                robot = self.warehouse.robots[event.robot]
+                charge = {} if robot.charge is None else {"charge": robot.charge}
+                self._fact("robot_at", robot=robot.name, cell=event.to, heading=event.heading, **charge)
+            case events.RobotRested():
+                robot = self.warehouse.robots[event.robot]
+                if self.warehouse.ticks_to_charge(robot, self.stories[robot.id][2]):
+                    self.charging.add(robot.id)
             case events.PodLifted():
                 self._fact("pod_lifted", pod=pods[event.pod].name)
             case events.QueueJoined():

@@ -28,6 +28,7 @@ TIME = (
     lambda given: type(given) in (int, float) and 0 <= given < 1e12,
 )
 HEADING = "0 (east), 1 (north), 2 (west) or 3 (south)", lambda given: type(given) is int and 0 <= given <= 3
+SHARE = "a share from 0 to 1", lambda given: type(given) in (int, float) and 0 <= given <= 1
 LINES = (
     "an object of SKUs with whole numbers of items from 1",
     lambda given: isinstance(given, Mapping) and bool(given) and all(map(_whole(1)[1], given.values())),
@@ -37,7 +38,8 @@ Kind = tuple[str, Callable[[Any], bool]]
 FACTS: Mapping[str, tuple[Mapping[str, Kind], Mapping[str, Kind]]] = {
     "order_arrived": ({"order": TEXT, "lines": LINES}, {"due_s": TIME, "priority": _whole(0)}),
     "order_cancelled": ({"order": TEXT}, {}),
-    "robot_at": ({"robot": TEXT, "cell": _whole(0)}, {"heading": HEADING}),
+    "robot_at": ({"robot": TEXT, "cell": _whole(0)}, {"heading": HEADING, "charge": SHARE}),
+    "robot_charged": ({"robot": TEXT}, {}),
     "pod_lifted": ({"pod": TEXT}, {}),
     "pod_queued": ({"pod": TEXT, "station": TEXT}, {}),
     "pod_at_station": ({"pod": TEXT, "station": TEXT}, {}),
@@ -55,7 +57,7 @@ FACTS: Mapping[str, tuple[Mapping[str, Kind], Mapping[str, Kind]]] = {
 
 NOT_YET = (
     *("short", "stock", "part_packed", "pod_locked", "pod_unlocked", "cell_blocked", "cell_free"),
-    *("command_refused", "robot_charged"),
+    "command_refused",
 )
 """Facts that sessions are to take, and do not take yet."""
 

@@ -168,11 +168,13 @@ class Floor(Simulation):
         self._bundle_arrives(sku, items, name)
         self.settle()
 
-    def drive(self, robot: Robot, cell: int, heading: int) -> None:
-        """Let a robot be in a cell."""
+    def drive(self, robot: Robot, cell: int, heading: int, charge: float | None = None) -> None:
+        """Let a robot be in a cell, with a share of its battery's capacity left."""
         origin, warehouse = robot.cell, self.warehouse
         metres = warehouse.travel.layout.distance(origin, cell)
         warehouse.move(robot, cell, heading)
+        if (battery := warehouse.battery_of(robot)) is not None and charge is not None:
+            battery.joules, battery.since = charge * battery.capacity_j, self.now
         self._tell(RobotMoved(self.now, self.now, robot.id, origin, cell, heading, 0, 0, metres, robot.pod))
         wait = self.waits.get(("drive", robot.id))
         if wait is not None and wait.what == cell:
@@ -237,18 +239,15 @@ class Floor(Simulation):
 def check_supported(scenario: Scenario) -> None:
     """Refuse a scenario with what a session does not do yet, in one sentence."""
     robots, stations = scenario.robots, scenario.stations
-    for key, found, why in _unsupported(scenario, robots, stations):
-        if found:
-            raise InputError(key, f"{why}; expected a scenario without it for a session")
-
-
-def _unsupported(scenario: Scenario, robots: Any, stations: Any) -> Iterable[tuple[str, Any, str]]:
-    battery = robots.battery
-    return (
+    outages = robots.battery and robots.battery.charger_outages
+    refused: Iterable[tuple[str, Any, str]] = (
         ("packing", scenario.packing, "packing stations have no facts yet"),
         ("robots.failures", robots.failures or robots.maintenance, "failures come as facts (robot_failed)"),
         ("stations.outages", stations.outages, "closed stations come as facts (station_closed)"),
-        ("robots.battery", battery, "the charge of robots has no facts yet"),
+        ("robots.battery.charger_outages", outages, "chargers that fail have no facts yet"),
         ("run.until_s", scenario.run.until_s, "a session has no end"),
         ("instance.state_file", scenario.instance.state_file, "a session begins with nothing under way"),
     )
+    for key, found, why in refused:
+        if found:
+            raise InputError(key, f"{why}; expected a scenario without it for a session")

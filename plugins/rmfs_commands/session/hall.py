@@ -96,7 +96,11 @@ class Hall:
         self._begin()
         if journal is not None:
             self._journal = Journal(journal, self._made_from())
-            self._again()
+            try:
+                self._again()
+            except BaseException:
+                self.close()
+                raise
 
     # Made, and made again
 
@@ -152,9 +156,7 @@ class Hall:
             self.replayed()
             if to_json(self._apply(batch_of(given))) != to_json(answer):
                 where = "memory" if self._journal is None else f"{self._journal.path}, line {number + 1}"
-                raise InputError(
-                    where, "the batch is not answered as it was; expected the rules that wrote the journal"
-                )
+                raise InputError(where, "is not answered as it was; expected the rules that wrote the journal")
             self._last = given, answer
 
     def close(self) -> None:
@@ -312,7 +314,8 @@ class Hall:
                 robot = self._floor.warehouse.pods[event.pod].robot
                 self._command("go_on", robot=robot, pod=event.pod, station=station)
             case events.RobotSent():
-                self._command("move_robot", robot=event.robot, cell=event.cell)
+                charge = self._floor.stories[event.robot][2]
+                self._command("move_robot", robot=event.robot, cell=event.cell, charge=charge)
             case events.PodMoveDecided():
                 self._command("move_pod", robot=event.robot, pod=event.pod, cell=event.cell)
             case events.BundleAssigned():
@@ -383,13 +386,20 @@ class Hall:
             raise ContradictionError(f'order "{order}" is begun, and picked on')
         return self._floor.cancel(found)
 
-    def _robot_at(self, robot: str, cell: int, heading: int | None = None) -> None:
+    def _robot_at(self, robot: str, cell: int, heading: int | None = None, charge: float | None = None) -> None:
         found: Robot = self._named("robot", robot)
         kinds = self._layout.kind
         if cell >= len(kinds) or kinds[cell] == CellKind.WALL:
             raise ContradictionError(f"robot {robot} cannot stand in cell {cell}", ("robot", robot))
         self._heard[found.id] = self._floor.now
-        self._floor.drive(found, cell, found.heading if heading is None else heading)
+        self._floor.drive(found, cell, found.heading if heading is None else heading, charge)
+
+    def _robot_charged(self, robot: str) -> None:
+        found: Robot = self._named("robot", robot)
+        if ("charge", found.id) not in self._floor.waits:
+            raise ContradictionError(f"robot {robot} is not to be charged now", ("robot", robot))
+        self._heard[found.id] = self._floor.now
+        self._floor.happens("charge", found.id)
 
     def _pod_lifted(self, pod: str) -> None:
         _, robot = self._carried(pod)

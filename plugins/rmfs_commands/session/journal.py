@@ -29,20 +29,27 @@ class Journal:
         self.path = path
         try:
             self._file = path.open("a+b")
-            self._lock()
-            self._end = self._whole()
         except OSError as error:
             raise InputError(str(path), f"cannot be used as the journal: {error.strerror or error}") from error
-        header = {"format": FORMAT, "version": VERSION, **made_from}
+        try:
+            self._lock()
+            self._end = self._whole()
+            self._check({"format": FORMAT, "version": VERSION, **made_from})
+        except BaseException:
+            self.close()
+            raise
+
+    def _check(self, header: Mapping[str, Any]) -> None:
+        """Write the first line, or check that it is this one."""
         if self._end == 0:
             self.append(header)
             return
-        found = next(self._lines())
-        if found != json.loads(to_json(header)):
-            names = [name for name in {**header, **found} if found.get(name) != json.loads(to_json(header)).get(name)]
-            raise InputError(
-                str(path), f"is the journal of another session: {', '.join(names)} differ; expected a new file"
-            )
+        found, wanted = next(self._lines()), json.loads(to_json(header))
+        if not isinstance(found, dict) or found.get("format") != FORMAT:
+            raise InputError(str(self.path), "is no journal of a session; expected one, or a new file")
+        if names := [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]:
+            what = f"{', '.join(names)} differ{'s' * (len(names) == 1)}"
+            raise InputError(str(self.path), f"is the journal of another session: {what}; expected a new file")
 
     def _lock(self) -> None:
         try:
