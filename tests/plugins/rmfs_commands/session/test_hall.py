@@ -55,7 +55,7 @@ def sent(hall: Hall, run: Told) -> list[dict[str, Any]]:
     ("from-csv.toml", ()),
     ("replenished.toml", ()),
     ("poisson.toml", ("instance.orders=100",)),
-    ("charging.toml", ("instance.orders=150", "robots.count=8", "robots.battery.capacity_wh=40", "layout.chargers=2")),
+    ("charging.toml", ("instance.orders=150", "robots.count=8", "robots.battery.capacity_wh=60", "layout.chargers=2")),
 )
 def test_a_session_decides_what_the_run_decides(name: str, overrides: tuple[str, ...]) -> None:
     run = Told(EXAMPLES / name, overrides)
