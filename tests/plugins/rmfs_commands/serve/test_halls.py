@@ -12,6 +12,7 @@ import pytest
 from calling import refused
 from cases import cases
 from driven import Told
+from rmfs_commands.cli.main import main
 from rmfs_commands.results.files import to_json
 from rmfs_commands.session import Hall
 
@@ -79,5 +80,5 @@ def test_lines_name_their_hall(rmfs: tuple[str, ...]) -> None:
     (["--rule", "pod-match", "--journal", "x"], "found --journal with --rule"),
     ([], "Missing option '--rule' or '--hall'"),
 )
-def test_what_cannot_be_served_is_refused(arguments: list[str], problem: str) -> None:
-    assert problem in refused("serve", *arguments, "--stdio")
+def test_what_cannot_be_served_is_refused(capsys: pytest.CaptureFixture[str], arguments: list[str], problem: str) -> None:
+    assert problem in refused(capsys, main, ["serve", *arguments, "--stdio"])
