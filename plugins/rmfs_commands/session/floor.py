@@ -119,12 +119,11 @@ class Floor(Simulation):
 
     def advance(self, tick: int) -> None:
         """Let the time be a tick, and what rules and timetables have set for until then happen, at its own time."""
+        self.env.timeout(tick - int(self.env.now))  # so that the clock goes on until then
         while (upcoming := self.env.peek()) <= tick:
             self.warehouse.advance(int(upcoming))
             self.env.step()
         self.warehouse.advance(tick)
-        if self.env.now < tick:
-            self.env.run(until=tick)
         for kind, at in self.waits:
             station = self.warehouse.stations[at] if kind == "release" else None
             if station is not None and self.warehouse.picker_free(station) <= tick:

@@ -80,5 +80,7 @@ def test_lines_name_their_hall(rmfs: tuple[str, ...]) -> None:
     (["--rule", "pod-match", "--journal", "x"], "found --journal with --rule"),
     ([], "Missing option '--rule' or '--hall'"),
 )
-def test_what_cannot_be_served_is_refused(capsys: pytest.CaptureFixture[str], arguments: list[str], problem: str) -> None:
+def test_what_cannot_be_served_is_refused(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], problem: str
+) -> None:
     assert problem in refused(capsys, main, ["serve", *arguments, "--stdio"])
