@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from attrs import asdict, evolve
+from attrs import asdict
 
 from rmfs_core import events
 from rmfs_core.clock import to_seconds
