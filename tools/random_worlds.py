@@ -41,7 +41,10 @@ from rmfs_core.world.instance_making import instance_problems
 
 LONGEST_S = 10 * 86_400.0
 """Simulated seconds after which a run counts as one that does not complete; the longest worlds need a few hours."""
-NOT_ALONE = ("switch",)
+NOT_ALONE = (
+    "remote",
+    "switch",
+)
 """Rules that only ask others."""
 WITH_PACKING = ("pod-index", "split-among-stations", "split-over-time")
 WITH_EFFORT = ("integrated", "split-among-stations", "split-over-time")

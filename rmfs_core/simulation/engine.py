@@ -55,7 +55,7 @@ class Simulation:
     out
         The folder of the results; None where none are kept.
     begun
-        What the run begins in the middle of, as the process ``state`` makes it; None: at time 0, with nothing begun.
+        State that the run begins in, as the process ``state`` makes it; None: at time 0, with nothing begun.
     """
 
     def __init__(

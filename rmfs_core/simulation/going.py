@@ -13,7 +13,7 @@ class Going(NamedTuple):
     """Something that ends at a tick; 0: when something else happens. Ids and ticks; ``kind`` says what has a meaning.
 
     ``leg``: a robot drives ``legs`` (cell, wait), on the first since ``since``; ``wait``: it stands before the first.
-    ``drive``: it goes on when it has a path, or is woken. ``room``: it waits beneath a pod for room at the station.
+    ``drive``: it goes on when it has a path, or is woken. ``room``: it waits under a pod for room at the station.
     ``line``: it stands in a line. ``lift``, ``set``: it lifts a pod, or sets it down. ``charge``: it is charged.
     ``picker``, ``pick``, ``stow``: in a ``visit`` with so many ``picks`` so far, it waits for the picker, an item of
     ``sku`` is picked, a bundle is stored. ``release``: the item in hand at a station is handled. ``bundle``: items

@@ -104,6 +104,8 @@ class Services:
 
     def lift(self, pod: int) -> int:
         """Return the ticks of lifting a pod or setting it down, the next time that this happens."""
+        if not hasattr(self._lift_s, "spread"):
+            return to_ticks(self._lift_s)
         return to_ticks(self._one(self._lift_s, "lifts", pod, self._next(pod)))
 
     def packs(self, kind: str, order: int, items: int) -> int:

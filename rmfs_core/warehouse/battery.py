@@ -22,7 +22,7 @@ class Battery:
     charge
         Charge at first, as a share of the capacity.
     way_j
-        What the way from a charger to another one takes, where chargers fail.
+        Energy for the way from one charger to another (J), where chargers fail.
     """
 
     def __init__(

@@ -206,7 +206,10 @@ class StockColumns:
         for number in self._moved:
             pod = self._pods[number]
             location, space[number] = pod._location, pod.free_space
-            bound[number] = next((i for i in reversed(pod._itinerary) if i < self._n_picking), -1)
+            bound[number] = -1
+            for station in pod._itinerary:  # the last one of those where orders are picked
+                if station < self._n_picking:
+                    bound[number] = station
             if location is None:
                 at[number], locations[number] = BUSY, -1
             else:

@@ -162,8 +162,11 @@ def _count_promised(pod: Pod, request: Request, items: int) -> None:
 
 def enter(station: Station, request: Request) -> None:
     """Put a request among those of its station."""
-    insort(station._requests, request, key=_by_id)
-    insort(station._by_sku.setdefault(request.sku, []), request, key=_by_id)
+    for requests in (station._requests, station._by_sku.setdefault(request.sku, [])):
+        if requests and requests[-1].id > request.id:
+            insort(requests, request, key=_by_id)
+        else:
+            requests.append(request)
 
 
 def drop_item(station: Station, request: Request) -> None:
@@ -177,7 +180,7 @@ def drop_item(station: Station, request: Request) -> None:
 def _leave(station: Station, request: Request) -> None:
     same_sku = station._by_sku[request.sku]
     for requests in (station._requests, same_sku):
-        del requests[bisect_left(requests, request.id, key=_by_id)]
+        del requests[0 if requests[0] is request else bisect_left(requests, request.id, key=_by_id)]
     if not same_sku:
         del station._by_sku[request.sku]
 

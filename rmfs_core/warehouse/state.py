@@ -172,9 +172,10 @@ class Warehouse:
         """Pods that stand at a station, have nothing left to serve there and are bound nowhere else."""
         leaving = []
         for at in self.stations:
-            pod = self.pod_at(at) if at._line else None
-            if pod and len(pod._itinerary) == 1 and not pod._bundles and serves_none(at, pod):
-                leaving.append(pod)
+            if at._line and (number := at._line[0]._pod) is not None and at._line[0]._cell == at.cells.station:
+                pod = self.pods[number]  # as `pod_at`
+                if len(pod._itinerary) == 1 and not pod._bundles and serves_none(at, pod):
+                    leaving.append(pod)
         return tuple(sorted(leaving, key=lambda pod: pod.id) if len(leaving) > 1 else leaving)
 
     def _arrival(self, pod: Pod) -> int | None:

@@ -33,7 +33,7 @@ PREFILTER = 'rules.filters=[{rule="most-covered",n=10}]'
 SHIPPED = sorted(
     (entry.name, role)
     for entry in entry_points(group="rmfs.rules")
-    if entry.dist is not None and entry.dist.name == "rmfs"
+    if entry.dist is not None and entry.dist.name == "rmfs" and entry.name != "remote"
     for role in roles_of(entry.load())
     if role is not Role.OBSERVER  # a rule that is told when a run begins decides nothing then
 )

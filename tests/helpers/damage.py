@@ -35,28 +35,6 @@ def drop(kind: type[Kind], **where: Any) -> Damage:
     return lambda trace: put(trace, find(trace, kind, **where))
 
 
-def repeat(kind: type[Kind], **where: Any) -> Damage:
-    def damage(trace: Trace) -> Trace:
-        at = find(trace, kind, **where)
-        return put(trace, at, trace.events[at], trace.events[at])
-
-    return damage
-
-
-def earlier(kind: type[Kind], by: int = 1, **where: Any) -> Damage:
-    def damage(trace: Trace) -> Trace:
-        at = find(trace, kind, **where)
-        moved = evolve(trace.events[at], tick=trace.events[at - by].tick)
-        rest = put(trace, at)
-        return put(rest, at - by, moved, instead_of=0)
-
-    return damage
-
-
-def other(count: int, value: int) -> int:
-    return (value + 1) % count
-
-
 def at(place: int, **fields: Any) -> Damage:
     """Return the damage that changes fields of the event at a place."""
     return lambda trace: put(trace, place, evolve(trace.events[place], **fields))

@@ -92,5 +92,4 @@ def yardstick_s() -> float:
 def in_yardsticks(measure: Callable[[], float]) -> float:
     """Return seconds of processor time that are measured, in yardsticks: one is taken before that and one after."""
     before = yardstick_s()
-    taken = measure()
-    return 2 * taken / (before + yardstick_s())
+    return 2 * measure() / (before + yardstick_s())

@@ -50,8 +50,7 @@ def test_positions_follow_the_speed_profile(acceleration: float, speed: float, m
     total = motion.run_s(metres)
     times = [total * i / parts for i in range(parts + 1)]
     positions = [motion.position_m(metres, time) for time in times]
-    assert positions[0] == 0
-    assert positions[-1] == pytest.approx(metres)
+    assert (positions[0], positions[-1]) == (0, pytest.approx(metres))
     for before, after in pairwise(positions):
         assert -1e-9 <= after - before <= speed * total / parts + 1e-9
 
@@ -76,16 +75,14 @@ def test_spans() -> None:
     hours = timetable(("06:00", "22:00"))
     at = [6 * HOUR - 1, 6 * HOUR, 22 * HOUR - 1, 22 * HOUR, DAY + 6 * HOUR]
     assert [hours.at(tick) for tick in at] == [0, 1, 1, 0, 1]
-    assert hours.next_change(0) == 6 * HOUR
-    assert hours.next_change(6 * HOUR) == 22 * HOUR
+    assert (hours.next_change(0), hours.next_change(6 * HOUR)) == (6 * HOUR, 22 * HOUR)
     assert hours.next_change(22 * HOUR) == DAY + 6 * HOUR
     night = timetable(("22:00", "06:00"))
     assert [night.at(hour * HOUR) for hour in (0, 5, 6, 21, 22, 24, 30)] == [1, 1, 0, 0, 1, 1, 0]
     hours = timetable(("06:00", "18:00"), ("18:00", "06:00", 3), ("18:00", "20:00", 5), most=8)
     assert [hours.at(hour * HOUR) for hour in (5, 6, 17, 18, 19, 20)] == [3, 8, 8, 5, 5, 3]
     assert hours.next_change(17 * HOUR) == 18 * HOUR
-    shifts = timetable(("06:00", "14:00"), ("14:00", "22:00"))
-    assert shifts.next_change(6 * HOUR) == 22 * HOUR
+    assert timetable(("06:00", "14:00"), ("14:00", "22:00")).next_change(6 * HOUR) == 22 * HOUR
     assert timetable(("00:00", "24:00")).next_change(0) is None
     assert timetable(("22:00", "06:00"), ("06:00", "22:00")).next_change(5) is None
     hours = timetable(("06:00", "22:00"), zero=5 * HOUR + 30 * MINUTE)

@@ -43,7 +43,7 @@ class Work(NamedTuple):
     pick, handle
         As `stations.pick_s` and `handle_s`.
     weights
-        What a second of mean turn-over, a visit, and a second of makespan cost. Shape (3,).
+        Costs of a second of mean turn-over, of a visit, and of a second of makespan. Shape (3,).
     """
 
     order: Ints

@@ -25,6 +25,7 @@ from rmfs_commands.validation.packed import recompute_packing
 from rmfs_core import Result, run
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
+from rmfs_core.scenario.rulenames import is_inline
 from rmfs_core.wording import counted
 
 FILE = "best.jsonl"
@@ -93,12 +94,29 @@ def read_claims(file: Path | None = None) -> list[Claim]:
         raise InputError(str(path), f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
     for number, line in enumerate(lines, start=1):
         try:
-            found.append(Claim(**json.loads(line)))
+            claim = Claim(**json.loads(line))
+            _check_claim(claim)
         except (ValueError, TypeError) as error:
             raise InputError(
                 f"{path}, line {number}", "expected a claim, as `rmfs benchmark check` prints it"
             ) from error
+        for name in map(_name, claim.rules.values()) if file is not None else ():
+            if name == "remote" or is_inline(name):
+                problem = f'rule "{name}" would run code that is not installed; expected installed rules in a claim'
+                raise InputError(f"{path}, line {number}", problem)
+        found.append(claim)
     return found
+
+
+def _check_claim(claim: Claim) -> None:
+    """Raise ValueError where a value of a claim is of no use."""
+    figures, rules = claim.metrics, claim.rules
+    if not isinstance(figures, Mapping) or not all(type(value) in (int, float) for value in figures.values()):
+        raise ValueError("expected numbers as `metrics`")
+    if not isinstance(rules, Mapping) or not ("poa_pps" in rules or {"poa", "pps"} <= rules.keys()):
+        raise ValueError("expected rules that assign orders and pods")
+    if not all(isinstance(rule, str) or (isinstance(rule, Mapping) and "rule" in rule) for rule in rules.values()):
+        raise ValueError("expected rules by name, or tables of rules")
 
 
 def claim_line(claim: Claim) -> str:

@@ -153,6 +153,8 @@ def run(
             off = None if value is None or not least else value / least - 1
             rows.append((one.name, LABELS[objective], told(objective, value), told(objective, least), percent(off)))
     if claims is not None:
+        if not better:
+            say(notes, f"Nothing added to {claims}: no value beats the best known one.")
         for one in {one.name: one for one in better}.values():
             with TemporaryDirectory() as folder:
                 all_claims.run_rules(one, rules, Path(folder))
@@ -200,6 +202,8 @@ def check(folder: Path, claims: Path | None, as_json: bool) -> None:
         if least is None or value <= least:
             how = "as the best known" if value == least else "a new best value"
         tell(f"{LABELS[name]}: {told(name, value)}, {how}")
+    if claims is not None:
+        tell(f"Added to {claims}.")
 
 
 @benchmark.command()
@@ -314,7 +318,7 @@ def _keep(file: Path, claim: Claim) -> None:
     from rmfs_commands.results.files import write_text
 
     before = file.read_text("utf-8") if file.exists() else ""
-    write_text(file, before + claim_line(claim))
+    write_text(file, before + "\n" * (before[-1:] not in ("", "\n")) + claim_line(claim))
 
 
 def _show(grid: Grid, columns: int = 20) -> None:

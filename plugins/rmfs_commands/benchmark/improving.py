@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Tell = Callable[[str], None]
 PACES = (0.8, 1.1, 0.95, 1.25)
-"""How long driving takes in the evaluator of schedules, in turns: robots wait for one another."""
+"""How long driving takes in the evaluator of schedules, alternately: robots wait for one another."""
 COOLER = 0.2
 """Every other round goes on from the best schedule, at this share of the first temperature."""
 

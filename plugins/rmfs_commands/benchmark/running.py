@@ -35,6 +35,7 @@ def rules_given(texts: Sequence[str]) -> dict[str, Any]:
         When a text is neither.
     """
     found: dict[str, Any] = {}
+    given: dict[str, str] = {}
     for text in texts:
         if text.endswith(".toml"):
             try:
@@ -43,12 +44,15 @@ def rules_given(texts: Sequence[str]) -> dict[str, Any]:
                 raise InputError(text, f"cannot be read: {error}") from error
             if not isinstance(table, Mapping):
                 raise InputError(text, "expected a section [rules]")
-            found |= table
         else:
             override = parse_override(text)
             if len(override.path) != 1:
                 raise InputError(f"--rules {text}", "expected KEY=RULE, as in poa_pps=pod-index, or a TOML file")
-            found[override.path[0]] = override.value
+            table = {override.path[0]: override.value}
+        if twice := [key for key in table if key in given]:
+            raise InputError("--rules", f"found `{twice[0]}` in {given[twice[0]]} and in {text}; expected it once")
+        found |= table
+        given |= dict.fromkeys(table, text)
     if not found:
         raise InputError("--rules", "expected KEY=RULE, as in poa_pps=pod-index, or a TOML file with [rules]")
     return found

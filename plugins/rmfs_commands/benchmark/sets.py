@@ -36,7 +36,7 @@ class Frozen:
     Parameters
     ----------
     name, about
-        What it is called, and what it is for.
+        Its name and its purpose.
     roads
         ``"free"``, where robots do not stand in each other's way, or ``"shared"``, where no two hold one cell.
     checksum

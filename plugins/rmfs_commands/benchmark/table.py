@@ -1,4 +1,4 @@
-"""The table of best known values, with what no rules can beat beside them."""
+"""The table of best known values, with what no rules can beat next to them."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class Best:
     Parameters
     ----------
     instance, objective
-        Of what.
+        Instance and objective of the value.
     claim
-        What reached it.
+        Claim that reached it.
     bound
-        What no rules can beat; None where nothing is proven.
+        Bound that no rules can beat; None where nothing is proven.
     """
 
     instance: Frozen

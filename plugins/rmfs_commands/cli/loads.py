@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from statistics import fmean
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -219,7 +219,7 @@ class _Reckoning:
         trips, trip_s = lines + self._bundles, 3600 * math.fsum([*of_robots.values(), bundles_h])
         work = f"{counted(trips, 'trip')} of {trip_s / trips:.0f} s without traffic, one per order line"
         work += " and bundle" if self._bundles else ""
-        found.append(self._load("robots", count, work, of_robots, self._shift, self._fleet, bundles_h))
+        found.append(self._load("robots", count, work, of_robots, self._shift, self._fleet, bundles_h, self._stations))
         if own and self._bundles:
             work = f"{counted(self._bundles, 'bundle')} of {store_s:g} s"
             always = Counter({ALWAYS: own})
@@ -258,28 +258,29 @@ class _Reckoning:
         timetables: Mapping[Timetable, int],
         each: int = 1,
         besides_h: float = 0.0,
+        within: Collection[Timetable] = (ALWAYS,),
     ) -> Load:
         """Return a load of the hours that the orders of each minute bring and of what comes besides.
 
-        ``each`` of them are there for each that the timetables count.
+        ``each`` of them are there for each that the timetables count, while any of ``within`` holds.
         """
         wanted = math.fsum([*arriving.values(), besides_h])
         if self._window is None:
             return Load(who, number, work, wanted, None)
-        there, by_hour = each * _hours_there(timetables, *self._window), dict[int, float]()
+        there, by_hour = each * _hours_there(timetables, *self._window, within), dict[int, float]()
         for minute, hours in arriving.items():
-            if any(one.at(minute * MINUTE) for one in timetables):
+            if all(any(one.at(minute * MINUTE) for one in some) for some in (timetables, within)):
                 hour = minute * MINUTE // HOUR
                 by_hour[hour] = by_hour.get(hour, 0.0) + hours
         peak, most = None, (0.0, 0.0, 0.0)
         for hour, hours in sorted(by_hour.items()):
-            here = each * _hours_there(timetables, hour * HOUR, (hour + 1) * HOUR)
+            here = each * _hours_there(timetables, hour * HOUR, (hour + 1) * HOUR, within)
             if here and hours / here > most[0]:
                 peak, most = self._clock(hour), (hours / here, hours, here)
         return Load(who, number, work, wanted, there, peak, *most[1:])
 
     def _clock(self, hour: int) -> str:
-        """Return the clock time at which an hour of the run begins."""
+        """Return the time of day at the start of an hour of the run."""
         day, tick = divmod(self._zero + hour * HOUR, DAY)
         begin = f"{tick // HOUR:02d}:{tick % HOUR * 60 // HOUR:02d}"
         return f"{begin} on day {day + 1}" if day or self._demand.last >= DAY else begin
@@ -346,18 +347,21 @@ def _mean_s(tables: Sequence[NDArray[np.int64]]) -> float:
     return fmean(known) / TICKS_PER_S if known else 0.0
 
 
-def _hours_there(timetables: Mapping[Timetable, int], begin: int, end: int) -> float:
-    """Return for how many hours they are there between two ticks, summed over them."""
-    return sum(number * _open(timetable, begin, end) for timetable, number in timetables.items()) / HOUR
+def _hours_there(
+    timetables: Mapping[Timetable, int], begin: int, end: int, within: Collection[Timetable] = (ALWAYS,)
+) -> float:
+    """Return for how many hours between two ticks they are there while any of ``within`` holds, summed over them."""
+    return sum(number * _open(timetable, begin, end, within) for timetable, number in timetables.items()) / HOUR
 
 
-def _open(timetable: Timetable, begin: int, end: int) -> int:
-    """Return the ticks between two in which a timetable holds, each as often as its number says."""
+def _open(timetable: Timetable, begin: int, end: int, within: Collection[Timetable]) -> int:
+    """Return the ticks between two in which a timetable and any of ``within`` hold, as often as its number says."""
     total, now = 0, begin
     while now < end:
-        change = timetable.next_change(now)
-        until = end if change is None else min(change, end)
-        total += timetable.at(now) * (until - now)
+        changes = (one.next_change(now) for one in (timetable, *within))
+        until = min([end, *(tick for tick in changes if tick is not None)])
+        if any(one.at(now) for one in within):
+            total += timetable.at(now) * (until - now)
         now = until
     return total
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
+
+YOUNG = 50_000
+"""Objects made between two collections of cycles; Python's 700 are far too few where a warehouse is made of objects."""
 
 
 def main() -> None:
     """Import the command line and call it."""
+    gc.set_threshold(YOUNG, 20, 50)
     try:
         from rmfs_commands.cli.interrupts import hear_interrupts
 

@@ -127,8 +127,6 @@ def print_bottleneck(console: Console, result: Result) -> None:
 
 def bottleneck_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield what pickers and robots did, and what limits the run, each with its label."""
-    from rmfs_commands.details.bottleneck import LINE  # which there need not be where nothing was found
-
     ends = [found[name] for name in ("busiest_station", "idlest_station") if found.get(name)]
     named = ", ".join(f"station {one['station']} {one['handling_percent']:.0f} %" for one in ends)
     for label, does in (("Pickers", PICKERS), ("Robots", ROBOTS)):
@@ -136,9 +134,7 @@ def bottleneck_lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         shown = {what: share for what, share in shares.items() if share and round(share)}
         if shown:
             several = label == "Pickers" and "handling" in shown and len({*map(str, ends)}) > 1
-            while len(told := _shares(shown, does, named if several else "")) > LINE and len(shown) > 1:
-                del shown[min(shown, key=lambda what: shown[what])]
-            yield label, told
+            yield label, _shares(shown, does, named if several else "")
     says, packing = [*found.get("says", ())], "packing" in found
     yield from zip(("Limit", "Gain"), says[: -1 if packing else None], strict=False)
     if packing:
@@ -159,7 +155,7 @@ ROBOTS = {
     "queueing": "queueing",
     "at_station": "at stations",
     "charging": "charging",
-    "low": "with a low battery",
+    "low": "battery low",
     "off": "off duty",
     "down": "out of service",
 }

@@ -116,7 +116,7 @@ def copies_of(
 def anywhere(
     copies: NDArray[np.int64], rooms: Sequence[int], held: Sequence[Sequence[int]], rng: np.random.Generator
 ) -> list[list[int]]:
-    """Put each SKU on that many different pods, beside what they hold: those with most room, drawn among equals.
+    """Put each SKU on that many pods that lack it: those with most room, drawn among equals.
 
     On fewer where fewer have room.
     """

@@ -245,7 +245,7 @@ def _tell_left_out(lines: OrderLines, folder: Path) -> None:
         found = f"{counted(len(skus), 'line')} of {counted(len({*orders}), 'order')}, {of}"
         tell(f"Left out for lack of stock: {found}; {folder / LEFT_OUT} names them.")
     if lines.shortened:
-        tell(f"Shortened: {counted(lines.shortened, 'order')} without a line that is left out (--whole-orders).")
+        tell(f"Shortened: {counted(lines.shortened, 'order')} lost a line (--whole-orders leaves them out).")
     warn_of_share(lines.file, lines.cleaner)
 
 

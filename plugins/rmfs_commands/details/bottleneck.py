@@ -73,7 +73,7 @@ _NO_LESS: Mapping[str, float | None] = {"time_s": None, "time_percent": None}
 """Of a gain that no time is known of."""
 
 LINE = 72
-"""Characters of a sentence, so that a summary takes ten lines of a terminal: causes are named as far as they fit."""
+"""Characters of a sentence, so that a summary takes ten lines of a terminal."""
 
 BUSY = 90
 """Percent of the packers' time at work, or of the boxes reserved, from which on they limit a run."""
@@ -146,6 +146,10 @@ class _Waits:
             self.begins.append(begin)
             self.ends.append(end)
 
+    def extend(self, begins: Ticks, ends: Ticks) -> None:
+        self.begins += begins[begins < ends].tolist()
+        self.ends += ends[begins < ends].tolist()
+
     def ticks_in(self, pieces: _Pieces) -> Ticks:
         """Return how many ticks of waiting are in each piece, summed over the orders."""
         return pieces.ticks_of(*(np.array(ticks, dtype=np.int64) for ticks in (self.begins, self.ends)))
@@ -187,31 +191,38 @@ class Bottleneck:
 
     def _collect(self) -> int:
         """Collect what each order waited for, and add up what needs no more; return how many orders count."""
-        delays, causes, counted = self._delays, self.causes, 0
+        delays, causes, counted, done = self._delays, self.causes, 0, list[int]()
         end = min(self._end, self._run.warehouse.now_tick)  # earlier than the end of the warm-up, where the run was
         for order, arrival in delays.arrival.items():
-            if not self._begin <= arrival <= end:
-                continue
-            counted += 1
-            if (times := delays.times.get(order)) is None:
-                self._collect_left(order, arrival)
-                continue
-            ticks = dict(zip(delays.columns, times, strict=True))
-            station, items = delays.picks[order]
-            joins = arrival + ticks.get("stock_s", 0)
-            last = joins + ticks["backlog_s"] + ticks["other_parts_s"]
-            asked = last + ticks["robot_s"] + ticks["pod_s"]
-            lifted = asked + ticks["to_pod_s"] + ticks["room_s"]
-            joined = lifted + ticks["driving_s"]
-            self._room.add(joins, last)
-            self._robot.add(last, asked)
-            self._beneath[station].add(lifted - self._lift - ticks["room_s"], lifted - self._lift)
-            own = min(self._picking(station, items), ticks["station_s"])
-            self._queueing[station].add(joined, joined + ticks["queueing_s"] + ticks["station_s"] - own)
-            causes["stock"] += joins - arrival
-            causes["pods"] += ticks["pod_s"]
-            causes["driving"] += ticks["to_pod_s"] + ticks["driving_s"]
-            causes["picking"] += own + ticks.get("handling_s", 0)
+            if self._begin <= arrival <= end:
+                counted += 1
+                if order in delays.times:
+                    done.append(order)
+                else:
+                    self._collect_left(order, arrival)
+        if not done:
+            return counted
+        ticks = dict(zip(delays.columns, np.array([delays.times[order] for order in done]).T, strict=True))
+        arrivals, picks = np.array([delays.arrival[order] for order in done]), [delays.picks[order] for order in done]
+        picking = {pick: self._picking(*pick) for pick in set(picks)}
+        own = np.minimum([picking[pick] for pick in picks], ticks["station_s"])
+        joins = arrivals + ticks.get("stock_s", 0)
+        last = joins + ticks["backlog_s"] + ticks["other_parts_s"]
+        asked = last + ticks["robot_s"] + ticks["pod_s"]
+        lifted = asked + ticks["to_pod_s"] + ticks["room_s"]
+        joined = lifted + ticks["driving_s"]
+        self._room.extend(joins, last)
+        self._robot.extend(last, asked)
+        served = joined + ticks["queueing_s"] + ticks["station_s"] - own
+        stations = np.array([station for station, _ in picks])
+        for number, (beneath, queueing) in enumerate(zip(self._beneath, self._queueing, strict=True)):
+            here = stations == number
+            beneath.extend((lifted - self._lift - ticks["room_s"])[here], (lifted - self._lift)[here])
+            queueing.extend(joined[here], served[here])
+        causes["stock"] += int((joins - arrivals).sum())
+        causes["pods"] += int(ticks["pod_s"].sum())
+        causes["driving"] += int((ticks["to_pod_s"] + ticks["driving_s"]).sum())
+        causes["picking"] += int((own + ticks.get("handling_s", 0)).sum())
         return counted
 
     def _picking(self, station: int, items: int) -> int:
@@ -245,7 +256,8 @@ class Bottleneck:
             counts = (station.requests, station.queue, station.open)
             ticks += [np.array(station.begun), np.array(station.free), *(count.ticks for count in counts)]
         ends += chain.from_iterable(robots.beneath_for.values())
-        return _Pieces(np.unique(np.concatenate((np.array(ends, dtype=np.int64).ravel(), *ticks))))
+        bounds = np.sort(np.concatenate((np.array(ends, dtype=np.int64).ravel(), *ticks)))
+        return _Pieces(bounds[np.append(True, bounds[1:] != bounds[:-1])])  # quicker than `np.unique`
 
     def _share_out(self) -> None:
         """Share out the waits among the causes."""
@@ -537,15 +549,12 @@ def sentences(
 
 
 def _with_others(told: str, limit: str | None, percent: Mapping[str, float | None]) -> str:
-    """Return a sentence with the next causes, as far as there is room for them in the line."""
+    """Return a sentence with the next causes, the largest first; without its explanation where both do not fit."""
     others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
-    before = "; then"
-    for cause in sorted(others, key=lambda cause: -others[cause]):
-        further = f"{told}{before} {cause} {others[cause]:.0f} %"
-        if len(further) >= LINE:
-            break
-        told, before = further, ","
-    return f"{told}."
+    named = ", ".join(f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause]))
+    if named and len(told) + len(named) >= LINE - len("; then "):
+        told = told.partition(":")[0]
+    return f"{told}; then {named}." if named else f"{told}."
 
 
 def _seconds(seconds: float) -> str:

@@ -168,7 +168,7 @@ class Delays:
         (asked, none_asked, *way), station, picked, _, items = self._served.pop(order)
         self.picks[order] = station, items
         robot = none_asked - none_free if asked > last else 0
-        asked, begun, ended, lifted, joined, started = (max(tick, last) for tick in (asked, *way))
+        asked, begun, ended, lifted, joined, started = [tick if tick > last else last for tick in (asked, *way)]
         room = ended - begun
         joins, first = self.in_stock.get(order, arrival), self._first.pop(order)
         times = [joins - arrival] if self._waits else []

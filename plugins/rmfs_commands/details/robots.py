@@ -148,7 +148,8 @@ class Robots:
     def _count(self, robot: int, tick: int) -> None:
         """Count a robot as free, as one that charges, or as neither."""
         before, now = self._counted[robot], self._counts_as(robot)
-        if (low := now is self.charging and self._robots[robot].state == "idle") != (robot in self._low):
+        low = self._battery and now is self.charging and self._robots[robot].state == "idle"
+        if low != (robot in self._low):
             self.low.add(tick, 1 if low else -1)
             self._low ^= {robot}
         if before is now:

@@ -95,6 +95,9 @@ def shortest_remaining_first(released: Ticks, work: Ticks) -> Ticks:
     released, work
         When each job is there, and how long it takes alone. Shape (jobs,).
     """
+    if not np.ptp(released):  # all are there at once
+        alike: Ticks = released + np.cumsum(np.sort(work))
+        return alike
     upcoming = sorted(zip(released.tolist(), work.tolist(), strict=True), reverse=True)
     left: list[int] = []
     done: list[int] = []

@@ -123,13 +123,14 @@ def _draw_orders(section: InstanceSection, left: NDArray[np.int64], rng: Generat
     if section.lines is not None:
         lengths = np.cumsum(section.lines[: section.skus]) / sum(section.lines[: section.skus])
     demand = sku_demand(section.skus, section.demand)
+    shares = _shares(demand)
     groups = section.demand and section.demand.groups
     group_of = rng.permutation(section.skus) % groups if groups else None
     orders: list[list[int]] = []
     for _ in range(section.orders):
         for _ in range(_TRIES if left.any() else 0):
-            length = min(int(np.searchsorted(lengths, rng.random(), side="right")) + 1, len(lengths))
-            skus = rng.choice(section.skus, size=length, replace=False, p=demand)
+            length = min(int(lengths.searchsorted(rng.random(), side="right")) + 1, len(lengths))
+            skus = draw_distinct(length, demand, shares, rng)
             if section.demand is not None and group_of is not None:
                 _bring_together(skus, section.demand.together, demand, group_of, rng)
             if left[skus].all():
@@ -140,6 +141,30 @@ def _draw_orders(section: InstanceSection, left: NDArray[np.int64], rng: Generat
             left[skus] -= 1
         orders.append(skus.tolist())
     return orders
+
+
+def draw_distinct(
+    number: int, weights: NDArray[np.float64], shares: NDArray[np.float64], rng: Generator
+) -> NDArray[np.int64]:
+    """Draw so many different indices, as ``rng.choice(len(weights), number, replace=False, p=weights)`` does.
+
+    `Generator.choice` checks the weights and adds them up in every call; here ``shares`` has their cumulative shares.
+    """
+    drawn: dict[int, None] = {}
+    while len(drawn) < number:
+        if drawn:
+            left = weights.copy()
+            left[[*drawn]] = 0
+            shares = _shares(left)
+        drawn |= dict.fromkeys(shares.searchsorted(rng.random(number - len(drawn)), side="right").tolist())
+    return np.array([*drawn])
+
+
+def _shares(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the cumulative shares of weights."""
+    shares = weights.cumsum()
+    shares /= shares[-1]
+    return shares
 
 
 def _too_little(section: InstanceSection, drawn: int, skus_left: int) -> InputError:

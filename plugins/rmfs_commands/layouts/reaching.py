@@ -6,9 +6,10 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rmfs_core.errors import InputError
-from rmfs_core.world.grid import CellKind, Layout
+from rmfs_core.world.grid import STEPS, CellKind, Layout
 
 SHOWN = 3
 """Cells that a message names at most."""
@@ -26,31 +27,41 @@ def check_layout(layout: Layout, place: str) -> None:
         raise InputError(place, "the layout has no picking station; expected at least one (`O` in a map)")
     if not layout.storage_locations:
         raise InputError(place, "the layout has no storage location; expected some (`#` in a map)")
-    floor = np.flatnonzero(layout.kind == CellKind.FLOOR)
+    is_floor = layout.kind == CellKind.FLOOR
+    floor = np.flatnonzero(is_floor)
     if not len(floor):
         raise InputError(place, "the layout has no floor; expected aisles (`.` in a map)")
-    storage = layout.storage_locations
-    open_to_floor = {cell for cell in storage if _floor_beside(layout, cell)}
+    beside, storage = neighbours(layout.width, layout.height), layout.storage_locations
+    to_floor = is_floor[beside]
+    open_to_floor = {*np.flatnonzero(to_floor.any(axis=0)).tolist()}
     _refuse(layout, place, storage, open_to_floor, "have no floor next to them, so no pod gets in or out")
-    start = _floor_beside(layout, storage[0])[0]
-    steps = {int(cell): _steps(layout, int(cell)) for cell in floor}
-    backward: dict[int, list[int]] = {cell: [] for cell in steps}
-    for cell, targets in steps.items():
-        for beside in targets:
-            backward[beside].append(cell)
+    start = int(beside[to_floor[:, storage[0]], storage[0]][0])
+    steps: list[list[int]] = [[] for _ in layout.kind]
+    backward: list[list[int]] = [[] for _ in layout.kind]
+    for heading in range(4):
+        leaving = np.flatnonzero(to_floor[heading] & (layout.moves >> heading & 1 == 1))
+        for cell, following in zip(leaving.tolist(), beside[heading, leaving].tolist(), strict=True):
+            steps[cell].append(following)
+            backward[following].append(cell)
     aisles = reached([start], steps)
-    exits = [beside for cells in layout.stations for beside in _steps(layout, cells.station)]
+    exits = [following for cells in layout.stations for following in steps[cells.station]]
     home = layout.where(start)
     _refuse(layout, place, floor, aisles | reached(exits, steps), f"cannot be reached over the floor from {home}")
     _refuse(layout, place, floor, reached([start], backward), f"have no way over the floor to {home}")
-    served = {cell for cell in storage if aisles.intersection(_floor_beside(layout, cell))}
+    is_aisle = np.zeros(len(is_floor), dtype=bool)
+    is_aisle[[*aisles]] = True
+    served = {*np.flatnonzero(is_aisle[beside].any(axis=0)).tolist()}
     _refuse(layout, place, storage, served, f"cannot be reached with a pod from {home}")
-    served = {cell for cell in layout.chargers if aisles.intersection(_floor_beside(layout, cell))}
     _refuse(layout, place, layout.chargers, served, f"are chargers that cannot be reached from {home}")
-    served = {cell for cell in layout.maintenance if aisles.intersection(_floor_beside(layout, cell))}
     _refuse(layout, place, layout.maintenance, served, f"are maintenance cells that cannot be reached from {home}")
     for cells in layout.stations:
         _check_station(layout, place, cells.station, cells.queue[-1], aisles)
+
+
+def neighbours(width: int, height: int) -> NDArray[np.int64]:
+    """Return the neighbour of each cell in each heading, the cell itself beyond the edge; shape (4, cells)."""
+    cells = np.pad(np.arange(width * height).reshape(height, width), 1, mode="edge")
+    return np.array([cells[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width].ravel() for dx, dy in STEPS])
 
 
 def _check_station(layout: Layout, place: str, station: int, entry: int, aisles: set[int]) -> None:
@@ -63,15 +74,7 @@ def _check_station(layout: Layout, place: str, station: int, entry: int, aisles:
         raise InputError(f"{place}, {layout.where(entry)}", "no aisle leads into the end of this queue")
 
 
-def _steps(layout: Layout, cell: int) -> list[int]:
-    return [n for h, n in layout.beside(cell) if layout.may_step(cell, h) and layout.kind[n] == CellKind.FLOOR]
-
-
-def _floor_beside(layout: Layout, cell: int) -> list[int]:
-    return [n for _, n in layout.beside(cell) if layout.kind[n] == CellKind.FLOOR]
-
-
-def reached(starts: Iterable[int], steps: Mapping[int, Sequence[int]]) -> set[int]:
+def reached(starts: Iterable[int], steps: Mapping[int, Sequence[int]] | Sequence[Sequence[int]]) -> set[int]:
     """Return where steps lead from some cells, these included; ``steps`` has the cells next to each."""
     found = set(starts)
     frontier = deque(found)
@@ -84,7 +87,7 @@ def reached(starts: Iterable[int], steps: Mapping[int, Sequence[int]]) -> set[in
 
 
 def _refuse(layout: Layout, place: str, cells: Iterable[int], good: set[int], problem: str) -> None:
-    bad = [int(cell) for cell in cells if int(cell) not in good]
+    bad = [int(cell) for cell in cells if cell not in good]
     if bad:
         named = "; ".join(layout.where(cell) for cell in bad[:SHOWN])
         more = f" and {len(bad) - SHOWN} more" if len(bad) > SHOWN else ""

@@ -6,6 +6,7 @@ import json
 import os
 import shlex
 import shutil
+import signal
 import subprocess
 import tempfile
 from collections.abc import Sequence
@@ -52,14 +53,20 @@ class Command:
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the program
         try:
             self._process = subprocess.Popen(
-                [program, *words[1:]], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors
+                [program, *words[1:]],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=self._errors,
+                start_new_session=True,  # so that it can be ended with what it starts
             )
         except OSError as error:
             raise ImpossibleError(f"cannot start `{self._name}`: {error.strerror or error}") from error
+        self._asked = False
         self._exchanging = ThreadPoolExecutor(1)  # a pipe has no time limit of its own, least of all on Windows
 
     def ask(self, request: bytes) -> bytes:
         """Return the program's next line."""
+        self._asked = True
         answer = self._exchanging.submit(self._exchange, request)
         try:
             line = answer.result(self._timeout_s)
@@ -68,6 +75,7 @@ class Command:
             raise ImpossibleError(f"`{self._name}` gave no answer within {self._timeout_s:g} s") from None
         except OSError:  # it reads no more
             line = b""
+        self._asked = False
         if not line.endswith(b"\n"):
             raise ImpossibleError(self._ended(line))
         return line
@@ -95,17 +103,24 @@ class Command:
         self._errors.close()
 
     def _end(self) -> None:
+        """End the program: at the end of its input where it reads, else by force, with what it has started."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        with suppress(OSError):  # it reads no more
-            self._process.stdin.close()
-        try:
-            self._process.wait(1)
-        except subprocess.TimeoutExpired:
+        if not self._asked:  # else a thread may hold the pipe
+            with suppress(OSError):  # it reads no more
+                self._process.stdin.close()
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(1)
+        if self._process.poll() is None or self._asked:
+            if hasattr(os, "killpg"):
+                with suppress(ProcessLookupError, PermissionError):
+                    os.killpg(self._process.pid, signal.SIGKILL)
             self._process.kill()
             self._process.wait()
         self._exchanging.shutdown()
-        self._process.stdout.close()
+        for pipe in (self._process.stdin, self._process.stdout):
+            with suppress(OSError):
+                pipe.close()
 
 
 class Address:

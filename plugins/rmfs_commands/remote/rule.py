@@ -51,8 +51,12 @@ def _doc(text: str, unit: str | None = None) -> dict[str, str]:
 def _is_address(_rule: object, _field: object, value: str | None) -> None:
     if value is None:
         return
-    parts = urlsplit(value)
-    if parts.scheme not in ("http", "https") or not parts.hostname:
+    try:
+        parts = urlsplit(value)
+        whole = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
+    except ValueError:  # of a port that is none
+        whole = False
+    if not whole:
         raise ValueError("expected an address such as http://127.0.0.1:8750/decide")
 
 
@@ -84,7 +88,7 @@ class Remote:
     )
     file: Path | None = field(
         default=None,
-        metadata=_doc("File that the program gets as its last argument, beside the scenario: the rule's code"),
+        metadata=_doc("File with the rule's code, next to the scenario: the program's last argument"),
     )
     _decides: tuple[str, ...] | None = field(
         default=None,
@@ -126,7 +130,7 @@ class Remote:
 
     @property
     def decides(self) -> tuple[str, ...]:
-        """What it can decide, by the keys of a scenario's `rules`."""
+        """Decisions that it can be asked for, by the keys of a scenario's `rules`."""
         return ROLES if self._decides is None else self._decides
 
     @property

@@ -173,4 +173,4 @@ def slot(
     console = output_console(quiet=quiet)
     answer.show(console, found)
     say(console, f"\nIn {folder}: {', '.join(files)}, runs/")
-    say(console, f"Run a day with them: rmfs run {scenario} --set instance.pods_file={folder / answer.PODS_FILE}")
+    say(console, f"Run all days with them: rmfs run {scenario} --set instance.pods_file={folder / answer.PODS_FILE}")

@@ -97,7 +97,7 @@ def judge(
     scenario, name
         The scenario.
     past
-        What placements were made from, and the later days.
+        History that placements were made from, and the later days.
     pods
         Text of the file of pods by name of the placement; `NOW` among them.
     rules

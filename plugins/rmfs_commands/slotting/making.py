@@ -32,7 +32,7 @@ class Made:
     pods
         Text of the file of pods, by name of the placement.
     notes
-        Sentences on what was left out.
+        Sentences about orders and SKUs left out.
     """
 
     batch: int

@@ -151,7 +151,7 @@ class Placer:
     past
         The history.
     stock
-        What stands on the pods.
+        Items on the pods.
     batch
         Orders of a batch of the surrogate.
     seed

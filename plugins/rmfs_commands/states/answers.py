@@ -77,7 +77,7 @@ def answer_from(written: WrittenAnswer, decides: Role, warehouse: WarehouseView,
     written
         The answer, without its report.
     decides
-        What was asked.
+        Decision that was asked for.
     warehouse, ids
         Where, and what the names stand for there.
 

@@ -29,7 +29,7 @@ from rmfs_core.events import Event
 from rmfs_core.scenario import Scenario
 from rmfs_core.simulation.going import Going
 from rmfs_core.simulation.setup import Opening, open_warehouse
-from rmfs_core.warehouse import Warehouse
+from rmfs_core.warehouse import Station, Warehouse
 from rmfs_core.world import NORTH, Instance, Layout, OrderData
 
 
@@ -46,9 +46,9 @@ class Begun:
     opening
         The warehouse as it is.
     state, names
-        What was read.
+        State as read, and its names.
     going, stories
-        What is going on, and what robots do: kind, pod or cell, and so on.
+        Processes under way, and tasks of robots: kind, pod or cell, and so on.
     """
 
     scenario: Scenario
@@ -144,7 +144,7 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     names = Names(state, name)
     given, later = _orders(state, instance), _later(state, instance, scenario)
     skus = tuple(dict.fromkeys([*names.skus, *(instance.skus if later or instance.levels else ())]))
-    memento = _fitting(evolve(memento_of(state, names, layout), skus=skus), scenario, fresh, names)
+    memento = _fitting(evolve(memento_of(state, names, layout), skus=skus), state, scenario, fresh, names)
     known = tuple(evolve(one.data, **given[one.data.name]) for one in memento.orders)
     ids = {sku: i for i, sku in enumerate(skus)}
     coming = tuple(evolve(one, lines=tuple((ids[instance.skus[sku]], n) for sku, n in one.lines)) for one in later)
@@ -167,6 +167,8 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     except ContradictionError as error:
         names.wrong(names.path(error.path), error.problem)
     _complete(warehouse, state, names)
+    if not instance.restocked:
+        _check_stock(warehouse, memento, coming, names)
     opening = Opening(warehouse, (), fresh.hours, fresh.services)
     counted = max(scenario.run.warmup_s or 0, (warehouse.now + 1) / TICKS_PER_S)
     going, stories = _going(state, names, warehouse)
@@ -176,6 +178,31 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
         found = f"found {until_s:g}, but the state is of {warehouse.now / TICKS_PER_S:g} s"
         raise InputError("run.until_s", f"{found}; expected a later time, counted from time 0 as in the state")
     return Begun(scenario, instance, opening, state, names, going, stories)
+
+
+def _check_stock(warehouse: Warehouse, memento: Memento, coming: Sequence[OrderData], names: Names) -> None:
+    """Refuse an order of a SKU that is on no pod: nothing would ever be picked for it."""
+    held, skus = {sku for pod in memento.pods for sku, _ in pod.data.contents}, memento.skus
+    there = [order for order in warehouse.arrived.values() if not order.cancelled]  # those that wait for stock, too
+    wanted = [(order.name, line.sku) for order in there for line in order.open_lines]
+    wanted += [(one.order.name, one.sku) for station in warehouse.stations for one in station.open_requests]
+    for order, sku in wanted:
+        if sku not in held:
+            names.wrong(("orders", order, "lines"), f'SKU "{skus[sku]}" is on no pod')
+    for one in coming:
+        if (lacking := next((sku for sku, _ in one.lines if sku not in held), None)) is not None:
+            wants = f'of SKU "{skus[lacking]}", which order "{one.name}" of the scenario wants'
+            names.wrong(("pods",), f"found none {wants}; expected the scenario's pods, or other orders")
+
+
+def _check_capacity(name: str, state: State, own: Station, names: Names) -> None:
+    """Refuse a capacity other than the scenario's; a state that a run saved may go on with another."""
+    told, unit = state.stations[name], "order_capacity" if own.counts_orders else "item_capacity"
+    if state.run is not None or not told.picks or getattr(told, unit) == own.capacity:
+        return
+    key = "item_capacity" if told.order_capacity is None else "order_capacity"
+    expected = f"expected the scenario's stations.{unit} = {own.capacity}"
+    names.wrong(("stations", name, key), f"found {getattr(told, key)}; {expected}")
 
 
 def _with_data(order: Any, data: OrderData) -> Any:
@@ -248,13 +275,16 @@ def _by_sku(
     )
 
 
-def _fitting(memento: Memento, scenario: Scenario, fresh: Opening, names: Names) -> Memento:
+def _fitting(memento: Memento, state: State, scenario: Scenario, fresh: Opening, names: Names) -> Memento:
     """Return a memento with the stations and robots of the scenario, in the state that is told."""
     stations, robots = fresh.warehouse.stations, fresh.warehouse.robots
     if len(memento.stations) != len(stations):
-        names.wrong(("stations",), f"found {len(memento.stations)}; expected the scenario's {len(stations)}")
+        own_names = ", ".join(f'"{station.name}"' for station in stations)
+        found_names = f"found {len(memento.stations)}; expected the scenario's {len(stations)}: {own_names}"
+        names.wrong(("stations",), found_names)
     told = []
     for i, (given, own) in enumerate(zip(memento.stations, stations, strict=True)):
+        _check_capacity(given.name, state, own, names)
         claimed = given.queue_length + 1 - given.queue_room
         staffed = (True, None) if i not in fresh.hours else (given.staffed, given.changes)
         told.append(

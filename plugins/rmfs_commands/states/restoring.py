@@ -50,7 +50,7 @@ def restore(
     Parameters
     ----------
     memento
-        What it tells.
+        State of the warehouse.
     travel
         Travel times on the layout.
     later

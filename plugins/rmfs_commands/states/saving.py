@@ -125,7 +125,7 @@ class Saver:
 
 
 def _story(story: tuple[Any, ...] | None, task: int | None, goal: int | None) -> dict[str, Any]:
-    """Return what is told of a robot's story; nothing of one that is over."""
+    """Return the entries of a robot's story; none for a story that is over."""
     if story is None or (task is None and goal is None):
         return {}
     kind, *what = story

@@ -18,4 +18,4 @@ def check_supported(scenario: Scenario) -> None:
     ):
         if given:
             problem = f"a run cannot begin in a state, or save one, with {what} yet"
-            raise InputError(place, f"{problem}; expected a scenario without")
+            raise InputError(place, f"{problem}; expected a scenario without {what}")

@@ -31,11 +31,13 @@ def late(warehouse: WarehouseView, max_wait_s: float | None) -> list[int]:
         orders would else take all stations, and all others wait.
     """
     lines, largest = warehouse.lines, warehouse.largest_capacity
-    shown = lines.items > 0
+    items = lines.items
     if max_wait_s is not None:
-        return [*np.flatnonzero(shown & (warehouse.now_s - lines.arrival_s >= max_wait_s)).tolist()]
-    oldest = int(shown.argmax()) if len(shown) else -1
-    if oldest < 0 or lines.items[oldest] <= largest or warehouse.now_s - lines.arrival_s[oldest] < OVERSIZE_WAIT_S:
+        return [*np.flatnonzero((items > 0) & (warehouse.now_s - lines.arrival_s >= max_wait_s)).tolist()]
+    if not len(items) or items[items.argmax()] <= largest:  # `max` takes ten times as long
+        return []
+    oldest = int((items > 0).argmax())
+    if items[oldest] <= largest or warehouse.now_s - lines.arrival_s[oldest] < OVERSIZE_WAIT_S:
         return []
     return [] if any(_picks_larger(station, largest) for station in warehouse.stations) else [oldest]
 

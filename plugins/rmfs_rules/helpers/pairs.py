@@ -89,23 +89,23 @@ class Pairs:
         self._search = search = _compiled()
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
         orders, number, self._queued = len(self.lines.items), len(self.stations), queues is not None
-        nothing = np.empty((number, 0), np.int64)
+        nothing, no_scores, nowhere, no_extra = _nothing_at(number)
         self.taken = np.zeros(orders, np.bool_)
         self._scores = search.Scores(
             nothing if table is None else np.array(table, np.int64, order="C"),
             nothing if shares is None else np.array(shares, np.int64, order="C"),
-            np.empty((number, 0)) if scores is None else _own(scores),
+            no_scores if scores is None else _own(scores),
             _scratch(orders),
         )
         self._order = search.Precedence(
             self.taken,
-            self.taken[:0] if first is None else np.array(first, np.bool_),
+            _NONE_FIRST if first is None else np.array(first, np.bool_),
             _NO_RANK if rank is None else shown(np.asarray(rank, np.float64)),
         )
         capacities, heads = warehouse.capacities.copy(), np.zeros(number, search.HEAD)
         if queues is not None:
             capacities["free"], capacities["load"] = queues
-        self._free, self._load, self._known = capacities["free"], capacities["load"], heads["known"]
+        self._free = capacities["free"]
         stock, coming = _no_stock(), _NOTHING
         if fast_lane:
             stock, pods = warehouse.stock, [pod_at(warehouse, station) for station in self.stations]
@@ -116,13 +116,13 @@ class Pairs:
             heads,
             UNLIMITED if self._queued else warehouse.largest_capacity,
             self._queued,
-            np.zeros(number) if extra is None else _own(extra),
-            nothing.view(np.bool_) if self._queued else places_taken(warehouse),
+            no_extra if extra is None else _own(extra),
+            nowhere if self._queued else places_taken(warehouse),
             fast_lane,
             coming,
             stock.of_pod,
             stock.sku,
-            stock.items.copy(),
+            stock.items.copy() if fast_lane else _NO_ITEMS,
         )
         self._chosen: list[OrderAssignment] = []
 
@@ -138,7 +138,7 @@ class Pairs:
 
     def forget(self, station: int) -> None:
         """Look at the scores of a station anew, which have changed."""
-        self._known[station] = False
+        self._at.heads["known"][station] = False
 
     def assign(
         self, take: Take | None = None, prefer: Prefer | None = None, max_wait_s: float | None = None
@@ -190,7 +190,7 @@ class Pairs:
         best = [at for at, value in enumerate(values) if value == max(values) > -math.inf]
 
         def key(at: int) -> tuple[int, int, int]:
-            return prefer(row, self.stations[at]) if prefer is not None else 0, int(self._load[at]), at
+            return prefer(row, self.stations[at]) if prefer is not None else 0, int(self._at.capacities["load"][at]), at
 
         return min(best, key=key, default=-1)
 
@@ -375,7 +375,9 @@ def places_taken(warehouse: WarehouseView) -> Flags:
     """Return which orders have a place at stations that count orders, shape (stations, orders); (stations, 0): none."""
     lines, stations = warehouse.lines, warehouse.stations
     begun = lines.begun.tolist() if warehouse.split_orders_open else []
-    placed = np.zeros((len(stations), len(lines.items) if begun else 0), np.bool_)
+    if not begun:
+        return _nothing_at(len(stations))[2]
+    placed = np.zeros((len(stations), len(lines.items)), np.bool_)
     for row in begun:
         order = warehouse.order(int(lines.order_id[row]))
         placed[:, row] = [station.counts_orders and order.has_place_at(station.id) for station in stations]
@@ -395,7 +397,14 @@ def _no_stock() -> Stock:
     return stock_of((), 1)
 
 
-_NOTHING = np.zeros((0, 0), np.bool_)
+@cache
+def _nothing_at(stations: int) -> tuple[Ints, Floats, Flags, Floats]:
+    """Return what is known of no orders at stations: table, scores, places, and no addition; nobody changes them."""
+    nothing = np.empty((stations, 0), np.int64)
+    return nothing, nothing.astype(np.float64), nothing.astype(np.bool_), np.zeros(stations)
+
+
+_NOTHING, _NONE_FIRST, _NO_ITEMS = np.zeros((0, 0), np.bool_), np.zeros(0, np.bool_), np.zeros(0, np.int64)
 _NO_RANK = shown(np.zeros(0))  # compiled functions take one kind of array, and due times are for looking only
 _zeros = [np.zeros(1024)]
 

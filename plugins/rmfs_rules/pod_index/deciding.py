@@ -10,11 +10,11 @@ import numpy as np
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.warehouse import CAPACITY, columns_of, shown, stock_of
-from rmfs_rules.pod_index.period import MOST_STEPS, NEVER, NONE, Ints, Weights, next_urgent
+from rmfs_rules.pod_index.period import MOST_STEPS, NEVER, NONE, Ints, Weights, quiet_until
 from rmfs_rules.pod_index.turns import decide
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.warehouse import Lines, Station, Stock, WarehouseView
 
 MOST_SECONDS = 4096
 """Of how many seconds the power is kept in a table."""
@@ -40,15 +40,23 @@ def ticks_to(stations: Sequence[Station], warehouse: WarehouseView) -> Ints:
     return np.array([warehouse.travel.times_to(station.cell, True).min(axis=1) for station in stations])
 
 
+def quiet(warehouse: WarehouseView, weights: Weights, without: Station | None = None, *, urgent: bool = False) -> int:
+    """Return the tick until which nothing can be decided, as `quiet_until` says; ``without`` takes nothing now."""
+    given = looks(weights, warehouse.lines, warehouse.stock)
+    shut = NONE if without is None else without.id
+    return quiet_until(given, warehouse.capacities, shut, warehouse.now_tick, urgent)  # type: ignore[no-any-return]
+
+
+def looks(weights: Weights, lines: Lines, stock: Stock) -> tuple[Any, ...]:
+    """Return the fields of `Looks`."""
+    given = weights.full, weights.most_pods, weights.urge_ticks, weights.base_ticks
+    return *given, lines.arrival_s, lines.first, lines.number, lines.listed_order, *stock[:8]
+
+
 def decision(
     warehouse: WarehouseView, weights: Weights, ticks: Ints, room: int | None, without: Station | None
-) -> tuple[JointDecision, int]:
-    """Let stations take lines and send pods; ``room`` more orders may be split, ``without`` takes nothing now.
-
-    Returns
-    -------
-    The decision, and the tick until which nothing can be, as `decide` says.
-    """
+) -> JointDecision:
+    """Let stations take lines and send pods; ``room`` more orders may be split, ``without`` takes nothing now."""
     lines, stations = warehouse.lines, warehouse.stations
     counting = [station for station in stations if station.counts_orders]
     # The last order for those that are not there
@@ -56,17 +64,17 @@ def decision(
     for station in counting:
         ids = {request.order.id for request in station.open_requests}
         placed[station.id, lines.row[[order for order in ids if order < len(lines.row)]]] = True
-    weights = waiting(warehouse, weights if room is None else weights._replace(packing=True))
+    weights = weights if room is None else weights._replace(packing=True)
     columns = tuple(lines), tuple(warehouse.stock), tuple(weights), warehouse.capacities
     shut = NONE if without is None else without.id
-    takes, sends, until = decide(*columns, shut, placed, ticks, warehouse.now_tick, room or 0)
+    takes, sends = decide(*columns, shut, placed, ticks, warehouse.now_tick, room or 0)
     if not len(takes) and not len(sends):
-        return NOTHING, until
+        return NOTHING
     parts: dict[tuple[int, int], list[int]] = {}
     for at, order, sku in takes.tolist():
         parts.setdefault((order, at), []).append(sku)
     assigned = [OrderAssignment(order, at, tuple(skus)) for (order, at), skus in parts.items()]
-    return JointDecision(assigned, [PodTrip(pod, at) for pod, at in sends.tolist()]), until
+    return JointDecision(assigned, [PodTrip(pod, at) for pod, at in sends.tolist()])
 
 
 def waiting(warehouse: WarehouseView, weights: Weights) -> Weights:
@@ -83,13 +91,13 @@ def wake_s(warehouse: WarehouseView, weights: Weights) -> float | None:
     weights = waiting(warehouse, weights)
     if not weights.urge_ticks:
         return None
-    columns = tuple(warehouse.lines), tuple(warehouse.stock), tuple(weights), warehouse.capacities
-    tick = next_urgent(*columns, warehouse.now_tick)
+    tick = quiet(warehouse, weights, urgent=True)
     return None if tick == NEVER else to_seconds(tick)
 
 
 def prepare(weights: Weights) -> None:
     """Load compiled code, or compile it."""
-    columns = tuple(columns_of((), 1)), tuple(stock_of((), 1)), tuple(weights), shown(np.zeros(1, CAPACITY))
+    lines, stock, capacities = columns_of((), 1), stock_of((), 1), shown(np.zeros(1, CAPACITY))
+    columns = tuple(lines), tuple(stock), tuple(weights), capacities
     decide(*columns, NONE, NOWHERE, np.zeros((1, 1), np.int64), 0, 0)
-    next_urgent(*columns, 0)
+    quiet_until(looks(weights, lines, stock), capacities, NONE, 0, False)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.jit import inlined, njit
-from rmfs_core.warehouse import Lines, Stock
+from rmfs_core.warehouse import BUSY, Lines, Stock
 
 if TYPE_CHECKING:
     from rmfs_rules.helpers.searching import Plain
@@ -54,6 +54,27 @@ class Weights(NamedTuple):
     packing: bool  # whether there is a limit of split orders
     priority: Floats  # priority_factor to the power of -20 to 20
     least: Floats  # 0, 1, 2 ... seconds to the power of ``finish``
+
+
+class Looks(NamedTuple):
+    """Figures looked at before each period: fields of `Weights`, `Lines` and `Stock`."""
+
+    full: float
+    most_pods: int
+    urge_ticks: int
+    base_ticks: int
+    arrival_s: Floats
+    first: Ints
+    number: Ints
+    listed_order: Ints
+    pod: Ints
+    sku: Ints
+    items: Ints
+    of_pod: Ints
+    by_sku: Ints
+    of_sku: Ints
+    at: Ints
+    bound: Ints
 
 
 class Stations(NamedTuple):
@@ -116,7 +137,7 @@ class Period(NamedTuple):
 
 
 @njit(cache=True)
-def count_lines(lines: Lines, stock: Stock) -> tuple[Ints, Ints, Ints]:
+def count_lines(lines: Lines | Looks, stock: Stock | Looks) -> tuple[Ints, Ints, Ints]:
     """Count the open lines that pods have items for.
 
     Returns
@@ -139,7 +160,7 @@ def count_lines(lines: Lines, stock: Stock) -> tuple[Ints, Ints, Ints]:
 
 
 @njit(cache=True)
-def needed(load: int, capacity: int, weights: Weights) -> int:
+def needed(load: int, capacity: int, weights: Weights | Looks) -> int:
     """Return ticks that ages add up to before a pod is sent to a station of which so many places are taken."""
     return int(weights.urge_ticks * (1 + (weights.full - 1) * min(load, capacity) / capacity))
 
@@ -155,7 +176,7 @@ def stations_of(capacities: NDArray[np.void], without: int) -> Stations:
 
 
 @njit(cache=True)
-def least_needed(stations: Stations, weights: Weights) -> int:
+def least_needed(stations: Stations, weights: Weights | Looks) -> int:
     """Return the least of what is needed at the stations that take another pod, `NEVER` where none does."""
     least = NEVER
     for i in range(len(stations.room)):
@@ -175,15 +196,45 @@ def soonest(number: Ints, arrivals: Ints, need: int, base_ticks: int, now: int) 
     return tick
 
 
+@inlined
+def covers(lines: Looks, stock: Looks, stations: Stations) -> bool:
+    """Return whether a pod that goes to a station with room last has an item of an open line."""
+    for pod in range(len(stock.bound)):
+        if stock.bound[pod] != NONE and stations.room[stock.bound[pod]] > 0:
+            for entry in range(stock.of_pod[pod], stock.of_pod[pod + 1]):
+                if stock.items[entry] > 0 and lines.number[stock.sku[entry]]:
+                    return True
+    return False
+
+
 @njit(cache=True)
-def next_urgent(lines: Plain, stock: Plain, weights: Plain, capacities: NDArray[np.void], now: int) -> int:
-    """Return the next tick at which a pod is wanted enough, `NEVER` for never; arguments as in `decide`."""
-    given, stations = Weights(*weights), stations_of(capacities, NONE)
-    need = least_needed(stations, given)
-    if need == NEVER or not (given.urge_ticks and stations.load.any()):
+def quiet_until(told: Plain, capacities: NDArray[np.void], without: int, now: int, urgent: bool) -> int:
+    """Return the tick until which there is nothing to decide while nothing but the time changes; now: there may be.
+
+    Most answers are that nothing can be decided, and reading an array takes as long as finding that out.
+
+    Parameters
+    ----------
+    told
+        The fields of `Looks`, side by side.
+    capacities, without, now
+        As in `turns.decide`.
+    urgent
+        Whether the next tick is wanted at which another pod is wanted enough, whatever can be decided now.
+    """
+    looks = Looks(*told)
+    stations = stations_of(capacities, without)
+    if not urgent and covers(looks, looks, stations):
+        return now
+    need, waits = least_needed(stations, looks), looks.urge_ticks > 0 and stations.load.any()
+    if need == NEVER or (urgent and not waits):
         return NEVER
-    _, number, arrivals = count_lines(Lines(*lines), Stock(*stock))
-    return soonest(number, arrivals, need, given.base_ticks, now)  # type: ignore[no-any-return]
+    _, number, arrivals = count_lines(looks, looks)
+    for pod in range(0 if urgent else len(number)):
+        urge = number[pod] * (now + looks.base_ticks) - arrivals[pod]
+        if looks.at[pod] != BUSY and number[pod] and (urge >= need or not waits):
+            return now
+    return soonest(number, arrivals, need, looks.base_ticks, now) if waits else NEVER
 
 
 @njit(cache=True)

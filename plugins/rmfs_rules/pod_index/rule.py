@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from attrs import define, field, validators
+from attrs import define, field, setters, validators
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_core.clock import to_seconds
@@ -13,7 +13,7 @@ from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.packing import MOST_WORK, room_to_split
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
 from rmfs_rules.pod_index.alone import assign_alone, assign_whole
-from rmfs_rules.pod_index.deciding import NOTHING, decision, prepare, ticks_to, wake_s, weights_of
+from rmfs_rules.pod_index.deciding import NOTHING, decision, prepare, quiet, ticks_to, waiting, wake_s, weights_of
 from rmfs_rules.pod_index.period import NEVER, Ints, Weights
 
 if TYPE_CHECKING:
@@ -140,7 +140,9 @@ class PodIndex:
     _weights: Weights = field(init=False, eq=False, repr=False)
     _stations: tuple[Station, ...] = field(default=(), init=False, eq=False, repr=False)
     _ticks: Ints = field(init=False, eq=False, repr=False)  # driving times to these, which never change in a run
-    _quiet: tuple[object, int, tuple[Pod, ...], int] = field(default=(None, 0, (), 0), init=False, eq=False, repr=False)
+    _quiet: tuple[object, int, tuple[Pod, ...], int] = field(
+        default=(None, 0, (), 0), init=False, eq=False, repr=False, on_setattr=setters.NO_OP
+    )
     # What the warehouse was like when nothing could be decided, and the tick until which nothing can as long as it is
 
     @_weights.default
@@ -152,9 +154,10 @@ class PodIndex:
         """Take lines and send pods, one after another, until the places are taken or left free."""
         if not warehouse.backlog_size or self._quiet_until(warehouse) > warehouse.now_tick:
             return NOTHING
-        if warehouse.lines.quantity.max() <= warehouse.largest_capacity:
+        lines, now = warehouse.lines, warehouse.now_tick
+        if lines.quantity[lines.quantity.argmax()] <= warehouse.largest_capacity:  # `max` takes ten times as long
             decided, until = self._decide(warehouse)
-            if until > warehouse.now_tick and not warehouse.filtered:
+            if until > now and not warehouse.filtered:
                 self._quiet = warehouse.stations, warehouse.version, warehouse.leaving_pods, until
             return decided
         return with_oversize(
@@ -187,16 +190,18 @@ class PodIndex:
         return until if stations is warehouse.stations and leaving == warehouse.leaving_pods else 0
 
     def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> tuple[JointDecision, int]:
-        """Decide about all orders that need no station of their own, as `decision` does."""
+        """Decide about all orders that need no station of their own; return that, and `quiet` in what is like now."""
         if self._stations is not warehouse.stations:
             self._stations, self._ticks = warehouse.stations, ticks_to(warehouse.stations, warehouse)
-        room = room_to_split(warehouse, self.packing_capacity, self.packing_work_s)
-        decided, until = decision(warehouse, self._weights, self._ticks, room, without)
-        if warehouse.free_boxes is None:
-            return decided, until
-        if room != 0 or decided.assignments or decided.trips:
-            return decided, warehouse.now_tick
+        now, boxes, weights = warehouse.now_tick, warehouse.free_boxes, waiting(warehouse, self._weights)
+        if (until := quiet(warehouse, weights, without)) > now and boxes is None:
+            return NOTHING, until
+        room, decided = room_to_split(warehouse, self.packing_capacity, self.packing_work_s), NOTHING
+        if until <= now:
+            decided = decision(warehouse, weights, self._ticks, room, without)
+        if boxes is None or room != 0 or decided.assignments or decided.trips:
+            return decided, now
         decided = assign_whole(warehouse, self.most_pods, without)
         if not decided.assignments and (large := Oversize.left(warehouse)) is not None:
             decided = assign_alone(warehouse, large.order, large.station)
-        return decided, warehouse.now_tick
+        return decided, now

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import njit
 from rmfs_core.warehouse import BUSY, UNLIMITED, Lines, Stock
 from rmfs_rules.pod_index import period
 from rmfs_rules.pod_index.index import best_pods, find_within
-from rmfs_rules.pod_index.period import NONE, Bids, Bools, Ints, Period, Pods, Stations, Weights, fits
+from rmfs_rules.pod_index.period import NONE, Bids, Bools, Ints, Period, Pods, Weights, fits
 
 if TYPE_CHECKING:
     from rmfs_rules.helpers.searching import Plain
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def decide(
     open_lines: Plain, pods: Plain, given: Plain, capacities: NDArray[np.void], without: int,
     placed: Bools, ticks: Ints, now: int, packing: int,
-) -> tuple[Ints, Ints, int]:  # fmt: skip
+) -> tuple[Ints, Ints]:  # fmt: skip
     """Let stations take their turns, fewest pods first, until all are through.
 
     Parameters
@@ -40,33 +40,23 @@ def decide(
 
     Returns
     -------
-    `Period.takes` and `Period.sends`; and the tick until which there is nothing to decide while nothing but the time
-    changes: that of now where something may be.
+    `Period.takes` and `Period.sends`.
     """
     lines, stock, weights = Lines(*open_lines), Stock(*pods), Weights(*given)
     stations = period.stations_of(capacities, without)
     n_skus, n_pods, n_lines = len(lines.number), len(stock.at), lines.number.sum()
-    need, covered = period.least_needed(stations, weights), covers(lines, stock, stations)
-    waits = weights.urge_ticks > 0 and stations.load.any()  # else no pod waits to be wanted enough
-    wanted, number, arrivals = np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
-    movable = np.zeros(0, np.bool_)
-    if covered or need != period.NEVER:
-        wanted, number, arrivals = period.count_lines(lines, stock)
-        movable = (stock.at != BUSY) & (number > 0) & (need != period.NEVER)
-        if waits:
-            movable &= number * (now + weights.base_ticks) - arrivals >= need
-    if not (covered or movable.any()):
-        until = period.NEVER
-        if waits and need != period.NEVER:
-            until = period.soonest(number, arrivals, need, weights.base_ticks, now)
-        return np.zeros((0, 3), np.int64), np.zeros((0, 2), np.int64), until
+    need, (wanted, number, arrivals) = period.least_needed(stations, weights), period.count_lines(lines, stock)
+    urge, movable = number * (now + weights.base_ticks) - arrivals, (stock.at != BUSY) & (number > 0)
+    movable &= need != period.NEVER
+    if weights.urge_ticks > 0 and stations.load.any():  # else no pod waits to be wanted enough
+        movable &= urge >= need
     available = count_items(stock, n_skus, len(ticks))
     share = period.share_visits(wanted, stock, available, number, weights.cost_s)
     within, bearers = find_within(wanted if movable.any() else wanted[:0], stock, movable)
     split = np.zeros(0, np.bool_)
     if weights.packing:
         split = lines.open_lines < lines.begin[1:] - lines.begin[:-1]
-    of_sku, urge = np.zeros((2, n_skus), np.int64), number * (now + weights.base_ticks) - arrivals
+    of_sku = np.zeros((2, n_skus), np.int64)
     p = Period(
         lines, stock, weights, stations,
         Pods(stock.bound.copy(), urge, movable, np.zeros(n_pods, np.bool_), np.zeros(n_pods), np.flatnonzero(movable)),
@@ -86,18 +76,7 @@ def decide(
                 take(p, line, station)
             more = stations.room[station] > 0 or stations.counts_orders[station]
             stations.going_on[station] = line != NONE and more
-    return p.takes[: p.numbers[period.TAKES]], p.sends[: p.numbers[period.SENDS]], now
-
-
-@inlined
-def covers(lines: Lines, stock: Stock, stations: Stations) -> bool:
-    """Return whether a pod that goes to a station with room last has an item of an open line."""
-    for pod in range(len(stock.bound)):
-        if stock.bound[pod] != NONE and stations.room[stock.bound[pod]] > 0:
-            for entry in range(stock.of_pod[pod], stock.of_pod[pod + 1]):
-                if stock.items[entry] > 0 and lines.number[stock.sku[entry]]:
-                    return True
-    return False
+    return p.takes[: p.numbers[period.TAKES]], p.sends[: p.numbers[period.SENDS]]
 
 
 @njit(cache=True)

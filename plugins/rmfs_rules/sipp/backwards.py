@@ -48,14 +48,8 @@ def earliest(asked: Asked, gap: int, due: int, latest: int, labels: int, problem
 @inlined
 def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, problem: Problem) -> tuple[int, int]:
     """Note the states that runs into a state begin in; return when the last run arrives, and the queue's length."""
-    cell, heading, start, me, tracks, table = (
-        asked.cell,
-        asked.heading,
-        asked.start,
-        problem.me,
-        problem.tracks,
-        problem.table,
-    )
+    cell, heading, start, me, goal = asked.cell, asked.heading, asked.start, problem.me, problem.goal
+    tracks, table = problem.tracks, problem.table
     states, low, high = problem.memory.states, problem.memory.low, problem.memory.high
     to, towards, due = states[state, CELL], state % 4, states[state, DUE]
     rest, arrives = left_from(to, towards, tracks), int(-FOREVER)
@@ -72,6 +66,9 @@ def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, proble
         run = tracks.runs[length]
         low[0, 0], high[0, 0] = max(begin - tracks.enter[length, length], soonest - run), by - run
         n, now = 1 if low[0, 0] <= high[0, 0] else 0, 0
+        soon = start + _least(cell, at, tracks)
+        if n and to != goal and at != cell:
+            n = _helps(at, towards, length, due, rest, soon, brake, problem)
         ahead = length - 1
         while n and ahead >= 0:
             there, enter = at + ahead * offset, tracks.enter[length, ahead]
@@ -90,7 +87,6 @@ def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, proble
                 alone, by = departure + run + rest, final - turn
                 waiting = _note(4 * gap + heading, at, by, max(due, alone), alone, waiting, problem)
         if n and tracks.passable[at]:
-            soon = start + _least(cell, at, tracks)
             waiting = _note_all(at, towards, length, due, rest, soon, brake, now, n, waiting, problem)
         if not tracks.passable[at]:
             break
@@ -105,6 +101,46 @@ def _gap(cell: int, gap: int, me: int, table: Intervals) -> tuple[int, int]:
         if table.owner[p] != me:
             begin = table.until[p]
     return begin, table.since[gap] if gap < last else int(FOREVER)
+
+
+@inlined
+def _helps(
+    at: int, towards: int, length: int, due: int, rest: int, soonest: int, brake: int, problem: Problem
+) -> int:  # fmt: skip
+    """1 if a run could change a label were all cells ahead free in its window of departure, else 0."""
+    tracks, table = problem.tracks, problem.table
+    first, final = problem.memory.low[0, 0], problem.memory.high[0, 0]
+    leave, onwards = tracks.leave[length, 0], tracks.runs[length] + rest
+    p = table.first[at]
+    end = p + table.count[at]
+    since = int(-FOREVER)
+    while since < final:
+        while p < end and table.owner[p] == problem.me:
+            p += 1
+        until = min(table.since[p] - leave, final) if p < end else final
+        for difference in range(4):
+            came, turn = (towards - difference) % 4, tracks.turns[difference]
+            behind = at - tracks.offsets[came]
+            if 0 <= behind < len(tracks.moves) and tracks.moves[behind] >> came & 1:
+                departure = max(max(since + brake, soonest) + turn, first)
+                if departure <= until and _changes(4 * p + came, until - turn, max(due, departure + onwards), problem):
+                    return 1
+        if p >= end:
+            break
+        since = table.until[p]
+        p += 1
+    return 0
+
+
+@inlined
+def _changes(state: int, by: int, arrival: int, problem: Problem) -> bool:
+    """Whether `_note` of a label would change something."""
+    states = problem.memory.states
+    if states[state, STAMP] != problem.number:
+        return True
+    if by <= states[state, DONE]:
+        return False
+    return bool(states[state, PLACE] < 0 or by > states[state, ARRIVAL] or arrival < states[state, DUE])
 
 
 @inlined

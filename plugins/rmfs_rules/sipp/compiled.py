@@ -12,7 +12,7 @@ import numpy as np
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
-from rmfs_rules.helpers.searching import Asked, Plain, far, free_for_good, gap_at, narrow
+from rmfs_rules.helpers.searching import Asked, Plain, crossed, far, free_for_good, gap_at, narrow
 from rmfs_rules.sipp.backwards import earliest
 from rmfs_rules.sipp.states import (
     AHEAD,
@@ -160,8 +160,8 @@ def _drive(
         if departure + ahead <= limit:
             while n and common < min(tracks.common[length], length):
                 there = cell + common * offset
-                if table.count[there]:
-                    begin, stop = tracks.enter[longest, common], tracks.leave[longest, common]
+                begin, stop = tracks.enter[longest, common], tracks.leave[longest, common]
+                if crossed(low, high, now, n, there, begin, stop, table):
                     n = narrow(low, high, now, n, 1 - now, there, begin, stop, problem.me, table)
                     now = 1 - now
                 common += 1
@@ -228,9 +228,9 @@ def _arrive(
     rest = tracks.times[at, towards]
     while n and common < length:
         there = cell + common * tracks.offsets[towards]
-        if table.count[there]:
+        begin, stop = tracks.enter[length, common], tracks.leave[length, common]
+        if crossed(low, high, now, n, there, begin, stop, table):
             to = 3 if now == 2 else 2
-            begin, stop = tracks.enter[length, common], tracks.leave[length, common]
             n = narrow(low, high, now, n, to, there, begin, stop, problem.me, table)
             now = to
         common += 1

@@ -56,7 +56,7 @@ class Course:
     overtaken
         How many robots have come between it and the head of the line since it took its place there.
     waits, ready
-        What it waits for before its next leg; the tick until which it waits, where a state has told that.
+        Event that it waits for before its next leg; the tick until which it waits, where a state has told that.
     """
 
     robot: Robot

@@ -279,3 +279,25 @@ def an_assignment_after_the_cancellation(raw: Raw) -> None:
     i = raw.place(CANCELLED)
     later = raw.following(i, ASSIGNED)
     raw.events[later]["order"] = raw.events[i]["order"]
+
+
+# Hours
+
+for _name, _event in (
+    ("an opening", "station_opened"),
+    ("a closing", "station_closed"),
+    ("a change of robots on duty", "robots_on_duty"),
+):
+    dropped(f"{_name} dropped", _event)
+    doubled(f"{_name} twice", _event)
+    changed(f"{_name} a second late", _event, lambda line: {"tick": line["tick"] + 1000})
+changed("another number of robots on duty", "robots_on_duty", lambda line: {"number": line["number"] - 1})
+changed("the last assignment to another station", ASSIGNED, lambda line: {"station": line["station"] ^ 1}, at=1.0)
+
+
+@kind
+def a_task_for_a_robot_off_duty(raw: Raw) -> None:
+    raw.place("robots_on_duty")
+    last = raw.place(STORED, lambda line: line["robot"] > 0, at=1.0)
+    stored = raw.events[last]
+    raw.events.insert(last + 1, {"e": TASK, "tick": stored["tick"], "robot": stored["robot"], "pod": 0})

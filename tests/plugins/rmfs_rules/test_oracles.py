@@ -20,6 +20,7 @@ from rmfs_core.rules.sources import RuleSources
 from rmfs_rules.switch import Case
 
 ELSEWHERE = {
+    "remote": "tests/plugins/rmfs_commands/remote: another program decides",
     "integrated": "tests/plugins/rmfs_rules/mip: a model of its own, solved without what the rule knows",
     "split-among-stations": "tests/plugins/rmfs_rules/mip",
     "split-over-time": "tests/plugins/rmfs_rules/mip",

@@ -151,8 +151,7 @@ def test_the_version_of_an_observer_of_every_run_is_kept(install: Install) -> No
     source = WATCHER.replace("FILES", "()")
     install("acme", {"acme-watch": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
     result = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
-    assert result.metrics["acme_one"] == 1
-    assert result.versions["acme"] == "1.0"
+    assert (result.metrics["acme_one"], result.versions["acme"]) == (1, "1.0")
 
 
 CLASHING = """

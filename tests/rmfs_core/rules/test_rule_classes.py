@@ -286,7 +286,6 @@ from attrs import define
 from rmfs_core import hookimpl
 if TYPE_CHECKING:
     from pathlib import Path
-
 @define
 class Mine:
     weights: Path
@@ -390,7 +389,6 @@ NEEDED = "a tuple of 'unlimited stock', 'item capacity' or 'no batteries'"
 PATHS = """
 from attrs import define
 from rmfs_core import hookimpl
-
 @define
 class Mine:
     reserves = "paths"

@@ -233,7 +233,6 @@ SOURCE = """
 from __future__ import annotations
 from attrs import define
 from rmfs_core import hookimpl
-
 @define
 class MyRule:
     answer: str = "mine"
@@ -327,18 +326,14 @@ import inspect
 import pickle
 import typing
 from dataclasses import dataclass
-
 from attrs import define
 from rmfs_core import OrderAssignment, hookimpl
-
 @define
 class Level:
     least: Number
-
 @define
 class Mine:
     level: Level
-
     @hookimpl
     def assign_orders(self, warehouse):
         @dataclass

@@ -420,8 +420,7 @@ def test_values_are_on_one_line(value: object, text: str) -> None:
 def test_keys_and_values_are_shown() -> None:
     assert [toml_key(key) for key in ("pick_s", "a-1", "1", "a.b", "")] == ["pick_s", "a-1", "1", '"a.b"', '""']
     assert toml_text("a\x7fb") == '"a\\u007fb"'  # which JSON would leave as it is, and TOML forbids
-    assert shown(None) == "null"
-    assert shown("x" * 58) == f'"{"x" * 58}"'
+    assert (shown(None), shown("x" * 58)) == ("null", f'"{"x" * 58}"')
     cut = shown("x" * 59)
     assert (len(cut), cut[-4:]) == (60, "x...")
     nested: list[Any] = []

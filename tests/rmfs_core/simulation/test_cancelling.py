@@ -6,14 +6,7 @@ from attrs import evolve
 
 from cases import cases
 from rmfs_commands.testing import small_instance
-from rmfs_core.events import (
-    DecisionMade,
-    OrderArrived,
-    OrderAssigned,
-    OrderCancelled,
-    OrderCompleted,
-    OrderInStock,
-)
+from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCancelled, OrderCompleted, OrderInStock
 from rmfs_core.scenario.model import Arrivals, Scenario
 from told import Prepare
 
@@ -35,8 +28,7 @@ def test_what_is_begun_is_picked_on(tiny_run: Prepare) -> None:
     happened = [(0, "Arrived", 0), (0, "Arrived", 1), (0, "Assigned", 0), (5, "Cancelled", 1), (done, "Completed", 0)]
     assert told(run) == happened
     assert (first.cancelled, second.cancelled, second.complete, second.open_lines) == (False, True, True, ())
-    assert run.simulation.status == "complete"
-    assert run.simulation.now == 1000 * done
+    assert (run.simulation.status, run.simulation.now) == ("complete", 1000 * done)
     assert run.warehouse.open_demand.tolist() == [0, 0]
     assert run.warehouse.ordered.tolist() == [1, 1]
 

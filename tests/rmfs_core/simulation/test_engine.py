@@ -37,7 +37,6 @@ from rmfs_core.scenario.model import (
     StationsSection,
 )
 from rmfs_core.simulation.setup import motion_of, open_warehouse
-from rmfs_core.timetable import Span
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.world import Instance
 from saying import said
@@ -56,8 +55,7 @@ def test_one_item_takes_fetching_lifting_carrying_and_handling(tiny_run: Prepare
     run.simulation.run()
     heading = next(e.heading for e in reversed(run.of(RobotMoved)) if e.pod is None) if fetch else 1
     carry = travel.ticks(pod.robot is not None and warehouse.homes[0], heading, station, loaded=True)
-    assert run.simulation.now == fetch + 2200 + carry + 13000
-    assert run.simulation.status == "complete"
+    assert (run.simulation.now, run.simulation.status) == (fetch + 2200 + carry + 13000, "complete")
 
 
 def release_when(at: str) -> Callable[[Scenario], Scenario]:
@@ -74,8 +72,7 @@ def test_the_picker_needs_thirteen_seconds_an_item(tiny_run: Prepare, release: s
     starts = [pick.start_tick for pick in picks]
     assert [b - a for a, b in pairwise(starts)] == [13000, 13000]
     assert [pick.tick - pick.start_tick for pick in picks] == [7000] * 3
-    assert run.of(VisitEnded)[0].picks == 3
-    assert run.of(VisitEnded)[0].tick == picks[-1].tick
+    assert (run.of(VisitEnded)[0].picks, run.of(VisitEnded)[0].tick) == (3, picks[-1].tick)
     assert run.of(OrderCompleted)[0].tick == picks[-1].tick + later
 
 
@@ -86,8 +83,7 @@ def test_places_may_be_given_back_when_items_are_handled(tiny_run: Prepare) -> N
     assert [event.tick for event in run.of(OrderCompleted)] == [first.picker_free_tick, second.picker_free_tick]
     assert run.of(VisitEnded)[0].tick == first.tick == first.picker_free_tick - 6000
     assert run.of(OrderAssigned)[1].tick == first.picker_free_tick
-    assert run.simulation.now == second.picker_free_tick
-    assert run.simulation.status == "complete"
+    assert (run.simulation.now, run.simulation.status) == (second.picker_free_tick, "complete")
     instance = small_instance({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]})
     run = tiny_run(instance, capacity=2, change=release_when("handled")).done()
     assert run.of(OrderAssigned)[1].tick == run.of(ItemPicked)[1].picker_free_tick
@@ -136,8 +132,7 @@ def test_a_pod_goes_on_to_the_next_station_it_is_bound_for(tiny_run: Prepare) ->
 def test_a_pod_is_put_back_and_later_orders_are_picked_later(tiny_run: Prepare) -> None:
     run = tiny_run(small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}), capacity=1).done()
     stored, lifted = run.of(PodStored), run.of(PodLifted)
-    assert len(stored) == 1
-    assert len(lifted) == 2
+    assert (len(stored), len(lifted)) == (1, 2)
     assert stored[0].tick <= lifted[1].start_tick
     instance = small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, arrivals_s={"2": 500})
     run = tiny_run(instance).done()
@@ -167,8 +162,7 @@ def test_queues_have_room_for_so_many_and_block_no_others(tiny_run: Prepare) -> 
         queue_length=1,
         at_stations={"1": ("p", "q"), "2": ("r", "s")},
     ).done()
-    assert len(run.of(OrderCompleted)) == 2
-    assert len(run.of(ItemPicked)) == 8
+    assert (len(run.of(OrderCompleted)), len(run.of(ItemPicked))) == (2, 8)
 
 
 @pytest.mark.parametrize("body", ["1 / 0", "raise SystemExit(3)"])
@@ -355,7 +349,6 @@ def test_pods_at_stations_are_told_first_in_line_first() -> None:
 COUNTS_ITEMS = """
 from attrs import define
 from rmfs_core import OrderAssignment, hookimpl
-
 @define
 class CountsItems:
     @hookimpl
@@ -388,9 +381,7 @@ def test_a_standstill_says_what_is_left(tiny_run: Prepare, tmp_path: Path, order
     ((("00:00", "00:01"),), (("00:01", "24:00"),), 61.0, "no robot is on duty while a station is open at any time."),
     (None, None, 1.0, "1 of 1 order arrived, with 0 items picked."),
 )
-def test_why_no_order_is_complete_is_said(
-    tiny_run: Prepare, stations: Any, robots: tuple[Span, ...] | None, until_s: float, sentence: str
-) -> None:
+def test_why_no_order_is_complete_is_said(tiny_run, stations, robots, until_s, sentence) -> None:
     def change(scenario: Scenario) -> Scenario:
         return evolve(
             scenario,

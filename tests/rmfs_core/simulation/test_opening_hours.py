@@ -124,7 +124,6 @@ def test_a_later_line_of_an_order_joins_its_place_at_a_closed_station() -> None:
 ACTIVATING = """
 from attrs import define, field
 from rmfs_core import hookimpl
-
 @define
 class Mine:
     body: str = "return [0]"

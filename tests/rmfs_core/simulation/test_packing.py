@@ -109,9 +109,7 @@ def test_where_packing_takes_no_time_packed_is_picked(tiny_run: Prepare, rule: s
 @pytest.mark.parametrize("rule", SPLITTING)
 @pytest.mark.parametrize("counts", ["packed", "picked"])
 @pytest.mark.parametrize("tote", ["part", "visit"])
-def test_a_split_order_has_a_box_of_its_own_until_it_is_packed(
-    tiny_run: Prepare, rule: str, counts: str, tote: str
-) -> None:
+def test_a_split_order_has_a_box_of_its_own_until_it_is_packed(tiny_run, rule, counts, tote) -> None:
     change = packing(stations=2, boxes=1, packers=1, packing_from=counts, tote=tote)
     run = tiny_run(INSTANCE, capacity=(3, 3), robots=3, change=change, poa_pps=rule).done()
     boxes: dict[int, tuple[int, int]] = {}
@@ -227,8 +225,7 @@ def test_parts_are_put_and_then_packed(tiny_run: Prepare) -> None:
     for put in run.of(PartPut):
         assert put.tick - put.start_tick == 3000 + 4000 * put.items
     together = {event.order: event.tick for event in run.of(OrderConsolidated)}
-    last = {event.order: event.tick for event in run.of(PartPut)}
-    assert together == last != {}
+    assert together == {event.order: event.tick for event in run.of(PartPut)} != {}
     for event in run.of(OrderPacked):
         assert event.tick - event.start_tick == 30_000 + 5_000 * run.warehouse.orders[event.order].items
         assert event.start_tick >= together.get(event.order, 0)
@@ -310,13 +307,10 @@ def test_a_section_that_makes_no_sense_is_refused(tiny_run: Prepare, keys: Any, 
         tiny_run(SINGLES, change=packing(**keys))
 
 
-def test_more_stations_than_the_map_has_are_refused(tiny_run: Prepare) -> None:
+def test_packing_stations_that_the_map_cannot_hold_are_refused(tiny_run: Prepare) -> None:
     told = r"packing.stations: found 3, but the map has 2 packing stations \(`P`\); expected as many, or no number"
     with pytest.raises(InputError, match=told):
         tiny_run(SINGLES, layout=parse_map(MAP, "map"), queue_length=2, change=packing(stations=3))
-
-
-def test_a_packing_station_without_floor_is_refused() -> None:
     with pytest.raises(InputError, match="row 1, column 1: the packing station has no floor next to it; expected some"):
         parse_map("P\n#....O\n#....q\n", "map")
 
@@ -354,6 +348,5 @@ def test_orders_larger_than_any_station_are_packed_with_one_box(tiny_run: Prepar
     orders = small_instance(large | {"2": {"a": 1, "c": 1}}, {name: [*skus] for name, skus in PODS.items()})
     rules = {"poa": rule} if rule == "pod-match" else {"poa_pps": rule}
     run = tiny_run(orders, capacity=(5, 5), robots=3, change=packing(boxes=1, packers=1), **rules).done()
-    assert run.simulation.status == "complete"
-    assert len(run.of(OrderPacked)) == 3
+    assert (run.simulation.status, len(run.of(OrderPacked))) == ("complete", 3)
     assert None in [event.box for event in run.of(PackingAssigned) if event.order < 2]

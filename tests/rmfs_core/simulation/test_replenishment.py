@@ -125,8 +125,7 @@ def test_a_memento_has_the_bundles() -> None:
     assert Memento.of(WarehouseView(again), ("a",)) == memento
     assert [bundle.name for bundle in again.stations[1].bundles] == ["y", "x"]
     assert [bundle.arrival_s for bundle in again.bundles.values()] == [5.0]
-    assert again.pods[0].free_space == 2
-    assert again.bundle_arrives(0, 1).id == 3
+    assert (again.pods[0].free_space, again.bundle_arrives(0, 1).id) == (2, 3)
 
 
 @cases(
@@ -201,8 +200,7 @@ def test_storing_holds_pod_and_worker() -> None:
     assert {(event.visit, event.station) for event in stored} == {(stored[0].visit, 1)}
     ended = next(event for event in run.of(VisitEnded) if event.station == 1)
     assert (ended.tick, ended.picks) == (stored[1].tick, 0)
-    assert len(run.of(ItemPicked)) == 3
-    assert run.simulation.status == "complete"
+    assert (len(run.of(ItemPicked)), run.simulation.status) == (3, "complete")
 
 
 def test_a_pod_picks_and_replenishes() -> None:
@@ -210,8 +208,7 @@ def test_a_pod_picks_and_replenishes() -> None:
     instance = brought(small_instance(orders, pods, arrivals_s={"2": 200}), (5, 1, 1))
     run = prepared(scenario_of(FILE, robots=1), instance).done()
     assert [event.station for event in run.of(VisitStarted)[:2]] == [0, 1]
-    assert run.of(VisitEnded)[0].next_station == 1
-    assert run.simulation.status == "complete"
+    assert (run.of(VisitEnded)[0].next_station, run.simulation.status) == (1, "complete")
     supply = {"replenishment": {"process": "file", "file": "b"}}
     layout = {"replenishment_west": 1}
     scenario = scenario_of({}, instance=supply, stations={"also_replenish": True, "queue_length": 3}, layout=layout)
@@ -224,8 +221,7 @@ def test_a_pod_picks_and_replenishes() -> None:
 
 def test_a_run_waits_for_stock_or_names_what_has_no_room() -> None:
     run = prepared(scenario_of(FILE), brought(small_instance({"1": {"a": 1}}, {"p": {"b": 1}}), (36_000, 1, 1))).done()
-    assert run.of(BundleArrived)[0].tick == 36_000_000
-    assert len(run.of(OrderCompleted)) == 1
+    assert (run.of(BundleArrived)[0].tick, len(run.of(OrderCompleted))) == (36_000_000, 1)
     instance = brought(small_instance({"1": {"a": 1}}, {"p": {"b": 3}}), (0, 1, 1))
     run = prepared(scenario_of(FILE, instance={"pod_capacity": 3, "replenishment": FILE}), instance)
     with pytest.raises(StandstillError, match=r"no pod has room for bundles: B1\."):
@@ -461,8 +457,7 @@ def test_what_has_run_low_or_is_waited_for_is_ordered() -> None:
     ({"replenishment": FROM_TWO_TO_SEVEN, "pod_capacity": 4}, [4, 1]),
 )
 def test_large_orders_come_in_several_bundles(instance: dict[str, object], largest: list[int]) -> None:
-    supply = Supply(scenario_of(FROM_TWO_TO_SEVEN, instance=instance), LOW)
-    assert supply.order(2) == largest
+    assert Supply(scenario_of(FROM_TWO_TO_SEVEN, instance=instance), LOW).order(2) == largest
 
 
 def test_chance_and_files_bring_bundles() -> None:

@@ -99,9 +99,7 @@ def test_no_spread_is_the_number(tmp_path: Path) -> None:
     ({"line_s": 2.0, "order_s": 4.0, "speed": {"1": 2.0}}, [(6.5, 9.5), (3.5, 6.5), (6.5, 9.5), (4.5, 7.5)]),
     ({"order_s": ServiceTime(Spread(times=(4.0,)))}, [(11, 17), (7, 13), (11, 17), (7, 13)]),
 )
-def test_times_by_line_order_and_station(
-    keys: dict[str, Any], expected: list[tuple[float, float]], tiny_run: Prepare
-) -> None:
+def test_times_by_line_order_and_station(keys, expected, tiny_run) -> None:
     run = tiny_run(LINES, layout=small_layout(1), poa="first-come", change=stations(**keys)).done()
     assert lasts(run.of(ItemPicked)) == expected
 

@@ -38,8 +38,7 @@ MOTIONS = st.builds(
 
 def test_runs_and_turns() -> None:
     passing = PassingTimes(Motion(), 5)
-    assert Motion().run_ticks(3) == 3500
-    assert passing.leave[3, 0] == 1415
+    assert (Motion().run_ticks(3), passing.leave[3, 0]) == (3500, 1415)
     assert list(passing.enter[3, :4]) == [0, 0, 1414, 2085]
     assert list(passing.leave[3, :3]) == [1415, 2086, 3500]
     run = Motion().run_ticks(1)

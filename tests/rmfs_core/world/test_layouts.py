@@ -36,8 +36,7 @@ def test_cells_headings_and_distances() -> None:
     assert [TWO_STATIONS.may_step(6, heading) for heading in range(4)] == [True, True, False, True]
     assert [TWO_STATIONS.may_step(5, heading) for heading in range(4)] == [True, False, False, False]
     assert [TWO_STATIONS.distance(0, cell) for cell in (0, 3, 4, 7, 19)] == [0, 3, 1, 4, 7]
-    assert TWO_STATIONS.distance(19, 0) == 7
-    assert TWO_STATIONS.where(0) == "row 1, column 1"
+    assert (TWO_STATIONS.distance(19, 0), TWO_STATIONS.where(0)) == (7, "row 1, column 1")
     assert TWO_STATIONS.where(7) == where(7, 4) == "row 2, column 4"
 
 
@@ -242,8 +241,7 @@ def test_a_generator_of_layouts_takes_parameters(install: Install) -> None:
         for key in ("seed=1", "seed=2", "layout.parameters.gap=true")
     )
     assert (len(first.storage_locations), first is again, first is other) == (9, True, False)
-    scenario = load_scenario("examples/small", keys)
-    assert make_layout(structure(plain(scenario))) is first
+    assert make_layout(structure(plain(load_scenario("examples/small", keys)))) is first
     for text, same in (("wide", True), ("small.toml", False)):  # a file beside the scenario, which may change
         named = [*keys, f"layout.parameters.gap={text}"]
         made = [make_layout(load_scenario("examples/small", named)) for _ in range(2)]

@@ -359,6 +359,7 @@ export class Panel {
   charger(view, id, world) {
     const { width } = view.run.layout;
     const there = view.scene.places.findIndex((here) => !here.moving && here.y * width + here.x === id);
+    /** @type {[string, string] | null} */
     const down = world.chargersDown.has(id) ? ["Service", "out: it has failed"] : null;
     if (there < 0) return [make("p", { class: "now" }, down ? "Out of service." : "Free.")];
     const charge = world.charge(there);

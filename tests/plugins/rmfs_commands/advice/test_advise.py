@@ -48,9 +48,7 @@ PART = ("--set", DAY[0], "--set", f"instance.arrivals.profile={[1, 1, 1, 0, 0, 6
     (["instance.orders=900", *DAY], None, 14_400, "Simulated: 2 hours, in which 343 of 900 orders arrive."),
     (["instance.orders=50", "run.warmup_s=10800", *DAY], 1, 14_400, "Simulated: 1 hour, in which"),
 )
-def test_a_part_of_the_time_is_simulated(
-    overrides: list[str], hours: float | None, until_s: float | None, told: str
-) -> None:
+def test_a_part_of_the_time_is_simulated(overrides, hours, until_s, told) -> None:
     found = cut(load_scenario("examples/small", overrides), hours)
     assert found.told[0].startswith(told)
     assert ("Hours and numbers of orders are those of the first seed." in found.told) is ("343" in told)
@@ -60,8 +58,7 @@ def test_a_part_of_the_time_is_simulated(
 def test_a_cut_without_the_busiest_hour_says_so() -> None:
     scenario = load_scenario("examples/small", ["instance.orders=200", *DAY])
     assert "--hours 4 includes it" in cut(scenario, 2).told[-1]
-    assert len(cut(scenario, 3).told) == 3
-    assert len(cut(scenario, 4.5).told) == 1
+    assert (len(cut(scenario, 3).told), len(cut(scenario, 4.5).told)) == (3, 1)
 
 
 def test_the_busiest_hour_is_one_of_the_clock() -> None:
@@ -101,14 +98,11 @@ def test_a_cut_goes_on_to_the_last_truck_of_the_day(hours: float | None, until_s
     ("examples/small", ["rules.poa_pps=integrated"], False, "integrated (now)", 5),
     ("examples/small", ["rules.poa_pps=split-among-stations"], True, "split-among-stations (now)", 6),
 )
-def test_the_candidates_are_those_that_the_scenario_lets_be(
-    name: str, overrides: list[str], split: bool, own: str, others: int
-) -> None:
+def test_the_candidates_are_those_that_the_scenario_lets_be(name, overrides, split, own, others) -> None:
     scenario = load_scenario(name, overrides)
     assert lets_split(scenario, RuleSet.load(scenario.rules, ".")) is split
     experiment = advice_experiment(scenario, "hall", (1, 2), split=split)
-    assert experiment.baseline == own
-    assert len(experiment.rule_sets) == others + 1
+    assert (experiment.baseline, len(experiment.rule_sets)) == (own, others + 1)
     assert ("packed_s" in experiment.metrics) is (scenario.packing is not None)
     assert len(experiment.jobs()) == 2 * (others + 1)
 
@@ -160,9 +154,7 @@ def answer(result: ExperimentResult, seeds: int = 4) -> list[str]:
         "visit costs: the second takes 50 % more time, the first makes 100 % more visits.",
     ),
 )
-def test_the_answer_is_what_no_other_is_shown_to_beat(
-    small: Scenario, figures: dict[str, tuple[float, float]], begins: str
-) -> None:
+def test_the_answer_is_what_no_other_is_shown_to_beat(small, figures, begins) -> None:
     assert answer(result_of(small, figures=figures))[0].startswith(begins)
 
 
@@ -201,9 +193,7 @@ KEEP = " among the rule sets with a mean missed_percent of at most 4"
     (("missed_percent", 4.0), f"Least cost per order{KEEP}: 1.015 (workload + lexicographic)."),
     (("missed_percent", 0.5), "No rule set has a mean missed_percent of at most 0.5."),
 )
-def test_with_costs_the_cheapest_that_keeps_a_limit_is_named(
-    small: Scenario, limit: tuple[str, float] | None, sentence: str
-) -> None:
+def test_with_costs_the_cheapest_that_keeps_a_limit_is_named(small, limit, sentence) -> None:
     made = result_of(evolve(small, costs=Costs()), figures={"workload": (9, 100.0), "near_best_pod": (9, 50.0)})
     missed = [1.0 if row["rule_set"].startswith("workload") else 5.0 for row in made.rows]
     costs = [{"cost_per_order": row["turnover_s"] / 100} for row in made.rows]
@@ -280,9 +270,7 @@ def test_shares_are_whole_percent(found: Interval, shown: str) -> None:
     assert share(found) == shown
 
 
-def test_the_command_answers_and_goes_on_where_it_stopped(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_answers_and_goes_on_where_it_stopped(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     quick = ("--set", "instance.orders=6", "--set", "rules.pp=free-flow", "-j", "1", "--seeds", "3")
     assert exit_code("advise", "examples/small", *quick) == 0
@@ -318,9 +306,7 @@ def test_the_command_answers_and_goes_on_where_it_stopped(
     (("--hours", "1", "--set", "run.warmup_s=10800", *PART), "--hours: no order arrives between the warm-up"),
     (("--set", "instance.pods=1000"), "1000 pods, but the layout has"),
 )
-def test_what_is_wrong_is_one_sentence(
-    arguments: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_wrong_is_one_sentence(arguments, sentence, capsys) -> None:
     assert exit_code("advise", "examples/small", "--quiet", *arguments) == 2
     printed = capsys.readouterr()
     assert sentence in printed.err

@@ -28,11 +28,9 @@ FEW = ["instance.orders=9"]
 MINE = """
 from attrs import define
 from rmfs_core import OrderAssignment, hookimpl
-
 @define
 class Mine:
     "POA: the first order that fits."
-
     @hookimpl
     def assign_orders(self, warehouse):
         fits = ((o, s) for o in warehouse.backlog for s in warehouse.stations if warehouse.fits(o, s))
@@ -41,7 +39,6 @@ class Mine:
 COUNTING = """
 import json
 from pathlib import Path
-
 @define
 class Counts:
     "PR: the first free location; notes how many orders its run has."
@@ -52,7 +49,6 @@ class Counts:
             file.write(f"{len(run.instance.orders)} {run.scenario.seed}\\n")
     @hookimpl
     def choose_storage_location(self, warehouse): return min(warehouse.free_storage_locations)
-
 @define
 class Both:
     "POA and PPS, and neither well."
@@ -180,8 +176,7 @@ def test_a_rule_takes_its_place_and_no_other(role: Role, changed: dict[str, obje
     (Role.ROA_RPS, {"roa_rps": "new"}),
 )
 def test_a_rule_for_bundles_has_bundles_to_decide_about(role: Role, changed: dict[str, object]) -> None:
-    assert names("small", role) == PLAIN | changed
-    assert keys_of(role)[0] == role.key
+    assert (names("small", role), keys_of(role)[0]) == (PLAIN | changed, role.key)
     scenario = world_with("small", role, RuleChoice("new"), ["instance.replenishment.lead_s=60"])
     assert (scenario.instance.replenishment.process, scenario.instance.replenishment.lead_s) == ("reorder-point", 60)
     assert world_with("small", Role.POA, RuleChoice("new")).instance.replenishment is None
@@ -262,9 +257,7 @@ class Nothing:
     "POA: assigns nothing, so the run stands still."
     @hookimpl
     def assign_orders(self, warehouse): return []
-
 INTERRUPTS = iter([KeyboardInterrupt])
-
 @define
 class Interrupted:
     "POA: somebody presses Ctrl-C while it thinks for the first time."
@@ -273,12 +266,10 @@ class Interrupted:
         for interrupt in INTERRUPTS:
             raise interrupt
         return []
-
 @define
 class Endless(Nothing):
     "POA: needs unlimited stock."
     needs = ("unlimited stock",)
-
 @define
 class Both:
     "POA and PPS: the first of everything."

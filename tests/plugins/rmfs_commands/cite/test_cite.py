@@ -73,16 +73,13 @@ def test_a_release_has_its_year_and_the_project_its_address(monkeypatch: pytest.
 HOSTILE = r'''
 from attrs import define
 from rmfs_core import hookimpl
-
 @define
 class Hostile:
     r"""POA: nothing.
-
     References
     ----------
     A. Bee: On honey { wax. Hive, 2001. https://doi.org/10.1000/a\b (as @article{in, year} has it)
     """
-
     @hookimpl
     def assign_orders(self, warehouse):
         return []
@@ -105,7 +102,6 @@ def test_a_docstring_writes_no_entries(tmp_path, monkeypatch, capsys) -> None:
 RULE = '''
 from attrs import define
 from rmfs_core import hookimpl
-
 @define
 class Mine:
     """POA: my own.
@@ -211,8 +207,7 @@ def test_kinds_of_sources() -> None:
 def test_other_kinds(text: str, kind: str, fields: dict[str, str]) -> None:
     """Preprints, conferences, reports; what is written otherwise is a note as a whole."""
     (found,) = references_in(text)
-    assert found.kind == kind
-    assert {**found.fields, **fields} == found.fields
+    assert (found.kind, {**found.fields, **fields}) == (kind, found.fields)
 
 
 @given(st.text())

@@ -166,16 +166,10 @@ def test_a_reader_that_goes_away_ends_a_command_quietly(arguments: tuple[str, ..
 ENDING = """
 import sys
 import click
-
-
 class Told(click.Command):
     def get_short_help_str(self, limit=45):
         return 1 / 0
-
-
 told = Told("told")
-
-
 @click.command()
 @click.argument("how")
 @click.pass_context
@@ -302,7 +296,6 @@ def test_a_failure_is_json_where_json_is_asked_for(arguments, code, place, capsy
 FAILS = """
 from attrs import frozen
 from rmfs_core import hookimpl
-
 @frozen
 class Fails:
     "PPS: fails."
@@ -341,11 +334,9 @@ NOTING = """
 import warnings
 import click
 from rmfs_commands.cli.main import main, rmfs
-
 @click.command()
 def noting():
     warnings.warn("it goes", FutureWarning)
-
 rmfs.get_command = lambda *_: noting
 rmfs.list_commands = lambda *_: ["noting"]
 main()
@@ -384,12 +375,10 @@ import os, signal, time
 from rmfs_commands.cli.interrupts import hear_interrupts
 signal.signal(signal.SIGINT, signal.default_int_handler)  # which tests in the background do not have
 hear_interrupts()
-
 class Finalized:
     def __del__(self):
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(0.1)
-
 try:
     thing = Finalized()
     del thing
@@ -433,7 +422,6 @@ atexit.register(os.write, 1, b"BELOW AT THE END\\n")
 from attrs import frozen
 from rmfs_core import hookimpl
 from rmfs_core.decisions import OrderAssignment
-
 @frozen
 class Noisy:
     \"\"\"Prints, and reads what there is.\"\"\"
@@ -572,8 +560,7 @@ def test_what_is_cached_loads_without_what_compiles(tmp_path: Path) -> None:
         command = [sys.executable, "-c", dedent(program), *arguments]
         return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout.strip()
 
-    assert run() == "3 too few False True True"
-    assert run() == "3 too few True True True"
+    assert (run(), run()) == ("3 too few False True True", "3 too few True True True")
     assert run("new") == "3 too few True True True\n3"
 
 
@@ -653,8 +640,7 @@ def test_what_is_compiled_is_said_once() -> None:
     notes = Console(file=io.StringIO())
     with compiling_announced(notes):
         pass
-    assert njit(lambda number: number - 1)(1) == 0
-    assert notes.file.getvalue() == ""
+    assert (njit(lambda number: number - 1)(1), notes.file.getvalue()) == (0, "")
 
 
 CALLING_BACK = """

@@ -137,6 +137,8 @@ def test_robots_on_duty_count() -> None:
     _, at_times = reckoned({8: 60, 18: 60}, available=(("08:30", "10:30", 2), ("12:30", "13:30", 1)))
     assert (always.there_h, at_times.there_h) == (30, 5)
     assert always.wanted_h == at_times.wanted_h > 2  # of picking, which holds a robot, too
+    _, by_day = reckoned({8: 60, 58: 60}, open=(("06:00", "22:00"),))
+    assert by_day.there_h == 3 * (13.5 + 16 + 16)  # nobody brings pods to stations that are closed at night
     _, never = reckoned({8: 60, 18: 60}, available=(("20:00", "21:00"),))
     assert never.percent == math.inf
     assert "none there" in "".join(load_sentences([never]))

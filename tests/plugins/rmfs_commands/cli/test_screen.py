@@ -252,8 +252,7 @@ def test_the_throughput_of_two_minutes_and_an_idle_third() -> None:
     """As high as the most picks of a slot; the figure is that of the last whole slot, or of what there is."""
     throughput = Throughput()
     throughput.add(1000)
-    assert throughput.an_hour(30_000) == 120
-    assert throughput.line(30_000, 10, RISING) == ""
+    assert (throughput.an_hour(30_000), throughput.line(30_000, 10, RISING)) == (120, "")
     throughput.add(61_000)
     throughput.add(62_000)
     assert (throughput.line(185_000, 10, RISING), throughput.an_hour(185_000)) == ("▄█ ", 0)

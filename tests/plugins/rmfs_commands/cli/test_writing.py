@@ -21,11 +21,8 @@ from rmfs_core.world import Instance, make_instance, make_layout, read_instance
 
 RULE = '''"""Orders and pods as listed in a file, or as they come."""
 from pathlib import Path
-
 from attrs import define
-
 from rmfs_core import hookimpl
-
 @define
 class Mine:
     """Reads a file, if there is one."""
@@ -96,7 +93,6 @@ def test_rules_from_elsewhere_come_along(tmp_path: Path, monkeypatch: pytest.Mon
 def test_files_that_parameters_name_come_along(install: Callable[..., None], tmp_path: Path) -> None:
     source = """
 from pathlib import Path
-
 @define
 class Places:
     file: Path

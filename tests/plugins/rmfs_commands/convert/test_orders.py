@@ -82,8 +82,7 @@ def test_what_is_written_runs(tmp_path: Path, placement: str) -> None:
     options = f"--pods 12 --skus-per-pod 2 --items 1 --placement {placement} --start 2024-03-01T06:00".split()
     main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path / "out"), *options])
     result = rmfs_core.run(tmp_path / "out" / "scenario.toml")
-    assert result.status == "complete"
-    assert result.metrics["picks"] == 7
+    assert (result.status, result.metrics["picks"]) == ("complete", 7)
 
 
 def test_orders_that_are_due(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -361,7 +360,7 @@ def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         'Left out: 1 row with no time that can be read: row 4 "noon".',
         'Left out: 1 row with no SKU: row 5 "1".',
         "Left out: 1 order with no row that is kept.",
-        "Shortened: 1 order without a line that is left out (--whole-orders).",
+        "Shortened: 1 order lost a line (--whole-orders leaves them out).",
         "Names with accents apart from their letters (NFD): 1; they are spelled as one sign (NFC).",
         "SKUs that an order repeats: 1 row; quantities are added up.",
         "Lines with different times: 1 order; the earliest is the order's.",

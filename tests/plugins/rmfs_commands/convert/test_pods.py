@@ -162,7 +162,6 @@ def test_each_row_left_out_has_its_reason(tmp_path: Path) -> None:
     (["A;tea;1", "B;tea;1", "C;tea;1"], UNPLACED, "row 3: found more than 2 pods; expected at most that many"),
 )
 def test_what_run_would_refuse_is_refused(tmp_path, monkeypatch, rows, columns, sentence) -> None:
-    """With the row, what was found and what would be right."""
     monkeypatch.setattr(stock_table, "MOST_PODS", 2)
     said = refusal(lambda: read(tmp_path, rows, columns))
     assert said.startswith(f"{tmp_path / 'stock.csv'}")

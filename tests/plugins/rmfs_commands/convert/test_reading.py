@@ -31,8 +31,7 @@ def test_rows_are_read_in_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(parquet_tables, "ROWS_PER_BATCH", 4)
     file = tmp_path / "lines.parquet"
     pyarrow.parquet.write_table(pa.table({"order": [str(i) for i in range(10)]}), file)
-    found = list(Table(file).rows(["order", None]))
-    assert found == [(i, (str(i - 1), "")) for i in range(1, 11)]
+    assert list(Table(file).rows(["order", None])) == [(i, (str(i - 1), "")) for i in range(1, 11)]
     monkeypatch.setattr(loading, "ROWS_PER_BATCH", 2)
     lines, lost = loaded(tmp_path / "t.csv", "o,s,q\nA,tea,1\nB,tea,0\nC,jam,2\nD,,1\nE,rye,3\n")
     assert lines == [("A", "tea", 1, 1), ("C", "jam", 2, 3), ("E", "rye", 3, 5)]
@@ -134,7 +133,6 @@ def test_encodings(tmp_path: Path, text: str, encoding: str, stored: str) -> Non
     (b'o,s\n1,"a"b\n', ", line 2: found a quote within a field in quotes; expected it doubled"),
 )
 def test_what_is_no_such_table_is_refused(tmp_path: Path, content: bytes, problem: str) -> None:
-    """One sentence with file, line or row, and what would be right."""
     assert refusal(lambda: rows(tmp_path, content)) == f"{tmp_path / 't.csv'}{problem}"
 
 

@@ -79,8 +79,7 @@ def test_times_as_text() -> None:
     clock = Clock(["%H:%M"])
     assert clock.iso(clock.read("06:05")) == "06:05:00"
     assert clock.of_day
-    assert offset(-12_600_000) == "-03:30"
-    assert offset(1_172_000) == "+00:19:32"
+    assert (offset(-12_600_000), offset(1_172_000)) == ("-03:30", "+00:19:32")
 
 
 @cases(

@@ -141,8 +141,7 @@ def test_where_the_baseline_has_no_such_figure_the_others_have_their_means() -> 
 def test_no_mean_makespan_is_of_the_quick_runs_only(metric: str) -> None:
     """Two of three seeds finish before the horizon: their mean tells nothing of the third."""
     rows = [row(name, seed, 10.0, **{metric: 10.0}) for name in ("base", "other", "third") for seed in (1, 2, 3)]
-    whole = summary(rows, "base", [metric])
-    assert [one.mean for one in whole.paired] == [10.0] * 3
+    assert [one.mean for one in summary(rows, "base", [metric]).paired] == [10.0] * 3
     rows += [one | {"instance": "short"} for one in rows]
     rows[5] |= {"status": "horizon", metric: None}
     left = summary(rows, "base", [metric])
@@ -283,8 +282,7 @@ def test_instance_sets_and_overall() -> None:
         for seed in (1, 2)
     ]
     by_instance = summary(rows, "base", ["m"])
-    assert len(by_instance.instance_sets) == 5
-    assert by_instance.of("overall", "m")[1].pairs == 8
+    assert (len(by_instance.instance_sets), by_instance.of("overall", "m")[1].pairs) == (5, 8)
     assert by_instance.of("overall", "m")[1].difference.mean == 1.5
     by_size = summary(rows, "base", ["m"], by=["size"])
     assert by_size.instance_sets == ("size=1", "size=2", "overall")
@@ -441,8 +439,7 @@ def test_a_comparison_is_printed_and_files_are_where_it_says(trial: Path, capsys
     assert len(pandas.read_parquet(out / "runs.parquet")) == 4
     before = {path: path.stat().st_mtime_ns for path in (out / "runs").rglob("*")}
     assert compare("trial.toml") == 0
-    again = capsys.readouterr()
-    assert again.out == printed.out
+    assert capsys.readouterr().out == printed.out
     assert {path: path.stat().st_mtime_ns for path in (out / "runs").rglob("*")} == before
 
 
@@ -545,8 +542,7 @@ def test_ctrl_c_keeps_what_is_finished(trial: Path) -> None:
         wait_for_runs(trial / "out" / "runs", 4)
         os.killpg(process.pid, signal.SIGINT)
         _, err = process.communicate(timeout=30)
-    assert process.returncode == 130
-    assert err.splitlines()[-1] == "Interrupted."
+    assert (process.returncode, err.splitlines()[-1]) == (130, "Interrupted.")
     assert "Finished runs are kept in out/runs" in err
     assert "Traceback" not in err
     assert 4 <= len(list((trial / "out" / "runs").glob("*/*"))) < 80
@@ -570,8 +566,7 @@ def test_a_killed_comparison_goes_on_where_it_stopped(trial: Path) -> None:
     assert 5 <= len(stored) < 20
     assert compare("long.toml", "--out", "out", "--quiet") == 0
     after = {path.name: path.stat().st_mtime_ns for path in runs.glob("[!.]*/*")}
-    assert len(after) == 20
-    assert {name: after[name] for name in stored} == stored
+    assert (len(after), {name: after[name] for name in stored}) == (20, stored)
     assert (trial / "out" / "summary.csv").read_bytes() == (trial / "undisturbed" / "summary.csv").read_bytes()
     tables = [pandas.read_parquet(trial / name / "runs.parquet") for name in ("out", "undisturbed")]
     same = ["instance", "rule_set", "seed", "status", "error", "key", *Metrics().measured()]

@@ -132,7 +132,6 @@ seeds = { first = 5, count = 3 }
 baseline = "a"
 metrics = ["pile_on", "decision_s_per_order"]
 by = ["scenario", "hall"]
-
 [axes]
 instance.orders = [4, 5]
 instance.parameters.pace_s = [10]
@@ -141,10 +140,8 @@ hall = [
   { label = "small", "robots.count" = 2, layout.block_rows = 3 },
   { label = "large", robots = { count = 3 }, layout = { block_rows = 4 } },
 ]
-
 [[rule_sets]]
 name = "a"
-
 [[rule_sets]]
 name = "b"
 "rules.pps" = "nearest-pod"
@@ -270,11 +267,7 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ("seeds =", 'name = "a/b"\nseeds =', "name: expected letters, digits"),
     ("[[rule_sets]]", "[axes]\ninstance.orders = []\n[[rule_sets]]", "axes.instance.orders: expected at least one"),
     ("[[rule_sets]]", "[axes]\ninstance.orders = 4\n[[rule_sets]]", "expected a list of values, found 4"),
-    (
-        "[[rule_sets]]",
-        "[axes]\ninstance.ordres = [4]\n[[rule_sets]]",
-        "unknown key (did you mean `orders` or `pods`?)",
-    ),
+    ("[[rule_sets]]", "[axes]\ninstance.ordres = [4]\n[[rule_sets]]", "unknown key (did you mean `orders` or `pods`?)"),
     ("[[rule_sets]]", "[axes]\nsize = [4]\n[[rule_sets]]", "list of tables { label = ..., key = ... }"),
     ("[[rule_sets]]", '[axes]\nsize = [{ "robots.count" = 4 }]\n[[rule_sets]]', "expected a `label`"),
     (
@@ -287,11 +280,7 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
         '[axes]\nrobots.count = [2]\nsize = [{ label = "x", "robots.count" = 4 }]\n[[rule_sets]]',
         "sets `robots.count`, which axis robots.count sets too",
     ),
-    (
-        "[[rule_sets]]",
-        '[axes]\nrules.poa = ["first-come"]\n[[rule_sets]]',
-        "which is an axis; leave one of them out",
-    ),
+    ("[[rule_sets]]", '[axes]\nrules.poa = ["first-come"]\n[[rule_sets]]', "which is an axis; leave one of them out"),
     ("[[rule_sets]]", "[axes]\nseed = [1, 2]\n[[rule_sets]]", "axes.seed: seeds are no axis"),
     ("[[rule_sets]]", "[[rule_sets]", "this is no valid TOML"),
 )

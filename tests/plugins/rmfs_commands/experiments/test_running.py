@@ -63,19 +63,14 @@ from attrs import define
 from rmfs_core import hookimpl
 from rmfs_core.events import RobotMoved
 from rmfs_core.results.catalogue import Metric
-
-
 @define
 class Legs:
     """Counts the legs that robots drive; ``seed`` is called like a column of the table."""
-
     measures = (Metric("legs_driven", "Legs driven", "legs", 1, "Legs of all robots."),)
     driven: int = 0
-
     @hookimpl
     def on_event(self, event):
         self.driven += isinstance(event, RobotMoved)
-
     @hookimpl
     def measured(self):
         return {"legs_driven": self.driven, "half": self.driven / 2, "seed": -5.5}
@@ -185,7 +180,6 @@ RULE = """
 from attrs import define
 from rmfs_core import hookimpl
 from its_helper import number
-
 @define
 class Mine:
     @hookimpl
@@ -209,8 +203,7 @@ def test_a_rule_from_a_path_whose_code_changed_is_computed_anew(experiment, tmp_
     (path / "its_helper.py").write_text("def number():\n    return -1\n", encoding="utf-8")
     after = run_experiment(experiment(text.format("[1, 2]")), store=tmp_path / "runs", jobs=1)
     assert after.failed == []
-    assert after.computed == 3
-    assert after.rows[0]["key"] == before.rows[0]["key"]
+    assert (after.computed, after.rows[0]["key"]) == (3, before.rows[0]["key"])
     assert after.rows[2]["distance_m"] != before.rows[1]["distance_m"]
     assert before.rows[1]["key"] not in [row["key"] for row in after.rows]
 
@@ -384,8 +377,7 @@ def test_runs_and_deaths(experiment: Callable[..., Experiment], folder: Path) ->
         with pytest.raises(WorkerDiedError, match=r"^its worker process died with SIGKILL\(-9\)$") as caught:
             workers.run(with_deadly_rule(job, folder))
         assert not caught.value.repeated
-        again = workers.run(job).result
-        assert again.metrics == expected.result.metrics
+        assert workers.run(job).result.metrics == expected.result.metrics
     finally:
         workers.close()
     assert workers.closed

@@ -113,8 +113,7 @@ def test_the_files_of_generators_count(folder: Path, section: str, given: Any) -
         other.write_text(number, encoding="utf-8")
         parameters = {"history": used, "name": "none such", "level": 3}
         keys.append(key_of(evolve(tiny, **{section: evolve(getattr(tiny, section), parameters=parameters)})))
-    assert keys[0] == keys[2]
-    assert len({*keys}) == 3
+    assert (keys[0], len({*keys})) == (keys[2], 3)
 
 
 def test_place_and_order_do_not_count(scenario: Scenario, tmp_path: Path) -> None:
@@ -159,7 +158,6 @@ RULE = """
 import {imported}
 from attrs import define
 from rmfs_core import hookimpl
-
 @define
 class Mine:
     @hookimpl
@@ -271,8 +269,7 @@ def test_a_process_has_the_code_it_has_imported(path: Path) -> None:
     assert changed_since({"thing_single": "sha256:0"}) == ["thing_single"]
     (path / "thing_tools" / "__init__.py").write_text("three = 3\n")
     scenario = load_scenario("examples/small")
-    rules = RuleSet.load(scenario.rules, scenario.folder)
-    assert changed_since(sources_of(rules, scenario)) == []
+    assert changed_since(sources_of(RuleSet.load(scenario.rules, scenario.folder), scenario)) == []
 
 
 Write = Callable[..., Experiment]
@@ -333,9 +330,7 @@ def test_what_is_not_stored_leaves_nothing(job: Job, runs: RunStore, monkeypatch
         assert list(runs.folder.iterdir()) == []
 
 
-def test_a_run_that_another_process_stores_meanwhile_stays(
-    job: Job, runs: RunStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_another_process_stores_meanwhile_stays(job, runs, monkeypatch) -> None:
     """Whether it is there when the files are written, in place of one with something wrong, or first at the rename."""
     outcome, rename, write = simulate(job), Path.rename, Path.write_bytes
     other = evolve(outcome, run_s=99.0)
@@ -392,8 +387,7 @@ def test_a_run_that_was_changed_is_noticed(job: Job, runs: RunStore, name: str, 
     runs.save(job, outcome)
     changed(runs.place(job), name, text)
     sentence = f"{runs.place(job)}: is not as it was stored{problem.format(key=job.key)}"
-    assert runs.problem(job) == sentence
-    assert refusal(lambda: runs.row(job)) == sentence
+    assert (runs.problem(job), refusal(lambda: runs.row(job))) == (sentence, sentence)
     runs.save(job, outcome)
     assert runs.problem(job) is None
     assert [*runs.folder.rglob("*.part"), *runs.folder.glob("*/*")] == [runs.place(job)]

@@ -86,8 +86,7 @@ def test_seeds_of_episodes() -> None:
     once, other, again = (played(env, seed=seed) for seed in (5, 6, 5))
     assert same(once, again)
     assert not same(once, other)
-    assert env.result.seed == 5
-    assert env.result.metrics["orders_total"] == 10
+    assert (env.result.seed, env.result.metrics["orders_total"]) == (5, 10)
 
     def seeds(**given: Any) -> list[int]:
         env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, **given)
@@ -95,8 +94,7 @@ def test_seeds_of_episodes() -> None:
 
     of_scenario, of_nine = seeds(), seeds(seed=9)
     assert (of_scenario[0], of_nine[0]) == (1, 9)
-    assert len({*of_scenario, *of_nine}) == 6
-    assert seeds(seed=1) == of_scenario
+    assert (len({*of_scenario, *of_nine}), seeds(seed=1)) == (6, of_scenario)
     env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
     env.reset(seed=9)
     assert [env.reset()[1]["seed"] for _ in range(2)] == of_nine[1:]
@@ -449,12 +447,10 @@ POLICY = """
 from attrs import define
 from rmfs_core.roles import Role
 from rmfs_commands.gym import PolicyRule
-
 @define
 class Policy(PolicyRule):
     decides = (Role.POA, Role.PPS)
     slot: int | None = None
-
     def choose(self, choice):
         return min(choice.options) if self.slot is None else self.slot
 """
@@ -498,8 +494,7 @@ def test_it_chooses_as_in_the_environment(scenario: Path, role: Role) -> None:
     policy = (scenario.parent / "policy.py").read_text()
     (scenario.parent / "any.py").write_text(policy.replace("(Role.POA, Role.PPS)", f"(Role.{role.name},)"))
     by_rule = rmfs_core.run(scenario, overrides=[f"rules.{role.key}=./any.py:Policy"])
-    assert by_rule.orders == env.result.orders
-    assert by_rule.visits == env.result.visits
+    assert (by_rule.orders, by_rule.visits) == (env.result.orders, env.result.visits)
 
 
 def test_it_is_a_rule_of_a_scenario(scenario: Path) -> None:
@@ -571,8 +566,7 @@ def test_its_result_is_one_of_a_run(small: Scenario) -> None:
     assert result.versions == {**by_run.versions, "Caller": "object of rmfs_commands.gym.episode"}
     assert result.hook_calls.keys() == by_run.hook_calls.keys()
     assert {row["order"] for row in result.orders} == {row["order"] for row in by_run.orders}
-    assert result.scenario.rules.pps.rule == "Caller"
-    assert result.periods[1]["rule"] == "Caller"
+    assert (result.scenario.rules.pps.rule, result.periods[1]["rule"]) == ("Caller", "Caller")
 
 
 def test_what_is_heard_is_heard_once(small: Scenario) -> None:

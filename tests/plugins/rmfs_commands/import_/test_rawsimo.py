@@ -164,8 +164,7 @@ def test_bundles_of_a_rate_are_times_in_a_file(tmp_path: Path) -> None:
     assert 10 < len(bundles) < 35
     assert [row["arrival_s"] for row in bundles[:2]] == ["0.0", "0.0"]
     scenario = load_scenario(written(tmp_path, imported), ["run.until_s=7200"])
-    result = rmfs_core.run(scenario)
-    assert result.status == "complete"
+    assert rmfs_core.run(scenario).status == "complete"
 
 
 def test_bundles_of_a_list_come_at_their_times(tmp_path: Path) -> None:
@@ -510,8 +509,7 @@ def test_stations_without_waypoints_are_refused() -> None:
 def test_what_is_drawn_of_little() -> None:
     layout = parse_map(TINY, "hall")
     storage = frozenset({CellKind.STORAGE})
-    assert nearest(layout, 0, storage, ()) == 7
-    assert nearest(layout, 0, storage, (7,)) == 8
+    assert (nearest(layout, 0, storage, ()), nearest(layout, 0, storage, (7,))) == (7, 8)
     assert nearest(layout, 0, storage, layout.storage_locations) is None
     notes = Notes()
     notes.add("elevators", 0)

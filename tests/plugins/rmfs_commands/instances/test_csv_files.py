@@ -101,7 +101,6 @@ def read(tmp_path: Path, orders: str = ORDERS, pods: str = PODS, start: str | No
 
 @pytest.mark.parametrize(("orders", "message"), BAD_ORDERS)
 def test_a_mistake_in_the_orders_is_one_sentence(orders: str, message: str, tmp_path: Path) -> None:
-    """A wrong row is refused with file, line, column, what was found and what would be right."""
     with pytest.raises(InputError) as caught:
         read(tmp_path, orders=orders)
     assert str(caught.value) == f"{tmp_path / 'orders.csv'}{message}"
@@ -229,9 +228,7 @@ def test_dates_count_from_the_start_of_the_scenario(tmp_path: Path) -> None:
     (("1,2024-07-01T00:30:00+02:00,a,1,2024-06-30T20:00Z", "2,2024-07-01T05:10:00Z,a,1,"), [1_800_000, 25_800_000]),
     (("1,2024-07-01T00:30:00+02:00,a,1,", "1,2024-06-30T22:30:00Z,b,1,"), [81_000_000]),
 )
-def test_time_zero_does_not_depend_on_the_order_of_rows(
-    tmp_path: Path, rows: tuple[str, str], arrivals: list[int]
-) -> None:
+def test_time_zero_does_not_depend_on_the_order_of_rows(tmp_path, rows, arrivals) -> None:
     """Whichever row is first, the clock is that of the earliest arrival."""
     for sorted_rows in (rows, rows[::-1]):
         orders = read(tmp_path, DATED + "".join(f"{row}\n" for row in sorted_rows)).orders
@@ -266,7 +263,6 @@ BAD_ROBOTS = [
 
 @pytest.mark.parametrize(("robots", "message"), BAD_ROBOTS)
 def test_a_mistake_in_the_robots_is_one_sentence(robots: str, message: str, tmp_path: Path) -> None:
-    """File, line and column, what was found, and what would be right."""
     (tmp_path / "robots.csv").write_text(robots)
     with pytest.raises(InputError) as caught:
         read_robots(tmp_path / "robots.csv")
@@ -310,7 +306,6 @@ def test_wrong_bundles_are_refused(tmp_path: Path, row: str, problem: str) -> No
     ("a,1,,", "sku: found SKU a again; expected each once"),
 )
 def test_wrong_skus_are_refused(tmp_path: Path, row: str, problem: str) -> None:
-    """With the line and the column; what is left empty is left out."""
     file = tmp_path / "skus.csv"
     file.write_text(f"sku,size,reorder_point,order_up_to\na,2,,7.5\n{row}\n", encoding="utf-8")
     with pytest.raises(InputError, match=f"skus.csv, line 3, {re.escape(problem)}"):

@@ -50,9 +50,7 @@ SIX = {"A": 2, "B": 2, "C": 2, "D": 25.5, "E": 2}
     (ROUTES + "cutoff_s = 3600.001", {"A": 4, "B": 26, "C": 26, "D": 25, "E": None}),  # trucks of the next day
     (LIST.format('"10:00", 91800'), SIX),  # without routes every order goes with the next truck
 )
-def test_an_order_goes_with_the_first_truck_of_its_route(
-    tmp_path: Path, departures: str, expected: dict[str, float | None]
-) -> None:
+def test_an_order_goes_with_the_first_truck_of_its_route(tmp_path, departures, expected) -> None:
     orders = make_instance(load_scenario(write(tmp_path, departures + "\n"))).orders
     due = {order.name: None if order.due_tick is None else order.due_tick / HOUR for order in orders}
     assert due == expected

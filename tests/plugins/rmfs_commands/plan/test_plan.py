@@ -204,8 +204,7 @@ def test_a_map_is_floor_and_walls(tmp_path: Path) -> None:
     assert (layout.width, layout.height, layout.stations) == (8, 4, ())
     assert [int(cell) for cell in np.flatnonzero(layout.kind == CellKind.WALL)] == [9, 10, 13, 14, 24, 25, 30, 31]
     assert set(layout.kind.tolist()) == {CellKind.WALL, CellKind.FLOOR}
-    assert layout.moves[0] == 1 << EAST | 1 << SOUTH
-    assert layout.moves[7] == 1 << WEST | 1 << SOUTH
+    assert (layout.moves[0], layout.moves[7]) == (1 << EAST | 1 << SOUTH, 1 << WEST | 1 << SOUTH)
     assert layout.moves[26] == 1 << EAST | 1 << NORTH
     assert layout.moves[11] == 1 << EAST | 1 << NORTH | 1 << SOUTH
     assert not layout.moves[9]
@@ -222,8 +221,7 @@ def test_maps_of_both_kinds(tmp_path: Path) -> None:
                 assert free.flat[cell + step]
     given = small_layout(stations=2)
     layout = read_map(written(tmp_path, draw_map(given), "hall.txt"))
-    assert layout.storage_locations == given.storage_locations
-    assert layout.stations == given.stations
+    assert (layout.storage_locations, layout.stations) == (given.storage_locations, given.stations)
 
 
 @cases(
@@ -245,10 +243,7 @@ def test_maps_of_both_kinds(tmp_path: Path) -> None:
     ),
     ("type octile\nheight 1\nwidth 8\n....", "room.map, line 4: expected the line `map` after type, height and width"),
     ("type octile\nheight 2\nwidth 2\nmap\n..\n", "room.map: found 1 row of the map; expected 2, as its height says"),
-    (
-        "type octile\nheight 1\nwidth 3\nmap\n..\n",
-        "room.map, line 5: found 2 cells; expected 3, the map's width",
-    ),
+    ("type octile\nheight 1\nwidth 3\nmap\n..\n", "room.map, line 5: found 2 cells; expected 3, the map's width"),
     ("type octile\nheight 1\nwidth 2\nmap\n.x\n", "room.map, line 5: unknown sign 'x'; expected one of . G S @ O T W"),
     ("", "room.map: the map is empty; expected rows of characters such as `#` and `.`"),
 )
@@ -425,8 +420,7 @@ def test_planners_keep_clear_of_others_or_do_not(name: str, exclusive: bool) -> 
     assert planner.exclusive is exclusive
     alone = 500 + ROADS.travel.ticks(0, EAST, 5, False)
     assert (path.end_tick == alone) == (not exclusive)
-    empty = planner.search(ROADS, Reservations(ROADS.cells), query)
-    assert empty.end_tick == alone
+    assert planner.search(ROADS, Reservations(ROADS.cells), query).end_tick == alone
 
 
 def test_answers_of_planners() -> None:
@@ -504,8 +498,7 @@ def test_a_drawn_wait_is_taken_back(seed: int) -> None:
     plans = plan_by_priorities(hall, Sipp(), (Trip(0, 6), Trip(6, 0)), 10, np.random.default_rng(seed))
     assert [plan.path.end for plan in plans] == [6, 0]
     assert collisions(hall, [plan.path for plan in plans]) == ()
-    assert max(plan.path.end_tick for plan in plans) == 14_209
-    assert sum_of_costs(plans) == 24_376
+    assert (max(plan.path.end_tick for plan in plans), sum_of_costs(plans)) == (14_209, 24_376)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -555,8 +548,7 @@ HALVES = roads_of_map(parse_map("..@..\n..@..", "halves"))
 def test_trips_join_storage_locations(robots: int, seed: int) -> None:
     trips = random_trips(STORAGE_HALL, robots, seed, "hall")
     places = [place for trip in trips for place in (trip.start, trip.goal)]
-    assert len(trips) == robots
-    assert len(set(places)) == 2 * robots
+    assert (len(trips), len(set(places))) == (robots, 2 * robots)
     assert {int(STORAGE_HALL.layout.kind[place]) for place in places} == {CellKind.STORAGE}
     assert trips == random_trips(STORAGE_HALL, robots, seed, "elsewhere")
 
@@ -605,13 +597,11 @@ def test_collisions_are_found() -> None:
     assert collisions(LONG_HALL, [drive(1, Leg(5)), drive(0, Leg(4, 2100))]) == ()
     (hit,) = collisions(LONG_EVEN, [even(5, Leg(5)), even(0, Leg(5))])
     assert (hit.cell, hit.first, hit.second) == (5, 0, 1)
-    assert hit.since_s == pytest.approx(4)
-    assert hit.until_s == math.inf
+    assert (hit.since_s, hit.until_s) == (pytest.approx(4), math.inf)
     (hit,) = collisions(LONG_EVEN, [even(0, Leg(5)), even(9, Leg(3, 2500), Leg(9), heading=NORTH)])
     assert (hit.cell, hit.first, hit.second) == (3, 0, 1)
     assert (hit.since_s, hit.until_s) == (pytest.approx(2.5), pytest.approx(4))
-    ahead = even(2, Leg(5))
-    assert collisions(LONG_EVEN, [ahead, even(0, Leg(3))]) == ()
+    assert collisions(LONG_EVEN, [even(2, Leg(5)), even(0, Leg(3))]) == ()
     late = even(2, Leg(5, 100))
     assert {hit.cell for hit in collisions(LONG_EVEN, [late, even(0, Leg(3))])} == {2, 3}
     hits = collisions(
@@ -644,7 +634,6 @@ def test_they_agree_with_the_reservation_table(seed: int) -> None:
 
 
 def test_a_page_shows_the_plan(tmp_path: Path) -> None:
-    """Each robot has a path, a goal, and moves from its start to there."""
     (tmp_path / "hall.map").write_text("......\n......\n", encoding="utf-8")
     trips = "version 1\n0\thall.map\t6\t2\t0\t0\t5\t1\t6\n0\thall.map\t6\t2\t5\t0\t0\t1\t6\n"
     (tmp_path / "two.scen").write_text(trips, encoding="utf-8")

@@ -127,8 +127,7 @@ def test_late_orders_come_first_and_have_their_causes(page: str, late: Path) -> 
     over = {row["order"]: float(row["completed_s"] or 450) - float(row["due_s"]) for row in orders}
     latest = sorted((name for name in over if over[name] > 0), key=lambda name: -over[name])
     assert latest
-    shown = table(page, f"{len(latest)} late orders")
-    assert [row[0] for row in shown] == latest[:10]
+    assert [row[0] for row in table(page, f"{len(latest)} late orders")] == latest[:10]
     delays = {row["order"]: row for row in rows(late / "delays.csv")}
     slowest = table(page, "Slowest orders")
     assert float(delays[slowest[0][0]]["turnover_s"]) == max(float(row["turnover_s"] or 0) for row in delays.values())
@@ -184,8 +183,7 @@ def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]
     assert sum(int(row[1]) for row in shown) == len(packed) == 20
     first = [row for row in packed if row["packing_station"] == "1"]
     took = fmean(float(row["packed_s"]) - float(row["packing_s"]) for row in first)
-    assert shown[0][0] == "1"
-    assert shown[0][-1] == f"{took:,.1f} s"
+    assert (shown[0][0], shown[0][-1]) == ("1", f"{took:,.1f} s")
     before = (folder / "report.html").read_bytes()
     assert exit_code("report", str(folder), "--quiet") == 0
     assert (folder / "report.html").read_bytes() == before
@@ -199,9 +197,7 @@ def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]
     (("run.until_s=90", "run.warmup_s=30"), 30, 1, 3, "The run ended at its horizon at 0:01:30: "),
     (("run.until_s=90", "run.warmup_s=100"), 100, 0, 3, "The run ended at its horizon at 0:01:30: "),
 )
-def test_headings_are_the_metrics(
-    tmp_path: Path, changes: tuple[str, ...], begin: float, late: int, left: int, lead: str
-) -> None:
+def test_headings_are_the_metrics(tmp_path, changes, begin, late, left, lead) -> None:
     """Orders that were cancelled, that arrive when the run is over, or in its warm-up, are not among them."""
     (tmp_path / "orders.csv").write_text(DAY, encoding="utf-8")
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\nP,tea,\nQ,ale,\n", encoding="utf-8")
@@ -239,15 +235,7 @@ def _edit(old: str, new: str) -> Callable[[Path], None]:
     ("trace.jsonl.gz", _cut, "trace.jsonl.gz"),
     ("decisions.jsonl.gz", _cut, "decisions.jsonl.gz"),
 )
-def test_what_is_missing_or_damaged_is_refused(
-    late: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    name: str,
-    damage: Callable[[Path], object],
-    told: str,
-) -> None:
-    """In one sentence, and nothing is written."""
+def test_what_is_missing_or_damaged_is_refused(late, tmp_path, capsys, name, damage, told) -> None:
     folder = tmp_path / "run"
     shutil.copytree(late, folder)
     damage(folder / name)

@@ -145,8 +145,7 @@ def test_each_part_is_run_and_told(run: Callable[..., Any], tmp_path: Path) -> N
         return Watcher()
 
     done = reproduced(tmp_path, "examples", "packing", jobs=3, dask="host", watch=watch, command="rmfs reproduce")
-    assert [entry["experiment"].name for entry in asked] == watched
-    assert len(watched) == 2
+    assert ([entry["experiment"].name for entry in asked], len(watched)) == (watched, 2)
     assert [(entry["store"], entry["jobs"], entry["dask"]) for entry in asked] == [(tmp_path / "runs", 3, "host")] * 2
     assert {"report.md", "runs-examples.parquet", "runs-packing.parquet"} <= set(done.files)
     assert done.report.facts["Command"] == "rmfs reproduce"
@@ -168,8 +167,7 @@ def test_the_facts_say_what_was_computed(run: Callable[..., Any], tmp_path: Path
 def test_runs_of_reproductions(run: Callable[..., Any], tmp_path: Path) -> None:
     run(failed=4)
     done = reproduced(tmp_path, "examples")
-    assert len(done.rows) == 5
-    assert [row["error"] for row in done.failed] == ["the worker died"] * 4
+    assert (len(done.rows), [row["error"] for row in done.failed]) == (5, ["the worker died"] * 4)
     assert "own times add up to 60.0 s" in done.report.facts["Time"]
     asked = run()
     done = reproduced(tmp_path, "packing", "prefilter")
@@ -210,8 +208,7 @@ def test_the_examples(tmp_path: Path) -> None:
     assert parquet.read_table(tmp_path / "runs-examples.parquet").num_rows == 5
     first = report.read_text(encoding="utf-8")
     assert "for 5 runs" in first
-    again = called("--only", "examples", "--jobs", "1", "--out", str(tmp_path))
-    assert again.exit_code == 0
+    assert called("--only", "examples", "--jobs", "1", "--out", str(tmp_path)).exit_code == 0
     second = report.read_text(encoding="utf-8")
     assert "5 were stored already" in second
     assert second[second.index("## Overview") :] == first[first.index("## Overview") :]
@@ -254,6 +251,5 @@ def test_a_failed_run_is_reported_and_counted(tmp_path: Path, monkeypatch: pytes
 )
 def test_wrong_arguments(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
     out = tmp_path / "out"
-    done = called(*arguments, "--out", str(out))
-    assert message in str(done.exception)
+    assert message in str(called(*arguments, "--out", str(out)).exception)
     assert not out.exists()

@@ -19,7 +19,6 @@ from tiny import TINY
 FAILING_RULE = """
 import attrs
 from rmfs_core import hookimpl
-
 @attrs.define
 class Failing:
     @hookimpl

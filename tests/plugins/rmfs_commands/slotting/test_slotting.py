@@ -247,7 +247,7 @@ def test_a_history_places_skus_for_later_days(tmp_path: Path, capsys: pytest.Cap
     assert visits[found["chosen"]] < visits["now"]
     assert "SKUs of the history that stand on no pod: 1, left out." in found["told"]
     assert "SKUs on pods without history: 1 of 7, placed anywhere." in found["told"]
-    assert "Run a day with them" in shown
+    assert "Run all days with them" in shown
     rows = csv.DictReader((tmp_path / "one" / "pods.csv").read_text(encoding="utf-8").splitlines())
     assert sum(int(row["quantity"]) for row in rows) == 12 * 20
     day = ("run", str(file), "--set", f"instance.pods_file={tmp_path / 'one' / 'pods.csv'}", "--quiet")

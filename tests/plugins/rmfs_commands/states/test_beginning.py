@@ -186,7 +186,36 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
 
 @cases(
     "changes overrides sentence",
-    ({"stations": {"1": BY_HAND["stations"]["1"]}}, (), "stations: found 1"),
+    (
+        {"stations": {"1": BY_HAND["stations"]["1"]}},
+        (),
+        'stations: found 1; expected the scenario\'s 2: "1", "2"',
+    ),
+    (
+        {"orders": BY_HAND["orders"] | {"C": {"lines": {"tea": 1, "ink": 1}}}},
+        (),
+        'orders.C.lines: SKU "ink" is on no pod',
+    ),
+    (
+        {
+            "orders": BY_HAND["orders"] | {"B": {"lines": {"jam": 2}}},
+            "pods": {"P1": {"contents": {"milk": None, "tea": 5}}, "P2": {"contents": {"tea": 1}}},
+        },
+        (),
+        'orders.B.lines: SKU "jam" is on no pod',
+    ),
+    (
+        {},
+        ("instance.orders=9", "instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=0.5"),
+        'pods: found none of SKU "',
+    ),
+    ({}, ("stations.item_capacity=12",), "stations.1.item_capacity: found 15; expected the scenario's"),
+    ({}, ("stations.item_capacity=[15, 7]",), "stations.2.item_capacity: found 15; expected the scenario's"),
+    (
+        {},
+        ("stations.order_capacity=5",),
+        "stations.1.item_capacity: found 15; expected the scenario's stations.order_c",
+    ),
     (
         {"layout": {"blocks": {"block_rows": 5, "block_columns": 4, "stations_east": 2}}},
         (),
@@ -195,7 +224,7 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
     ({"robots": {"r": {"cell": 9, "task": "P1"}}}, (), "robots: found 1; expected the scenario's"),
     ({}, ("run.until_s=60",), "run.until_s=60: found 60, but the state is of 36000 s"),
     ({}, ("packing.boxes=4",), "packing: a run cannot begin in a state, or save one, with packing stations"),
-    ({}, ("robots.failures={mtbf_h=1,mttr_s=60}",), "with failures yet; expected a scenario without"),
+    ({}, ("robots.failures={mtbf_h=1,mttr_s=60}",), "with failures yet; expected a scenario without failures"),
     ({"run": {"going": [{"kind": "dance"}]}}, (), "run.going[0].kind: expected"),
     (
         {"run": {"going": [{"kind": "lift", "robot": "9"}]}},

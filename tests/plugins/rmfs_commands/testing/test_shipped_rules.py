@@ -14,7 +14,7 @@ REQUIRED: dict[str, dict[str, Any]] = {
 }
 """Parameters of the rules that cannot do without."""
 
-SHIPPED = [name for name, entries in offers(RULES).items() if origin(entries[0])[0] == "rmfs"]
+SHIPPED = [name for name, entries in offers(RULES).items() if origin(entries[0])[0] == "rmfs" and name != "remote"]
 
 
 @pytest.mark.slow

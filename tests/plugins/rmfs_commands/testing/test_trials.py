@@ -208,8 +208,7 @@ class Look:
 
 def look_at(world: TrialWorld) -> Look:
     look = Look()
-    outcome = run_trial(world, WatchedRule(look, {}), (Role.OBSERVER,))
-    assert outcome.problems == ()
+    assert run_trial(world, WatchedRule(look, {}), (Role.OBSERVER,)).problems == ()
     return look
 
 
@@ -412,8 +411,7 @@ def test_whatever_changes_is_named(change: Callable[[Warehouse], None], named: s
     view = WarehouseView(built)
     before = Snapshot.of(view)
     change(built)
-    changed = before.first_change(Snapshot.of(view))
-    assert named in changed
+    assert named in before.first_change(Snapshot.of(view))
 
 
 def test_watching_changes_nothing_and_sees_reservations() -> None:

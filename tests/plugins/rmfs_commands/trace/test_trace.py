@@ -48,9 +48,7 @@ def trace_file(tmp_path: Path, tiny: RunInfo) -> Path:
 
 def test_what_is_written_is_read_back(trace_file: Path, tiny: RunInfo) -> None:
     trace = read_trace(trace_file)
-    assert trace.events == READ
-    assert trace.instance == tiny.instance
-    assert trace.motion == tiny.motion
+    assert (trace.events, trace.instance, trace.motion) == (READ, tiny.instance, tiny.motion)
     assert (trace.layout.kind == tiny.layout.kind).all()
     assert (trace.layout.moves == tiny.layout.moves).all()
     assert trace.layout.stations == tiny.layout.stations
@@ -158,7 +156,6 @@ def test_a_broken_trace_is_an_input_error(trace_file, change, line, problem) -> 
     ),
 )
 def test_a_field_of_another_type_is_named(trace_file: Path, line: str, problem: str) -> None:
-    """With the event, what was found there and what would be right; a truth value is no number."""
     rewrite(trace_file, lambda lines: [lines[0], line, *lines[1:]])
     assert refusal(lambda: read_trace(trace_file)) == f"{trace_file}, line 2: {problem}"
 

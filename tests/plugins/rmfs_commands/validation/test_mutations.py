@@ -7,8 +7,10 @@ import pytest
 from attrs import evolve, frozen
 
 import rmfs_core
+from cases import cases
 from corruptions import KINDS, NotThereError, Raw
 from rmfs_commands.cli.csv_writing import orders_csv, pods_csv
+from rmfs_commands.validation import KINDS as ALL_FAULTS
 from rmfs_commands.validation import check_trace
 from rmfs_core.errors import InputError
 from rmfs_core.world import make_instance
@@ -95,6 +97,7 @@ BASES: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
 }
 MAP, WINDOWS, STOCK, JOINT, PARTIAL, BUNDLES, FILES, HOURS, BOXES = BASES
+MISSAID = ("dropped", "twice", "a second late")
 
 
 @frozen
@@ -191,12 +194,50 @@ def test_some_corruptions_show(base: str, recorded: Recorded, tmp_path: Path) ->
     assert made >= 9
 
 
-@pytest.mark.parametrize("name", [name for name in KINDS if "cancellation" in name])
-def test_wrong_cancellations_are_named(name: str, recorded: Recorded, tmp_path: Path) -> None:
-    corrupted = Raw.read(recorded(FILES) / "trace.jsonl.gz")
+NAMED = (
+    *((FILES, name, "cancelled") for name in KINDS if "cancellation" in name),
+    (STOCK, "an assignment to another station", "not-assigned"),
+    (STOCK, "an assignment before the arrival", "assigned-before-arrival"),
+    (STOCK, "a decision of another rule", "rule"),
+    (STOCK, "a lift by another robot", "robot-loaded"),
+    (STOCK, "a task for another pod", "fetched-twice"),
+    (JOINT, "a bound above the objective", "bound"),
+    (HOURS, "the last assignment to another station", "station-closed"),
+    (HOURS, "a task for a robot off duty", "off-duty"),
+    *((HOURS, f"{what} {how}", "station-hours") for what in ("an opening", "a closing") for how in MISSAID),
+    *((HOURS, f"a change of robots on duty {how}", "robot-hours") for how in MISSAID),
+    (HOURS, "another number of robots on duty", "robot-hours"),
+    (BUNDLES, "a bundle's arrival dropped", "bundle-arrival"),
+    (BUNDLES, "a bundle's assignment dropped", "bundle-elsewhere"),
+    (BUNDLES, "a bundle for another station", "bundle-capacity"),
+    (BUNDLES, "a bundle's storing dropped", "left-early"),
+    (BUNDLES, "other stock", "pod-capacity"),
+    (BUNDLES, "an item lost in storing", "bundle-items"),
+    (BUNDLES, "a bundle stored a tick faster", "store-time"),
+    (BUNDLES, "a bundle stored in another visit", "no-visit"),
+    *((BUNDLES, f"a bundle's {what} twice", "bundle-twice") for what in ("assignment", "choice of a pod", "storing")),
+    (BUNDLES, "an order assigned that waits", "assigned-without-stock"),
+    (BOXES, "a split order without a box", "packing-bound"),
+    (BOXES, "a box that two orders have", "box"),
+    (BOXES, "a part sent by another station", "tote"),
+    (BOXES, "a arrival of a part a tick early", "conveyor-time"),
+    (BOXES, "a part put a tick faster", "put"),
+    (BOXES, "a part put with an item more", "consolidated"),
+    (BOXES, "a consolidation of another order", "packed-early"),
+    (BOXES, "a beginning to pack a tick early", "pack-time"),
+    (BOXES, "a packing dropped", "not-packed"),
+)
+
+
+@cases("base name fault", *NAMED)
+def test_corruptions_are_named(base: str, name: str, fault: str, recorded: Recorded, tmp_path: Path) -> None:
+    corrupted = Raw.read(recorded(base) / "trace.jsonl.gz")
     KINDS[name](corrupted)
     corrupted.write(tmp_path / "trace.jsonl.gz")
-    assert "cancelled" in {fault.kind for fault in check_trace(tmp_path).faults}
+    faults = check_trace(tmp_path).faults
+    assert fault in {fault.kind for fault in faults}
+    assert all(fault.kind in ALL_FAULTS and len(fault.sentence) > 20 for fault in faults)
+    assert [fault.tick for fault in faults] == sorted(fault.tick for fault in faults)
 
 
 @pytest.mark.slow

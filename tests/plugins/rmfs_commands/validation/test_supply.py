@@ -1,5 +1,8 @@
-"""Faults of bundles, of orders that wait for stock and of places that are given back late."""
+"""Faults of bundles, of orders that wait for stock, of capacity given back late, and at packing stations."""
 
+from __future__ import annotations
+
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,24 +12,22 @@ from attrs import evolve
 
 import rmfs_core
 from cases import cases
-from damage import find, put, repeat
+from damage import find, put
 from replenished import RULES, scenario_of
 from rmfs_commands.trace import Trace, read_trace
-from rmfs_commands.validation import check_trace
+from rmfs_commands.validation import check_trace, faults_of
 from rmfs_commands.validation.stock import joined_at, lets_wait
-from rmfs_commands.validation.validator import faults_of
 from rmfs_core.events import (
     BundleArrived,
-    BundleAssigned,
-    BundleBound,
     BundleStored,
     DecisionMade,
     Event,
     ItemPicked,
     OrderArrived,
-    OrderAssigned,
     OrderCompleted,
     OrderInStock,
+    PackingStarted,
+    PartPut,
 )
 
 SUPPLY = {"process": "reorder-point", "reorder_point": 3, "order_up_to": 8, "bundle_items": 4, "lead_s": 30.0}
@@ -65,32 +66,11 @@ def kinds(trace: Trace) -> set[str]:
 
 def test_a_run_with_replenishment_has_no_fault(replenished: Trace) -> None:
     assert kinds(replenished) == set()
-    assert replenished.instance.levels == ((3, 8),) * 4
-    assert replenished.layout.replenishing == 1
+    assert (replenished.instance.levels, replenished.layout.replenishing) == (((3, 8),) * 4, 1)
     assert [station.get("bundle_capacity") for station in replenished.stations] == [None, 10]
     instance = evolve(replenished.instance, levels=((10**15, 10**16),) * 4)
     assert "bundle-arrival" in kinds(evolve(replenished, instance=instance))
     assert "pod-capacity" in kinds(evolve(replenished, instance=evolve(replenished.instance, sizes=(99,) * 4)))
-
-
-@cases(
-    "kind change fault",
-    (BundleArrived, lambda event: None, "bundle-arrival"),
-    (BundleAssigned, lambda event: None, "bundle-elsewhere"),
-    (BundleAssigned, lambda event: evolve(event, station=0), "bundle-capacity"),
-    (BundleStored, lambda event: None, "left-early"),
-    (BundleStored, lambda event: evolve(event, items=event.items + 9), "pod-capacity"),
-    (BundleStored, lambda event: evolve(event, items=event.items - 1), "bundle-items"),
-    (BundleStored, lambda event: evolve(event, start_tick=event.start_tick + 1), "store-time"),
-    (BundleStored, lambda event: evolve(event, visit=99), "no-visit"),
-)
-def test_what_cannot_have_happened_is_found(replenished: Trace, kind: type[Event], change: Change, fault: str) -> None:
-    assert fault in kinds(changed(replenished, kind, change))
-
-
-@pytest.mark.parametrize("kind", [BundleAssigned, BundleBound, BundleStored])
-def test_nothing_happens_to_a_bundle_twice(replenished: Trace, kind: type[Event]) -> None:
-    assert "bundle-twice" in kinds(repeat(kind, number=0)(replenished))
 
 
 def test_bundles_of_a_file(tmp_path: Path) -> None:
@@ -142,12 +122,6 @@ def test_orders_that_wait(short_folder: Path, short: Trace) -> None:
     assert len(told) > 5
     assert told.items() <= joined_at(short).items()
     assert lets_wait(short)
-    i, late = next((i, event) for i, event in enumerate(short.events) if isinstance(event, OrderInStock))
-    events = [*short.events[:i], *short.events[i + 1 :]]
-    at, before = max((j, event) for j, event in enumerate(events[:i]) if isinstance(event, OrderAssigned))
-    early = evolve(before, order=late.order)
-    kinds = {kind for kind, _ in faults_with(short, [*events[:at], early, *events[at:]])}
-    assert "assigned-without-stock" in kinds
     rules = {**short.scenario["rules"], "wait_for_stock": False}
     trace = evolve(short, scenario={**short.scenario, "rules": rules})
     assert not lets_wait(trace)
@@ -224,3 +198,43 @@ def test_a_place_that_is_still_kept_is_not_taken(tmp_path: Path) -> None:
     rmfs_core.run("examples/small", overrides=settings, out=tmp_path, record=["trace"])
     trace = with_release(read_trace(tmp_path / "trace.jsonl.gz"), "handled")
     assert "capacity-exceeded" in {fault.kind for fault in faults_of(trace)}
+
+
+FEW = ("instance.orders=24", "packing={stations=2, boxes=2, packers=1, conveyor_s=20.0}", "rules.pp=free-flow")
+KINDS_OF_RUN = {
+    "parts": (),
+    "visits, counted until picked": ("packing.tote=visit", "packing.packing_from=picked"),
+    "sorters, places free with the pick": ("packing.sorters=1", "stations.release=picked"),
+    "hours, split over time": ('packing.open=[["00:05", "24:00"]]', "rules.poa_pps=split-over-time", "run.warmup_s=99"),
+    "cut off": ("run.until_s=400", 'packing.open={1=[["00:02", "00:05"]]}', 'instance.start="2024-03-01T00:01:00"'),
+}
+
+
+@pytest.mark.parametrize("changes", KINDS_OF_RUN.values(), ids=KINDS_OF_RUN)
+def test_a_recorded_run_has_no_fault(changes: tuple[str, ...], tmp_path: Path) -> None:
+    rmfs_core.run("examples/packing", overrides=[*FEW, *changes], out=tmp_path, record=["trace"])
+    assert check_trace(tmp_path).faults == []
+    result = json.loads((tmp_path / "result.json").read_text())
+    for name in ("packer_utilisation_percent", "packer_starved_percent"):
+        result["metrics"][name] += 1
+    (tmp_path / "result.json").write_text(json.dumps(result))
+    assert [fault.kind for fault in check_trace(tmp_path).faults] == ["metric"] * 2
+
+
+@pytest.fixture(scope="module")
+def packed(tmp_path_factory: pytest.TempPathFactory) -> Trace:
+    """Trace of a run with few boxes."""
+    folder = tmp_path_factory.mktemp("packed")
+    rmfs_core.run("examples/packing", overrides=FEW, out=folder, record=["trace"])
+    return read_trace(folder / "trace.jsonl.gz")
+
+
+@pytest.mark.parametrize("change", [{"packers": 0}, {"open": {"1": [["12:00", "13:00"]]}}])
+def test_more_packers_than_there_are_show(packed: Trace, change: dict[str, Any]) -> None:
+    """In the whole run, and in one that ends while the first order is packed."""
+    section = packed.scenario["packing"] | change
+    begun = next(at for at, one in enumerate(packed.events) if isinstance(one, PackingStarted) and one.packing == 0)
+    events = tuple(event for event in packed.events[: begun + 1] if not isinstance(event, PartPut))
+    for part in (packed, evolve(packed, events=events, status="horizon")):
+        found = faults_of(evolve(part, scenario={**packed.scenario, "packing": section}))
+        assert {fault.kind for fault in found} >= {"packers"}

@@ -109,13 +109,10 @@ def test_a_path_that_need_not_exist_may_be_none(world: Warehouse, tmp_path: Path
     (9, EAST, 625, 3500),  # three: the top speed of 1.5 m/s is reached
     (6, NORTH, 0, 0),  # the cell it stands in
 )
-def test_a_leg_is_a_turn_and_a_run(
-    world: Warehouse, tmp_path: Path, to: int, heading: int, turn: int, run: int
-) -> None:
+def test_a_leg_is_a_turn_and_a_run(world, tmp_path, to, heading, turn, run) -> None:
     """Worked out from 1 m/s^2, 1.5 m/s and 2.5 s for a full turn; the wait is not in it."""
     way, _ = driving(world, tmp_path)
-    robot = Robot(0, 6, NORTH)
-    assert way.turn_and_run(robot, to) == (heading, turn, run)
+    assert way.turn_and_run(Robot(0, 6, NORTH), to) == (heading, turn, run)
 
 
 @cases(
@@ -356,7 +353,6 @@ def test_a_full_path_ends_at_the_goal(tiny_run: Prepare, tmp_path: Path) -> None
 FLEET = """
 from attrs import define
 from rmfs_core import Leg, Path, hookimpl
-
 @define
 class Mine:
     reserves = "fleet"
@@ -383,9 +379,7 @@ def mine(folder: Path, answer: str = "found", hook: str = "plan_paths") -> RuleC
     ("{**found, 17: Path(())}", "answered for 17, a robot that it was not asked for"),
     ("{robot: Path(one.legs[:1]) for robot, one in found.items()}", "a path that ends at row .*, not at its goal"),
 )
-def test_answers_that_cannot_be_driven_are_refused(
-    answer: str, problem: str, tiny_run: Prepare, tmp_path: Path
-) -> None:
+def test_answers_that_cannot_be_driven_are_refused(answer, problem, tiny_run, tmp_path) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=1, pp=mine(tmp_path, answer))
     with pytest.raises(RuleError, match=rf"mine.py.*, plan_paths, at 0\.000 s: .*{problem}"):
         tiny.simulation.run()
@@ -444,8 +438,7 @@ def test_nobody_is_put_off_for_ever() -> None:
     LetsOthersWait.most.clear()
     overrides = ["robots.count=3", "stations.pick_s=1"]
     result = rmfs_core.run("examples/small", rules={"pp": LetsOthersWait()}, overrides=overrides)
-    assert result.status == "complete"
-    assert max(LetsOthersWait.most) == 3
+    assert (result.status, max(LetsOthersWait.most)) == ("complete", 3)
 
 
 @pytest.fixture(params=["sipp", "whca-n"])

@@ -242,8 +242,7 @@ def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Prepare) -> 
 def test_a_robot_that_has_just_left_a_cell_has_not_arrived_there(tiny_run: Prepare) -> None:
     driving, course = on_its_way(tiny_run(INSTANCE, robots=2, pp="whca-n"), legs=1)
     driving.stop(course)
-    drive = driving.to_location(course.robot, course.robot.cell)
-    assert next(drive) is course.arrived
+    assert next(driving.to_location(course.robot, course.robot.cell)) is course.arrived
 
 
 @cases(

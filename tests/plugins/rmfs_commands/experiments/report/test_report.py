@@ -62,8 +62,7 @@ def test_a_title_stands_by_itself(metric: Metric, text: str) -> None:
 
 
 def test_a_mean_has_a_digit_more_than_a_run() -> None:
-    assert value(MAKESPAN, 12.34) == "12.34"
-    assert value(PLAIN, 12.34) == "12.3"
+    assert (value(MAKESPAN, 12.34), value(PLAIN, 12.34)) == ("12.34", "12.3")
     assert value(PLAIN, None) == "-"
 
 
@@ -106,10 +105,8 @@ def test_pandas_reads_the_runs(result: ExperimentResult, tmp_path: Path) -> None
     runs = pandas.read_parquet(tmp_path / "runs.parquet")
     assert runs.shape == (18, 13)
     means = runs.groupby(["instance.orders", "rule_set"])["pile_on"].mean()
-    assert means[50, "good"] == pytest.approx(3.2)
-    assert runs["pile_on"].isna().sum() == 1
-    assert runs["error"].iloc[-1] == FAILURE
-    assert runs["seed"].dtype == "int64"
+    assert (means[50, "good"], runs["pile_on"].isna().sum()) == (pytest.approx(3.2), 1)
+    assert (runs["error"].iloc[-1], runs["seed"].dtype) == (FAILURE, "int64")
     assert runs["decision_s_first"].dtype == "float64"
 
 
@@ -124,8 +121,7 @@ def test_axis_values_of_several_kinds_are_texts(result: ExperimentResult, tmp_pa
 
 def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
     rows = list(csv.DictReader(summary_csv(result.comparison()).splitlines()))
-    assert tuple(rows[0]) == SUMMARY_COLUMNS
-    assert len(rows) == 3 * 3 * 3
+    assert (tuple(rows[0]), len(rows)) == (SUMMARY_COLUMNS, 3 * 3 * 3)
     (one,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "bad")]
     assert (one["seeds"], one["pairs"], one["left_out"], one["runs"], one["failed"]) == ("2", "4", "2", "6", "1")
     assert float(one["difference"]) == pytest.approx(2.0)
@@ -301,17 +297,11 @@ def test_two_seeds_have_no_intervals(result: ExperimentResult) -> None:
         assert re.search(r"good +2 +3\.150 +\+1\.000 +\+46\.5 % *\n", text.replace("\u2212", "-"))
         assert "p (Holm)" not in text
         assert NO_TEST in " ".join(text.split())
-
-
-def test_orders_of_one_day_are_told(result: ExperimentResult) -> None:
-    told = "come from a file and are the same for every seed"
-    assert told not in " ".join(printed(result, 120).split())
-    some = evolve(result, fixed=frozenset({"orders=50"}))
-    assert f" Orders of orders=50 and overall {told}" in " ".join(printed(some, 120).split())
-    day = evolve(result, fixed=frozenset({"orders=50", "orders=100"}))
-    assert f" Orders {told}" in " ".join(printed(day, 120).split())
-    day.rows[:] = [row for row in day.rows if row["seed"] < 3]
-    assert told not in " ".join(printed(day, 120).split())
+    result.rows[:] = [row for row in result.rows if row["seed"] < 3]
+    page = page_of(result)
+    assert "(no interval)</td><td>-</td>" in page
+    assert not re.search(r"\[[^<]*\]</td>|<td>(&lt; )?0\.\d+</td>\s*<td>[+\u2212]", page)
+    assert NO_TEST in page
 
 
 def test_other_signs_of_the_two_differences_are_told(result: ExperimentResult) -> None:
@@ -338,15 +328,12 @@ def test_fronts_follow_the_metrics(with_front: ExperimentResult) -> None:
     assert re.search(r"orders=50 *\n +base +2\.200 +52\.00 *\n +orders=100 *\n +base", text)
 
 
-def test_not_all_failures_are_listed(result: ExperimentResult) -> None:
+def test_many_failures_are_cut_off_and_leave_no_empty_tables(result: ExperimentResult) -> None:
     for row in result.rows[: MOST_ERRORS + 1]:
         row |= {"status": "failed", "error": "no idea"}
     text = printed(result, 100)
     assert text.count("Failed: ") == MOST_ERRORS
     assert "and 2 more failed runs." in text
-
-
-def test_where_all_runs_failed_there_are_no_empty_tables(result: ExperimentResult) -> None:
     failed = evolve(result, rows=[row | {"status": "failed", "error": "no idea"} for row in result.rows])
     text, page = printed(failed, 100), page_of(failed)
     assert "All runs failed: there is nothing to compare." in text
@@ -362,6 +349,14 @@ def test_how_many_times_the_bound_is_shown(bounded: ExperimentResult) -> None:
     assert re.search(r"good +3 +3\.200 +2\.56 +\+1\.000", text)
     assert "what no rules can beat" in text
     assert max(map(len, text.splitlines())) <= 120
+    page = page_of(bounded)
+    assert page.count("<th>Times the bound</th>") == 1
+    assert '<td>2.200</td><td>1.250</td><td>1.76</td><td class="dim">baseline</td>' in re.sub(r"\n\s*", "", page)
+    assert page.count('colspan="9"') == 3
+    assert "what no rules can beat" in page
+    for row in bounded.rows:
+        del row["bound.pile_on"]
+    assert "bound" not in page_of(bounded)
 
 
 def page_of(result: ExperimentResult) -> str:
@@ -398,12 +393,7 @@ def with_figures(result: ExperimentResult, **figures: list[float]) -> Experiment
 
 @cases(
     "metric means way sentence",
-    (
-        "turnover_s",
-        [20.0, 10.0, 30.0],
-        "less",
-        "good has the lowest turn-over time: 10.00 s, -50.0 % against base (p",
-    ),
+    ("turnover_s", [20.0, 10.0, 30.0], "less", "good has the lowest turn-over time: 10.00 s, -50.0 % against base (p"),
     ("pile_on", [2.0, 1.0, 4.0], "more", "bad has the highest pile-on: 4.000, +100.0 % against base (p "),
     (
         "picker_utilisation",
@@ -411,12 +401,7 @@ def with_figures(result: ExperimentResult, **figures: list[float]) -> Experiment
         "more",
         "bad has the highest picker utilisation: 400.00 %, +200.00 points ",
     ),
-    (
-        "makespan_s",
-        [1.0, 2.0, 4.0],
-        "less",
-        "base, the baseline, has the lowest makespan: 1.00 s; next is good with",
-    ),
+    ("makespan_s", [1.0, 2.0, 4.0], "less", "base, the baseline, has the lowest makespan: 1.00 s; next is good with"),
     (
         "makespan_s",
         [9.0, 9.0, 8.99],
@@ -453,22 +438,21 @@ def test_many_runs_make_a_small_page(result: ExperimentResult) -> None:
     sets = [row | {"instance": f"{row['instance']}-{i}"} for i in range(100) for row in result.rows]
     page = page_of(evolve(result, rows=sets))
     assert "Tables are of all 200 instance sets together; summary.csv has each of them." in page
-    assert page.count("<tr>") == 4 * (1 + 3)
-    assert page.count('<span class="bad">') == 100
-
-
-def test_what_tells_nothing_is_the_same_as_on_the_terminal(result: ExperimentResult) -> None:
-    result.rows[:] = [row for row in result.rows if row["seed"] < 3]
-    page = page_of(result)
-    assert "(no interval)</td><td>-</td>" in page
-    assert not re.search(r"\[[^<]*\]</td>|<td>(&lt; )?0\.\d+</td>\s*<td>[+\u2212]", page)
-    assert NO_TEST in page
+    assert (page.count("<tr>"), page.count('<span class="bad">')) == (4 * (1 + 3), 100)
 
 
 def test_orders_of_one_day_are_told_beside_every_p(result: ExperimentResult) -> None:
     told = "Orders come from a file and are the same for every seed"
     assert told not in page_of(result)
     assert page_of(evolve(result, fixed=frozenset({"orders=50", "orders=100"}))).count(told) == 3
+    told = "come from a file and are the same for every seed"
+    assert told not in " ".join(printed(result, 120).split())
+    some = evolve(result, fixed=frozenset({"orders=50"}))
+    assert f" Orders of orders=50 and overall {told}" in " ".join(printed(some, 120).split())
+    day = evolve(result, fixed=frozenset({"orders=50", "orders=100"}))
+    assert f" Orders {told}" in " ".join(printed(day, 120).split())
+    day.rows[:] = [row for row in day.rows if row["seed"] < 3]
+    assert told not in " ".join(printed(day, 120).split())
 
 
 def captions(metrics: dict[str, tuple[list[float | None], list[float | None]]], status: str) -> dict[str, str]:
@@ -497,15 +481,12 @@ def test_captions_say_what_a_table_has() -> None:
     assert away.endswith("after Holm.")
 
 
-def test_the_caption_of_a_front_explains_its_mark() -> None:
+def test_fronts_are_tables_whose_caption_explains_the_mark(with_front: ExperimentResult) -> None:
     figures: list[float | None] = [1.0, 2.0, 3.0]
     metrics = {"turnover_s": (figures, figures), "picks": (figures, figures)}
     front = "front.turnover_s.picks"
     assert captions(metrics, "horizon")[front].endswith(CENSORED)
     assert CENSORED not in captions(metrics, "complete")[front]
-
-
-def test_fronts_are_tables_too(with_front: ExperimentResult) -> None:
     page = page_of(with_front)
     assert "<h2>Picker utilisation (%) against Pile-on</h2>" in page
     assert page.partition("None beats these in both")[2].count("<td>base</td><td>2.200</td><td>52.00</td>") == 3
@@ -518,8 +499,7 @@ def test_a_plot_that_is_missing_is_left_out(result: ExperimentResult) -> None:
 
 
 def test_the_report_says_what_was_run(result: ExperimentResult) -> None:
-    assert fact(result, "Runs") == "18"
-    assert fact(result, "Scenarios") == "small"
+    assert (fact(result, "Runs"), fact(result, "Scenarios")) == ("18", "small")
     assert fact(result, "instance.orders") == "50, 100"
     assert fact(result, "Rule sets") == "base, good, bad"
     assert fact(result, "Versions") == "rmfs 0.1.0"
@@ -548,17 +528,6 @@ def test_the_page_shows_metrics_of_observers_as_they_describe_them(result: Exper
     assert ">Balance of work (kJ)</h2>" in page
     assert "What it costs." in page
     assert ">bare</h2>" in page
-
-
-def test_bounds_have_columns_of_their_metric(bounded: ExperimentResult) -> None:
-    page = page_of(bounded)
-    assert page.count("<th>Times the bound</th>") == 1
-    assert '<td>2.200</td><td>1.250</td><td>1.76</td><td class="dim">baseline</td>' in re.sub(r"\n\s*", "", page)
-    assert page.count('colspan="9"') == 3
-    assert "what no rules can beat" in page
-    for row in bounded.rows:
-        del row["bound.pile_on"]
-    assert "bound" not in page_of(bounded)
 
 
 def test_the_same_runs_give_the_same_files(result: ExperimentResult, tmp_path: Path) -> None:
