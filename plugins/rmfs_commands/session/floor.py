@@ -16,7 +16,6 @@ from rmfs_core.scenario import Scenario
 from rmfs_core.simulation.driving.base import Driving, Process
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.going import Going
-from rmfs_core.simulation.supply import Supply
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station
 from rmfs_core.world import Instance, Layout, OrderData
 
@@ -198,7 +197,7 @@ class Floor(Simulation):
     def _arrivals(self) -> Process:
         yield from ()
 
-    def _bundles(self, supply: Supply) -> Process:
+    def _bundles(self, supply: Any) -> Process:
         for sku in range(self.warehouse.n_skus):
             self._order_bundles(supply, sku)
         yield from ()
