@@ -10,7 +10,7 @@ from attrs import frozen
 
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
-from rmfs_core.wording import listed, nearest, shown_short
+from rmfs_core.wording import nearest, shown_short
 
 MOST_EVENTS = 10_000
 """Events in a batch."""
@@ -33,6 +33,10 @@ LINES = (
     "an object of SKUs with whole numbers of items from 1",
     lambda given: isinstance(given, Mapping) and bool(given) and all(map(_whole(1)[1], given.values())),
 )
+CONTENTS = (
+    "an object of SKUs with whole numbers of items from 0",
+    lambda given: isinstance(given, Mapping) and all(map(_whole(0)[1], given.values())),
+)
 Kind = tuple[str, Callable[[Any], bool]]
 
 FACTS: Mapping[str, tuple[Mapping[str, Kind], Mapping[str, Kind]]] = {
@@ -48,6 +52,14 @@ FACTS: Mapping[str, tuple[Mapping[str, Kind], Mapping[str, Kind]]] = {
     "pod_stored": ({"pod": TEXT, "cell": _whole(0)}, {}),
     "bundle_arrived": ({"bundle": TEXT, "sku": TEXT, "items": _whole(1)}, {}),
     "bundle_stored": ({"pod": TEXT, "bundle": TEXT}, {}),
+    "short": ({"pod": TEXT, "sku": TEXT, "counted": _whole(0)}, {}),
+    "stock": ({"pod": TEXT, "contents": CONTENTS}, {}),
+    "pod_locked": ({"pod": TEXT}, {}),
+    "pod_unlocked": ({"pod": TEXT}, {}),
+    "order_back": ({"order": TEXT}, {}),
+    "cell_blocked": ({"cell": _whole(0)}, {}),
+    "cell_free": ({"cell": _whole(0)}, {}),
+    "command_refused": ({"command": _whole(1), "why": TEXT}, {}),
     "robot_failed": ({"robot": TEXT}, {}),
     "robot_back": ({"robot": TEXT}, {}),
     "station_opened": ({"station": TEXT}, {}),
@@ -55,11 +67,13 @@ FACTS: Mapping[str, tuple[Mapping[str, Kind], Mapping[str, Kind]]] = {
 }
 """By kind, the fields that a fact has to have and those that it may have."""
 
-NOT_YET = (
-    *("short", "stock", "part_packed", "pod_locked", "pod_unlocked", "cell_blocked", "cell_free"),
-    "command_refused",
-)
-"""Facts that sessions are to take, and do not take yet."""
+
+class ContradictionError(Exception):
+    """A fact that cannot be so; the text says why, and ``concerns`` what is not known to be right from now on."""
+
+    def __init__(self, problem: str, *concerns: tuple[str, str]) -> None:
+        super().__init__(problem)
+        self.concerns = concerns
 
 
 @frozen
@@ -107,8 +121,6 @@ def batch_of(data: Any) -> Batch:
         place = f"batch, events.{i}"
         if not isinstance(given, Mapping) or not isinstance(kind := given.get("kind"), str):
             raise InputError(place, f"expected an object with `id`, `kind` and fields, found {shown_short(given)}")
-        if kind in NOT_YET:
-            raise InputError(f"{place}.kind", f'sessions do not take "{kind}" yet; expected {listed(FACTS, "or")}')
         if kind not in FACTS:
             raise InputError(f"{place}.kind", f'no kind of fact is "{kind[:40]}"{nearest(kind, FACTS)}')
         has, may = FACTS[kind]

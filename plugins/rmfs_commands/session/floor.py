@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
+from contextlib import suppress
 from typing import Any
 
 import simpy
@@ -12,7 +13,7 @@ from attrs import evolve, frozen
 from rmfs_core.errors import InputError
 from rmfs_core.events import QueueJoined, RobotMoved
 from rmfs_core.rules import RuleSet
-from rmfs_core.scenario import Scenario
+from rmfs_core.scenario import RuleChoice, Scenario
 from rmfs_core.simulation.driving.base import Driving, Process
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.going import Going
@@ -32,6 +33,7 @@ AWAITED = {
 }
 """By what is going on, the fact that ends it."""
 
+Picking = Generator[simpy.Event, Any, int]
 Order_ = Callable[..., None]
 """Takes a command: its kind, and its fields."""
 
@@ -53,6 +55,14 @@ class Wait:
     event: simpy.Event
     since: int
     what: Any = None
+
+
+class AbandonedError(Exception):
+    """What a story waits for will not happen, and the story ends."""
+
+
+class AbortedError(Exception):
+    """The pick that a story waits for will not happen, and the visit goes on."""
 
 
 class FloorDriving(Driving):
@@ -96,8 +106,13 @@ class Floor(Simulation):
         self.waits: dict[tuple[str, int], Wait] = {}
         self.command = command
         self.wanted: dict[int, tuple[Any, Any]] = {}
+        self.closed: set[int] = set()
+        """Ids of stations that take no order, whatever their timetables say."""
         self.driving = FloorDriving(self)
         self.context.after = self._after
+        if rules.poa_pps is not None:  # it looks at no request that was covered once; this is asked where one is left
+            repair = evolve(scenario.rules, poa=RuleChoice("first-come"), pps=RuleChoice("demand"), poa_pps=None)
+            self.decisions.rules = evolve(rules, pps=RuleSet.load(repair, scenario.folder).pps)
 
     # What the stories wait for
 
@@ -206,6 +221,36 @@ class Floor(Simulation):
         """Have a bundle brought; it arrives as a fact."""
         self.command("reorder", sku=going.sku, items=going.items)
 
+    def _keep_hours(self) -> None:
+        super()._keep_hours()
+        for station in self.closed:
+            self.warehouse.staff(self.warehouse.stations[station], False, None)
+
+    def transport(self, robot: Robot, pod: Pod, going: Going | None = None) -> Process:
+        """Fetch a pod, carry it along its stations, and store it, unless that is abandoned."""
+        with suppress(AbandonedError):
+            yield from super().transport(robot, pod, going)
+
+    def visit_stations(self, robot: Robot, pod: Pod, going: Going | None = None) -> Process:
+        """Carry a pod along its stations, and store it, unless that is abandoned."""
+        with suppress(AbandonedError):
+            yield from super().visit_stations(robot, pod, going)
+
+    def move(self, robot: Robot, pod: Pod, cell: int, going: Going | None = None) -> Process:
+        """Carry a stored pod elsewhere, unless that is abandoned."""
+        with suppress(AbandonedError):
+            yield from super().move(robot, pod, cell, going)
+
+    def rest(self, robot: Robot, cell: int, share: float, going: Going | None = None) -> Process:
+        """Drive to where the robot rests, unless that is abandoned."""
+        with suppress(AbandonedError):
+            yield from super().rest(robot, cell, share, going)
+
+    def put_away(self, robot: Robot, pod: Pod) -> Process:
+        """Store a pod that a robot carries, whatever was to be done with it."""
+        with suppress(AbandonedError):
+            yield from self._store(robot, pod)
+
     def _lift(self, robot: Robot, pod: Pod, going: Going | None = None) -> Process:
         self.command("lift", robot=robot.id, pod=pod.id)
         yield from super()._lift(robot, pod, going)
@@ -215,11 +260,17 @@ class Floor(Simulation):
         self.command("store", robot=robot.id, pod=pod.id, cell=cell)
         yield from super().store(robot, pod, cell, going)
 
-    def _pick(self, request: Request, pod: Pod, station: Station, at: Going) -> Process:
+    def _pick(self, request: Request, pod: Pod, station: Station, at: Going) -> Picking:
+        if request.pod is not pod:  # it was taken back while the picker had another item in hand
+            return 0
         self.command("pick_next", station=station.id, pod=pod.id, order=request.order.id, sku=request.sku)
         assert at.robot is not None
         self.wanted[at.robot] = request.order.id, request.sku
-        yield from super()._pick(request, pod, station, at)
+        try:
+            return (yield from super()._pick(request, pod, station, at))
+        except AbortedError:
+            self.warehouse.occupy_picker(station, self.now)
+            return 0
 
     def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, at: Going) -> Process:
         self.command("store_bundle", station=station.id, pod=pod.id, bundle=bundle.name)

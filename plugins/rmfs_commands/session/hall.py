@@ -5,15 +5,16 @@ from __future__ import annotations
 import hashlib
 import itertools
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from attrs import evolve
 
 from rmfs_commands.results.files import to_json
-from rmfs_commands.session.facts import Batch, Fact, batch_of
-from rmfs_commands.session.floor import AWAITED, Floor, check_supported
+from rmfs_commands.session.correcting import CorrectedFloor
+from rmfs_commands.session.facts import Batch, ContradictionError, Fact, batch_of
+from rmfs_commands.session.floor import AWAITED, check_supported
 from rmfs_commands.session.journal import Journal
 from rmfs_commands.states.snapshots import Snapshots
 from rmfs_core import events
@@ -25,12 +26,15 @@ from rmfs_core.results.running import versions_of
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, located
 from rmfs_core.scenario.writing import plain
-from rmfs_core.simulation.applying import tell_open
-from rmfs_core.warehouse import Order, Pod, Robot, Station
+from rmfs_core.warehouse import UNLIMITED, Order, Pod, Robot, Station
 from rmfs_core.world import CellKind, OrderData, make_instance, make_layout
 
 MOST_IDS = 100_000
 """Ids of facts that are known again: those of the latest."""
+MOST_COMMANDS = 10_000
+"""Commands that can be refused: the latest."""
+OF_ROBOTS = ("drive", "queue", "lift", "set")
+"""What a robot does that is overdue, and no picker."""
 ARRIVALS = ("order_arrived", "order_cancelled")
 """Facts of which those that follow each other in a batch have one round."""
 
@@ -41,14 +45,6 @@ class StaleBatchError(InputError):
     def __init__(self, place: str, problem: str, seq: int) -> None:
         super().__init__(place, problem)
         self.seq = seq
-
-
-class ContradictionError(Exception):
-    """A fact that cannot be so; the text says why, and ``concerns`` what is not known to be right from now on."""
-
-    def __init__(self, problem: str, *concerns: tuple[str, str]) -> None:
-        super().__init__(problem)
-        self.concerns = concerns
 
 
 class Hall:
@@ -129,6 +125,8 @@ class Hall:
         self._last: tuple[Any, dict[str, Any]] | None = None
         self._ids: OrderedDict[str, None] = OrderedDict()
         self._doubtful: dict[tuple[str, str], str] = {}
+        self._passing: set[str] = set()  # pods that are in doubt until their robot is heard of
+        self._given: OrderedDict[int, dict[str, Any]] = OrderedDict()  # commands that can be refused
         self._failed: set[str] = set()
         self._heard: dict[int, int] = {}
         self._begun = False
@@ -136,7 +134,7 @@ class Hall:
         for observer in self._observers():
             rules.register_observer(observer)
         rules.register_observer(self)
-        self._floor = Floor(scenario, self._instance, self._layout, rules, self._command)
+        self._floor = CorrectedFloor(scenario, self._instance, self._layout, rules, self._command)
         warehouse = self._floor.warehouse
         self._skus = {name: i for i, name in enumerate(self._instance.skus)}
         self._orders: dict[str, Order] = {}
@@ -220,8 +218,8 @@ class Hall:
             floor.round()
         self._begun = True
         facts = [(i, fact) for i, fact in enumerate(batch.facts) if self._new(fact)]
-        for arrivals, group in itertools.groupby(facts, lambda one: one[1].kind in ARRIVALS):
-            changed = False
+        for _, group in itertools.groupby(facts, lambda one: one[1].kind in ARRIVALS or one[1].id):
+            changed = False  # so that rules have something to decide
             for i, fact in group:
                 try:
                     changed |= bool(getattr(self, f"_{fact.kind}")(**fact.fields))
@@ -229,11 +227,12 @@ class Hall:
                     dropped.append({"id": fact.id, "place": f"events.{i}", "problem": f"{problem}."})
                     for concern in problem.concerns:
                         self._doubt(concern, str(problem))
-            if arrivals and changed:
+                        changed = True
+            if changed:
                 floor.round()
         self.seq += 1
+        overdue = self._overdue()
         commands, self._commands = self._commands, []
-        overdue = [*self._overdue()]
         return {
             "seq": self.seq,
             "time_s": to_seconds(floor.now),
@@ -255,8 +254,10 @@ class Hall:
     def state(self) -> dict[str, Any]:
         """The whole state: that of `rmfs decide`, and ``session`` with what only a session has."""
         assert self._snapshots is not None
+        orders, pods = self._floor.corrected
+        self._snapshots.corrected(orders, pods)
         self._snapshots.look({})
-        doubtful = [{kind: name, "why": why} for (kind, name), why in self._doubtful.items()]
+        doubtful = [{kind: name, "why": why, **self._held(kind, name)} for (kind, name), why in self._doubtful.items()]
         waits = [
             {"awaits": AWAITED[kind], **self._who(kind, who), "since_s": to_seconds(wait.since)}
             for (kind, who), wait in self._floor.waits.items()
@@ -267,22 +268,71 @@ class Hall:
     # What is out of order
 
     def _doubt(self, concern: tuple[str, str], why: str) -> None:
-        """Keep what a contradiction concerns; a robot gets no further task, a station no further order."""
-        self._doubtful.setdefault(concern, why)
-        one = self._by_name.get(concern[0], {}).get(concern[1])
-        if isinstance(one, Robot):
-            self._floor.warehouse.put_in_service(one, False)
-
-    def _overdue(self) -> Iterator[dict[str, Any]]:
-        if self._dead is None:
+        """Keep what a contradiction concerns, and offer it to no rule."""
+        if concern in self._doubtful:
             return
+        kind, name = concern
+        one: Any = self._orders.get(name) if kind == "order" else self._by_name.get(kind, {}).get(name)
+        if one is not None:
+            self._doubtful[concern] = why
+            match kind:
+                case "robot":
+                    self._floor.warehouse.put_in_service(one, False)
+                case "pod":
+                    self._floor.lock(one)
+                case "station":
+                    self._floor.close(one, True)
+                case _:
+                    self._floor.hide(one)
+
+    def _trust(self, kind: str, name: str) -> None:
+        """Let rules have again what was in doubt."""
+        if self._doubtful.pop((kind, name), None) is not None:
+            match kind:
+                case "pod":
+                    self._floor.unlock(self._by_name["pod"][name])
+                    self._passing.discard(name)
+                case "station":
+                    self._floor.close(self._by_name["station"][name], False)
+                case "order":
+                    self._floor.unhide(self._orders[name])
+
+    def _held(self, kind: str, name: str) -> dict[str, Any]:
+        """Return what a pod in doubt holds, which the state does not show."""
+        if kind != "pod":
+            return {}
+        held, _ = self._floor.locked[self._by_name["pod"][name].id]
+        skus = self._instance.skus
+        return {"contents": {skus[sku]: None if items >= UNLIMITED else items for sku, items in held.items()}}
+
+    def _overdue(self) -> list[dict[str, Any]]:
+        """Return what nothing is heard of, after the requests of pods that are late were uncovered."""
+        if self._dead is None:
+            return []
+        found, late = [], False
         lines = [station.line for station in self._floor.warehouse.stations]
-        for (kind, who), wait in self._floor.waits.items():
+        for (kind, who), wait in [*self._floor.waits.items()]:
             if kind == "queue" and any(robot.id == who for line in lines for robot in line[1:]):
                 continue  # it stands in a line
             since = wait.since if kind == "release" else max(wait.since, self._heard.get(who, 0))
             if self._floor.now - since > self._dead:
-                yield {"awaits": AWAITED[kind], **self._who(kind, who), "since_s": to_seconds(since)}
+                told = self._who(kind, who)
+                found.append({"awaits": AWAITED[kind], **told, "since_s": to_seconds(since)})
+                if kind in OF_ROBOTS and "pod" in told and ("pod", told["pod"]) not in self._doubtful:
+                    self._passing.add(told["pod"])
+                    self._doubt(("pod", told["pod"]), f"nothing is heard of robot {told['robot']}")
+                    late = True
+        if late:
+            self._floor.round()
+        return found
+
+    def _hear(self, robot: Robot) -> None:
+        """Take note that a robot is heard of: its pod is in doubt no more, if it was for that."""
+        self._heard[robot.id] = self._floor.now
+        if robot.task is not None and robot.name not in self._failed:
+            pod = self._floor.warehouse.pods[robot.task].name
+            if pod in self._passing:
+                self._trust("pod", pod)
 
     def _who(self, kind: str, who: int) -> dict[str, str]:
         warehouse = self._floor.warehouse
@@ -334,7 +384,11 @@ class Hall:
         told = {name: among[name][value].name if name in among else value for name, value in fields.items()}
         if "sku" in told:
             told["sku"] = self._instance.skus[told["sku"]]
-        self._commands.append({"command": next(self._numbers), "kind": kind, **told})
+        number = next(self._numbers)
+        self._commands.append({"command": number, "kind": kind, **told})
+        self._given[number] = self._commands[-1]
+        if len(self._given) > MOST_COMMANDS:
+            self._given.popitem(last=False)
 
     # Facts, each by its kind
 
@@ -353,7 +407,7 @@ class Hall:
         if found.robot is None:
             raise ContradictionError(f'pod "{pod}" is no robot\'s task', ("pod", pod))
         robot = self._floor.warehouse.robots[found.robot]
-        self._heard[robot.id] = self._floor.now
+        self._hear(robot)
         return found, robot
 
     def _awaited(self, robot: Robot, kind: str, what: str, pod: str) -> Any:
@@ -369,7 +423,7 @@ class Hall:
         self, order: str, lines: Mapping[str, int], due_s: float | None = None, priority: int = 0
     ) -> bool:
         if order in self._orders:
-            raise ContradictionError(f'order "{order}" has arrived before')
+            raise ContradictionError(f'order "{order}" has arrived before', ("order", order))
         given = tuple((self._sku(sku), number) for sku, number in lines.items())
         due = None if due_s is None else to_ticks(due_s)
         data = OrderData(order, arrival_tick=self._floor.now, lines=given, due_tick=due, priority=priority)
@@ -384,6 +438,7 @@ class Hall:
             raise ContradictionError(f'order "{order}" is {"cancelled" if found.cancelled else "complete"} already')
         if found.parts:
             raise ContradictionError(f'order "{order}" is begun, and picked on')
+        self._trust("order", order)
         return self._floor.cancel(found)
 
     def _robot_at(self, robot: str, cell: int, heading: int | None = None, charge: float | None = None) -> None:
@@ -391,14 +446,14 @@ class Hall:
         kinds = self._layout.kind
         if cell >= len(kinds) or kinds[cell] == CellKind.WALL:
             raise ContradictionError(f"robot {robot} cannot stand in cell {cell}", ("robot", robot))
-        self._heard[found.id] = self._floor.now
+        self._hear(found)
         self._floor.drive(found, cell, found.heading if heading is None else heading, charge)
 
     def _robot_charged(self, robot: str) -> None:
         found: Robot = self._named("robot", robot)
         if ("charge", found.id) not in self._floor.waits:
             raise ContradictionError(f"robot {robot} is not to be charged now", ("robot", robot))
-        self._heard[found.id] = self._floor.now
+        self._hear(found)
         self._floor.happens("charge", found.id)
 
     def _pod_lifted(self, pod: str) -> None:
@@ -425,7 +480,8 @@ class Hall:
         robot, at = self._bound(pod, station)
         if (at.line or (robot,))[0] is not robot:
             first = self._floor.warehouse.robots[at.line[0].id]
-            raise ContradictionError(f"robot {first.name} is before it at station {station}", ("pod", pod))
+            told = f"robot {first.name} is before it at station {station}"
+            raise ContradictionError(told, ("pod", pod), ("station", station))
         if not at.line:
             self._floor.queue(robot, at)
         self._floor.happens("queue", robot.id)
@@ -446,12 +502,17 @@ class Hall:
         at: Station = self._named("station", station)
         self._floor.handled(at)
 
-    def _pod_stored(self, pod: str, cell: int) -> None:
-        _, robot = self._carried(pod)
+    def _pod_stored(self, pod: str, cell: int) -> bool:
+        found, robot = self._carried(pod)
+        if robot.name in self._failed and found.location is None:
+            self._floor.rescue(robot, found, cell)
+            self._trust("pod", pod)
+            return True
         self._awaited(robot, "set", f'pod "{pod}" is not to be set down now', pod)
         if robot.cell != cell:
             raise ContradictionError(f'pod "{pod}" is to be set down in cell {robot.cell}, not {cell}', ("pod", pod))
         self._floor.happens("set", robot.id)
+        return False
 
     def _bundle_arrived(self, bundle: str, sku: str, items: int) -> None:
         if not self._floor.warehouse.storing:
@@ -465,28 +526,143 @@ class Hall:
             raise ContradictionError(f'bundle "{expected}" is to be stored on pod "{pod}"', ("pod", pod))
         self._floor.happens("stow", robot.id)
 
-    def _robot_failed(self, robot: str) -> None:
+    def _robot_failed(self, robot: str) -> bool:
         found: Robot = self._named("robot", robot)
         self._failed.add(robot)
         if found.in_service:
             self._floor.warehouse.put_in_service(found, False)
+        if found.task is None:
+            return False
+        pod = self._floor.warehouse.pods[found.task]
+        if pod.location is not None:
+            self._floor.take_back_task(found, pod)
+        elif ("pod", pod.name) not in self._doubtful:
+            self._passing.add(pod.name)
+            self._doubt(("pod", pod.name), f"robot {robot} has failed with it")
+        return True
 
-    def _robot_back(self, robot: str) -> None:
+    def _robot_back(self, robot: str) -> bool:
         found: Robot = self._named("robot", robot)
         self._failed.discard(robot)
         self._doubtful.pop(("robot", robot), None)
         self._floor.warehouse.put_in_service(found, True)
-        self._floor.round()
+        self._hear(found)
+        return True
 
-    def _station_opened(self, station: str) -> None:
-        self._staff(station, True)
+    def _station_opened(self, station: str) -> bool:
+        self._doubtful.pop(("station", station), None)
+        return self._staff(station, True)
 
-    def _station_closed(self, station: str) -> None:
-        self._staff(station, False)
+    def _station_closed(self, station: str) -> bool:
+        return self._staff(station, False)
 
-    def _staff(self, station: str, staffed: bool) -> None:
-        at: Station = self._named("station", station)
-        was_open = at.open
-        self._floor.warehouse.staff(at, staffed, None)
-        tell_open(self._floor.warehouse, at, was_open, self._floor.context.tell)
-        self._floor.round()
+    def _short(self, pod: str, sku: str, counted: int) -> bool:
+        return self._counted(pod, {sku: counted})
+
+    def _stock(self, pod: str, contents: Mapping[str, int]) -> bool:
+        found: Pod = self._named("pod", pod)
+        known = {self._instance.skus[sku]: 0 for sku in found.contents}
+        return self._counted(pod, {**known, **contents})
+
+    def _counted(self, pod: str, contents: Mapping[str, int]) -> bool:
+        found: Pod = self._named("pod", pod)
+        counted = {self._sku(sku): items for sku, items in contents.items()}
+        if self._instance.unlimited_stock:
+            raise ContradictionError("the stock of this hall is unlimited, and nothing is counted")
+        if strange := [sku for sku in counted if sku not in found.contents]:
+            told = f'pod "{pod}" was never given SKU "{self._instance.skus[strange[0]]}"; expected bundle_stored'
+            raise ContradictionError(told, ("pod", pod))
+        self._trust("pod", pod)
+        self._floor.recount(found, counted)
+        return True
+
+    def _pod_locked(self, pod: str) -> bool:
+        self._named("pod", pod)
+        self._doubt(("pod", pod), "it was locked")
+        self._passing.discard(pod)
+        return True
+
+    def _pod_unlocked(self, pod: str) -> bool:
+        self._named("pod", pod)
+        self._trust("pod", pod)
+        return True
+
+    def _order_back(self, order: str) -> bool:
+        if order not in self._orders:
+            raise ContradictionError(f'there is no order "{order}"')
+        self._trust("order", order)
+        return True
+
+    def _cell_blocked(self, cell: int) -> bool:
+        if ("cell", str(cell)) not in self._doubtful:
+            self._floor.block(cell)
+            self._doubtful["cell", str(cell)] = "it was blocked"
+        return True
+
+    def _cell_free(self, cell: int) -> bool:
+        if self._doubtful.pop(("cell", str(cell)), None) is not None:
+            self._floor.unblock(cell)
+        return True
+
+    def _command_refused(self, command: int, why: str) -> bool:
+        if (given := self._given.get(command)) is None:
+            raise ContradictionError(f"command {command} was not given, or long ago")
+        kind, told = given["kind"], f"command {command} ({given['kind']}) was refused: {why}"
+        robot: Any = self._by_name["robot"].get(str(given.get("robot")))
+        pod: Any = self._by_name["pod"].get(str(given.get("pod")))
+        over = ContradictionError(f"command {command} is done, or was taken back")
+        match kind:
+            case "assign":
+                order, station = self._orders.get(given["order"]), self._by_name["station"][given["station"]]
+                if order is None or order.id in self._floor.hidden:
+                    raise over
+                self._floor.take_back_part(order, station, given["part"])
+                self._doubt(("order", order.name), told)
+            case "fetch" | "lift" | "go_on" | "store" | "move_pod":
+                self._take_back(kind, robot, pod, given, over, told)
+            case "move_robot":
+                if robot.goal != given["cell"]:
+                    raise over
+                self._floor.take_back_move(robot)
+                self._doubt(("robot", robot.name), told)
+            case "pick_next":
+                if pod.robot is None or self._wanted(pod.robot) != (given["order"], given["sku"]):
+                    raise over
+                self._doubt(("pod", pod.name), told)
+            case _:
+                raise ContradictionError(f"{kind} cannot be taken back")
+        del self._given[command]
+        return True
+
+    def _take_back(
+        self, kind: str, robot: Robot, pod: Pod, given: Mapping[str, Any], over: ContradictionError, told: str
+    ) -> None:
+        floor = self._floor
+        story = floor.stories.get(robot.id, ("",))
+        lifted, bound = pod.location is None, pod.bound_for[:1]
+        if robot.task != pod.id or (kind != "move_pod" and lifted == (kind in ("fetch", "lift"))):
+            raise over
+        if kind == "go_on":
+            if [floor.warehouse.stations[at].name for at in bound] != [given["station"]] or robot.pod is None:
+                raise over
+            floor.take_back_trip(robot, pod)
+        elif kind == "store" or (kind == "move_pod" and lifted):
+            if story[-1] != given["cell"]:
+                raise over
+            floor.store_elsewhere(robot, pod)
+            self._doubtful["cell", str(given["cell"])] = told
+            return
+        else:
+            floor.take_back_task(robot, pod)
+        self._doubt(("robot", robot.name), told)
+
+    def _wanted(self, robot: int) -> tuple[str, str] | None:
+        """Return names of the order and SKU that are to be picked from a robot's pod now."""
+        if ("pick", robot) not in self._floor.waits:
+            return None
+        order, sku = self._floor.wanted[robot]
+        return self._floor.warehouse.orders[order].name, self._instance.skus[sku]
+
+    def _staff(self, station: str, staffed: bool) -> bool:
+        self._floor.close(self._named("station", station), not staffed)
+        return True
