@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -65,6 +65,45 @@ class AbortedError(Exception):
     """The pick that a story waits for will not happen, and the visit goes on."""
 
 
+class OrderBook(Sequence[Order]):
+    """Orders by id, as if those that are forgotten were there: no id is given twice."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, Order] = {}
+        self._number = 0
+
+    def __len__(self) -> int:
+        return self._number
+
+    def __getitem__(self, index: Any) -> Any:
+        try:
+            return self._known[index]
+        except KeyError:
+            raise IndexError(index) from None
+
+    def append(self, order: Order) -> None:
+        """Take in the next order."""
+        self._known[self._number] = order
+        self._number += 1
+
+    def forget(self, number: int) -> None:
+        """Forget an order."""
+        del self._known[number]
+
+
+class Arrived(dict[int, Order]):
+    """Orders by id that are not forgotten; there are as many as have ever arrived (`WarehouseView.orders_since`)."""
+
+    _number = 0
+
+    def __setitem__(self, number: int, order: Order) -> None:
+        self._number += number not in self
+        super().__setitem__(number, order)
+
+    def __len__(self) -> int:
+        return self._number
+
+
 class FloorDriving(Driving):
     """How robots get from place to place where they drive themselves."""
 
@@ -106,6 +145,8 @@ class Floor(Simulation):
         self.waits: dict[tuple[str, int], Wait] = {}
         self.command = command
         self.wanted: dict[int, tuple[Any, Any]] = {}
+        self.book = self.warehouse.orders = OrderBook()
+        self.warehouse.arrived = Arrived()
         self.closed: set[int] = set()
         """Ids of stations that take no order, whatever their timetables say."""
         self.driving = FloorDriving(self)
@@ -155,8 +196,8 @@ class Floor(Simulation):
     def add_order(self, data: OrderData) -> Order:
         """Let an order be there that has not arrived yet."""
         warehouse = self.warehouse
-        order = Order(len(warehouse.orders), data, lambda: warehouse.now)
-        warehouse.orders = (*warehouse.orders, order)
+        order = Order(len(self.book), data, lambda: warehouse.now)
+        self.book.append(order)
         return order
 
     def arrive(self, order: Order) -> None:

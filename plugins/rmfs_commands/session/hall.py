@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,8 @@ from rmfs_core.world import CellKind, OrderData, make_instance, make_layout
 
 MOST_IDS = 100_000
 """Ids of facts that are known again: those of the latest."""
+MOST_DONE = 5_000
+"""Orders that are complete and still known: the latest."""
 MOST_COMMANDS = 10_000
 """Commands that can be refused: the latest."""
 OF_ROBOTS = ("drive", "queue", "lift", "set")
@@ -86,17 +88,14 @@ class Hall:
         with located(scenario):
             check_supported(scenario)
             self._instance, self._layout = make_instance(scenario), make_layout(scenario)
-        self._kept: list[tuple[Any, Any]] = []
         self.replayed = replayed
-        self._journal: Journal | None = None
         self._begin()
-        if journal is not None:
-            self._journal = Journal(journal, self._made_from())
-            try:
-                self._again()
-            except BaseException:
-                self.close()
-                raise
+        self._journal = Journal(journal, self._made_from())
+        try:
+            self._again()
+        except BaseException:
+            self.close()
+            raise
 
     # Made, and made again
 
@@ -130,6 +129,7 @@ class Hall:
         self._failed: set[str] = set()
         self._heard: dict[int, int] = {}
         self._begun = False
+        self._done: deque[Order] = deque()  # orders that are complete, and packed where orders are
         self._snapshots: Snapshots | None = None
         for observer in self._observers():
             rules.register_observer(observer)
@@ -149,18 +149,16 @@ class Hall:
     def _again(self) -> None:
         """Take all batches of the journal again; each has to be answered as it was."""
         self._begin()
-        batches = iter(self._kept) if self._journal is None else self._journal.batches()
-        for number, (given, answer) in enumerate(batches, 1):
+        for number, (given, answer) in enumerate(self._journal.batches(), 1):
             self.replayed()
             if to_json(self._apply(batch_of(given))) != to_json(answer):
-                where = "memory" if self._journal is None else f"{self._journal.path}, line {number + 1}"
+                where = f"{self._journal.name}, line {number + 1}"
                 raise InputError(where, "is not answered as it was; expected the rules that wrote the journal")
             self._last = given, answer
 
     def close(self) -> None:
         """End the session; the journal stays."""
-        if self._journal is not None:
-            self._journal.close()
+        self._journal.close()
 
     # Facts in, commands out
 
@@ -196,10 +194,7 @@ class Hall:
             raise InputError("batch.time_s", f"found {given['time_s']}; expected no time before {now}, the last one")
         try:
             answer = self._apply(batch)
-            if self._journal is not None:
-                self._journal.append({"batch": given, "answer": answer})
-            else:
-                self._kept.append((given, answer))
+            self._journal.append({"batch": given, "answer": answer})
         except Exception:
             self._again()
             raise
@@ -208,8 +203,7 @@ class Hall:
 
     def since(self, seq: int) -> list[dict[str, Any]]:
         """Return the answers that were given after the batch of a number, for who has missed them."""
-        batches = self._kept if self._journal is None else self._journal.batches()
-        return [answer for _, answer in itertools.islice(batches, seq, None)]
+        return [answer for _, answer in self._journal.batches(seq)]
 
     def _apply(self, batch: Batch) -> dict[str, Any]:
         floor, dropped = self._floor, list[dict[str, Any]]()
@@ -232,6 +226,7 @@ class Hall:
                 floor.round()
         self.seq += 1
         overdue = self._overdue()
+        self._forget()
         commands, self._commands = self._commands, []
         return {
             "seq": self.seq,
@@ -249,6 +244,18 @@ class Hall:
         if len(self._ids) > MOST_IDS:
             self._ids.popitem(last=False)
         return True
+
+    def _forget(self) -> None:
+        """Forget the orders that have been complete for longest; the first one stays, for rules look at its age."""
+        warehouse = self._floor.warehouse
+        while len(self._done) > MOST_DONE:
+            order = self._done.popleft()
+            if order.id:
+                del warehouse.arrived[order.id]
+                self._floor.book.forget(order.id)
+                self._orders.pop(order.name, None)
+                assert self._snapshots is not None
+                self._snapshots.forget(order.id)
 
     @property
     def state(self) -> dict[str, Any]:
@@ -368,6 +375,10 @@ class Hall:
                 self._command("move_robot", robot=event.robot, cell=event.cell, charge=charge)
             case events.PodMoveDecided():
                 self._command("move_pod", robot=event.robot, pod=event.pod, cell=event.cell)
+            case events.OrderCancelled() | events.OrderPacked():
+                self._done.append(self._floor.warehouse.orders[event.order])
+            case events.OrderCompleted() if self._floor.packing is None:
+                self._done.append(self._floor.warehouse.orders[event.order])
             case events.BundleAssigned():
                 bundle = self._floor.warehouse.stations[event.station].bundles[-1]
                 self._command("assign_bundle", bundle=bundle.name, station=event.station)

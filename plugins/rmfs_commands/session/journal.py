@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
+import weakref
+from array import array
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -21,19 +24,21 @@ class Journal:
     ----------
     path
         The file; it is made where it is not there. A last line that is not whole, which was never answered, is cut off.
+        None: one that is gone with the process.
     made_from
         Scenario and versions of the session. A file that another session wrote is refused.
     """
 
-    def __init__(self, path: Path, made_from: Mapping[str, Any]) -> None:
-        self.path = path
+    def __init__(self, path: Path | None, made_from: Mapping[str, Any]) -> None:
+        self.path, self.name = path, str(path or "memory")
         try:
-            self._file = path.open("a+b")
+            self._file: Any = tempfile.TemporaryFile() if path is None else path.open("a+b")  # noqa: SIM115
         except OSError as error:
-            raise InputError(str(path), f"cannot be used as the journal: {error.strerror or error}") from error
+            raise InputError(self.name, f"cannot be used as the journal: {error.strerror or error}") from error
+        weakref.finalize(self, self._file.close)
         try:
             self._lock()
-            self._end = self._whole()
+            self._begins = self._whole()
             self._check({"format": FORMAT, "version": VERSION, **made_from})
         except BaseException:
             self.close()
@@ -41,15 +46,15 @@ class Journal:
 
     def _check(self, header: Mapping[str, Any]) -> None:
         """Write the first line, or check that it is this one."""
-        if self._end == 0:
+        if len(self._begins) == 1:
             self.append(header)
             return
-        found, wanted = next(self._lines()), json.loads(to_json(header))
+        found, wanted = next(self._lines(0)), json.loads(to_json(header))
         if not isinstance(found, dict) or found.get("format") != FORMAT:
-            raise InputError(str(self.path), "is no journal of a session; expected one, or a new file")
+            raise InputError(self.name, "is no journal of a session; expected one, or a new file")
         if names := [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]:
             what = f"{', '.join(names)} differ{'s' * (len(names) == 1)}"
-            raise InputError(str(self.path), f"is the journal of another session: {what}; expected a new file")
+            raise InputError(self.name, f"is the journal of another session: {what}; expected a new file")
 
     def _lock(self) -> None:
         try:
@@ -59,48 +64,45 @@ class Journal:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise InputError(str(self.path), "is in use by another session; expected a file of its own") from None
+            raise InputError(self.name, "is in use by another session; expected a file of its own") from None
 
-    def _whole(self) -> int:
-        """Cut off a last line without its end; return where the file ends."""
-        size = end = self._file.seek(0, os.SEEK_END)
-        while end:
-            self._file.seek(begin := max(end - 65_536, 0))
-            at = self._file.read(end - begin).rfind(b"\n")
-            if at >= 0:
-                end = begin + at + 1
-                break
-            end = begin
-        if end < size:
-            self._file.truncate(end)
-        return end
+    def _whole(self) -> array[int]:
+        """Cut off a last line without its end; return where lines begin, and where the last one ends."""
+        begins = array("Q", [0])
+        self._file.seek(0)
+        for line in self._file:
+            if line.endswith(b"\n"):
+                begins.append(begins[-1] + len(line))
+            else:
+                self._file.truncate(begins[-1])
+        return begins
 
     def append(self, line: Mapping[str, Any]) -> None:
         """Write a line, and return when it is on the disk; where that fails, nothing of it stays."""
         content = to_json(line).encode("utf-8", "backslashreplace") + b"\n"
         try:
+            self._file.seek(0, os.SEEK_END)
             self._file.write(content)
             self._file.flush()
-            os.fsync(self._file.fileno())
+            if self.path is not None:
+                os.fsync(self._file.fileno())
         except OSError as error:
-            self._file.truncate(self._end)
-            raise InputError(str(self.path), f"cannot be written to: {error.strerror or error}") from error
-        self._end += len(content)
+            self._file.truncate(self._begins[-1])
+            raise InputError(self.name, f"cannot be written to: {error.strerror or error}") from error
+        self._begins.append(self._begins[-1] + len(content))
 
-    def batches(self) -> Iterator[tuple[Any, Any]]:
-        """Yield each batch with its answer, first to last."""
-        lines = self._lines()
-        next(lines, None)
-        for line in lines:
+    def batches(self, seq: int = 0) -> Iterator[tuple[Any, Any]]:
+        """Yield each batch with its answer, first to last, after that of a number."""
+        for line in self._lines(seq + 1):
             yield line["batch"], line["answer"]
 
-    def _lines(self) -> Iterator[Any]:
-        with self.path.open("rb") as lines:
-            for number, line in enumerate(lines, 1):
-                try:
-                    yield json.loads(line)
-                except ValueError:
-                    raise InputError(f"{self.path}, line {number}", "found no JSON; expected a batch") from None
+    def _lines(self, first: int) -> Iterator[Any]:
+        for number in range(first, len(self._begins) - 1):
+            self._file.seek(self._begins[number])
+            try:
+                yield json.loads(self._file.readline())
+            except ValueError:
+                raise InputError(f"{self.name}, line {number + 1}", "found no JSON; expected a batch") from None
 
     def close(self) -> None:
         """Let another session use the file."""

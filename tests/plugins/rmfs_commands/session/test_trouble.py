@@ -168,3 +168,13 @@ def test_stock_that_is_unlimited_is_not_counted_and_may_be_locked() -> None:
     assert "1" not in [one["pod"] for one in answer["commands"] if one["kind"] == "fetch"]
     tell(session, {"kind": "pod_unlocked", "pod": "1"})
     assert to_json(session.state["pods"]) == before
+
+
+def test_a_session_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rmfs_commands.session.hall.MOST_DONE", 5)
+    session = Hall(scenario_of({**RULES["sequential"], "poa": "pod-match"}))
+    hall = trouble(session.take, session.state, 40, refuses=0.0)
+    assert hall.left == []
+    assert len(session.state["orders"]) == 6  # the first one stays
+    assert tell(session, {"kind": "order_arrived", "order": "new", "lines": {"1": 1}})["commands"][0]["order"] == "new"
+    assert [one["seq"] for one in session.since(session.seq - 2)] == [session.seq - 1, session.seq]
