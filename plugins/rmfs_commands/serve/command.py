@@ -38,8 +38,8 @@ def _check_kind(stdio: bool) -> None:
         if name in given:
             option = {"rules": "rule", "settings": "set", "dead_s": "dead-s"}.get(name, name)
             raise click.UsageError(f"found --{option} with {kind}; expected one without the other.", ctx)
-    if "halls" in given and not stdio:
-        raise click.UsageError("--hall is served by lines only so far; expected it with --stdio.", ctx)
+    if "halls" in given and not stdio and "journal" not in given:
+        raise click.UsageError("--hall over HTTP needs --journal: a folder from which halls start again.", ctx)
 
 
 @click.command(short_help="Answer states with decisions, over HTTP.")
@@ -146,11 +146,14 @@ def serve(
         serve_lines(service, own_input(), answers, most_bytes)
         return
 
+    from functools import partial
+
+    from rmfs_commands.serve.hall_processes import HallProcesses
     from rmfs_commands.serve.process import RuleProcess
     from rmfs_core.errors import InputError
 
     try:
-        from rmfs_commands.serve import server
+        from rmfs_commands.serve import app, hall_app, server
     except ModuleNotFoundError as error:
         raise InputError("serve", f"needs further packages; expected `pip install 'rmfs[serve]'` ({error})") from error
 
@@ -161,5 +164,11 @@ def serve(
             tell(note, err=True)
         sys.stdout.flush()
 
-    process = RuleProcess(rules, settings, decides and decides.label, not no_inline_rules, limit_s)
-    server.serve(process, host, port, most_bytes, ready)
+    process: RuleProcess | HallProcesses
+    if halls:
+        assert journal is not None
+        process = HallProcesses(halls, journal, dead_s, not no_inline_rules, limit_s)
+        server.serve(process, hall_app.HallApp(process, most_bytes).within, host, port, ready)
+    else:
+        process = RuleProcess(rules, settings, decides and decides.label, not no_inline_rules, limit_s)
+        server.serve(process, partial(app.app_of, process, most_bytes), host, port, ready)

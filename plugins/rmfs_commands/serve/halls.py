@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rmfs_commands.serve.service import Reply, replied
 from rmfs_commands.session import Hall
 from rmfs_core.errors import InputError
-from rmfs_core.scenario import load_scenario
+from rmfs_core.scenario import Scenario, load_scenario
+from rmfs_core.scenario.reading import Given
+from rmfs_core.scenario.source import Source
+from rmfs_core.scenario.structuring import KeyProblem
 from rmfs_core.wording import listed, nearest, shown_short
 
-GET = ("state", "answers")
+GET = ("state", "answers", "seq")
+POSTED = ".hall.json"
+"""End of the names of files with halls that were made over HTTP."""
 
 
 class Halls:
@@ -30,7 +36,7 @@ class Halls:
     @classmethod
     def of(
         cls,
-        given: Sequence[str],
+        halls: Sequence[str],
         journal: str | None = None,
         dead_s: float | None = None,
         allow_inline: bool = True,
@@ -43,10 +49,10 @@ class Halls:
         InputError
             For the first that cannot be had.
         """
-        halls: dict[str, Hall] = {}
-        for text in given:
+        made: dict[str, Hall] = {}
+        for text in halls:
             name, file = named(text)
-            if name in halls:
+            if name in made:
                 raise InputError(f"--hall {text}", "found this hall twice; expected each once")
             path = None if journal is None else Path(journal) / f"{name}.jsonl"
             if path is not None:
@@ -54,9 +60,9 @@ class Halls:
                     path.parent.mkdir(parents=True, exist_ok=True)
                 except OSError as error:
                     raise InputError(f"--journal {journal}", f"is no folder: {error.strerror or error}") from error
-            scenario = load_scenario(file, [], None)
-            halls[name] = Hall(scenario, path, dead_s, allow_inline=allow_inline, replayed=replayed)
-        return cls(halls)
+            scenario = posted(file) if file.endswith(POSTED) else load_scenario(file, [], None)
+            made[name] = Hall(scenario, path, dead_s, allow_inline=allow_inline, replayed=replayed)
+        return cls(made)
 
     def answer(self, content: bytes) -> Reply:
         """Answer a request, whatever it is: a batch of facts, or ``get`` (``state``, ``answers`` with ``after``)."""
@@ -72,6 +78,8 @@ class Halls:
             raise InputError("request.get", f"found {shown_short(data['get'])}; expected {listed(GET, 'or')}")
         if data["get"] == "state":
             return hall.state
+        if data["get"] == "seq":
+            return {"seq": hall.seq}
         after = data.get("after", 0)
         if type(after) is not int or not 0 <= after <= hall.seq:
             raise InputError("request.after", f"found {shown_short(after)}; expected 0 to {hall.seq}")
@@ -85,6 +93,43 @@ class Halls:
         if not isinstance(name, str) or name not in self._halls:
             raise InputError("request.hall", f"no hall is {shown_short(name)}{nearest(str(name), self._halls)}")
         return self._halls[name]
+
+    @property
+    def rules(self) -> tuple[str, ...]:
+        """Names of the halls."""
+        return tuple(self._halls)
+
+
+def posted(file: str) -> Scenario:
+    """Return the scenario of a hall that was made over HTTP, from the tables that it was made of.
+
+    Raises
+    ------
+    InputError
+        Where it cannot be had; also for whatever names a file.
+    """
+    tables = json.loads(Path(file).read_text(encoding="utf-8"))
+    source = Source("request, scenario")
+    for path, text in _texts(tables):
+        if "/" in text or "\\" in text:
+            raise InputError(source.place_of(path), f"found {shown_short(text)}; expected no file")
+    try:
+        return Given(tables, Path(file).parent / "no files", source).scenario()
+    except KeyProblem as problem:
+        raise InputError(source.place_of(problem.path), problem.problem) from None
+
+
+def _texts(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[tuple[Any, ...], str]]:
+    """Yield the texts in tables, keys included, each with its path."""
+    if isinstance(value, str):
+        yield path, value
+    elif isinstance(value, Mapping):
+        for name, within in value.items():
+            yield path, str(name)
+            yield from _texts(within, (*path, name))
+    elif isinstance(value, Sequence):
+        for i, within in enumerate(value):
+            yield from _texts(within, (*path, i))
 
 
 def named(text: str) -> tuple[str, str]:

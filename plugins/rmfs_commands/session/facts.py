@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 from attrs import frozen
 
@@ -18,26 +18,44 @@ MOST = 1_000_000_000
 """Items, ids and priorities."""
 
 
-def _whole(least: int) -> tuple[str, Callable[[Any], bool]]:
-    return f"a whole number from {least:,} to {MOST:,}", lambda given: type(given) is int and least <= given <= MOST
+class Kind(NamedTuple):
+    """A kind of value: in words, whether something is one, and its JSON Schema."""
+
+    expected: str
+    holds: Callable[[Any], bool]
+    schema: Mapping[str, Any]
 
 
-TEXT = "a text of 1 to 200 characters", lambda given: isinstance(given, str) and 0 < len(given) <= 200
-TIME = (
-    "seconds from 0 to 1e12",
-    lambda given: type(given) in (int, float) and 0 <= given < 1e12,
+def _whole(least: int, most: int = MOST) -> Kind:
+    expected = f"a whole number from {least:,} to {most:,}"
+    schema = {"type": "integer", "minimum": least, "maximum": most}
+    return Kind(expected, lambda given: type(given) is int and least <= given <= most, schema)
+
+
+def _number(expected: str, most: float) -> Kind:
+    schema = {"type": "number", "minimum": 0, "maximum": most}
+    return Kind(expected, lambda given: type(given) in (int, float) and 0 <= given <= most, schema)
+
+
+def _items(least: int) -> Kind:
+    number = _whole(least)
+    return Kind(
+        f"an object of SKUs with whole numbers of items from {least}",
+        lambda given: isinstance(given, Mapping) and all(map(number.holds, given.values())),
+        {"type": "object", "additionalProperties": number.schema},
+    )
+
+
+TEXT = Kind(
+    "a text of 1 to 200 characters",
+    lambda given: isinstance(given, str) and 0 < len(given) <= 200,
+    {"type": "string", "minLength": 1, "maxLength": 200},
 )
-HEADING = "0 (east), 1 (north), 2 (west) or 3 (south)", lambda given: type(given) is int and 0 <= given <= 3
-SHARE = "a share from 0 to 1", lambda given: type(given) in (int, float) and 0 <= given <= 1
-LINES = (
-    "an object of SKUs with whole numbers of items from 1",
-    lambda given: isinstance(given, Mapping) and bool(given) and all(map(_whole(1)[1], given.values())),
-)
-CONTENTS = (
-    "an object of SKUs with whole numbers of items from 0",
-    lambda given: isinstance(given, Mapping) and all(map(_whole(0)[1], given.values())),
-)
-Kind = tuple[str, Callable[[Any], bool]]
+TIME = _number("seconds from 0 to 1e12", 1e12)
+HEADING = _whole(0, 3)._replace(expected="0 (east), 1 (north), 2 (west) or 3 (south)")
+SHARE = _number("a share from 0 to 1", 1)
+LINES = _items(1)._replace(holds=lambda given: bool(given) and _items(1).holds(given))
+CONTENTS = _items(0)
 
 FACTS: Mapping[str, tuple[Mapping[str, Kind], Mapping[str, Kind]]] = {
     "order_arrived": ({"order": TEXT, "lines": LINES}, {"due_s": TIME, "priority": _whole(0)}),
@@ -130,14 +148,15 @@ def batch_of(data: Any) -> Batch:
     return Batch(data["after"], to_ticks(float(data["time_s"])), facts)
 
 
-_EVENTS: Kind = (
+_EVENTS = Kind(
     f"a list of at most {MOST_EVENTS:,} events",
     lambda given: isinstance(given, list) and len(given) <= MOST_EVENTS,
+    {"type": "array", "maxItems": MOST_EVENTS},
 )
 
 
 def _check(place: str, given: Mapping[str, Any], needed: Mapping[str, Kind], optional: Mapping[str, Kind]) -> None:
-    for name, (expected, holds) in (*needed.items(), *optional.items()):
+    for name, (expected, holds, _) in (*needed.items(), *optional.items()):
         if name in needed and name not in given:
             raise InputError(f"{place}.{name}", f"is missing; expected {expected}")
         if name in given and not holds(given[name]):

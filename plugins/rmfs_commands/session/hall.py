@@ -31,6 +31,8 @@ from rmfs_core.world import CellKind, OrderData, make_instance, make_layout
 
 MOST_IDS = 100_000
 """Ids of facts that are known again: those of the latest."""
+MOST_ANSWERS = 1_000
+"""Answers that are given once more at a time."""
 MOST_DONE = 5_000
 """Orders that are complete and still known: the latest."""
 MOST_COMMANDS = 10_000
@@ -202,8 +204,8 @@ class Hall:
         return answer
 
     def since(self, seq: int) -> list[dict[str, Any]]:
-        """Return the answers that were given after the batch of a number, for who has missed them."""
-        return [answer for _, answer in self._journal.batches(seq)]
+        """Return the answers that were given after the batch of a number, the first `MOST_ANSWERS` of them."""
+        return [answer for _, answer in itertools.islice(self._journal.batches(seq), MOST_ANSWERS)]
 
     def _apply(self, batch: Batch) -> dict[str, Any]:
         floor, dropped = self._floor, list[dict[str, Any]]()
