@@ -336,10 +336,11 @@ def measure(there: int, events: int, journal: Path | None) -> int:
     hall.run(lambda: bool(hall.events))
     first = hall.events
     for share in range(1, 11):
-        began, spent = hall.events, len(hall.cpu)
+        began = hall.events
+        hall.cpu.clear()
         most = first + events * share // 10
         hall.run(lambda most=most: hall.events >= most)  # type: ignore[misc]
-        cpu = sorted(hall.cpu[spent:])
+        cpu = sorted(hall.cpu)
         p99, rate = cpu[len(cpu) * 99 // 100], (hall.events - began) / sum(cpu)
         print(f"{hall.events:8,} events, {rate:6,.0f} per second of CPU, p99 {1000 * p99:.1f} ms, {memory_mb():.0f} MB")
     print(f"{len(hall.dropped)} dropped")

@@ -17,6 +17,7 @@ from rmfs_core.world import make_instance, make_layout
 DECISIONS = (
     *(events.OrderAssigned, events.TripDecided, events.TaskAssigned, events.VisitStarted, events.VisitEnded),
     *(events.ItemPicked, events.PodStored, events.BundleAssigned, events.BundleBound, events.OrderInStock),
+    *(events.PackingAssigned, events.OrderConsolidated, events.PackingStarted, events.OrderPacked),
     *(events.RobotSent, events.PodMoveDecided, events.OrderCancelled, events.OrderCompleted),
 )
 
@@ -66,7 +67,7 @@ class Told(Simulation):
         super()._release(request, handled_tick)
 
     @hookimpl
-    def on_event(self, event: events.Event) -> None:
+    def on_event(self, event: events.Event) -> None:  # noqa: PLR0912
         data, skus = self.info.instance.orders, self.info.instance.skus
         pods, stations = self.warehouse.pods, self.warehouse.stations
         match event:
@@ -75,8 +76,9 @@ class Told(Simulation):
                 due = {} if order.due_tick is None else {"due_s": to_seconds(order.due_tick)}
                 lines = {skus[sku]: number for sku, number in order.lines}
                 self._fact("order_arrived", order=order.name, lines=lines, priority=order.priority, **due)
-            case events.OrderCancelled():
-                self._fact("order_cancelled", order=data[event.order].name)
+            case events.OrderCancelled() | events.OrderPacked():
+                kind = "order_cancelled" if isinstance(event, events.OrderCancelled) else "order_packed"
+                self._fact(kind, order=data[event.order].name)
             case events.RobotMoved():
                 robot = self.warehouse.robots[event.robot]
                 charge = {} if robot.charge is None else {"charge": robot.charge}
@@ -95,6 +97,8 @@ class Told(Simulation):
                 self._fact("picked", pod=pods[event.pod].name, order=data[event.order].name, sku=skus[event.sku])
             case events.PodStored():
                 self._fact("pod_stored", pod=pods[event.pod].name, cell=event.cell)
+            case events.PartArrived() | events.PartPut():
+                self._fact("part_arrived" if isinstance(event, events.PartArrived) else "part_packed", tote=event.tote)
             case events.BundleArrived():
                 self._fact("bundle_arrived", bundle=event.name, sku=skus[event.sku], items=event.items)
             case events.BundleStored():

@@ -134,13 +134,13 @@ def around(
     Parameters
     ----------
     routes
-        What is answered.
+        Paths that are answered.
     hosts
         Names by which requests may call this host; None: any.
     document
         Returns the OpenAPI document.
     expected
-        What there is, for whoever asks for something else.
+        Paths that are answered, for the refusal of any other.
     """
 
     async def described(_request: Request) -> Response:
@@ -174,7 +174,7 @@ def around(
 
 
 class Answering(Protocol):
-    """What answers the content of a request, within a time."""
+    """Object that answers the content of a request, within a time."""
 
     @property
     def limit_s(self) -> float:

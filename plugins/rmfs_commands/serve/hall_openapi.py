@@ -12,8 +12,9 @@ from rmfs_commands.session.facts import FACTS, MOST_EVENTS
 NUMBER, WHOLE = {"type": "number"}, {"type": "integer"}
 TEXTS = {"type": "array", "items": TEXT}
 FIELDS: Mapping[str, Mapping[str, Any]] = {
-    **dict.fromkeys(("order", "station", "robot", "pod", "sku", "bundle"), TEXT),
-    **dict.fromkeys(("cell", "part", "items"), WHOLE),
+    **dict.fromkeys(("order", "station", "robot", "pod", "sku", "bundle", "packing"), TEXT),
+    **dict.fromkeys(("cell", "part", "items", "tote"), WHOLE),
+    "box": {**WHOLE, "nullable": True},
     "skus": TEXTS,
     "charge": NUMBER,
 }
@@ -27,6 +28,10 @@ COMMANDS = {
     "store_bundle": ("station", "pod", "bundle"),
     "assign_bundle": ("bundle", "station"),
     "reorder": ("sku", "items"),
+    "assign_packing": ("order", "packing", "box"),
+    "send_part": ("order", "tote", "station", "packing", "items"),
+    "put_next": ("packing", "order", "tote"),
+    "pack_next": ("packing", "order"),
     "move_robot": ("robot", "cell", "charge"),
     "move_pod": ("robot", "pod", "cell"),
 }
@@ -57,7 +62,7 @@ def openapi_of_halls() -> dict[str, Any]:
         },
         "/v1/halls/{hall}/commands": {
             "parameters": [hall, after, wait],
-            "get": _asked("Answers after a batch, for who has missed them", "200", answers),
+            "get": _asked("Answers after a batch, for callers that have missed them", "200", answers),
         },
     }
     about = {"title": "rmfs serve --hall", "version": version("rmfs"), "description": "Halls that run in sessions."}

@@ -13,7 +13,7 @@ from rmfs_core.simulation.applying import tell_open
 from rmfs_core.warehouse import UNLIMITED, Order, Pod, Request, Robot, Station
 
 AT_STATION = ("pick", "picker", "stow")
-"""What goes on while a pod stands at a station."""
+"""Kinds of what goes on while a pod stands at a station."""
 
 
 class CorrectedFloor(Floor):

@@ -10,6 +10,7 @@ from typing import Any
 import simpy
 from attrs import evolve, frozen
 
+from rmfs_commands.session.packing import FloorPacking
 from rmfs_core.errors import InputError
 from rmfs_core.events import QueueJoined, RobotMoved
 from rmfs_core.rules import RuleSet
@@ -45,7 +46,7 @@ class Wait:
     Parameters
     ----------
     event
-        What happens with the fact.
+        Happens with the fact.
     since
         Tick at which it began.
     what
@@ -58,11 +59,11 @@ class Wait:
 
 
 class AbandonedError(Exception):
-    """What a story waits for will not happen, and the story ends."""
+    """A story ends, for the fact that it waits for will not come."""
 
 
 class AbortedError(Exception):
-    """The pick that a story waits for will not happen, and the visit goes on."""
+    """A visit goes on without the pick that its story waits for."""
 
 
 class OrderBook(Sequence[Order]):
@@ -147,6 +148,8 @@ class Floor(Simulation):
         self.wanted: dict[int, tuple[Any, Any]] = {}
         self.book = self.warehouse.orders = OrderBook()
         self.warehouse.arrived = Arrived()
+        if self.packing is not None:
+            self.packing = FloorPacking(self.context, self.services, self._packed, command)
         self.closed: set[int] = set()
         """Ids of stations that take no order, whatever their timetables say."""
         self.driving = FloorDriving(self)
@@ -245,6 +248,8 @@ class Floor(Simulation):
         self.warehouse.occupy_picker(station, self.now)
         if ("release", station.id) in self.waits:
             self.happens("release", station.id)
+        if isinstance(self.packing, FloorPacking) and self.packing.happens("handled", station.id):
+            self.settle()
         if station.line and ("picker", station.line[0].id) in self.waits:
             self.happens("picker", station.line[0].id)
 
@@ -331,7 +336,7 @@ def check_supported(scenario: Scenario) -> None:
     robots, stations = scenario.robots, scenario.stations
     outages = robots.battery and robots.battery.charger_outages
     refused: Iterable[tuple[str, Any, str]] = (
-        ("packing", scenario.packing, "packing stations have no facts yet"),
+        ("stations.release", scenario.packing and stations.release == "picked", "items go to packing when handled"),
         ("robots.failures", robots.failures or robots.maintenance, "failures come as facts (robot_failed)"),
         ("stations.outages", stations.outages, "closed stations come as facts (station_closed)"),
         ("robots.battery.charger_outages", outages, "chargers that fail have no facts yet"),

@@ -16,6 +16,7 @@ from rmfs_commands.session.correcting import CorrectedFloor
 from rmfs_commands.session.facts import Batch, ContradictionError, Fact, batch_of
 from rmfs_commands.session.floor import AWAITED, check_supported
 from rmfs_commands.session.journal import Journal
+from rmfs_commands.session.packing import ENDS, FloorPacking
 from rmfs_commands.states.snapshots import Snapshots
 from rmfs_core import events
 from rmfs_core.clock import to_seconds, to_ticks
@@ -38,7 +39,7 @@ MOST_DONE = 5_000
 MOST_COMMANDS = 10_000
 """Commands that can be refused: the latest."""
 OF_ROBOTS = ("drive", "queue", "lift", "set")
-"""What a robot does that is overdue, and no picker."""
+"""Kinds of what a robot does, and no picker."""
 ARRIVALS = ("order_arrived", "order_cancelled")
 """Facts of which those that follow each other in a batch have one round."""
 
@@ -258,19 +259,27 @@ class Hall:
                 self._orders.pop(order.name, None)
                 assert self._snapshots is not None
                 self._snapshots.forget(order.id)
+        if len(self._floor.services.begun) > MOST_IDS:  # of orders that are over, most of them
+            self._floor.services.begun.clear()
 
     @property
     def state(self) -> dict[str, Any]:
         """The whole state: that of `rmfs decide`, and ``session`` with what only a session has."""
         assert self._snapshots is not None
+        warehouse = self._floor.warehouse
         orders, pods = self._floor.corrected
         self._snapshots.corrected(orders, pods)
         self._snapshots.look({})
         doubtful = [{kind: name, "why": why, **self._held(kind, name)} for (kind, name), why in self._doubtful.items()]
-        waits = [
+        waits: list[dict[str, Any]] = [
             {"awaits": AWAITED[kind], **self._who(kind, who), "since_s": to_seconds(wait.since)}
             for (kind, who), wait in self._floor.waits.items()
         ]
+        packing = self._floor.packing
+        for (kind, who), (_, since) in packing.waits.items() if isinstance(packing, FloorPacking) else ():
+            if kind in ENDS:
+                what = {"order": warehouse.orders[who].name} if kind == "pack" else {"tote": who}
+                waits.append({"awaits": ENDS[kind], **what, "since_s": to_seconds(since)})
         session = {"seq": self.seq, "quarantine": doubtful, "awaited": waits, "failed": sorted(self._failed)}
         return {**self._snapshots.state, "session": session}
 
@@ -377,6 +386,8 @@ class Hall:
                 self._command("move_robot", robot=event.robot, cell=event.cell, charge=charge)
             case events.PodMoveDecided():
                 self._command("move_pod", robot=event.robot, pod=event.pod, cell=event.cell)
+            case events.PackingAssigned():
+                self._command("assign_packing", order=event.order, packing=event.packing, box=event.box)
             case events.OrderCancelled() | events.OrderPacked():
                 self._done.append(self._floor.warehouse.orders[event.order])
             case events.OrderCompleted() if self._floor.packing is None:
@@ -395,6 +406,8 @@ class Hall:
             "order": warehouse.orders,
         }
         told = {name: among[name][value].name if name in among else value for name, value in fields.items()}
+        if "packing" in told:
+            told["packing"] = str(told["packing"] + 1)
         if "sku" in told:
             told["sku"] = self._instance.skus[told["sku"]]
         number = next(self._numbers)
@@ -589,6 +602,22 @@ class Hall:
         self._floor.recount(found, counted)
         return True
 
+    def _part_arrived(self, tote: int) -> None:
+        self._packs("convey", tote, f"tote {tote} is not on its way to a packing station")
+
+    def _part_packed(self, tote: int) -> None:
+        self._packs("put", tote, f"tote {tote} is not being put into a box")
+
+    def _order_packed(self, order: str) -> None:
+        found = self._orders.get(order)
+        self._packs("pack", -1 if found is None else found.id, f'order "{order}" is not being packed', ("order", order))
+
+    def _packs(self, kind: str, who: int, problem: str, *concerns: tuple[str, str]) -> None:
+        packing = self._floor.packing
+        if not isinstance(packing, FloorPacking) or not packing.happens(kind, who):
+            raise ContradictionError(problem, *concerns)
+        self._floor.settle()
+
     def _pod_locked(self, pod: str) -> bool:
         self._named("pod", pod)
         self._doubt(("pod", pod), "it was locked")
@@ -626,6 +655,8 @@ class Hall:
         over = ContradictionError(f"command {command} is done, or was taken back")
         match kind:
             case "assign":
+                if self._floor.packing is not None:
+                    raise ContradictionError("an order that is bound for a packing station cannot be taken back")
                 order, station = self._orders.get(given["order"]), self._by_name["station"][given["station"]]
                 if order is None or order.id in self._floor.hidden:
                     raise over

@@ -45,13 +45,13 @@ def test_halls_over_http(serve: Serve, tmp_path: Path) -> None:
     a, b = (HallClient(f"http://127.0.0.1:{port}", hall) for hall in "ab")
     b.make(TABLES)
     followed: list[Any] = []
-    following = threading.Thread(target=lambda: followed.append(next(b.answers(1))))
+    following = threading.Thread(target=lambda: followed.append(next(b.answers(0))))
     following.start()
     answer = b.send(1.0, [arrived("A")])
     assert {one["kind"] for one in answer["commands"]} == {"assign", "fetch"}
     answers = [answer, b.send(2.0, [])]
     following.join(20)
-    assert followed == answers[1:]
+    assert followed == answers[:1]
     assert (a.state()["session"]["seq"], b.state()["session"]["seq"]) == (0, 2)
     stale = HallClient(f"http://127.0.0.1:{port}", "b")
     with pytest.raises(HallError, match=r"found 0; expected 2") as caught:

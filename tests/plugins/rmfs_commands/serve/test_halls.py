@@ -1,4 +1,4 @@
-"""`rmfs serve --hall ... --stdio`: a session by lines, killed and started again."""
+"""`rmfs serve --hall ... --stdio`: sessions by lines."""
 
 import json
 import subprocess
@@ -11,10 +11,7 @@ import pytest
 
 from calling import refused
 from cases import cases
-from driven import Told
 from rmfs_commands.cli.main import main
-from rmfs_commands.results.files import to_json
-from rmfs_commands.session import Hall
 
 SMALL = Path(__file__).parents[4] / "scenarios" / "examples" / "small.toml"
 
@@ -31,27 +28,6 @@ def ask(process: "subprocess.Popen[bytes]", request: Any) -> Any:
     process.stdin.write(json.dumps(request).encode() + b"\n")
     process.stdin.flush()
     return json.loads(process.stdout.readline())
-
-
-@pytest.mark.slow
-def test_a_hall_that_is_killed_goes_on(rmfs: tuple[str, ...], tmp_path: Path) -> None:
-    run = Told(SMALL)
-    run.run()
-    whole, batches, kills, at = Hall(run.scenario), [*run.batches()], 4, 0
-    expected, found = [whole.take(batch) for batch in batches], []
-    for _ in range(kills):
-        with served(rmfs, "--hall", f"a={SMALL}", "--journal", str(tmp_path)) as process:
-            until = at + len(batches) // kills
-            found += [ask(process, batch) for batch in batches[at:until]]
-            process.stdin.write(json.dumps(batches[until] if until < len(batches) else {}).encode() + b"\n")
-            process.stdin.flush()  # it may be taken or not, when the process is killed (-9)
-            at = until
-    with served(rmfs, "--hall", f"a={SMALL}", "--journal", str(tmp_path)) as process:
-        found += [ask(process, batch) for batch in batches[at:]]
-        state = ask(process, {"get": "state"})
-        assert ask(process, {"get": "answers", "after": 3})["answers"] == expected[3:]
-    assert found == json.loads(to_json(expected))
-    assert state == json.loads(to_json(whole.state))
 
 
 def test_lines_name_their_hall(rmfs: tuple[str, ...]) -> None:

@@ -2,6 +2,8 @@
 
 import itertools
 import json
+import os
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,9 @@ from attrs import evolve
 
 from cases import cases
 from driven import Log, Told
-from rmfs_commands.results.files import to_json
+from rmfs_commands.cli.main import main
+from rmfs_commands.instances.tables import ORDER_COLUMNS, VISIT_COLUMNS
+from rmfs_commands.results.files import to_csv, to_json
 from rmfs_commands.session import Hall, StaleBatchError
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.hookspecs import hookimpl
@@ -40,6 +44,11 @@ class Rows(tables().Tables):  # type: ignore[misc]
         super().run_started(evolve(run, instance=self._given))
 
 
+def tables_of(rows: Rows) -> dict[str, str]:
+    given = {"orders.csv": (ORDER_COLUMNS, rows.orders), "visits.csv": (VISIT_COLUMNS, rows.visits)}
+    return {name: to_csv([*(found[0] if found else columns)], found) for name, (columns, found) in given.items()}
+
+
 def hall_of(run: Told, journal: Path | None = None, **options: Any) -> Hall:
     return Hall(run.scenario, journal, **options)
 
@@ -50,10 +59,9 @@ def sent(hall: Hall, run: Told) -> list[dict[str, Any]]:
 
 @cases(
     "name overrides",
-    ("small.toml", ()),
     ("small.toml", ("rules.pp=sipp", "stations.release=picked")),
-    ("from-csv.toml", ()),
-    ("replenished.toml", ()),
+    ("replenished.toml", ("instance.orders=60",)),
+    ("packing.toml", ("packing.tote='visit'", "packing.packing_from='picked'")),
     ("poisson.toml", ("instance.orders=100",)),
     ("charging.toml", ("instance.orders=150", "robots.count=8", "robots.battery.capacity_wh=60", "layout.chargers=2")),
 )
@@ -66,8 +74,7 @@ def test_a_session_decides_what_the_run_decides(name: str, overrides: tuple[str,
     assert [answer["dropped"] for answer in answers if answer["dropped"]] == []
     assert log.rows == run.log.rows
     assert len(log.rows) > 100
-    assert rows.orders == run.tables.orders
-    assert rows.visits == run.tables.visits
+    assert tables_of(rows) == tables_of(run.tables)
     numbers = [command["command"] for answer in answers for command in answer["commands"]]
     assert numbers == list(range(1, len(numbers) + 1))
 
@@ -75,6 +82,55 @@ def test_a_session_decides_what_the_run_decides(name: str, overrides: tuple[str,
 @pytest.fixture
 def journal(tmp_path: Path) -> Path:
     return tmp_path / "hall.jsonl"
+
+
+@pytest.mark.slow
+@cases(
+    "name overrides",
+    ("small.toml", ()),
+    ("from-csv.toml", ()),
+    ("replenished.toml", ()),
+    ("packing.toml", ()),
+    ("charging.toml", ("instance.orders=400",)),  # all 1,200 take four times as long
+)
+def test_a_session_has_the_tables_of_the_run_byte_for_byte(
+    name: str, overrides: tuple[str, ...], tmp_path: Path
+) -> None:
+    settings = [text for override in overrides for text in ("--set", override)]
+    main(["run", str(EXAMPLES / name), "--out", str(tmp_path), "--quiet", *settings])
+    run = Told(EXAMPLES / name, overrides)
+    run.run()
+    rows = Rows(run)
+    sent(Hall(run.scenario, observers=lambda: (rows,)), run)
+    assert tables_of(rows) == {name: (tmp_path / name).read_text() for name in ("orders.csv", "visits.csv")}
+
+
+@pytest.mark.slow
+def test_nothing_is_lost_in_twenty_kills(journal: Path) -> None:
+    run, kills = Told(EXAMPLES / "from-csv.toml"), 20
+    run.run()
+    batches = [*run.batches()]
+    for kill in range(kills):
+        ours, its = os.pipe()
+        if not (child := os.fork()):
+            hall = Hall(run.scenario, journal)
+            for batch in batches[hall.seq :]:
+                hall.take(batch)
+                os.write(its, b".")
+            os._exit(0)
+        os.close(its)
+        for _ in range(len(batches) // kills - kill % 3):
+            os.read(ours, 1)
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        os.close(ours)
+    rows = Rows(run)
+    hall = Hall(run.scenario, journal, observers=lambda: (rows,))
+    assert len(batches) * 4 // 5 < hall.seq < len(batches)
+    for batch in batches[hall.seq :]:
+        hall.take(batch)
+    hall.close()
+    assert tables_of(rows) == tables_of(run.tables)
 
 
 def test_a_session_starts_again_where_it_was(small: Told, journal: Path) -> None:
@@ -215,7 +271,7 @@ def test_what_nothing_is_heard_of_is_overdue(small: Told) -> None:
     assert fetch["robot"] not in [one["robot"] for one in answer["overdue"]]
 
 
-@cases("text key", ("packing.stations=1", "packing"), ("run.until_s=5", "run.until_s"))
+@cases("text key", ("stations.release=picked", "stations.release"), ("run.until_s=5", "run.until_s"))
 def test_what_sessions_do_not_do_is_refused(text: str, key: str) -> None:
     with pytest.raises(InputError, match=f"{key}.*: .*expected a scenario without it"):
-        Hall(load_scenario(EXAMPLES / "small.toml", (text,)))
+        Hall(load_scenario(EXAMPLES / "packing.toml", (text,)))

@@ -1,4 +1,4 @@
-"""What a session does when the floor is not as it was thought: quarantine, commands that are refused, robots lost."""
+"""Sessions on a floor that is not as it was thought: quarantine, commands that are refused, robots lost."""
 
 from collections.abc import Mapping
 from typing import Any
