@@ -15,6 +15,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.events import QueueJoined, RobotMoved
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import RuleChoice, Scenario
+from rmfs_core.scenario.model import RulesSection
 from rmfs_core.simulation.driving.base import Driving, Process
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.going import Going
@@ -155,7 +156,7 @@ class Floor(Simulation):
         self.driving = FloorDriving(self)
         self.context.after = self._after
         if rules.poa_pps is not None:  # it looks at no request that was covered once; this is asked where one is left
-            repair = evolve(scenario.rules, poa=RuleChoice("first-come"), pps=RuleChoice("demand"), poa_pps=None)
+            repair = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
             self.decisions.rules = evolve(rules, pps=RuleSet.load(repair, scenario.folder).pps)
 
     # What the stories wait for
