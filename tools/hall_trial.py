@@ -74,6 +74,8 @@ class OwnHall:
         self.on: dict[str, str] = {}  # pod: robot that carries it
         self.lines: dict[str, list[str]] = defaultdict(list)  # pods at a station, the first in front of the picker
         self.lost: set[str] = set()
+        self.packed: set[str] = set()
+        self._bundles: dict[str, dict[str, int]] = {}
         self.seq, self.now, self.events = 0, 0.0, 0
         self.dropped: list[Any] = []
         self.cpu: list[float] = []
@@ -217,6 +219,35 @@ class OwnHall:
             self.at(HANDLE_S, lambda: iter([{"kind": "handled", "station": station}]))
 
         self.at(PICK_S, picked)
+
+    def _store_bundle(self, command: Mapping[str, Any]) -> None:
+        pod, bundle = command["pod"], command["bundle"]
+
+        def stored() -> Iterator[dict[str, Any]]:
+            self.stock[pod].update(self._bundles.pop(bundle))
+            yield {"kind": "bundle_stored", "pod": pod, "bundle": bundle}
+
+        self.at(PICK_S, stored)
+
+    # What is brought, and what is packed
+
+    def _reorder(self, command: Mapping[str, Any]) -> None:
+        bundle, told = f"bundle {next(self._ids)}", {name: command[name] for name in ("sku", "items")}
+        self._bundles[bundle] = {told["sku"]: told["items"]}
+        self.at(300, lambda: iter([{"kind": "bundle_arrived", "bundle": bundle, **told}]))
+
+    def _send_part(self, command: Mapping[str, Any]) -> None:
+        self.at(30, lambda: iter([{"kind": "part_arrived", "tote": command["tote"]}]))
+
+    def _put_next(self, command: Mapping[str, Any]) -> None:
+        self.at(8, lambda: iter([{"kind": "part_packed", "tote": command["tote"]}]))
+
+    def _pack_next(self, command: Mapping[str, Any]) -> None:
+        def packed() -> Iterator[dict[str, Any]]:
+            self.packed.add(command["order"])
+            yield {"kind": "order_packed", "order": command["order"]}
+
+        self.at(20, packed)
 
     # What goes wrong
 

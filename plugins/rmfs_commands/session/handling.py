@@ -216,10 +216,12 @@ class Handling:
         self._floor.bring(self._sku(sku), items, bundle)
 
     def _bundle_stored(self, pod: str, bundle: str) -> None:
-        _, robot = self._carried(pod)
+        found, robot = self._carried(pod)
         self._awaited(robot, "stow", f'no bundle is to be stored on pod "{pod}" now', pod)
         if (expected := self._floor.wanted[robot.id][1]) != bundle:
             raise ContradictionError(f'bundle "{expected}" is to be stored on pod "{pod}"', ("pod", pod))
+        station = self._floor.warehouse.stations[found.bound_for[0]]
+        self._floor.warehouse.occupy_picker(station, self._floor.now)
         self._floor.happens("stow", robot.id)
 
     def _robot_failed(self, robot: str) -> bool:

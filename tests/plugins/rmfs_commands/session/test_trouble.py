@@ -1,6 +1,7 @@
 """Sessions on a floor that is not as it was thought: quarantine, commands that are refused, robots lost."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,6 +10,7 @@ from cases import cases
 from hall_trial import BACK, RULES, OwnHall, scenario_of, trouble
 from rmfs_commands.results.files import to_json
 from rmfs_commands.session import Hall
+from rmfs_core.scenario import load_scenario
 
 
 class FoundError(Exception):
@@ -49,16 +51,25 @@ def session() -> Hall:
     return Hall(scenario_of(RULES["sequential"]), dead_s=60)
 
 
-@cases("rules seed", ("sequential", 1), ("sequential", 4), ("joint", 1), ("joint", 2))
-def test_every_order_in_stock_is_done(rules: str, seed: int) -> None:
-    session = Hall(scenario_of(RULES[rules]), dead_s=300)
+@cases("name seed", ("sequential", 1), ("sequential", 4), ("joint", 1), ("packing", 2), ("replenished", 1))
+def test_every_order_in_stock_is_done(name: str, seed: int, tmp_path: Path) -> None:
+    if name in RULES:
+        scenario = scenario_of(RULES[name])
+    else:
+        scenario = load_scenario(f"examples/{name}", ("instance.items_per_sku=40",) if name == "packing" else ())
+    session = Hall(scenario, tmp_path / "hall.jsonl", dead_s=300)
     hall = trouble(session.take, session.state, 40, seed, 0.1)
     assert hall.left == []
     assert hall.lost
     assert {*hall.refused} >= {"fetch", "lift", "store", "pick_next", "assign"}
+    assert name != "packing" or len(hall.packed) >= 36
     others = [one["problem"] for one in hall.dropped if "order" not in one["problem"]]
-    assert [one for one in others if "was taken back" not in one] == []
+    assert [one for one in others if "taken back" not in one] == []
     assert all("cell" in item or "robot" in item for item in session.state["session"]["quarantine"])
+    session.close()
+    again = Hall(scenario, tmp_path / "hall.jsonl", dead_s=300)
+    assert to_json(again.state) == to_json(session.state)
+    again.close()
 
 
 @cases("kind concerns", *((kind, what) for kind, (_, what) in BACK.items() if kind not in ("go_on", "move_robot")))
