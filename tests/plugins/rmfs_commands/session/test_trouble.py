@@ -1,5 +1,6 @@
 """Sessions on a floor that is not as it was thought: quarantine, commands that are refused, robots lost."""
 
+import random
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from cases import cases
 from hall_trial import BACK, RULES, OwnHall, scenario_of, trouble
 from rmfs_commands.results.files import to_json
 from rmfs_commands.session import Hall
+from rmfs_commands.session.facts import FACTS
 from rmfs_core.scenario import load_scenario
 
 
@@ -52,7 +54,8 @@ def session() -> Hall:
 
 
 @cases("name seed", ("sequential", 1), ("sequential", 4), ("joint", 1), ("packing", 2), ("replenished", 1))
-def test_every_order_in_stock_is_done(name: str, seed: int, tmp_path: Path) -> None:
+def test_every_order_in_stock_is_done(name: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.fsync", lambda _: None)  # there is no power cut here
     if name in RULES:
         scenario = scenario_of(RULES[name])
     else:
@@ -189,3 +192,40 @@ def test_a_session_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(session.state["orders"]) == 6  # the first one stays
     assert tell(session, {"kind": "order_arrived", "order": "new", "lines": {"1": 1}})["commands"][0]["order"] == "new"
     assert [one["seq"] for one in session.since(session.seq - 2)] == [session.seq - 1, session.seq]
+
+
+def nonsense(rng: random.Random, state: Mapping[str, Any], number: int) -> dict[str, Any]:
+    """Return a fact of the right shape that is true by chance at best."""
+    kind, pod = rng.choice([*FACTS]), rng.choice([*state["pods"]])
+    held, sku, order = rng.choice([*state["pods"][pod]["contents"]]), rng.choice(state["skus"]), "none"
+    values = {
+        **{"pod": pod, "sku": held, "order": rng.choice([*state["orders"], order]), "bundle": "b", "why": "?"},
+        **{"robot": rng.choice([*state["robots"]]), "station": rng.choice([*state["stations"]])},
+        **{"cell": rng.randrange(600), "lines": {sku: 1}, "contents": {held: rng.randrange(5)}, "items": 3},
+        **{"counted": rng.randrange(3), "command": rng.randrange(1, 99), "tote": rng.randrange(1, 9)},
+    }
+    return {"id": f"x{number}", "kind": kind} | {name: values[name] for name in FACTS[kind][0]}
+
+
+@cases("name", "joint", "packing", "replenished")
+def test_no_fact_ends_a_session(name: str) -> None:
+    """What is right is not known after that; but each batch is answered, and the state can be told."""
+    scenario = scenario_of(RULES[name], unlimited=True) if name in RULES else load_scenario(f"examples/{name}")
+    session, rng = Hall(scenario, dead_s=200), random.Random(1)
+    state = session.state
+    skus = sorted(sku for told in state["pods"].values() for sku in told["contents"])
+    for number in range(200):
+        arrives = {"kind": "order_arrived", "order": f"{number}", "lines": {rng.choice(skus): 1}}
+        robot, pod = rng.choice([*state["robots"]]), rng.choice([*state["waiting"], "1"])
+        moves = [{"kind": "robot_at", "robot": robot, "cell": rng.randrange(99)}, {"kind": "pod_lifted", "pod": pod}]
+        right = [
+            {"kind": one["awaits"]} | one for one in state["session"]["awaited"][:2] if one["awaits"] != "robot_at"
+        ]
+        known = [
+            {key: one[key] for key in FACTS[one["kind"]][0] if key in one} | {"kind": one["kind"]} for one in right
+        ]
+        whole = [one for one in known if FACTS[one["kind"]][0].keys() <= one.keys()]
+        answer = tell(session, arrives, *moves, *whole, nonsense(rng, state, number), seconds=5)
+        assert answer["seq"] == number + 1
+        state = session.state
+    assert len(state["session"]["quarantine"]) > 5
