@@ -129,8 +129,30 @@ class CorrectedFloor(Floor):
 
     def unhide(self, order: Order) -> None:
         """Let rules see an order again."""
-        if self.hidden.pop(order.id, None) is not None and order.open_lines and not order.waits_for_stock:
+        there = order.id in self.warehouse.arrived and order.open_lines and not order.waits_for_stock
+        if self.hidden.pop(order.id, None) is not None and there:
             self._show([*self.warehouse.backlog, order])
+
+    def forget(self, order: Order) -> None:
+        """Forget an order that is complete, or has not come into the backlog."""
+        self.warehouse.arrived.pop(order.id, None)
+        self.book.forget(order.id)
+        self.hidden.pop(order.id, None)
+        self.corrected[0].discard(order.id)
+
+    def withdraw(self, order: Order) -> bool:
+        """Let an order leave, and return True, if it waits for its turn to come into the backlog."""
+        if order.id in self.warehouse.arrived:
+            return False
+        self._coming.remove(order)
+        self.forget(order)
+        return True
+
+    def _arrive(self, order: Order) -> bool:
+        super()._arrive(order)
+        if order.id in self.hidden:
+            self.hide(order)
+        return True
 
     def _show(self, orders: Iterable[Order]) -> None:
         shown = sorted(orders, key=lambda order: (order.arrival_tick, order.id))

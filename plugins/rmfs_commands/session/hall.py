@@ -239,13 +239,12 @@ class Hall(Handling):
 
     def _forget(self) -> None:
         """Forget the orders that have been complete for longest; the first one stays, for rules look at its age."""
-        warehouse = self._floor.warehouse
         while len(self._done) > MOST_DONE:
             order = self._done.popleft()
             if order.id:
-                del warehouse.arrived[order.id]
-                self._floor.book.forget(order.id)
+                self._floor.forget(order)
                 self._orders.pop(order.name, None)
+                self._doubtful.pop(("order", order.name), None)
                 assert self._snapshots is not None
                 self._snapshots.forget(order.id)
         if len(self._floor.services.begun) > MOST_IDS:  # of orders that are over, most of them
@@ -258,6 +257,8 @@ class Hall(Handling):
         warehouse = self._floor.warehouse
         orders, pods = self._floor.corrected
         self._snapshots.corrected(orders, pods)
+        orders.clear()
+        pods.clear()
         self._snapshots.look({})
         doubtful = [{kind: name, "why": why, **self._held(kind, name)} for (kind, name), why in self._doubtful.items()]
         waits: list[dict[str, Any]] = [

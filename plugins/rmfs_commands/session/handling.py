@@ -135,6 +135,9 @@ class Handling:
         if found.parts:
             raise ContradictionError(f'order "{order}" is begun, and picked on')
         self._trust("order", order)
+        if self._floor.withdraw(found):
+            del self._orders[order]
+            return True
         return self._floor.cancel(found)
 
     def _robot_at(self, robot: str, cell: int, heading: int | None = None, charge: float | None = None) -> None:

@@ -187,9 +187,10 @@ def test_stock_that_is_unlimited_is_not_counted_and_may_be_locked() -> None:
 def test_a_session_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rmfs_commands.session.hall.MOST_DONE", 5)
     session = Hall(scenario_of({**RULES["sequential"], "poa": "pod-match"}))
-    hall = trouble(session.take, session.state, 40, refuses=0.0)
+    hall = trouble(session.take, session.state, 40, refuses=0.1)
     assert hall.left == []
     assert len(session.state["orders"]) == 6  # the first one stays
+    assert to_json(session.state) == to_json(session.state)
     assert tell(session, {"kind": "order_arrived", "order": "new", "lines": {"1": 1}})["commands"][0]["order"] == "new"
     assert [one["seq"] for one in session.since(session.seq - 2)] == [session.seq - 1, session.seq]
 
@@ -229,3 +230,19 @@ def test_no_fact_ends_a_session(name: str) -> None:
         assert answer["seq"] == number + 1
         state = session.state
     assert len(state["session"]["quarantine"]) > 5
+
+
+def test_an_order_whose_turn_has_not_come_can_be_cancelled_or_set_aside() -> None:
+    refill = "instance.arrivals.process=refill", "instance.arrivals.backlog=1", "instance.items_per_sku=40"
+    session = Hall(load_scenario("examples/small", refill))
+    stations = ("1", "2")
+    a, b, c, d = ({"kind": "order_arrived", "order": name, "lines": {"1": 1}} for name in "ABCD")
+    tell(session, *({"kind": "station_closed", "station": one} for one in stations), a, b, c, d)
+    assert [*session.state["orders"]] == ["A"]
+    assert tell(session, {"kind": "order_cancelled", "order": "C"})["dropped"] == []
+    assert tell(session, b)["dropped"] != []
+    answer = tell(session, *({"kind": "station_opened", "station": one} for one in stations))
+    assert [one["order"] for one in answer["commands"] if one["kind"] == "assign"] == ["A", "D"]
+    answer = tell(session, {"kind": "order_back", "order": "B"})
+    assert [one["order"] for one in answer["commands"] if one["kind"] == "assign"] == ["B"]
+    assert tell(session, c)["commands"][0]["order"] == "C"
