@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 from collections import OrderedDict, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -254,7 +254,6 @@ class Hall(Handling):
     def state(self) -> dict[str, Any]:
         """The whole state: that of `rmfs decide`, and ``session`` with what only a session has."""
         assert self._snapshots is not None
-        warehouse = self._floor.warehouse
         orders, pods = self._floor.corrected
         self._snapshots.corrected(orders, pods)
         orders.clear()
@@ -265,11 +264,7 @@ class Hall(Handling):
             {"awaits": AWAITED[kind], **self._who(kind, who), "since_s": to_seconds(wait.since)}
             for (kind, who), wait in self._floor.waits.items()
         ]
-        packing = self._floor.packing
-        for (kind, who), (_, since) in packing.waits.items() if isinstance(packing, FloorPacking) else ():
-            if kind in ENDS:
-                what = {"order": warehouse.orders[who].name} if kind == "pack" else {"tote": who}
-                waits.append({"awaits": ENDS[kind], **what, "since_s": to_seconds(since)})
+        waits += [told for told, _ in self._packing()]
         session = {"seq": self.seq, "quarantine": doubtful, "awaited": waits, "failed": sorted(self._failed)}
         return {**self._snapshots.state, "session": session}
 
@@ -294,7 +289,15 @@ class Hall(Handling):
                     late = True
         if late:
             self._floor.round()
-        return found
+        return found + [told for told, since in self._packing() if self._floor.now - since > self._dead]
+
+    def _packing(self) -> Iterator[tuple[dict[str, Any], int]]:
+        """Yield what is awaited of conveyors and packers, and since when."""
+        packing = self._floor.packing
+        for (kind, who), (_, since) in packing.waits.items() if isinstance(packing, FloorPacking) else ():
+            if kind in ENDS:
+                what = {"order": self._floor.warehouse.orders[who].name} if kind == "pack" else {"tote": who}
+                yield {"awaits": ENDS[kind], **what, "since_s": to_seconds(since)}, since
 
     def _who(self, kind: str, who: int) -> dict[str, str]:
         warehouse = self._floor.warehouse

@@ -117,6 +117,14 @@ def test_the_requests_of_a_late_pod_are_uncovered_until_it_is_heard_of(session: 
     assert fetch["pod"] not in quarantined(session, "pod")
 
 
+def test_a_tote_that_does_not_come_is_overdue() -> None:
+    session = Hall(load_scenario("examples/packing", ("instance.items_per_sku=40",)), dead_s=60)
+    tote = until(session, "send_part")["tote"]
+    assert {"awaits": "part_arrived", "tote": tote} in [
+        {name: one[name] for name in one if name != "since_s"} for one in tell(session, seconds=61)["overdue"]
+    ]
+
+
 @cases(
     "fact problem concerns",
     ({"kind": "pod_stored", "pod": "1", "cell": 3}, "is no robot's task", ("pod", "1")),
