@@ -218,7 +218,7 @@ def nonsense(rng: random.Random, state: Mapping[str, Any], number: int) -> dict[
 
 @cases("name", "joint", "packing", "replenished")
 def test_no_fact_ends_a_session(name: str) -> None:
-    """What is right is not known after that; but each batch is answered, and the state can be told."""
+    """Each batch is answered and the state can be told, though nobody knows what is right after that."""
     scenario = scenario_of(RULES[name], unlimited=True) if name in RULES else load_scenario(f"examples/{name}")
     session, rng = Hall(scenario, dead_s=200), random.Random(1)
     state = session.state
