@@ -274,8 +274,8 @@ class Simulation:
                     yield self._outages.repaired(station)
                 going = None
             if request is not None:
-                yield from self._pick(request, pod, station, at if going is None else going)
-                at = at._replace(picks=at.picks + 1)
+                picked = yield from self._pick(request, pod, station, at if going is None else going)
+                at = at._replace(picks=at.picks + picked)
             elif bundle is not None:
                 yield from self._store_bundle(bundle, pod, station, at if going is None else going)
             going = None
@@ -286,7 +286,7 @@ class Simulation:
             self.env.process(self.packing.visit_ended(station.id, self.warehouse.picker_free(station)))
         return following
 
-    def _pick(self, request: Request, pod: Pod, station: Station, at: Going) -> Process:
+    def _pick(self, request: Request, pod: Pod, station: Station, at: Going) -> Generator[simpy.Event, Any, int]:
         if at.kind != "pick":
             item = station.id, at.visit, request.order.id, request.sku
             pick_ticks, handle_ticks, expected = self.services.pick(*item, self.now)
@@ -305,6 +305,7 @@ class Simulation:
             self.decisions.round()
         else:
             self._release(request, picker_free)
+        return 1
 
     def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, at: Going) -> Process:
         if at.kind != "stow":

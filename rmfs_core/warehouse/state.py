@@ -366,6 +366,25 @@ class Warehouse:
         self.changes += 1
         return served
 
+    def recount(self, pod: Pod, contents: Mapping[int, int], free_space: int) -> None:
+        """Let a pod hold so many items of SKUs that it has held, at least those that it promised; claims stay."""
+        pod._contents.update(contents)
+        pod._touched.update((pod, sku) for sku in contents)
+        pod._used += pod.free_space - free_space
+        self.columns.note(pod)
+        self.promises._available, self.changes = None, self.changes + 1
+
+    def unassign(self, part: Part) -> None:
+        """Take back a part of an order of which nothing is picked or promised; the backlog stays as it is."""
+        order, station, was_split = part.order, self.stations[part.station], part.order.split
+        while (request := next((one for one in station._requests if one.part is part), None)) is not None:
+            drop_item(station, request)
+        order._parts.remove(part)
+        order._open.update((line.sku, line) for line in order.lines if line.sku in part._skus)
+        station._load -= int(not order.has_place_at(station.id)) if station.counts_orders else part._items
+        self.split_orders_open += order.split - was_split
+        self._book(station)
+
     def take_task(self, robot: Robot, pod: Pod) -> None:
         """Give a waiting pod to a robot."""
         self.columns.note(pod)

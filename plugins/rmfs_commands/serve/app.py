@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable, Container
+from collections.abc import Awaitable, Callable, Container, Sequence
+from typing import Any, Protocol
 from urllib.parse import urlsplit
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, ProcessCollector
@@ -68,7 +69,7 @@ class OfHosts:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
         said = dict(scope["headers"]).get(b"host", b"").decode("latin-1")
-        app = self.app if _host(said) in self.hosts else _response(problem(421, f'"{said}" is not served here'))
+        app = self.app if _host(said) in self.hosts else response(problem(421, f'"{said}" is not served here'))
         await app(scope, receive, send)
 
 
@@ -100,13 +101,13 @@ def app_of(process: RuleProcess, most_bytes: int, hosts: Container[str] | None =
         waiting += 1
         metrics.waiting.set(waiting)
         try:
-            reply = await _reply(request, process, most_bytes, waiting)
+            reply = await reply_to(request, process, most_bytes, waiting)
         finally:
             waiting -= 1
             metrics.waiting.set(waiting)
         metrics.answers.labels(str(reply.status)).inc()
         metrics.seconds.observe(time.perf_counter() - started)
-        return _response(reply)
+        return response(reply)
 
     async def health(_request: Request) -> Response:
         there = process.pid is not None
@@ -116,11 +117,34 @@ def app_of(process: RuleProcess, most_bytes: int, hosts: Container[str] | None =
         # In the one format that every reader knows, whatever the request accepts: the library fails on some of that.
         return Response(generate_latest(metrics.registry), headers={"Content-Type": CONTENT_TYPE_PLAIN_0_0_4})
 
-    def at(path: str, answer: Callable[[Request], Awaitable[Response]], method: str = "GET") -> Route:
-        return Route(path, answer, methods=[method])
+    routes = [at("/decide", decide, "POST"), at("/health", health), at("/metrics", measured)]
+    return around(routes, hosts, lambda: openapi(process.names), "POST /decide, or one of GET /docs, /health, /metrics")
+
+
+def at(path: str, answer: Callable[[Request], Awaitable[Response]], method: str = "GET") -> Route:
+    """Return the route to what answers a path."""
+    return Route(path, answer, methods=[method])
+
+
+def around(
+    routes: Sequence[Route], hosts: Container[str] | None, document: Callable[[], dict[str, Any]], expected: str
+) -> Starlette:
+    """Return the application with these routes, and with what each has: its description, refusals, hosts.
+
+    Parameters
+    ----------
+    routes
+        Paths that are answered.
+    hosts
+        Names by which requests may call this host; None: any.
+    document
+        Returns the OpenAPI document.
+    expected
+        Paths that are answered, for the refusal of any other.
+    """
 
     async def described(_request: Request) -> Response:
-        return JSONResponse(openapi(process.names))
+        return JSONResponse(document())
 
     async def page(_request: Request) -> Response:
         return HTMLResponse(PAGE)
@@ -130,15 +154,13 @@ def app_of(process: RuleProcess, most_bytes: int, hosts: Container[str] | None =
 
     async def refused(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
-        response = _response(problem(error.status_code, _said(request, error.status_code)))
-        response.headers.update(error.headers or {})
-        return response
+        reply = response(problem(error.status_code, _said(request, error.status_code, expected)))
+        reply.headers.update(error.headers or {})
+        return reply
 
     app = Starlette(
         routes=[
-            at("/decide", decide, "POST"),
-            at("/health", health),
-            at("/metrics", measured),
+            *routes,
             at("/openapi.json", described),
             at("/docs", page),
             at("/", start),
@@ -151,7 +173,19 @@ def app_of(process: RuleProcess, most_bytes: int, hosts: Container[str] | None =
     return app
 
 
-async def _reply(request: Request, process: RuleProcess, most_bytes: int, waiting: int) -> Reply:
+class Answering(Protocol):
+    """Object that answers the content of a request, within a time."""
+
+    @property
+    def limit_s(self) -> float:
+        """Seconds that a request may take to arrive, and wait for its turn."""
+
+    async def ask(self, content: bytes, /) -> Reply:
+        """Return the answer, or raise NoAnswerError."""
+
+
+async def reply_to(request: Request, process: Answering, most_bytes: int, waiting: int) -> Reply:
+    """Return the reply to a request whose body is JSON, whatever it is; ``waiting``: requests that are there now."""
     kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if kind != "application/json":
         return problem(415, f'found Content-Type "{kind}"; expected application/json')
@@ -182,17 +216,18 @@ async def _content(request: Request, most_bytes: int) -> bytes | None:
     return bytes(content)
 
 
-def _response(reply: Reply) -> Response:
-    kind = "application/json" if reply.status == 200 else "application/problem+json"
-    response = Response(reply.content, reply.status, {"Content-Type": kind})
+def response(reply: Reply) -> Response:
+    """Return a reply as HTTP has it."""
+    kind = "application/json" if reply.status < 300 else "application/problem+json"
+    written = Response(reply.content, reply.status, {"Content-Type": kind})
     if reply.status == 503:
-        response.headers["Retry-After"] = "1"
+        written.headers["Retry-After"] = "1"
     if reply.status in (408, 413):  # there is more of the request, which nobody reads
-        response.headers["Connection"] = "close"
-    return response
+        written.headers["Connection"] = "close"
+    return written
 
 
-def _said(request: Request, status: int) -> str:
+def _said(request: Request, status: int, expected: str) -> str:
     if status == 404:
-        return f"there is nothing at {request.url.path}; expected POST /decide, or one of GET /docs, /health, /metrics"
+        return f"there is nothing at {request.url.path}; expected {expected}"
     return f"{request.method} {request.url.path} is not answered; the header Allow says what is"

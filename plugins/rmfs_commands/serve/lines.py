@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import BinaryIO
 
+from rmfs_commands.serve.halls import Halls
 from rmfs_commands.serve.service import Reply, Service, problem
 
 
-def serve_lines(service: Service, requests: BinaryIO, answers: BinaryIO, most_bytes: int) -> None:
+def serve_lines(service: Service | Halls, requests: BinaryIO, answers: BinaryIO, most_bytes: int) -> None:
     """Answer each line as it comes, until there are no more; empty lines are passed over."""
     while line := requests.readline(most_bytes + 1):
         if not line.strip():
@@ -16,7 +17,7 @@ def serve_lines(service: Service, requests: BinaryIO, answers: BinaryIO, most_by
         answers.flush()
 
 
-def _answer(service: Service, line: bytes, requests: BinaryIO, most_bytes: int) -> Reply:
+def _answer(service: Service | Halls, line: bytes, requests: BinaryIO, most_bytes: int) -> Reply:
     if len(line.rstrip(b"\r\n")) <= most_bytes:
         return service.answer(line)
     while line and not line.endswith(b"\n"):  # the rest of it

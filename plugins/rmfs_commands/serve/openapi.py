@@ -31,9 +31,7 @@ TEXT, OBJECT = {"type": "string"}, {"type": "object"}
 
 def openapi(rules: Sequence[str]) -> dict[str, Any]:
     """Return the document (OpenAPI 3.0, which the page can show) of a service with these rules."""
-    problem = {"content": {"application/problem+json": {"schema": {"$ref": "#/components/schemas/Problem"}}}}
     told = {
-        "200": {"description": "The decision", **_json("Answer")},
         "400": "This is no JSON",
         "408": "The request took too long to arrive",
         "409": "`change` starts from another state than the last one kept, or none is kept: send the whole state",
@@ -45,9 +43,7 @@ def openapi(rules: Sequence[str]) -> dict[str, Any]:
         "503": "Too many requests are waiting, or the rules are being loaded again",
         "504": "The decision took too long",
     }
-    responses = {
-        code: said if isinstance(said, dict) else {"description": said, **problem} for code, said in told.items()
-    }
+    responses = {"200": {"description": "The decision", **in_json("Answer")}, **refusals(told)}
     return {
         "openapi": "3.0.3",
         "info": {
@@ -59,7 +55,7 @@ def openapi(rules: Sequence[str]) -> dict[str, Any]:
             "/decide": {
                 "post": {
                     "summary": "What a rule decides in a state",
-                    "requestBody": {"required": True, **_json("State", "Request", example=SMALL)},
+                    "requestBody": {"required": True, **in_json("State", "Request", example=SMALL)},
                     "responses": responses,
                 }
             },
@@ -113,7 +109,14 @@ def _schemas(rules: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _json(*schemas: str, **more: Any) -> dict[str, Any]:
+def refusals(told: Mapping[str, str]) -> dict[str, Any]:
+    """Return the responses that refuse something, by status."""
+    problem = {"content": {"application/problem+json": {"schema": {"$ref": "#/components/schemas/Problem"}}}}
+    return {code: {"description": said, **problem} for code, said in told.items()}
+
+
+def in_json(*schemas: str, **more: Any) -> dict[str, Any]:
+    """Return the content of a request or response: JSON of one of these schemas."""
     refs = [{"$ref": f"#/components/schemas/{name}"} for name in schemas]
     schema = refs[0] if len(refs) == 1 else {"oneOf": refs}
     return {"content": {"application/json": {"schema": schema, **more}}}

@@ -72,9 +72,7 @@ class RuleProcess:
         limit_s: float = 30.0,
         start_s: float = START_S,
     ) -> None:
-        told = {"rules": rules, "settings": settings, "decides": decides, "allow_inline": allow_inline}
-        # -P: a file in the current folder that is called like a module is not taken for it
-        self._command = (sys.executable, "-P", "-m", "rmfs_commands.serve.worker", json.dumps(told))
+        self._tell({"rules": rules, "settings": settings, "decides": decides, "allow_inline": allow_inline})
         self.limit_s, self.start_s = limit_s, start_s
         self.restarts = 0
         self.names: tuple[str, ...] = ()
@@ -83,6 +81,19 @@ class RuleProcess:
         self._replacing: asyncio.Task[None] | None = None
         self._watching: asyncio.Task[None] | None = None
         self._stopped = False
+
+    @classmethod
+    def of_hall(
+        cls, hall: str, journal: str, dead_s: float | None, allow_inline: bool = True, limit_s: float = 30.0
+    ) -> RuleProcess:
+        """Return a process with a hall in it, given as for `rmfs_commands.serve.halls.Halls.of`."""
+        process = cls((), limit_s=limit_s)
+        process._tell({"halls": [hall], "journal": journal, "dead_s": dead_s, "allow_inline": allow_inline})
+        return process
+
+    def _tell(self, settings: dict[str, Any]) -> None:
+        # -P: a file in the current folder that is called like a module is not taken for it
+        self._command = (sys.executable, "-P", "-m", "rmfs_commands.serve.worker", json.dumps(settings))
 
     @property
     def pid(self) -> int | None:

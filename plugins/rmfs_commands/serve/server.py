@@ -7,15 +7,15 @@ import ipaddress
 import os
 import signal
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from contextlib import ExitStack
 from types import FrameType
+from typing import Protocol
 
 import uvicorn
+from starlette.types import ASGIApp
 
-from rmfs_commands.serve.app import app_of
 from rmfs_commands.serve.connections import MOST_AT_ONCE, Connection
-from rmfs_commands.serve.process import RuleProcess
 from rmfs_core.errors import InputError
 
 FAREWELL_S = 3
@@ -56,17 +56,31 @@ def url_of(listening: socket.socket) -> str:
     return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
 
 
-def serve(process: RuleProcess, host: str, port: int, most_bytes: int, ready: Callable[[socket.socket], None]) -> None:
-    """Load the rules, listen, and answer until SIGINT (Ctrl-C) or SIGTERM.
+class Served(Protocol):
+    """Processes that answer."""
+
+    async def start(self) -> None:
+        """Start them."""
+
+    async def stop(self) -> None:
+        """End them."""
+
+
+App = Callable[[Container[str] | None], ASGIApp]
+"""Returns the application that asks processes, by the hosts that requests may name."""
+
+
+def serve(process: Served, app: App, host: str, port: int, ready: Callable[[socket.socket], None]) -> None:
+    """Start processes, listen, and answer until SIGINT (Ctrl-C) or SIGTERM.
 
     Parameters
     ----------
     process
-        The rules' process, not started.
+        The processes, not started.
+    app
+        Asks them.
     host, port
         Where to listen.
-    most_bytes
-        Largest request.
     ready
         Called with the socket as soon as requests are taken.
 
@@ -75,14 +89,14 @@ def serve(process: RuleProcess, host: str, port: int, most_bytes: int, ready: Ca
     KeyboardInterrupt
         When it was Ctrl-C, and everything has ended in order.
     """
-    if asyncio.run(_serve(process, host, port, most_bytes, ready)):
+    if asyncio.run(_serve(process, app, host, port, ready)):
         raise KeyboardInterrupt
 
 
 class _Server(uvicorn.Server):
     """A server that gives up decisions which take too long when it is to end."""
 
-    def __init__(self, config: uvicorn.Config, process: RuleProcess) -> None:
+    def __init__(self, config: uvicorn.Config, process: Served) -> None:
         super().__init__(config)
         self._process = process
         self.interrupted = False
@@ -104,15 +118,13 @@ class _Server(uvicorn.Server):
         waiting.cancel()
 
 
-async def _serve(
-    process: RuleProcess, host: str, port: int, most_bytes: int, ready: Callable[[socket.socket], None]
-) -> bool:
+async def _serve(process: Served, app: App, host: str, port: int, ready: Callable[[socket.socket], None]) -> bool:
     """Serve; return whether Ctrl-C has ended it."""
     with listen(host, port) as listening:
         try:
             await process.start()
             config = uvicorn.Config(
-                app_of(process, most_bytes, {*LOOPBACK, host} if is_loopback(listening) else None),
+                app({*LOOPBACK, host} if is_loopback(listening) else None),
                 http=Connection,
                 backlog=MOST_AT_ONCE,
                 log_config=None,

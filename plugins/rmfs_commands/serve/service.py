@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from http import HTTPStatus
 from typing import Any
@@ -14,6 +14,7 @@ from attrs import fields_dict, frozen
 from rmfs_commands.cli.choices import option_named, parse_choice, with_parameters
 from rmfs_commands.results.files import to_json
 from rmfs_commands.serve.warehouses import StaleError, Warehouses
+from rmfs_commands.session import StaleBatchError
 from rmfs_commands.states import Decider, state_from_dict
 from rmfs_commands.states.state import DECIDES
 from rmfs_commands.states.state_json import parse_json
@@ -57,10 +58,28 @@ class Reply:
     content: bytes
 
 
-def problem(status: int, detail: str, place: str | None = None) -> Reply:
+def problem(status: int, detail: str, place: str | None = None, **more: Any) -> Reply:
     """Return the reply that says what is wrong, and where."""
-    told = {"title": HTTPStatus(status).phrase, "status": status, "detail": sentence(detail)}
-    return Reply(status, _line(told | ({} if place is None else {"place": sentence(place)})))
+    told = {"title": HTTPStatus(status).phrase, "status": status, "detail": sentence(detail), **more}
+    return Reply(status, line_of(told | ({} if place is None else {"place": sentence(place)})))
+
+
+def replied(content: bytes, answer: Callable[[Any], Mapping[str, Any]]) -> Reply:
+    """Return the reply to a request, whatever it is; ``answer`` is given its JSON."""
+    try:
+        data = parse_json(content, "request")
+    except InputError as error:
+        return problem(400, str(error), error.place)
+    try:
+        return Reply(200, line_of(answer(data)))
+    except StaleBatchError as error:
+        return problem(409, str(error), error.place, seq=error.seq)
+    except InputError as error:
+        return problem(409 if isinstance(error, StaleError) else 422, str(error), error.place)
+    except RecursionError:
+        return problem(422, "request: is nested too deeply", "request")
+    except Exception as error:  # whatever it is, the next request is answered
+        return problem(500, str(error) if isinstance(error, RmfsError) else one_line(error))
 
 
 class Service:
@@ -117,20 +136,7 @@ class Service:
 
     def answer(self, content: bytes) -> Reply:
         """Answer a request, whatever it is. A state that gets no decision is not kept."""
-        try:
-            data = parse_json(content, "request")
-        except InputError as error:
-            return problem(400, str(error), error.place)
-        try:
-            return Reply(200, _line(self._answer(content, data)))
-        except InputError as error:
-            return problem(409 if isinstance(error, StaleError) else 422, str(error), error.place)
-        except RecursionError:
-            return problem(422, "request: is nested too deeply to be a state", "request")
-        except RmfsError as error:
-            return problem(500, str(error))
-        except Exception as error:  # whatever it is, the next request is answered
-            return problem(500, one_line(error))
+        return replied(content, lambda data: self._answer(content, data))
 
     def _answer(self, content: bytes, data: Any) -> Mapping[str, Any]:
         request = _request(data)
@@ -178,7 +184,8 @@ def _request(data: Any) -> Request:
         raise InputError(Source("request").place_of(wrong.path), wrong.problem) from None
 
 
-def _line(value: object) -> bytes:
+def line_of(value: object) -> bytes:
+    """Return an answer as a line of JSON."""
     # Half a surrogate pair, which JSON may name, is written as it came.
     return (to_json(value) + "\n").encode("utf-8", "backslashreplace")
 

@@ -11,11 +11,12 @@ import select
 import signal
 import struct
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from rmfs_commands.cli.streams import kept_output, no_input, own_input
+from rmfs_commands.serve.halls import Halls
 from rmfs_commands.serve.service import Service
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
@@ -39,20 +40,26 @@ def main() -> None:
     with no_input(), kept_output() as answers:
         requests = own_input()
         try:
-            decides = None if settings["decides"] is None else Role.labelled(settings["decides"])
-            service = Service.of(settings["rules"], settings["settings"], decides, settings["allow_inline"])
+            service = _service(settings, lambda: _send(answers, WARMING, b""))
         except InputError as error:
             _send(answers, FAILED, json.dumps([error.place, error.problem]).encode())
             return
         with _compiling_told(lambda status: _send(answers, status, b"")):
             _send(answers, WARMING, b"")
-            for _ in service.warm_up():
+            for _ in service.warm_up() if isinstance(service, Service) else ():
                 _send(answers, WARMING, b"")
         _send(answers, READY, json.dumps(service.rules).encode())
         while head := requests.read(HEAD.size):
             _, length = HEAD.unpack(head)
             reply = service.answer(requests.read(length))
             _send(answers, reply.status, reply.content)
+
+
+def _service(settings: Mapping[str, Any], replayed: Callable[[], None]) -> Service | Halls:
+    if "halls" in settings:
+        return Halls.of(**settings, replayed=replayed)
+    decides = None if settings["decides"] is None else Role.labelled(settings["decides"])
+    return Service.of(settings["rules"], settings["settings"], decides, settings["allow_inline"])
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -134,6 +134,16 @@ class Snapshots:
             self._told_of_orders[event.order] = None
         elif isinstance(event, OF_PODS):
             self._told_of_pods.add(event.pod)
+
+    def corrected(self, orders: Iterable[int], pods: Iterable[int]) -> None:
+        """Take note of orders and pods that no event tells of."""
+        self._told_of_orders.update(dict.fromkeys(orders))
+        self._told_of_pods.update(pods)
+
+    def forget(self, order: int) -> None:
+        """Let an order be in the state no more."""
+        self._told_of_orders.pop(order, None)
+        self.state["orders"].pop(self._orders.pop(order), None)
 
     def look(self, call: Mapping[str, Any]) -> dict[str, Any]:
         """Look at the warehouse again; return the patch that leads there from the state before.

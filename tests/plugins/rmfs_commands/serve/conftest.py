@@ -1,8 +1,10 @@
 """Fixtures for tests of the decision service."""
 
 import json
+import re
+import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ import pytest
 
 from rmfs_commands.serve.service import Service
 
+Serve = Callable[..., tuple["subprocess.Popen[str]", int]]
 Answer = Callable[..., tuple[int, dict[str, Any]]]
 
 TROUBLE = """
@@ -70,3 +73,23 @@ def trouble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 @pytest.fixture
 def rmfs() -> tuple[str, ...]:
     return (sys.executable, "-c", "from rmfs_commands.cli.main import main; main()")
+
+
+@pytest.fixture
+def serve(rmfs: tuple[str, ...]) -> Iterator[Serve]:
+    """Return a function that starts a service at a free port; it is ended with the test."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: str) -> tuple[subprocess.Popen[str], int]:
+        command = (*rmfs, "serve", *arguments, "--port", "0")
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        started.append(process)
+        line = process.stdout.readline()
+        found = re.search(r" at http://.+:(\d+); Ctrl-C ends it\.$", line)
+        assert found, (line, process.communicate())
+        return process, int(found[1])
+
+    yield start
+    for process in started:
+        process.kill()
+        process.communicate()

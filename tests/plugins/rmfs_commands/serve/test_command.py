@@ -3,7 +3,6 @@
 import asyncio
 import http.client
 import json
-import re
 import shlex
 import signal
 import socket
@@ -38,26 +37,6 @@ from rmfs_core.errors import InputError
 Serve = Callable[..., tuple[subprocess.Popen[str], int]]
 EXTRA = ("starlette", "uvicorn", "prometheus_client", "swagger_ui_bundle")
 WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({EXTRA})); from rmfs_commands.cli.main import main; main()"
-
-
-@pytest.fixture
-def serve(rmfs: tuple[str, ...]) -> Iterator[Serve]:
-    """Return a function that starts a service at a free port; it is ended with the test."""
-    started: list[subprocess.Popen[str]] = []
-
-    def start(*arguments: str) -> tuple[subprocess.Popen[str], int]:
-        command = (*rmfs, "serve", *arguments, "--port", "0")
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        started.append(process)
-        line = process.stdout.readline()
-        found = re.search(r" at http://.+:(\d+); Ctrl-C ends it\.$", line)
-        assert found, (line, process.communicate())
-        return process, int(found[1])
-
-    yield start
-    for process in started:
-        process.kill()
-        process.communicate()
 
 
 def post(port: int, content: bytes, path: str = "/decide") -> tuple[int, bytes]:

@@ -1,0 +1,364 @@
+"""A session: batches of facts in, numbered commands out, a journal from which it starts again where it was."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections import OrderedDict, deque
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from attrs import evolve
+
+from rmfs_commands.results.files import to_json
+from rmfs_commands.session.correcting import CorrectedFloor
+from rmfs_commands.session.facts import Batch, ContradictionError, Fact, batch_of
+from rmfs_commands.session.floor import AWAITED, check_supported
+from rmfs_commands.session.handling import Handling
+from rmfs_commands.session.journal import Journal
+from rmfs_commands.session.packing import ENDS, FloorPacking
+from rmfs_commands.states.snapshots import Snapshots
+from rmfs_core import events
+from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.errors import InputError
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.info import RunInfo
+from rmfs_core.results.running import versions_of
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import Scenario, located
+from rmfs_core.scenario.writing import plain
+from rmfs_core.warehouse import Order
+from rmfs_core.world import make_instance, make_layout
+
+MOST_IDS = 100_000
+"""Ids of facts that are known again: those of the latest."""
+MOST_ANSWERS = 1_000
+"""Answers that are given once more at a time."""
+MOST_DONE = 5_000
+"""Orders that are complete and still known: the latest."""
+MOST_COMMANDS = 10_000
+"""Commands that can be refused: the latest."""
+OF_ROBOTS = ("drive", "queue", "lift", "set")
+"""Kinds of what a robot does, and no picker."""
+ARRIVALS = ("order_arrived", "order_cancelled")
+"""Facts of which those that follow each other in a batch have one round."""
+
+
+class StaleBatchError(InputError):
+    """A batch that comes after another one than the last; ``seq`` is the number of the last."""
+
+    def __init__(self, place: str, problem: str, seq: int) -> None:
+        super().__init__(place, problem)
+        self.seq = seq
+
+
+class Hall(Handling):
+    """A warehouse that a session runs.
+
+    Parameters
+    ----------
+    scenario
+        Layout, pods, stations, robots and rules. Its orders and bundles are left out: they arrive as facts.
+    journal
+        File that the session is kept in, and started again from; None: it is kept in memory only.
+    dead_s
+        Seconds without a fact after which what a robot or picker is to do is reported as overdue; None: never.
+    observers
+        Objects whose ``@hookimpl`` methods are told of every event.
+    allow_inline
+        Whether rules may be loaded from files.
+    replayed
+        Called for each batch of a journal that is taken again.
+
+    Raises
+    ------
+    InputError
+        Where the scenario or the journal cannot be used, before anything is decided.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        journal: Path | None = None,
+        dead_s: float | None = None,
+        observers: Callable[[], Sequence[object]] = tuple,
+        *,
+        allow_inline: bool = True,
+        replayed: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._scenario, self._observers, self._allow_inline = scenario, observers, allow_inline
+        self._dead = None if dead_s is None else to_ticks(dead_s)
+        with located(scenario):
+            check_supported(scenario)
+            self._instance, self._layout = make_instance(scenario), make_layout(scenario)
+        self.replayed = replayed
+        self._begin()
+        self._journal = Journal(journal, self._made_from())
+        try:
+            self._again()
+        except BaseException:
+            self.close()
+            raise
+
+    # Made, and made again
+
+    def _made_from(self) -> dict[str, Any]:
+        digest = hashlib.sha256(to_json(plain(self._scenario)).encode("utf-8", "backslashreplace"))
+        data = hashlib.sha256(repr((self._instance.skus, self._instance.pods)).encode())
+        versions = versions_of(self._floor.rules, self._floor.scenario)
+        dead_s = None if self._dead is None else to_seconds(self._dead)
+        return {
+            "scenario": digest.hexdigest(),
+            "stock": data.hexdigest(),
+            "seed": self._scenario.seed,
+            "dead_s": dead_s,
+            "versions": versions,
+        }
+
+    def _begin(self) -> None:
+        """Let the hall be as it is before the first batch."""
+        scenario = self._scenario
+        with located(scenario):
+            rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=self._allow_inline)
+            scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
+        self.seq = 0
+        self._numbers = itertools.count(1)
+        self._commands: list[dict[str, Any]] = []
+        self._last: tuple[Any, dict[str, Any]] | None = None
+        self._ids: OrderedDict[str, None] = OrderedDict()
+        self._begun = False
+        self._done: deque[Order] = deque()  # orders that are complete, and packed where orders are
+        self._snapshots: Snapshots | None = None
+        for observer in self._observers():
+            rules.register_observer(observer)
+        rules.register_observer(self)
+        self._floor = CorrectedFloor(scenario, self._instance, self._layout, rules, self._command)
+        self._begin_to_handle()
+        self._floor.start()
+        self._floor.settle()
+
+    def _again(self) -> None:
+        """Take all batches of the journal again; each has to be answered as it was."""
+        self._begin()
+        for number, (given, answer) in enumerate(self._journal.batches(), 1):
+            self.replayed()
+            if to_json(self._apply(batch_of(given))) != to_json(answer):
+                where = f"{self._journal.name}, line {number + 1}"
+                raise InputError(where, "is not answered as it was; expected the rules that wrote the journal")
+            self._last = given, answer
+
+    def close(self) -> None:
+        """End the session; the journal stays."""
+        self._journal.close()
+
+    # Facts in, commands out
+
+    def take(self, given: Any) -> dict[str, Any]:
+        """Take a batch of facts; return the commands that follow from it.
+
+        Parameters
+        ----------
+        given
+            ``{"after": seq, "time_s": seconds, "events": [{"id": ..., "kind": ..., ...}]}``, as JSON has it.
+
+        Returns
+        -------
+        dict[str, Any]
+            ``seq``, ``time_s``, ``commands``, ``dropped``, ``overdue`` and ``ask_again_s``.
+
+        Raises
+        ------
+        StaleBatchError
+            When the batch comes after another one than the last.
+        InputError
+            When it has another shape, names a fact that sessions do not take, or goes back in time.
+        RmfsError
+            When a rule or the journal fails. In all cases nothing has changed.
+        """
+        batch = batch_of(given)
+        if self._last is not None and batch.after == self.seq - 1 and given == self._last[0]:
+            return self._last[1]
+        if batch.after != self.seq:
+            raise StaleBatchError("batch.after", f"found {batch.after}; expected {self.seq}, the last batch", self.seq)
+        if batch.tick < self._floor.now:
+            now = to_seconds(self._floor.now)
+            raise InputError("batch.time_s", f"found {given['time_s']}; expected no time before {now}, the last one")
+        try:
+            answer = self._apply(batch)
+            self._journal.append({"batch": given, "answer": answer})
+        except Exception:
+            self._again()
+            raise
+        self._last = given, answer
+        return answer
+
+    def since(self, seq: int) -> list[dict[str, Any]]:
+        """Return the answers that were given after the batch of a number, the first `MOST_ANSWERS` of them."""
+        return [answer for _, answer in itertools.islice(self._journal.batches(seq), MOST_ANSWERS)]
+
+    def _apply(self, batch: Batch) -> dict[str, Any]:
+        floor, dropped = self._floor, list[dict[str, Any]]()
+        floor.advance(batch.tick)
+        if not self._begun and not (batch.facts and batch.facts[0].kind in ARRIVALS and not floor.now):
+            floor.round()
+        self._begun = True
+        facts = [(i, fact) for i, fact in enumerate(batch.facts) if self._new(fact)]
+        for _, group in itertools.groupby(facts, lambda one: one[1].kind in ARRIVALS or one[1].id):
+            changed = False  # so that rules have something to decide
+            for i, fact in group:
+                try:
+                    changed |= bool(getattr(self, f"_{fact.kind}")(**fact.fields))
+                except ContradictionError as problem:
+                    dropped.append({"id": fact.id, "place": f"events.{i}", "problem": f"{problem}."})
+                    for concern in problem.concerns:
+                        self._doubt(concern, str(problem))
+                        changed = True
+            if changed:
+                floor.round()
+        self.seq += 1
+        overdue = self._overdue()
+        self._forget()
+        commands, self._commands = self._commands, []
+        return {
+            "seq": self.seq,
+            "time_s": to_seconds(floor.now),
+            "commands": commands,
+            "dropped": dropped,
+            "overdue": overdue,
+            "ask_again_s": None if (tick := floor.next_tick) is None else to_seconds(tick),
+        }
+
+    def _new(self, fact: Fact) -> bool:
+        if fact.id in self._ids:
+            return False
+        self._ids[fact.id] = None
+        if len(self._ids) > MOST_IDS:
+            self._ids.popitem(last=False)
+        return True
+
+    def _forget(self) -> None:
+        """Forget the orders that have been complete for longest; the first one stays, for rules look at its age."""
+        while len(self._done) > MOST_DONE:
+            order = self._done.popleft()
+            if order.id:
+                self._floor.forget(order)
+                self._orders.pop(order.name, None)
+                self._doubtful.pop(("order", order.name), None)
+                assert self._snapshots is not None
+                self._snapshots.forget(order.id)
+        if len(self._floor.services.begun) > MOST_IDS:  # of orders that are over, most of them
+            self._floor.services.begun.clear()
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The whole state: that of `rmfs decide`, and ``session`` with what only a session has."""
+        assert self._snapshots is not None
+        orders, pods = self._floor.corrected
+        self._snapshots.corrected(orders, pods)
+        orders.clear()
+        pods.clear()
+        self._snapshots.look({})
+        doubtful = [{kind: name, "why": why, **self._held(kind, name)} for (kind, name), why in self._doubtful.items()]
+        waits: list[dict[str, Any]] = [
+            {"awaits": AWAITED[kind], **self._who(kind, who), "since_s": to_seconds(wait.since)}
+            for (kind, who), wait in self._floor.waits.items()
+        ]
+        waits += [told for told, _ in self._packing()]
+        session = {"seq": self.seq, "quarantine": doubtful, "awaited": waits, "failed": sorted(self._failed)}
+        return {**self._snapshots.state, "session": session}
+
+    # What nothing is heard of
+
+    def _overdue(self) -> list[dict[str, Any]]:
+        """Return what nothing is heard of, after the requests of pods that are late were uncovered."""
+        if self._dead is None:
+            return []
+        found, late = [], False
+        lines = [station.line for station in self._floor.warehouse.stations]
+        for (kind, who), wait in [*self._floor.waits.items()]:
+            if kind == "queue" and any(robot.id == who for line in lines for robot in line[1:]):
+                continue  # it stands in a line
+            since = wait.since if kind == "release" else max(wait.since, self._heard.get(who, 0))
+            if self._floor.now - since > self._dead:
+                told = self._who(kind, who)
+                found.append({"awaits": AWAITED[kind], **told, "since_s": to_seconds(since)})
+                if kind in OF_ROBOTS and "pod" in told and ("pod", told["pod"]) not in self._doubtful:
+                    self._passing.add(told["pod"])
+                    self._doubt(("pod", told["pod"]), f"nothing is heard of robot {told['robot']}")
+                    late = True
+        if late:
+            self._floor.round()
+        return found + [told for told, since in self._packing() if self._floor.now - since > self._dead]
+
+    def _packing(self) -> Iterator[tuple[dict[str, Any], int]]:
+        """Yield what is awaited of conveyors and packers, and since when."""
+        packing = self._floor.packing
+        for (kind, who), (_, since) in packing.waits.items() if isinstance(packing, FloorPacking) else ():
+            if kind in ENDS:
+                what = {"order": self._floor.warehouse.orders[who].name} if kind == "pack" else {"tote": who}
+                yield {"awaits": ENDS[kind], **what, "since_s": to_seconds(since)}, since
+
+    def _who(self, kind: str, who: int) -> dict[str, str]:
+        warehouse = self._floor.warehouse
+        if kind == "release":
+            return {"station": warehouse.stations[who].name}
+        robot = warehouse.robots[who]
+        return {"robot": robot.name} | ({} if robot.task is None else {"pod": warehouse.pods[robot.task].name})
+
+    # What the kernel tells
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Follow the state."""
+        self._snapshots = Snapshots(run)
+
+    @hookimpl
+    def on_event(self, event: events.Event) -> None:
+        """Follow the state, and turn decisions into commands."""
+        assert self._snapshots is not None
+        self._snapshots.told(event)
+        match event:
+            case events.OrderAssigned():
+                skus = [self._instance.skus[sku] for sku in event.skus]
+                self._command("assign", order=event.order, station=event.station, skus=skus, part=event.period)
+            case events.TaskAssigned():
+                station = self._floor.warehouse.pods[event.pod].bound_for[0]
+                self._command("fetch", robot=event.robot, pod=event.pod, station=station)
+            case events.VisitEnded(next_station=int(station)):
+                robot = self._floor.warehouse.pods[event.pod].robot
+                self._command("go_on", robot=robot, pod=event.pod, station=station)
+            case events.RobotSent():
+                charge = self._floor.stories[event.robot][2]
+                self._command("move_robot", robot=event.robot, cell=event.cell, charge=charge)
+            case events.PodMoveDecided():
+                self._command("move_pod", robot=event.robot, pod=event.pod, cell=event.cell)
+            case events.PackingAssigned():
+                self._command("assign_packing", order=event.order, packing=event.packing, box=event.box)
+            case events.OrderCancelled() | events.OrderPacked():
+                self._done.append(self._floor.warehouse.orders[event.order])
+            case events.OrderCompleted() if self._floor.packing is None:
+                self._done.append(self._floor.warehouse.orders[event.order])
+            case events.BundleAssigned():
+                bundle = self._floor.warehouse.stations[event.station].bundles[-1]
+                self._command("assign_bundle", bundle=bundle.name, station=event.station)
+
+    def _command(self, kind: str, **fields: Any) -> None:
+        """Give the next command, with names in place of ids."""
+        warehouse = self._floor.warehouse
+        among = {
+            "robot": warehouse.robots,
+            "pod": warehouse.pods,
+            "station": warehouse.stations,
+            "order": warehouse.orders,
+        }
+        told = {name: among[name][value].name if name in among else value for name, value in fields.items()}
+        if "packing" in told:
+            told["packing"] = str(told["packing"] + 1)
+        if "sku" in told:
+            told["sku"] = self._instance.skus[told["sku"]]
+        number = next(self._numbers)
+        self._commands.append({"command": number, "kind": kind, **told})
+        self._given[number] = self._commands[-1]
+        if len(self._given) > MOST_COMMANDS:
+            self._given.popitem(last=False)

@@ -1,0 +1,109 @@
+"""The journal of a session: a line for what it was made from, then one for each batch with its answer."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import weakref
+from array import array
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from rmfs_commands.results.files import to_json
+from rmfs_core.errors import InputError
+
+FORMAT, VERSION = "rmfs-session", 1
+
+
+class Journal:
+    """A file with one writer, whose lines are on the disk before their answers are given.
+
+    Parameters
+    ----------
+    path
+        The file; it is made where it is not there. A last line that is not whole, which was never answered, is cut off.
+        None: one that is gone with the process.
+    made_from
+        Scenario and versions of the session. A file that another session wrote is refused.
+    """
+
+    def __init__(self, path: Path | None, made_from: Mapping[str, Any]) -> None:
+        self.path, self.name = path, str(path or "memory")
+        try:
+            self._file: Any = tempfile.TemporaryFile() if path is None else path.open("a+b")  # noqa: SIM115
+        except OSError as error:
+            raise InputError(self.name, f"cannot be used as the journal: {error.strerror or error}") from error
+        weakref.finalize(self, self._file.close)
+        try:
+            self._lock()
+            self._begins = self._whole()
+            self._check({"format": FORMAT, "version": VERSION, **made_from})
+        except BaseException:
+            self.close()
+            raise
+
+    def _check(self, header: Mapping[str, Any]) -> None:
+        """Write the first line, or check that it is this one."""
+        if len(self._begins) == 1:
+            self.append(header)
+            return
+        found, wanted = next(self._lines(0)), json.loads(to_json(header))
+        if not isinstance(found, dict) or found.get("format") != FORMAT:
+            raise InputError(self.name, "is no journal of a session; expected one, or a new file")
+        if names := [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]:
+            what = f"{', '.join(names)} differ{'s' * (len(names) == 1)}"
+            raise InputError(self.name, f"is the journal of another session: {what}; expected a new file")
+
+    def _lock(self) -> None:
+        try:
+            import fcntl
+        except ModuleNotFoundError:  # another system than the service runs on
+            return
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(self.name, "is in use by another session; expected a file of its own") from None
+
+    def _whole(self) -> array[int]:
+        """Cut off a last line without its end; return where lines begin, and where the last one ends."""
+        begins = array("Q", [0])
+        self._file.seek(0)
+        for line in self._file:
+            if line.endswith(b"\n"):
+                begins.append(begins[-1] + len(line))
+            else:
+                self._file.truncate(begins[-1])
+        return begins
+
+    def append(self, line: Mapping[str, Any]) -> None:
+        """Write a line, and return when it is on the disk; where that fails, nothing of it stays."""
+        content = to_json(line).encode("utf-8", "backslashreplace") + b"\n"
+        try:
+            self._file.seek(0, os.SEEK_END)
+            self._file.write(content)
+            self._file.flush()
+            if self.path is not None:
+                os.fsync(self._file.fileno())
+        except OSError as error:
+            self._file.truncate(self._begins[-1])
+            raise InputError(self.name, f"cannot be written to: {error.strerror or error}") from error
+        self._begins.append(self._begins[-1] + len(content))
+
+    def batches(self, seq: int = 0) -> Iterator[tuple[Any, Any]]:
+        """Yield each batch with its answer, first to last, after that of a number."""
+        for line in self._lines(seq + 1):
+            yield line["batch"], line["answer"]
+
+    def _lines(self, first: int) -> Iterator[Any]:
+        for number in range(first, len(self._begins) - 1):
+            self._file.seek(self._begins[number])
+            try:
+                yield json.loads(self._file.readline())
+            except ValueError:
+                raise InputError(f"{self.name}, line {number + 1}", "found no JSON; expected a batch") from None
+
+    def close(self) -> None:
+        """Let another session use the file."""
+        self._file.close()

@@ -1,0 +1,171 @@
+"""Halls over HTTP: made, asked, followed, killed, ended."""
+
+import asyncio
+import http.client
+import json
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from calling import refused
+from cases import cases
+from hall_trial import RULES, OwnHall, scenario_of
+from rmfs_commands.cli.main import main
+from rmfs_commands.serve.client import HallClient, HallError
+from rmfs_commands.serve.hall_openapi import openapi_of_halls
+from rmfs_commands.serve.hall_processes import HallProcesses
+from rmfs_commands.serve.halls import POSTED, Halls
+from rmfs_commands.session import Hall
+from rmfs_commands.session.facts import FACTS
+from rmfs_core.errors import InputError
+
+Serve = Callable[..., Any]
+SMALL = Path(__file__).parents[4] / "scenarios" / "examples" / "small.toml"
+TABLES = {
+    "instance": {"skus": 9, "pods": 9, "items_per_sku": 99, "skus_per_pod": 3, "orders": 1},
+    "layout": {"block_rows": 5, "block_columns": 3, "stations_east": 2},
+    "robots": {"count": 2},
+    "rules": {"poa": "pod-match", "pps": "demand"},
+}
+
+
+def arrived(order: str) -> dict[str, Any]:
+    return {"id": order, "kind": "order_arrived", "order": order, "lines": {"1": 1}}
+
+
+@pytest.mark.slow
+def test_halls_over_http(serve: Serve, tmp_path: Path) -> None:
+    _, port = serve("--hall", f"a={SMALL}", "--journal", str(tmp_path))
+    a, b = (HallClient(f"http://127.0.0.1:{port}", hall) for hall in "ab")
+    b.make(TABLES)
+    followed: list[Any] = []
+    following = threading.Thread(target=lambda: followed.append(next(b.answers(0))))
+    following.start()
+    answer = b.send(1.0, [arrived("A")])
+    assert {one["kind"] for one in answer["commands"]} == {"assign", "fetch"}
+    answers = [answer, b.send(2.0, [])]
+    following.join(20)
+    assert followed == answers[:1]
+    assert (a.state()["session"]["seq"], b.state()["session"]["seq"]) == (0, 2)
+    stale = HallClient(f"http://127.0.0.1:{port}", "b")
+    with pytest.raises(HallError, match=r"found 0; expected 2") as caught:
+        stale.send(9.0, [])
+    assert (caught.value.status, caught.value.told["seq"]) == (409, 2)
+
+    with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as stream:
+        stream.request("GET", "/v1/halls/b/commands", headers={"Accept": "text/event-stream", "Last-Event-ID": "1"})
+        lines = stream.getresponse()
+        assert [lines.readline() for _ in range(3)][0::2] == [b"id: 2\n", b"\n"]
+        b.send(3.0, [])
+        assert lines.readline() == b"id: 3\n"
+
+    def asked(method: str, path: str, headers: dict[str, str] | None = None) -> tuple[int, Any, Any]:
+        with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
+            connection.request(method, f"/v1/halls{path}", headers=headers or {})
+            reply = connection.getresponse()
+            return reply.status, reply.headers.get("ETag"), json.loads(reply.read())
+
+    assert asked("GET", "") == (200, None, {"halls": ["a", "b"]})
+    assert asked("GET", "/b")[:2] == (200, '"3"')
+    for method, path, headers, status, told in (
+        ("GET", "/c", {}, 404, "there is no hall"),
+        ("GET", "/b", {"Host": "example.org"}, 421, "is not served here"),
+        ("GET", "/b/commands?after=x", {}, 422, "after: expected"),
+        ("GET", "/b/commands?after=9", {}, 422, "expected 0 to 3"),
+        ("GET", "/b/commands?wait_s=99", {}, 422, "wait_s: expected"),
+        ("POST", "/b/events", {}, 415, "expected application/json"),
+        ("PUT", "/b", {}, 405, "is not answered"),
+        ("DELETE", "/b", {"If-Match": '"2"'}, 409, "expected 3, the last batch"),
+    ):
+        found, _, problem = asked(method, path, headers)
+        assert (found, told in problem["detail"]) == (status, True), problem
+    with pytest.raises(HallError, match="there is a hall") as caught:
+        b.make(TABLES)
+    assert caught.value.status == 409
+
+
+@pytest.mark.slow
+def test_a_hall_whose_process_or_service_is_killed_goes_on(serve: Serve, tmp_path: Path) -> None:
+    process, port = serve("--hall", f"a={SMALL}", "--journal", str(tmp_path))
+    a = HallClient(f"http://127.0.0.1:{port}", "a")
+    answer = a.send(1.0, [arrived("A")])
+    children = [int(pid) for pid in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()]
+    for child in children:
+        os.kill(child, signal.SIGKILL)
+    time.sleep(0.2)
+    assert a.send(2.0, [])["seq"] == 2
+    process.kill()
+    process.wait()
+    _, port = serve("--hall", f"a={SMALL}", "--journal", str(tmp_path))
+    a = HallClient(f"http://127.0.0.1:{port}", "a")
+    assert next(a.answers(0)) == answer
+    assert a.state()["session"]["seq"] == 2
+    a.end()
+    with pytest.raises(HallError, match="there is no hall"):
+        a.state()
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.1.jsonl"]
+
+
+def test_what_is_answered_is_what_is_described() -> None:
+    document = openapi_of_halls()
+    schemas = {
+        name: {**schema, "components": document["components"]}
+        for name, schema in document["components"]["schemas"].items()
+    }
+    session, seen = Hall(scenario_of(RULES["sequential"])), set[str]()
+
+    def take(batch: dict[str, Any]) -> Any:
+        answer = session.take(batch)
+        kinds = {one["kind"] for one in (*batch["events"], *answer["commands"])}
+        if not kinds <= seen:
+            seen.update(kinds)
+            jsonschema.validate(batch, schemas["Batch"])
+            jsonschema.validate(answer | {"ask_again_s": answer["ask_again_s"] or 0}, schemas["Answer"])
+        return answer
+
+    hall = OwnHall(take, session.state)
+    hall.at(1, lambda: iter([hall.order(f"{i}", {f"{i + 1}": 1}) for i in range(9)]))
+    hall.run()
+    assert seen >= {"assign", "fetch", "lift", "pick_next", "store", "order_arrived", "robot_at", "picked", "handled"}
+    assert {f"fact_{kind}" for kind in FACTS} <= schemas.keys()
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({"after": 0, "time_s": 1, "events": [{"id": "1", "kind": "handled"}]}, schemas["Batch"])
+
+
+@cases(
+    "hall content status detail",
+    ("a", b"{", 422, "no valid JSON"),
+    ("a", b"[]", 422, "expected an object with `scenario`"),
+    ("a/b", b'{"scenario": {}}', 422, "expected NAME=SCENARIO"),
+)
+def test_what_cannot_be_made(tmp_path: Path, hall: str, content: bytes, status: int, detail: str) -> None:
+    reply = asyncio.run(HallProcesses((), str(tmp_path), None).make(hall, content))
+    assert reply.status == status
+    assert detail in json.loads(reply.content)["detail"]
+
+
+def test_halls_over_http_need_a_journal(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "needs --journal" in refused(capsys, main, ["serve", "--hall", f"a={SMALL}"])
+
+
+@cases(
+    "tables problem",
+    ({"instance": {"orders_file": "/etc/passwd"}}, "orders_file: .*expected no file"),
+    ({"rules": {"poa": "rule.py:Rule", "pps": "demand"}}, "rules.poa: there is no file"),
+    ({"rules": {"poa": {"rule": "remote", "command": "id"}, "pps": "demand"}}, "no-inline-rules refuses"),
+)
+def test_a_hall_that_is_made_over_http_names_no_file_and_starts_no_program(
+    tmp_path: Path, tables: dict[str, Any], problem: str
+) -> None:
+    file = tmp_path / f"a{POSTED}"
+    file.write_text(json.dumps(tables))
+    with pytest.raises(InputError, match=problem):
+        Halls.of([f"a={file}"], allow_inline=False)

@@ -1,0 +1,256 @@
+"""Sessions on a floor that is not as it was thought: quarantine, commands that are refused, robots lost."""
+
+import random
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cases import cases
+from hall_trial import BACK, RULES, OwnHall, scenario_of, trouble
+from rmfs_commands.results.files import to_json
+from rmfs_commands.session import Hall
+from rmfs_commands.session.facts import FACTS
+from rmfs_core.scenario import load_scenario
+
+
+class FoundError(Exception):
+    """Ends a floor's day."""
+
+
+def until(session: Hall, kind: str, orders: int = 12) -> Mapping[str, Any]:
+    """Run a floor until a kind of command is given, and return that."""
+
+    def take(batch: dict[str, Any]) -> Mapping[str, Any]:
+        answer = session.take(batch)
+        if found := [one for one in answer["commands"] if one["kind"] == kind]:
+            raise FoundError(found[0])
+        return answer
+
+    hall = OwnHall(take, session.state)
+    skus = sorted({sku for held in hall.stock.values() for sku in held})
+    arrive = [hall.order(f"o{i}", {skus[i]: 1, skus[-i - 1]: 1}) for i in range(orders)]
+    hall.at(1, lambda: iter(arrive))
+    with pytest.raises(FoundError) as found:
+        hall.run()
+    command: Mapping[str, Any] = found.value.args[0]
+    return command
+
+
+def tell(session: Hall, *events: Mapping[str, Any], seconds: float = 0.0) -> dict[str, Any]:
+    seq, now = session.seq, session.state["time_s"]
+    told = [{"id": f"{seq}.{i}", **event} for i, event in enumerate(events)]
+    return session.take({"after": seq, "time_s": now + seconds, "events": told})
+
+
+def quarantined(session: Hall, kind: str) -> set[str]:
+    return {one[kind] for one in session.state["session"]["quarantine"] if kind in one}
+
+
+@pytest.fixture
+def session() -> Hall:
+    return Hall(scenario_of(RULES["sequential"]), dead_s=60)
+
+
+@cases("name seed", ("sequential", 1), ("sequential", 4), ("joint", 1), ("packing", 2), ("replenished", 1))
+def test_every_order_in_stock_is_done(name: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.fsync", lambda _: None)  # there is no power cut here
+    if name in RULES:
+        scenario = scenario_of(RULES[name])
+    else:
+        scenario = load_scenario(f"examples/{name}", ("instance.items_per_sku=40",) if name == "packing" else ())
+    session = Hall(scenario, tmp_path / "hall.jsonl", dead_s=300)
+    hall = trouble(session.take, session.state, 40, seed, 0.1)
+    assert hall.left == []
+    assert hall.lost
+    assert {*hall.refused} >= {"fetch", "lift", "store", "pick_next", "assign"}
+    assert name != "packing" or len(hall.packed) >= 36
+    others = [one["problem"] for one in hall.dropped if "order" not in one["problem"]]
+    assert [one for one in others if "taken back" not in one] == []
+    assert all("cell" in item or "robot" in item for item in session.state["session"]["quarantine"])
+    session.close()
+    again = Hall(scenario, tmp_path / "hall.jsonl", dead_s=300)
+    assert to_json(again.state) == to_json(session.state)
+    again.close()
+
+
+@cases("kind concerns", *((kind, what) for kind, (_, what) in BACK.items() if kind not in ("go_on", "move_robot")))
+def test_what_is_refused_is_taken_back(session: Hall, kind: str, concerns: str) -> None:
+    command = until(session, kind, 2 if kind in ("fetch", "lift") else 12)
+    answer = tell(session, {"kind": "command_refused", "command": command["command"], "why": "no"})
+    assert answer["dropped"] == []
+    name = str(command[concerns])
+    assert quarantined(session, concerns) == {name}
+    again = [one for one in answer["commands"] if one["kind"] == kind and str(one[concerns]) == name]
+    assert again == []
+    if kind in ("fetch", "lift"):  # another robot does it
+        assert command["pod"] in [one["pod"] for one in answer["commands"] if one["kind"] == "fetch"]
+    if kind == "store":
+        assert answer["commands"][0] == command | {
+            "command": answer["commands"][0]["command"],
+            "cell": answer["commands"][0]["cell"],
+        }
+    if kind == "assign":
+        assert session.state["orders"][name]["parts"] == []
+    if kind == "pick_next":
+        assert session.state["pods"][name]["contents"] == dict.fromkeys(session.state["pods"][name]["contents"], 0)
+    refused_again = tell(session, {"kind": "command_refused", "command": command["command"], "why": "no"})
+    assert "was not given" in refused_again["dropped"][0]["problem"]
+    fact, _ = BACK[kind]
+    tell(session, {"kind": fact, concerns: command[concerns]})
+    assert quarantined(session, concerns) == set()
+
+
+def test_the_requests_of_a_late_pod_are_uncovered_until_it_is_heard_of(session: Hall) -> None:
+    fetch = until(session, "fetch", 1)
+    wanted = session.state["stations"][fetch["station"]]["requests"]
+    assert fetch["pod"] in [one.get("pod") for one in wanted]
+    answer = tell(session, seconds=100)
+    assert fetch["pod"] in [one["pod"] for one in answer["overdue"]]
+    wanted = session.state["stations"][fetch["station"]]["requests"]
+    assert fetch["pod"] not in [one.get("pod") for one in wanted]
+    assert fetch["pod"] not in [one["pod"] for one in answer["commands"] if one["kind"] == "fetch"]
+    assert [one for one in answer["commands"] if one["kind"] == "fetch"]  # others bring the items
+    assert fetch["pod"] in quarantined(session, "pod")
+    tell(session, {"kind": "robot_at", "robot": fetch["robot"], "cell": 0})
+    assert fetch["pod"] not in quarantined(session, "pod")
+
+
+def test_a_tote_that_does_not_come_is_overdue() -> None:
+    session = Hall(load_scenario("examples/packing", ("instance.items_per_sku=40",)), dead_s=60)
+    tote = until(session, "send_part")["tote"]
+    assert {"awaits": "part_arrived", "tote": tote} in [
+        {name: one[name] for name in one if name != "since_s"} for one in tell(session, seconds=61)["overdue"]
+    ]
+
+
+@cases(
+    "fact problem concerns",
+    ({"kind": "pod_stored", "pod": "1", "cell": 3}, "is no robot's task", ("pod", "1")),
+    ({"kind": "robot_at", "robot": "2", "cell": 10**8}, "cannot stand in cell", ("robot", "2")),
+    ({"kind": "order_arrived", "order": "o1", "lines": {"1": 1}}, "has arrived before", ("order", "o1")),
+    ({"kind": "stock", "pod": "1", "contents": {"1": 1, "2": 1, "3": 1, "4": 1}}, "was never given", ("pod", "1")),
+    ({"kind": "cell_blocked", "cell": 0}, "is no free storage location", None),
+    ({"kind": "command_refused", "command": 99, "why": "x"}, "was not given", None),
+    ({"kind": "order_back", "order": "o9"}, "there is no order", None),
+)
+def test_what_contradicts_the_state_is_dropped(
+    session: Hall, fact: dict[str, Any], problem: str, concerns: Any
+) -> None:
+    until(session, "assign", 3)
+    dropped = tell(session, fact)["dropped"]
+    assert [problem in one["problem"] for one in dropped] == [True]
+    assert (concerns is None) == (session.state["session"]["quarantine"] == [])
+    if concerns is not None:
+        assert quarantined(session, concerns[0]) == {concerns[1]}
+
+
+def test_a_locked_pod_serves_nothing_and_its_orders_wait(session: Hall) -> None:
+    before = session.state["pods"]
+    sku = next(iter(before["1"]["contents"]))
+    holders = [pod for pod, told in before.items() if sku in told["contents"]]
+    tell(session, *({"kind": "pod_locked", "pod": pod} for pod in holders))
+    answer = tell(session, {"kind": "order_arrived", "order": "A", "lines": {sku: 1}})
+    assert answer["commands"] == []
+    counted = {"kind": "stock", "pod": "1", "contents": {sku: 0}}
+    assert tell(session, counted)["commands"] == []
+    assert quarantined(session, "pod") == {*holders} - {"1"}
+    found = tell(session, counted | {"contents": {sku: 2}})["commands"]
+    assert {("assign", "A"), ("fetch", "1")} <= {(one["kind"], one.get("pod", one.get("order"))) for one in found}
+    tell(session, *({"kind": "pod_unlocked", "pod": pod} for pod in holders[::-1]))
+    assert session.state["pods"] == before | {"1": session.state["pods"]["1"]}
+    short = {"kind": "short", "pod": "1", "sku": sku, "counted": 0}
+    answer = tell(session, short)
+    if others := {*holders} - {"1"}:
+        assert {one["pod"] for one in answer["commands"] if one["kind"] == "fetch"} <= others
+
+
+def test_an_order_that_is_waiting_leaves_the_backlog_when_its_items_are_gone() -> None:
+    session = Hall(scenario_of(RULES["sequential"]))
+    stations = [*session.state["stations"]]
+    tell(session, *({"kind": "station_closed", "station": one} for one in stations))
+    sku = next(iter(session.state["skus"]))
+    tell(session, {"kind": "order_arrived", "order": "A", "lines": {sku: 1}})
+    holders = [pod for pod, told in session.state["pods"].items() if sku in told["contents"]]
+    tell(session, *({"kind": "short", "pod": pod, "sku": sku, "counted": 0} for pod in holders))
+    assert tell(session, *({"kind": "station_opened", "station": one} for one in stations))["commands"] == []
+    answer = tell(session, {"kind": "short", "pod": holders[0], "sku": sku, "counted": 5})
+    assert answer["commands"][0]["kind"] == "assign"
+
+
+def test_stock_that_is_unlimited_is_not_counted_and_may_be_locked() -> None:
+    session = Hall(scenario_of(RULES["joint"], unlimited=True))
+    sku = next(iter(session.state["pods"]["1"]["contents"]))
+    answer = tell(session, {"kind": "short", "pod": "1", "sku": sku, "counted": 0})
+    assert "is unlimited" in answer["dropped"][0]["problem"]
+    before = to_json(session.state["pods"])
+    tell(session, {"kind": "pod_locked", "pod": "1"})
+    answer = tell(session, *({"kind": "order_arrived", "order": f"{i}", "lines": {sku: 1}} for i in range(3)))
+    assert "1" not in [one["pod"] for one in answer["commands"] if one["kind"] == "fetch"]
+    tell(session, {"kind": "pod_unlocked", "pod": "1"})
+    assert to_json(session.state["pods"]) == before
+
+
+def test_a_session_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rmfs_commands.session.hall.MOST_DONE", 5)
+    session = Hall(scenario_of({**RULES["sequential"], "poa": "pod-match"}))
+    hall = trouble(session.take, session.state, 40, refuses=0.1)
+    assert hall.left == []
+    assert len(session.state["orders"]) == 6  # the first one stays
+    assert to_json(session.state) == to_json(session.state)
+    assert tell(session, {"kind": "order_arrived", "order": "new", "lines": {"1": 1}})["commands"][0]["order"] == "new"
+    assert [one["seq"] for one in session.since(session.seq - 2)] == [session.seq - 1, session.seq]
+
+
+def nonsense(rng: random.Random, state: Mapping[str, Any], number: int) -> dict[str, Any]:
+    """Return a fact of the right shape that is true by chance at best."""
+    kind, pod = rng.choice([*FACTS]), rng.choice([*state["pods"]])
+    held, sku, order = rng.choice([*state["pods"][pod]["contents"]]), rng.choice(state["skus"]), "none"
+    values = {
+        **{"pod": pod, "sku": held, "order": rng.choice([*state["orders"], order]), "bundle": "b", "why": "?"},
+        **{"robot": rng.choice([*state["robots"]]), "station": rng.choice([*state["stations"]])},
+        **{"cell": rng.randrange(600), "lines": {sku: 1}, "contents": {held: rng.randrange(5)}, "items": 3},
+        **{"counted": rng.randrange(3), "command": rng.randrange(1, 99), "tote": rng.randrange(1, 9)},
+    }
+    return {"id": f"x{number}", "kind": kind} | {name: values[name] for name in FACTS[kind][0]}
+
+
+@cases("name", "joint", "packing", "replenished")
+def test_no_fact_ends_a_session(name: str) -> None:
+    """Each batch is answered and the state can be told, though nobody knows what is right after that."""
+    scenario = scenario_of(RULES[name], unlimited=True) if name in RULES else load_scenario(f"examples/{name}")
+    session, rng = Hall(scenario, dead_s=200), random.Random(1)
+    state = session.state
+    skus = sorted(sku for told in state["pods"].values() for sku in told["contents"])
+    for number in range(200):
+        arrives = {"kind": "order_arrived", "order": f"{number}", "lines": {rng.choice(skus): 1}}
+        robot, pod = rng.choice([*state["robots"]]), rng.choice([*state["waiting"], "1"])
+        moves = [{"kind": "robot_at", "robot": robot, "cell": rng.randrange(99)}, {"kind": "pod_lifted", "pod": pod}]
+        right = [
+            {"kind": one["awaits"]} | one for one in state["session"]["awaited"][:2] if one["awaits"] != "robot_at"
+        ]
+        known = [
+            {key: one[key] for key in FACTS[one["kind"]][0] if key in one} | {"kind": one["kind"]} for one in right
+        ]
+        whole = [one for one in known if FACTS[one["kind"]][0].keys() <= one.keys()]
+        answer = tell(session, arrives, *moves, *whole, nonsense(rng, state, number), seconds=5)
+        assert answer["seq"] == number + 1
+        state = session.state
+    assert len(state["session"]["quarantine"]) > 5
+
+
+def test_an_order_whose_turn_has_not_come_can_be_cancelled_or_set_aside() -> None:
+    refill = "instance.arrivals.process=refill", "instance.arrivals.backlog=1", "instance.items_per_sku=40"
+    session = Hall(load_scenario("examples/small", refill))
+    stations = ("1", "2")
+    a, b, c, d = ({"kind": "order_arrived", "order": name, "lines": {"1": 1}} for name in "ABCD")
+    tell(session, *({"kind": "station_closed", "station": one} for one in stations), a, b, c, d)
+    assert [*session.state["orders"]] == ["A"]
+    assert tell(session, {"kind": "order_cancelled", "order": "C"})["dropped"] == []
+    assert tell(session, b)["dropped"] != []
+    answer = tell(session, *({"kind": "station_opened", "station": one} for one in stations))
+    assert [one["order"] for one in answer["commands"] if one["kind"] == "assign"] == ["A", "D"]
+    answer = tell(session, {"kind": "order_back", "order": "B"})
+    assert [one["order"] for one in answer["commands"] if one["kind"] == "assign"] == ["B"]
+    assert tell(session, c)["commands"][0]["order"] == "C"
