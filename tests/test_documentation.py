@@ -162,9 +162,9 @@ def gaps_in_command(command: click.Command, called: str, pages: str) -> Iterator
         if isinstance(parameter, click.Option) and not parameter.help:
             yield f"{called} {parameter.opts[0]} has no help"
         if isinstance(parameter, click.Argument):
-            name = parameter.make_metavar(context).strip("[].")
-            if name not in (command.help or ""):
-                yield f"{called} {name} is not explained in the help"
+            for name in parameter.make_metavar(context).strip("[].").split(" | "):
+                if name not in (command.help or ""):
+                    yield f"{called} {name} is not explained in the help"
 
 
 def test_every_command_and_option_is_documented() -> None:

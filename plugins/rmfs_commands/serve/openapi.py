@@ -63,8 +63,8 @@ def openapi(rules: Sequence[str]) -> dict[str, Any]:
                 "get": {
                     "summary": "Whether the rules are loaded",
                     "responses": {
-                        "200": {"description": "They are", **_json("Health")},
-                        "503": {"description": "They are being loaded", **_json("Health")},
+                        "200": {"description": "They are", **in_json("Health")},
+                        "503": {"description": "They are being loaded", **in_json("Health")},
                     },
                 }
             },
