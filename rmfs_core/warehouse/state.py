@@ -156,7 +156,7 @@ class Warehouse:
         return len(self.free_locations) - sum(robot._pod is not None for robot in self.robots)
 
     def fits_smallest(self, *, single_line: bool) -> bool:
-        """Whether some station can take the smallest order of the backlog (or line), or for one that goes alone."""
+        """Whether some station can take the smallest order of the backlog (or line), or one that goes alone."""
         sizes = self.backlog.line_sizes if single_line else self.backlog.sizes
         if not sizes:
             return False
