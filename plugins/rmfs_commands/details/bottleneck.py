@@ -559,9 +559,10 @@ def _with_others(told: str, limit: str | None, percent: Mapping[str, float | Non
     """Return a sentence with the next causes, the largest first; without its explanation where both do not fit."""
     others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
     named = ", ".join(f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause]))
-    if named and len(told) + len(named) >= LINE - len("; then "):
+    then = "then" if limit is not None else "largest causes:"
+    if named and len(f"{told}; {then} {named}") >= LINE:
         told = told.partition(":")[0]
-    return f"{told}; then {named}." if named else f"{told}."
+    return f"{told}; {then} {named}." if named else f"{told}."
 
 
 def _seconds(seconds: float) -> str:

@@ -70,7 +70,7 @@ class Answer:
         part = f"the last {100 * HELD_BACK:g} % of the history, where"
         if not self.made.holds_back:
             part = "all of the history, too short to hold back a part;"
-        at_a_time = f"{counted(self.made.batch, 'order')} at a time (as they are: {now.held_back:.3f})"
+        at_a_time = f"{counted(self.made.batch, 'order')} at a station at a time (as they are: {now.held_back:.3f})"
         yield (
             f"Chosen by {part} {chosen.name} needs {chosen.held_back:.3f} visits per order, {at_a_time}. The runs had "
             "no part in it."
@@ -186,7 +186,7 @@ def show(console: Console, answer: Answer) -> None:
 
     from rmfs_commands.cli.screen import new_table, print_named, say
 
-    made = new_table("Visits per order by the surrogate")
+    made = new_table("Visits per order, quick figure")
     for name in ("Placement", "History", *["Held back"] * answer.made.holds_back):
         made.add_column(name, justify="left" if name == "Placement" else "right")
     for made_one in answer.made.placements:
