@@ -76,6 +76,8 @@ class Answer:
             "no part in it."
         )
         yield self.learned
+        if not self.past.dated:
+            yield "Its times are seconds from a time 0 of its own: that it is earlier than the days is not checked."
         yield from self.made.notes
 
 

@@ -53,6 +53,8 @@ class Past:
         The days after it.
     strange
         SKUs of the history that stand on no pod.
+    dated
+        Whether dates tell that the history is earlier than the days after it.
     """
 
     instance: Instance
@@ -62,6 +64,7 @@ class Past:
     days: int
     later: tuple[Day, ...]
     strange: int
+    dated: bool = True
 
     def skus(self) -> list[Sku]:
         """Return the SKUs on pods with their order lines in the history, most lines first; others after them."""
@@ -100,7 +103,7 @@ def read_past(scenario: Scenario, history: Path | None, until: str | None, most_
     instance = unchecked_instance(evolve(scenario, instance=evolve(section, scale=None)))
     file, calendar = Path(scenario.folder) / section.orders_file, _Clock(section.start)
     read_orders(file, calendar, departures=section.departures)  # for the calendar: the times of its dates
-    names = {order.name for order in instance.orders}
+    names, dated = {order.name for order in instance.orders}, True
     if history is None:
         end = _tick(until or "", calendar)
         early = [order for order in instance.orders if order.arrival_tick < end]
@@ -115,7 +118,7 @@ def read_past(scenario: Scenario, history: Path | None, until: str | None, most_
         past, later = read_orders(history, own), instance.orders
         if not later:
             raise InputError(str(file), "found no order; expected those of the days after the history")
-        _check_apart(history, past, own, names, calendar, later[0].arrival_tick)
+        dated = _check_apart(history, past, own, names, calendar, later[0].arrival_tick)
     zero = calendar.time_of_day() if section.start is not None else 0
     days = _days(later, zero, section.start)
     for problem in (p for day in days for p in instance_problems(evolve(instance, orders=day.orders), scenario)):
@@ -136,6 +139,7 @@ def read_past(scenario: Scenario, history: Path | None, until: str | None, most_
         len({(order.arrival_tick + zero) // DAY for order, _ in past}),
         days[:most_days],
         len({sku for _, lines in past for sku in lines} - ids.keys()),
+        dated,
     )
 
 
@@ -197,13 +201,13 @@ def _check_apart(
     names: Set[str],
     calendar: _Clock,
     first: int,
-) -> None:
-    """Refuse a history that has orders which are judged on, or later ones."""
+) -> bool:
+    """Refuse a history that has orders which are judged on, or later ones; return whether its times tell that."""
     if both := [order.name for order, _ in past if order.name in names]:
         found = f"{counted(len(both), 'order')} of it {'is' if len(both) == 1 else 'are'} run as well"
         raise InputError(str(history), f"{found} ({first_few(both)}); expected other, earlier orders")
     if not (past and own.dated and calendar.dated):
-        return
+        return False
     if own.aware != calendar.aware:
         found = "its times have an offset from UTC and those of the scenario have none"
         found = found if own.aware else "its times have no offset from UTC and those of the scenario have one"
@@ -213,6 +217,7 @@ def _check_apart(
     if last >= begin:
         late = f"its last order arrives {to_seconds(last - begin) / 3600:,.1f} hours after the first that is run"
         raise InputError(str(history), f"{late}; expected earlier orders only")
+    return True
 
 
 def _days(orders: Sequence[OrderData], zero: int, start: str | None) -> tuple[Day, ...]:

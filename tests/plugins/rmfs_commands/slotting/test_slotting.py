@@ -276,6 +276,7 @@ def test_a_history_places_skus_for_later_days(tmp_path: Path, capsys: pytest.Cap
     visits = {row["placement"]: row["mean"] for row in found["compared"] if row["metric"] == "psv_per_order"}
     assert visits[found["chosen"]] < visits["now"]
     assert "SKUs of the history that stand on no pod: 1, left out." in found["told"]
+    assert "that it is earlier than the days is not checked." in " ".join(found["told"])
     assert "SKUs on pods without history: 1 of 7, placed anywhere." in found["told"]
     assert "Run all days with them" in shown
     rows = list(csv.DictReader((tmp_path / "one" / "pods.csv").read_text(encoding="utf-8").splitlines()))
