@@ -1,9 +1,10 @@
-"""The report of a comparison: numbers, tables, plots, terminal and HTML."""
+"""The report of a comparison: numbers, tables, plots, terminal and HTML; `rmfs compare RUN RUN`."""
 
 from __future__ import annotations
 
 import csv
 import io
+import json
 import re
 import shutil
 import subprocess
@@ -18,7 +19,10 @@ from attrs import evolve
 from matplotlib.figure import Figure
 from rich.console import Console
 
+import rmfs_core
+from calling import exit_code, refused
 from cases import cases
+from rmfs_commands.cli.main import main
 from rmfs_commands.experiments import ExperimentResult, RuleSetChoice
 from rmfs_commands.experiments.compare import Interval, Paired, summary
 from rmfs_commands.experiments.report import print_comparison, write_report
@@ -40,6 +44,7 @@ from rmfs_commands.experiments.report.plots import MOST_RULE_SETS, Plot, make_pl
 from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS, grids, summary_csv, write_parquet
 from rmfs_commands.experiments.report.terminal import MOST_ERRORS
 from rmfs_core.results.catalogue import Metric
+from rmfs_core.scenario import load_scenario
 
 MAKESPAN = Metric("makespan_s", "Makespan", "s", 1, "Time of the last order.")
 PLAIN = Metric("picks", "Picks", "", 0, "Items picked.")
@@ -594,3 +599,38 @@ def test_an_observers_metric_is_called_what_it_likes(result, tmp_path, capsys) -
     plots = {path.name for path in (tmp_path / "plots").glob("*.svg")}
     assert plots == {"differences.svg", "metrics.differences.svg", "pile_on.svg"}
     assert len(set(re.findall(r'<img src="([^"]+)"', (tmp_path / "report.html").read_text("utf-8")))) == 3
+
+
+def runs(folder: Path, *overrides: str) -> list[str]:
+    """Make a run, and one with other keys; return their folders."""
+    found = [str(folder / "one"), str(folder / "other")]
+    for out, more in zip(found, ((), overrides), strict=True):
+        rmfs_core.run(load_scenario("examples/small", ["instance.orders=3", *more]), out=out)
+    return found
+
+
+def test_metrics_and_what_differs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folders = runs(tmp_path, "rules.pps=completes", "robots.count=2")
+    assert exit_code("compare", *folders, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["names"] == folders
+    assert found["differs"] == {"rules.pps": ["demand", "completes"], "robots.count": [4, 2]}
+    read = [json.loads((Path(out) / "result.json").read_text(encoding="utf-8"))["metrics"] for out in folders]
+    assert found["metrics"]["turnover_s"] == [one["turnover_s"] for one in read]
+    assert exit_code("compare", *folders) == 0
+    shown = capsys.readouterr().out
+    assert "Both runs have the same orders, pods and stations." in shown
+    assert 'rules.pps: "demand" and "completes"' in shown
+
+
+def test_another_seed_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("compare", *runs(tmp_path, "seed=9")) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "may have other orders, pods or stations, because they differ in seed." in told
+
+
+def test_wrong_calls_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    one = runs(tmp_path)[0]
+    assert "there is no result.json" in refused(capsys, main, ["compare", one, str(tmp_path)])
+    assert "no options but --json and --quiet" in refused(capsys, main, ["compare", one, one, "--quick"])
+    assert "expected an experiment, a file or one of" in refused(capsys, main, ["compare", one, one, one])
