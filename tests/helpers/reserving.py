@@ -1,5 +1,3 @@
-"""Reservations of single cells that end."""
-
 import numpy as np
 
 from rmfs_core.traffic import Occupancy, Reservations

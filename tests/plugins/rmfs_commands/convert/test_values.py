@@ -366,8 +366,6 @@ def test_one_name_has_one_spelling() -> None:
 
 @define
 class Rows:
-    """So many rows were read, and some left out."""
-
     rows: int
     dropped: Tally
 

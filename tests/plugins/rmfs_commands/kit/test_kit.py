@@ -234,7 +234,6 @@ def rule_of(label: str) -> NewRule:
 
 @pytest.fixture(scope="session")
 def place(environment: Callable[..., Any], built: Callable[..., tuple[Path, Path]]) -> Any:
-    """Return an environment with the built wheel of rmfs and one new rule of each kind installed beside it."""
     place = environment(borrowed=False)
     place.call("pip", "install", "--quiet", str(built()[1]), "pytest", "hatchling")
     for label in (*RULES, *KINDS):

@@ -1,5 +1,3 @@
-"""`rmfs decide` and `rmfs explain`."""
-
 import io
 import json
 from collections.abc import Callable
@@ -17,7 +15,6 @@ from rmfs_commands.states import read_recording
 
 @pytest.fixture
 def decide(write: Any, by_hand: Any, capsys: Any) -> Callable[..., tuple[int, str, str]]:
-    """Return a function that asks for a decision: exit code, output, errors."""
 
     def run(*arguments: str, **changes: Any) -> tuple[int, str, str]:
         code = exit_code("decide", str(write(by_hand | changes)), *arguments)

@@ -440,7 +440,6 @@ def test_little_effort_with_few_splits(splits, seeds):
 
 @pytest.mark.parametrize("weight", [0.5, 1.0, 1.5])
 def test_other_weights(small_periods, weight):
-    """Bounds hold where a free slot may be better than a visit."""
     for period in small_periods[::5]:
         for model in Model:
             ended(period, model, 0, brute_force, weight=weight)

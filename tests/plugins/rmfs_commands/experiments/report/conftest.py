@@ -1,5 +1,3 @@
-"""An experiment with made-up figures, to report on."""
-
 from __future__ import annotations
 
 from typing import Any

@@ -602,7 +602,6 @@ def test_an_observers_metric_is_called_what_it_likes(result, tmp_path, capsys) -
 
 
 def runs(folder: Path, *overrides: str) -> list[str]:
-    """Make a run, and one with other keys; return their folders."""
     found = [str(folder / "one"), str(folder / "other")]
     for out, more in zip(found, ((), overrides), strict=True):
         rmfs_core.run(load_scenario("examples/small", ["instance.orders=3", *more]), out=out)
