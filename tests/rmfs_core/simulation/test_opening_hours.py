@@ -403,12 +403,12 @@ def test_wrong_times_are_said(keys: dict[str, Any], sentence: str) -> None:
     assert sentence in said(InputError, scenario_from_dict, table)
 
 
-def test_an_unknown_station_has_no_speed() -> None:
-    with pytest.raises(InputError, match=r"stations.speed.9: no station 9; expected 1 to 2"):
-        rmfs_core.run("examples/small", overrides=["stations.speed={9=2}"])
-
-
-def test_lifts_that_vary_need_robots_without_batteries() -> None:
-    """A battery keeps back enough for the longest task."""
-    with pytest.raises(InputError, match=r"expected a number of seconds as `robots.lift_s`"):
-        rmfs_core.run("examples/charging", overrides=["robots.lift_s={mean=2, cv=1}"])
+@cases(
+    "name override problem",
+    ("small", "stations.speed={9=2}", "stations.speed.9: no station 9; expected 1 to 2"),
+    # a battery keeps back enough for the longest task
+    ("charging", "robots.lift_s={mean=2, cv=1}", "expected a number of seconds as `robots.lift_s`"),
+)
+def test_times_that_no_world_has_are_refused(name: str, override: str, problem: str) -> None:
+    with pytest.raises(InputError, match=problem):
+        rmfs_core.run(f"examples/{name}", overrides=[override])
