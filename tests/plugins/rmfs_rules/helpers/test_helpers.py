@@ -10,12 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cases import cases
-from reserving import hold_until, stay
+from reserving import EVEN, hold_until, stay
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_world
 from rmfs_core import JointDecision, OrderAssignment
 from rmfs_core.decisions import PodTrip
-from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Reservations, roads_on
 from rmfs_core.warehouse import Pod, Station, Warehouse, WarehouseView
 from rmfs_core.world.travel import travel_on
@@ -337,10 +336,6 @@ def test_windows_are_narrowed_to_departures_that_are_free(held, pieces, enter, s
     }
     assert windows == sorted(windows)
     assert all(end < begin for (_, end), (begin, _) in pairwise(windows))
-
-
-EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0)
-"""A second for each cell and each quarter turn."""
 
 
 def test_a_search_is_tried_once_where_nothing_is_reserved() -> None:

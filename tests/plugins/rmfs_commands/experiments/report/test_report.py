@@ -23,7 +23,7 @@ import rmfs_core
 from calling import exit_code, refused
 from cases import cases
 from rmfs_commands.cli.main import main
-from rmfs_commands.experiments import ExperimentResult, RuleSetChoice
+from rmfs_commands.experiments import Axis, AxisPoint, Base, Experiment, ExperimentResult, RuleSetChoice
 from rmfs_commands.experiments.compare import Interval, Paired, summary
 from rmfs_commands.experiments.report import print_comparison, write_report
 from rmfs_commands.experiments.report.files import ONE_COLUMN_CM
@@ -139,12 +139,16 @@ def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
     assert (base["difference"], base["p"]) == ("", "")
 
 
-@pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1", "-1", "@sum(a)", "\t=x", " =x"])
-def test_no_name_is_a_formula(result: ExperimentResult, tmp_path: Path, name: str) -> None:
+def renamed(result: ExperimentResult, name: str) -> tuple[RuleSetChoice, ...]:
     for row in result.rows:
         row["rule_set"] = f"{name}{row['rule_set']}"
         row["instance"] = f"{name}{row['instance']}"
-    rule_sets = tuple(evolve(one, name=f"{name}{one.name}") for one in result.experiment.rule_sets)
+    return tuple(evolve(one, name=f"{name}{one.name}") for one in result.experiment.rule_sets)
+
+
+@pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1", "-1", "@sum(a)", "\t=x", " =x"])
+def test_no_name_is_a_formula(result: ExperimentResult, tmp_path: Path, name: str) -> None:
+    rule_sets = renamed(result, name)
     one = evolve(result, experiment=evolve(result.experiment, baseline=f"{name}base", rule_sets=rule_sets))
     rows = list(csv.DictReader(io.StringIO(summary_csv(one.comparison()), newline="")))
     assert rows[0]["instances"] == f"'{name}orders=50"
@@ -219,10 +223,7 @@ NAMES = (
 
 @pytest.mark.parametrize("name", NAMES)
 def test_names_may_have_any_sign(result: ExperimentResult, name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    for row in result.rows:
-        row["rule_set"] = f"{name}{row['rule_set']}"
-        row["instance"] = f"{name}{row['instance']}"
-    rule_sets = tuple(evolve(one, name=f"{name}{one.name}") for one in result.experiment.rule_sets)
+    rule_sets = renamed(result, name)
     plots = plots_of(result, rule_sets=rule_sets, baseline=f"{name}base", metrics=("pile_on",))
     assert [plot.name for plot in plots] == ["differences", "pile_on"]
     assert [ElementTree.fromstring(plot.svg).tag for plot in plots] == ["{http://www.w3.org/2000/svg}svg"] * 2
@@ -633,3 +634,59 @@ def test_wrong_calls_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "there is no result.json" in refused(capsys, main, ["compare", one, str(tmp_path)])
     assert "no options but --json and --quiet" in refused(capsys, main, ["compare", one, one, "--quick"])
     assert "expected an experiment, a file or one of" in refused(capsys, main, ["compare", one, one, one])
+
+
+@pytest.fixture
+def result() -> ExperimentResult:
+    """Return an experiment of two instances, three rule sets and three seeds, with made-up figures; one run failed."""
+    experiment = Experiment(
+        name="trial",
+        description="Is <more> better?",
+        bases=(Base("small", load_scenario("examples/small")),),
+        axes=(Axis("instance.orders", tuple(AxisPoint(f"orders={n}", n, {"instance.orders": n}) for n in (50, 100))),),
+        rule_sets=tuple(RuleSetChoice(name) for name in ("base", "good", "bad")),
+        seeds=(1, 2, 3),
+        baseline="base",
+        metrics=("pile_on", "picker_utilisation", "split_orders_open_max"),
+    )
+    rows: list[dict[str, Any]] = []
+    for orders in (50, 100):
+        for place, rule_set in enumerate(("base", "good", "bad")):
+            for seed in (1, 2, 3):
+                figures = {
+                    "pile_on": 2.0 + place + seed / 10,
+                    "picker_utilisation": 0.5 + place / 10 + seed / 100,
+                    "split_orders_open_max": place * seed,
+                    "decision_s_first": None,
+                }
+                rows.append(
+                    {
+                        "instance": f"orders={orders}",
+                        "scenario": "small",
+                        "instance.orders": orders,
+                        "rule_set": rule_set,
+                        "seed": seed,
+                        "status": "complete",
+                        "error": None,
+                        "error_kind": None,
+                        **figures,
+                        "key": f"{orders}{place}{seed}",
+                    }
+                )
+    failed = {"status": "failed", "error": FAILURE, "error_kind": "RuleError"}
+    rows[-1] = {name: rows[-1][name] for name in ("instance", "instance.orders", "rule_set", "seed", "key")} | failed
+    return ExperimentResult(experiment, rows, {"rmfs": "0.1.0"}, 18)
+
+
+@pytest.fixture
+def with_front(result: ExperimentResult) -> ExperimentResult:
+    """Return the same with a front of two metrics."""
+    return evolve(result, experiment=evolve(result.experiment, fronts=(("pile_on", "picker_utilisation"),)))
+
+
+@pytest.fixture
+def bounded(result: ExperimentResult) -> ExperimentResult:
+    """Return the same with what no rules can beat in pile-on, as if less of it were better."""
+    for row in result.rows:
+        row["bound.pile_on"] = 1.25
+    return result
