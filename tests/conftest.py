@@ -1,5 +1,3 @@
-"""Fixtures for tests of several packages."""
-
 import os
 import shlex
 import subprocess
@@ -30,7 +28,6 @@ HEADER = "from attrs import define, field, validators\nfrom rmfs_core import hoo
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Name benchmarks that became slower since the last release; none fails for that."""
     for report in terminalreporter.getreports("passed"):
         for name, sentence in report.user_properties:
             if name == "slower":

@@ -1,5 +1,3 @@
-"""Times of benchmarks in releases: the helper that names slower ones."""
-
 import json
 from pathlib import Path
 

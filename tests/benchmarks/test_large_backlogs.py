@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,8 @@ def times_us(benchmark: Any, monkeypatch: pytest.MonkeyPatch, overrides: list[st
     return float(np.sum(least)) / 1e3
 
 
+SKUS = ["instance.skus=1000", "instance.skus_per_pod=12", "robots.count=16", "rules.pp=free-flow"]
+BLOCKS = ["layout.block_rows=30", "layout.block_columns=22"]
 JOINT = ("alternating", "two-stage", "lns")
 """Rules that assign orders and send pods at once."""
 COUNTS = pytest.mark.parametrize("counts", [[], ["stations.order_capacity=6"]], ids=["items", "orders"])
@@ -63,20 +66,14 @@ COUNTS = pytest.mark.parametrize("counts", [[], ["stations.order_capacity=6"]], 
 
 def run_of(benchmark: Any, monkeypatch: pytest.MonkeyPatch, rule: str, counts: list[str]) -> Callable[[int], float]:
     """Return what tells the time of a period in us by the size of a backlog that is refilled."""
-    world = [
-        "instance.skus=1000",
-        "instance.pods=428",
-        "instance.skus_per_pod=12",
-        "robots.count=16",
-        "run.until_s=600",
-    ]
+    world = [*SKUS, "instance.pods=428", "run.until_s=600"]
     joint = rule in JOINT
     rules = [f"rules.poa_pps={rule}"] if joint else [f"rules.poa={rule}", "rules.pps=demand"]
     roles = (Role.POA_PPS,) if joint else (Role.POA, Role.PPS)
 
     def run(backlog: int) -> float:
         orders = [f"instance.orders={backlog + 2000}", f"instance.arrivals.backlog={backlog}"]
-        told = [*world, *rules, "rules.pp=free-flow", *counts, "instance.arrivals.process=refill", *orders]
+        told = [*world, *rules, *counts, "instance.arrivals.process=refill", *orders]
         return times_us(benchmark, monkeypatch, told, roles)
 
     return run
@@ -123,17 +120,8 @@ LARGE = {
 @pytest.mark.parametrize(("role", "rule"), [(role, rule) for role, rules in LARGE.items() for rule in rules])
 def test_a_call_of_a_large_backlog(benchmark: Any, monkeypatch: pytest.MonkeyPatch, role: Role, rule: str) -> None:
     """Bar: ten times the orders, all there at first, take ten times as long at most; untimed, 500 orders do."""
-    world = [
-        "instance.skus=1000",
-        "instance.pods=428",
-        "instance.skus_per_pod=12",
-        "instance.due={allowance_s=400,spread_s=390}",
-        "robots.count=16",
-        "run.until_s=400",
-        "stations.order_capacity=6",
-        "rules.pp=free-flow",
-        *rule.split(),
-    ]
+    due = "instance.due={allowance_s=400,spread_s=390}"
+    world = [*SKUS, "instance.pods=428", due, "run.until_s=400", "stations.order_capacity=6", *rule.split()]
 
     def run(backlog: int) -> float:
         return times_us(benchmark, monkeypatch, [*world, f"instance.orders={backlog}"], (role,))
@@ -153,16 +141,8 @@ MANY_PODS = {
 def test_a_period_of_many_pods(benchmark: Any, monkeypatch: pytest.MonkeyPatch, role: Role, rule: str) -> None:
     """Bar: a call takes at most twice the time; where nothing is timed, 600 pods do."""
     world = [
-        "instance.skus=1000",
-        "instance.skus_per_pod=12",
-        "instance.orders=3000",
-        "instance.arrivals.process=refill",
-        "instance.arrivals.backlog=1000",
-        "layout.block_rows=30",
-        "layout.block_columns=22",
-        "robots.count=16",
-        "run.until_s=300",
-        "rules.pp=free-flow",
+        *(*SKUS, *BLOCKS, "instance.orders=3000", "run.until_s=300"),
+        *("instance.arrivals.process=refill", "instance.arrivals.backlog=1000"),
         *([] if role is Role.POA_PPS else ["rules.poa=pod-match", "rules.pps=demand"]),
         f"rules.{role.value}={rule}",
     ]
@@ -197,20 +177,56 @@ def times_of_new_us(monkeypatch: pytest.MonkeyPatch, overrides: list[str]) -> fl
 def test_a_pod_is_given_a_sku_that_it_never_held(benchmark: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Bar: the next call of ``demand`` takes at most twice the time; where nothing is timed, 600 pods do."""
     world = [
-        "instance.skus=1000",
-        "instance.skus_per_pod=12",
-        "instance.pod_capacity=100",
-        "instance.orders=3000",
+        *(*SKUS, *BLOCKS, "instance.pod_capacity=100", "instance.orders=3000", "run.until_s=600"),
         "instance.arrivals={process='refill',backlog=1000}",
         "instance.replenishment={process='poisson',bundles_per_hour=600,bundle_items=2}",
-        "layout.block_rows=30",
-        "layout.block_columns=22",
-        "robots.count=16",
-        "run.until_s=600",
-        "rules.pp=free-flow",
     ]
 
     def run(pods: int) -> float:
         return times_of_new_us(monkeypatch, [*world, f"instance.pods={pods}"])
 
     hold_to(benchmark, run, 500, 5000, 2, 600)
+
+
+SCENARIO = """
+[instance]
+orders_file = "orders.csv"
+pods_file = "pods.csv"
+[layout]
+block_rows = 3
+block_columns = 2
+stations_east = 1
+[robots]
+count = 2
+[rules]
+poa = "pod-match"
+pps = "demand"
+pr = "nearest"
+ta = "balanced"
+pp = "whca-n"
+[run]
+until_s = 20000
+"""
+PICKS, RUNS = 1_536, 5
+
+
+def test_picks_of_a_line_of_a_million_items(benchmark: Any, tmp_path: Path) -> None:
+    """Bar: at most twice the CPU time of as many picks of a line of 10,000 items: of each the least of five runs."""
+    (tmp_path / "scenario.toml").write_text(SCENARIO)
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,1,500\nq,1,\n")
+
+    def least_s(items: int) -> float:
+        (tmp_path / "orders.csv").write_text(f"order,arrival_s,sku,quantity\n1,0,1,{items}\n")
+        took = []
+        for _ in range(RUNS):
+            begin = time.process_time()
+            result = rmfs_core.run(tmp_path / "scenario.toml")
+            took.append(time.process_time() - begin)
+            assert abs(result.metrics["picks"] - PICKS) < 10
+        return min(took)
+
+    least_s(10_000)  # what is compiled is loaded
+    few = least_s(10_000)
+    many = benchmark.pedantic(least_s, args=(1_000_000,), rounds=1)
+    benchmark.extra_info["quotient"] = many / few
+    assert many <= 2 * few, (few, many)

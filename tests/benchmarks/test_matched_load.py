@@ -42,12 +42,10 @@ class Clock:
 
     @hookimpl
     def run_started(self) -> None:
-        """Start the clock."""
         self.cpu_s = -time.process_time()
 
     @hookimpl
     def run_ended(self) -> None:
-        """Stop it."""
         self.cpu_s += time.process_time()
 
 

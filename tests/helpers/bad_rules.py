@@ -1,5 +1,3 @@
-"""Rules that do wrong, for tests of what the kernel says of them."""
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,5 +1,3 @@
-"""The command line, called in this process, and what a call is refused with."""
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,5 +1,3 @@
-"""A table of cases for a test: one row a case."""
-
 from typing import Any
 
 import pytest

@@ -1,5 +1,3 @@
-"""Policies that choose as shipped rules do, by the features of an environment."""
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,5 +1,3 @@
-"""Texts of errors."""
-
 from collections.abc import Callable
 from typing import Any
 

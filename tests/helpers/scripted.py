@@ -1,5 +1,3 @@
-"""A rule that answers what a test tells it to, in every role of a run, and keeps what it was asked."""
-
 from pathlib import Path
 from typing import Any
 

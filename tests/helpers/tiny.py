@@ -1,5 +1,3 @@
-"""A scenario that is over at once."""
-
 TINY = """
 [instance]
 orders = 6

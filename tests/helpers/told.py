@@ -1,5 +1,3 @@
-"""A run that keeps the events that it has told."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,5 +1,3 @@
-"""Entry points of installed distributions."""
-
 import os
 import sys
 from collections.abc import Callable

@@ -1,5 +1,3 @@
-"""Corruptions of bundles."""
-
 from corruptions.raw import Line, NotThereError, Raw, changed, doubled, dropped, kind, made
 
 ARRIVED, ASSIGNED, BOUND, STORED = "bundle_arrived", "bundle_assigned", "bundle_bound", "bundle_stored"

@@ -1,5 +1,3 @@
-"""Corruptions at packing stations."""
-
 from __future__ import annotations
 
 from corruptions.raw import NotThereError, Raw, changed, doubled, dropped, kind, scenario_says

@@ -47,13 +47,11 @@ class Left:
         return self.now.world.unlimited_stock or wants(order) <= self.supply
 
     def take(self, order: Order, station: Station) -> None:
-        """Take account of a chosen order."""
         self.at[station.id].subtract(wants(order))
         self.supply.subtract(wants(order))
 
 
 def inbound(now: Moment) -> Sent:
-    """Pods that are at or bound for stations."""
     return [(pod, station) for station in now.stations for pod in station.inbound_pods]
 
 
@@ -172,7 +170,6 @@ def cost(now: Moment, chosen: Chosen, sent: Sent, weight: float) -> float:
 
 
 def decision(chosen: Chosen, sent: Sent, costs: float | None = None) -> JointDecision:
-    """Orders and pods as the kernel takes them."""
     if not chosen:
         return JointDecision()
     return JointDecision(
@@ -199,7 +196,6 @@ def improving(now: Moment, rounds: int, weight: float, max_wait_s: float | None)
 def alternating(
     now: Moment, told: Any, *, rounds: int = 10, unused_capacity_weight: float = 2.0, max_wait_s: float | None = None
 ) -> JointDecision:
-    """Orders and pods in turn."""
     costs, chosen, sent = improving(now, rounds, unused_capacity_weight, max_wait_s)
     return decision(chosen, sent, costs)
 

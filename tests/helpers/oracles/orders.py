@@ -17,17 +17,14 @@ OVERSIZE_WAIT_S = 600.0
 
 
 def due(order: Order) -> float:
-    """When an order is due."""
     return math.inf if order.due_s is None else order.due_s
 
 
 def wants(order: Order) -> Counter[int]:
-    """Open items by SKU."""
     return Counter({line.sku: line.quantity for line in order.open_lines})
 
 
 def free_on(pod: Pod) -> Counter[int]:
-    """Free items by SKU."""
     return Counter({sku: pod.free_items(sku) for sku in pod.contents})
 
 
@@ -134,7 +131,6 @@ class Greedy:
         return [order for order in waited[:1] if order == self.waiting()[0] and self.large(order)]
 
     def room(self, station: Station) -> int:
-        """Free capacity of a station."""
         return station.free_capacity
 
     def serve_late(self) -> None:
@@ -319,7 +315,6 @@ def most_covered(now: Moment, told: Any, *, n: int, lines: str = "all") -> list[
 
 
 def held_back(now: Moment, every_s: float, orders: int | None) -> set[int]:
-    """Ids of the orders that waves hold back."""
     last_wave_s = now.now_s // every_s * every_s
     since = [order for order in now.world.arrived.values() if order.arrival_s > last_wave_s]
     released = 0 if orders is None else len(since) // orders * orders
@@ -332,5 +327,4 @@ def waves(now: Moment, told: Any, *, every_s: float = 1800.0, orders: int | None
 
 
 def next_wave(now: Moment, told: Any, *, every_s: float = 1800.0, orders: int | None = None) -> float | None:
-    """When the next wave is, if anything is held back."""
     return (now.now_s // every_s + 1) * every_s if held_back(now, every_s, orders) else None

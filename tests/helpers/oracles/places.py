@@ -271,6 +271,5 @@ def utility_moves(
 
 
 def pause_ends(now: Moment, told: Any, **_: Any) -> float | None:
-    """When the pause is over; None when there is none."""
     until_s: float = now.memory.get("until_s", now.now_s)
     return until_s if until_s > now.now_s else None

@@ -84,13 +84,11 @@ class Literal:
         return float((rule.handle_s * line[2] + self.share[line[1]]) / (left**rule.finish / factor))
 
     def split(self, order: Order) -> bool:
-        """Whether an order is split by now."""
         parts = {at for (other, _, _), at in self.taken if other is order}
         rest = any(other is order for other, _, _ in self.lines)
         return order in self.split_before or len(parts) > 1 or (bool(parts) and rest)
 
     def fits(self, line: Line, station: int) -> bool:
-        """Whether a station can take a line."""
         order, _, items = line
         if self.room_to_split < math.inf:
             new = sum(self.split(other) for other in self.order_lines if other not in self.split_before)
@@ -132,7 +130,6 @@ class Literal:
         return largest
 
     def able(self, station: int) -> list[Pod]:
-        """Pods that may be sent to a station."""
         rule, capacity = self.rule, self.stations[station].capacity
         need, now_s = 0.0, self.warehouse.now_s
         if self.waits and any(self.load):

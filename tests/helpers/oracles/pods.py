@@ -67,7 +67,6 @@ def by_scores(now: Moment, told: Sequence[PodTrip], scores: Iterable[Score | Non
 
 
 def items_of(requests: Iterable[Request]) -> Counter[int]:
-    """Items of requests by SKU."""
     return sum((Counter({request.sku: request.items}) for request in requests), Counter[int]())
 
 

@@ -13,7 +13,6 @@ from rmfs_core.warehouse import Pod, Robot, Station
 
 
 def empty_ticks(now: Moment, robot: Robot, cell: int) -> int:
-    """Driving time of a robot without a pod."""
     return now.world.travel.ticks(robot.cell, robot.heading, cell, False)
 
 
@@ -118,13 +117,11 @@ def resting_place(now: Moment, moves: list[RobotMove]) -> list[int]:
 
 
 def free_cells(now: Moment, moves: list[RobotMove]) -> list[int]:
-    """Cells that a robot may be sent to."""
     taken = {move.cell for move in moves}
     return [cell for cell in now.warehouse.free_rest_cells if cell not in taken]
 
 
 def rest(cost: Callable[[Moment, Robot, int], int]) -> Callable[..., list[RobotMove]]:
-    """Robots beneath pods go where none is."""
 
     def decide(now: Moment, told: Any) -> list[RobotMove]:
         moves: list[RobotMove] = []

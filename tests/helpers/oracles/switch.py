@@ -1,5 +1,3 @@
-"""Literal version of the rule that asks others."""
-
 from collections.abc import Callable
 from typing import Any
 
@@ -20,5 +18,4 @@ def switched(rules: dict[str, Callable[..., Any]]) -> Callable[..., Any]:
 
 
 def next_case(now: Moment, told: Any, *, cases: Any) -> float | None:
-    """When the next case ends by the clock."""
     return min((case.before_s for case in cases if (case.before_s or 0) > now.now_s), default=None)

@@ -205,7 +205,6 @@ class Run:
         return world
 
     def go_on(self, world: Warehouse, phase: int) -> None:
-        """Let time pass and things happen."""
         lots = random.Random(f"{self.seed} phase {phase}")
         world.advance(1000 * (START_S if not phase else lots.choice([int(world.now / 1000), 1100, 1300, 2000])))
         for order in world.orders:
@@ -268,7 +267,6 @@ def one_of(lots: random.Random, things: Iterable[T]) -> list[T]:
 
 
 def assign(world: Warehouse, lots: random.Random, period: int) -> None:
-    """Assign an order, or some of its lines."""
     for order in one_of(lots, world.backlog.orders):
         station, lines = lots.choice(world.picking), order.open_lines
         if lots.random() < 0.5:

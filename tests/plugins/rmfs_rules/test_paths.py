@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import plain_sipp as plain
 from cases import cases
 from crowds import crowd, newcomer, paper_roads, two_way
-from reserving import hold_until, stay
+from reserving import EVEN, hold_until, stay
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_layout, small_world
 from rmfs_core import Path
@@ -45,9 +45,6 @@ from rmfs_rules.sipp.priorities import Node, Search
 from rmfs_rules.sipp.states import Problem, memory_for
 from rmfs_rules.whca import WhcaN
 from rmfs_rules.whca.compiled import search
-
-EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0)
-"""A second for each cell and each quarter turn: all that happens, happens on whole seconds."""
 
 
 def test_the_path_is_the_fastest_for_what_the_robot_carries() -> None:

@@ -1,5 +1,3 @@
-"""Rules that select pods for open requests."""
-
 from typing import Any
 
 from rmfs_commands.testing import small_world

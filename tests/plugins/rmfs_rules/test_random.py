@@ -1,5 +1,3 @@
-"""Rule random, in each of its roles."""
-
 from collections import Counter
 from collections.abc import Callable
 from typing import Any

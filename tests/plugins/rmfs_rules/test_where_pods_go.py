@@ -1,4 +1,4 @@
-"""Rules that choose where pods are stored, and which are moved; test_oracles.py has them on random worlds."""
+"""Rules that choose where pods and bundles are stored, and which pods are moved, by hand; test_oracles.py has more."""
 
 from typing import Any
 
@@ -8,13 +8,23 @@ from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import check_rule, small_instance, small_layout, small_world
 from rmfs_core.motion import Motion
-from rmfs_core.warehouse import Station, Warehouse, WarehouseView
+from rmfs_core.warehouse import Pod, Station, Warehouse, WarehouseView
 from rmfs_core.world import NORTH
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.classes import Cache, Utility
 from rmfs_rules.classes.locations import Locations
 from rmfs_rules.fixed import Fixed
 from rmfs_rules.nearest import Nearest
+from rmfs_rules.replenishment import (
+    Correlated,
+    EmptiestPod,
+    LeastDemand,
+    NearestPodWithRoom,
+    PodFirst,
+    SameSku,
+    SpreadSku,
+    TurnoverPod,
+)
 from standing import put_at_station
 
 
@@ -63,20 +73,6 @@ def test_places_with_empty_pods_are_none() -> None:
     assert not {*Locations.of(WarehouseView(world)).cells.tolist()} & {*locations[1:5]}
 
 
-@cases(
-    "rule wrong",
-    (Cache, {"share": 1.5}),
-    (Cache, {"threshold": -1}),
-    (Utility, {"corridor": 0}),
-    (Utility, {"buffer": -0.1}),
-    (Utility, {"weight_speed": -1}),
-)
-def test_wrong_parameters_are_refused(rule: type[Any], wrong: dict[str, float]) -> None:
-    (name,) = wrong
-    with pytest.raises(ValueError, match=f"'{name}' must be"):
-        rule(**wrong)
-
-
 def test_a_large_cache_conforms() -> None:
     assert check_rule(Cache(share=1.0, threshold=0.1)).findings == ()
 
@@ -92,3 +88,44 @@ def test_it_looks_again_after_a_pause(rule: Utility | Cache) -> None:
     assert rule.wake_at(view) is None
     assert WarehouseView(small_world({}, {"p": ["a"]})) is not view
     assert rule.wake_at(WarehouseView(small_world({}, {"p": ["a"]}))) is None, "another run"
+
+
+def ticks(world: Warehouse, pod: Pod, station: Station) -> int:
+    return int(world.travel.times_to(station.cell, True)[pod.cell].min())
+
+
+@cases(
+    "rule expected",
+    (EmptiestPod(), "D"),  # 9 of 10 free
+    (NearestPodWithRoom(), "A"),
+    (SameSku(), "C"),  # 4 of SKU a
+    (SpreadSku(), "A"),  # none, as D, but A is nearer
+    (Correlated(), "D"),  # has SKU c, which two orders want together with a; b is wanted with it once
+    (LeastDemand(), "A"),  # nobody wants SKU d
+    (TurnoverPod(borders=(0.25, 1.0)), "B"),  # a is the fastest SKU, and B the fastest pod
+    ids=lambda value: type(value).__name__ if not isinstance(value, str) else value,
+)
+def test_by_hand(rule: Any, expected: str) -> None:
+    orders = {"1": {"a": 3, "c": 1}, "2": {"a": 3, "c": 1}, "3": {"a": 1, "b": 2}}
+    pods = {"A": {"d": 3}, "B": {"a": 1, "b": 3}, "C": {"a": 4}, "D": {"c": 1}}
+    world = small_world(orders, pods, bundle_capacity=2, pod_capacity=10)
+    station = world.stations[0]
+    assert min(world.pods, key=lambda pod: ticks(world, pod, station)).name == "A"
+    world.assign_bundle(world.bundle_arrives(1, 2), station)  # SKUs are d, a, b, c
+    (chosen,) = rule.select_replenishment_pods(WarehouseView(world), 1)
+    assert world.pods[chosen.pod].name == expected
+
+
+@cases(
+    "rule wrong problem",
+    (Cache, {"share": 1.5}, "'share' must be"),
+    (Cache, {"threshold": -1}, "'threshold' must be"),
+    (Utility, {"corridor": 0}, "'corridor' must be"),
+    (Utility, {"buffer": -0.1}, "'buffer' must be"),
+    (Utility, {"weight_speed": -1}, "'weight_speed' must be"),
+    (TurnoverPod, {"borders": (0.5, 0.4, 1.0)}, "expected shares above 0 that rise to 1"),
+    (PodFirst, {"pod": "first-come"}, "first-come"),
+)
+def test_wrong_parameters_are_refused(rule: type[Any], wrong: dict[str, Any], problem: str) -> None:
+    with pytest.raises(ValueError, match=problem):
+        rule(**wrong)

@@ -1,27 +1,38 @@
-"""Recorders, rows of tables, and how metrics are shown."""
+"""Recorders, rows of tables, how metrics are shown; and running a scenario through the library and into a folder."""
 
+import gzip
+import hashlib
+import json
 import math
 import re
+import signal
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any, NoReturn
+from xml.etree import ElementTree
 
 import pytest
+from attrs import define, evolve, field
 
 import rmfs_core
 from calling import refused
 from cases import cases
 from rmfs_commands.cli.main import main
+from rmfs_commands.details.loading import load_result
 from rmfs_commands.instances.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
 from rmfs_commands.results.figures import TIMING, by_heading, show
-from rmfs_core import InputError
+from rmfs_core import InputError, OrderAssignment, Result, RuleError, hookimpl, load_scenario
 from rmfs_core.errors import RunError
-from rmfs_core.events import DecisionMade, ItemPicked, OrderAssigned, OrderCompleted, VisitEnded, VisitStarted
+from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderAssigned, OrderCompleted, VisitEnded, VisitStarted
 from rmfs_core.info import RunInfo
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.recorders import load_recorder
 from rmfs_core.roles import Role
+from rmfs_core.scenario.model import RunSection
+from rmfs_core.warehouse import WarehouseView
 from saying import said
 
 Install = Callable[..., None]
@@ -285,3 +296,486 @@ def test_measures_that_cannot_be_read_are_one_sentence() -> None:
     expected = r"class Watching: expected `measures` to be .*, found LookupError\('none'\)"
     with pytest.raises(InputError, match=expected):
         described_by([Watching()])
+
+
+def test_results_replace_neither_the_input_nor_what_is_no_result(tmp_path: Path) -> None:
+    main(["generate", "examples/small", "--out", str(tmp_path / "data")])
+    before = (tmp_path / "data" / "orders.csv").read_bytes()
+    with pytest.raises(rmfs_core.InputError, match=r"results would replace `instance\.orders_file`, orders\.csv"):
+        rmfs_core.run(tmp_path / "data" / "scenario.toml", out=tmp_path / "data")
+    assert (tmp_path / "data" / "orders.csv").read_bytes() == before
+    (tmp_path / "orders.csv").write_text("mine", encoding="utf-8")
+    with pytest.raises(rmfs_core.InputError, match=r"found a file orders\.csv that no run of rmfs has written"):
+        rmfs_core.run("examples/small", out=tmp_path)
+    assert (tmp_path / "orders.csv").read_text(encoding="utf-8") == "mine"
+    for seed in (1, 2):
+        rmfs_core.run("examples/small", seed=seed, out=tmp_path / "new")
+
+
+def test_a_run_that_is_refused_leaves_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "old").mkdir()
+    for folder in ("new", "old"):
+        with pytest.raises(rmfs_core.InputError, match="robots"):
+            rmfs_core.run("examples/small", overrides=["robots.count=1000"], out=tmp_path / folder)
+    assert [path.name for path in tmp_path.iterdir()] == ["old"]
+
+
+def test_a_pod_more_than_needed_is_no_error(tmp_path: Path) -> None:
+    (tmp_path / "rule.py").write_text(
+        "from attrs import define\nfrom rmfs_core import PodTrip, hookimpl\n\n@define\nclass Two:\n"
+        "    @hookimpl\n    def select_pods(self, warehouse, max_fetches):\n"
+        "        trips, used = [], set()\n"
+        "        for station in warehouse.stations:\n"
+        "            wanted = {request.sku for request in station.uncovered_requests}\n"
+        "            fits = [pod for pod in warehouse.free_pods if wanted & set(pod.contents) and pod.id not in used]\n"
+        "            for pod in fits[:2][: max_fetches - len(trips)]:\n"
+        "                used.add(pod.id)\n                trips.append(PodTrip(pod.id, station.id))\n"
+        "        return trips\n",
+        encoding="utf-8",
+    )
+    (tmp_path / "s.toml").write_text(
+        '[instance]\norders = 30\n[rules]\npoa = "pod-match"\npps = "./rule.py:Two"\n', encoding="utf-8"
+    )
+    assert rmfs_core.run(tmp_path / "s.toml").metrics["orders_completed"] == 30
+
+
+def test_how_metrics_are_shown_is_checked_before_the_run() -> None:
+    class Watching:
+        measures = ("legs",)
+
+        @rmfs_core.hookimpl
+        def run_started(self) -> None:
+            raise AssertionError
+
+    with pytest.raises(rmfs_core.InputError, match=r"class Watching: expected `measures` to be a tuple of .*Metric"):
+        rmfs_core.run("examples/small", observers=[Watching()])
+
+
+class Observing:
+    """Observer that does something in one of its hooks, and has something else to tell."""
+
+    def __init__(self, hook: str, act: Callable[[], object]) -> None:
+        self.hook, self.act = hook, act
+        self.ended = False
+
+    @rmfs_core.hookimpl
+    def run_ended(self) -> None:
+        self.ended = True
+        if self.hook == "run_ended":
+            self.act()
+
+    @rmfs_core.hookimpl
+    def measured(self) -> object:
+        return self.act() if self.hook == "measured" else {f"by_{self.hook}": 1}
+
+
+def interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+class Pressing:
+    """Observer that presses Ctrl-C at an event, the fiftieth or some other, and counts the events that it hears."""
+
+    def __init__(self, times: int, at: int = 50) -> None:
+        self.times, self.heard, self.at = times, [0, 0], at
+
+    @rmfs_core.hookimpl
+    def on_event(self, event: Event) -> None:
+        self.heard[0] += 1
+        if self.heard[0] == self.at:
+            for _ in range(self.times):
+                signal.raise_signal(signal.SIGINT)
+        self.heard[1] += 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no POSIX signals")
+@pytest.mark.parametrize(("times", "heard"), [(1, 0), (2, 1)])
+def test_a_run_is_interrupted_between_events(times: int, heard: int) -> None:
+    """So that nobody has heard half of one; at the second Ctrl-C at once. Afterwards all is as before."""
+    observer = Pressing(times)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # tests in the background ignore it
+    try:
+        result = rmfs_core.run("examples/small", observers=[observer])
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert (result.interrupted, result.status) == (True, "partial")
+    assert observer.heard[0] - observer.heard[1] == heard
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no POSIX signals")
+def test_a_run_whose_last_event_is_interrupted_is_complete() -> None:
+    counting = Pressing(0)
+    rmfs_core.run("examples/small", observers=[counting])
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        result = rmfs_core.run("examples/small", observers=[Pressing(1, at=counting.heard[0])])
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert (result.interrupted, result.status) == (False, "complete")
+
+
+def interrupt_compiled() -> None:
+    raise SystemError("<function> returned a result with an exception set") from KeyboardInterrupt()
+
+
+@define
+class InCompiledCode:
+    """POA rule that is interrupted there when it is asked for the third time."""
+
+    calls: int = 0
+
+    @rmfs_core.hookimpl
+    def assign_orders(self, warehouse: WarehouseView) -> list[OrderAssignment]:
+        self.calls += 1
+        if self.calls == 3:
+            interrupt_compiled()
+        return [OrderAssignment(warehouse.backlog[0].id, warehouse.stations[0].id)]
+
+
+def test_an_interrupt_within_compiled_code_is_one(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/small", out=tmp_path, rules={"poa": InCompiledCode()})
+    assert (result.interrupted, result.status, result.error) == (True, "partial", None)
+    assert load_result(tmp_path).metrics["orders_total"] > 2
+    observers = [Observing("measured", interrupt_compiled)]
+    result = rmfs_core.run("examples/small", overrides=["instance.orders=3"], observers=observers)
+    assert (result.interrupted, result.status, result.error) == (True, "partial", None)
+
+
+@pytest.mark.parametrize("hook", ["run_ended", "measured"])
+def test_an_interrupt_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Path) -> None:
+    other, interrupted = Observing("nothing", interrupt), Observing(hook, interrupt)
+    few = ["instance.orders=3"]
+    result = rmfs_core.run("examples/small", overrides=few, out=tmp_path, observers=[other, interrupted])
+    assert (result.interrupted, result.status, other.ended) == (True, "partial", True)
+    saved = load_result(tmp_path)
+    assert (saved.metrics["orders_completed"], saved.metrics["by_nothing"]) == (3, 1)
+
+
+@pytest.mark.parametrize("hook", ["run_ended", "measured"])
+def test_an_observer_that_leaves_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Path) -> None:
+    with pytest.raises(SystemExit):
+        rmfs_core.run("examples/small", out=tmp_path, observers=[Observing(hook, lambda: sys.exit(3))])
+    assert load_result(tmp_path).error == "SystemExit: 3"
+
+
+class Unreadable(dict[str, int]):
+    def items(self) -> NoReturn:
+        raise LookupError("not yet")
+
+
+class Speechless(Exception):  # noqa: N818
+    def __str__(self) -> str:
+        raise ValueError
+
+
+def speechless() -> None:
+    raise Speechless
+
+
+def two_lines() -> None:
+    raise LookupError("one\ntwo")
+
+
+@cases(
+    "act problem",
+    (lambda: Unreadable(a=1), r"measured, at .* s: returned Unreadable \{'a': 1\}, which raised LookupError: not yet"),
+    (lambda: [1], r"measured, at .* s: returned list \[1\]; expected numbers by name"),
+    (lambda: {"a\n": 1}, r"named a metric 'a\\n'; expected letters"),
+    (speechless, "^Speechless$"),
+    (two_lines, "^LookupError: one two$"),
+)
+def test_what_cannot_be_measured_is_one_sentence(act: Callable[[], object], problem: str, tmp_path: Path) -> None:
+    with pytest.raises((rmfs_core.RuleError, LookupError, Speechless)):
+        rmfs_core.run("examples/small", out=tmp_path, observers=[Observing("measured", act)])
+    saved = load_result(tmp_path)
+    assert saved.metrics["picks"] > 0
+    assert re.search(problem, str(saved.error))
+    assert "\n" not in str(saved.error)
+
+
+@define
+class Oldest:
+    """A rule that gives the oldest order that fits to the first station with room for it, and counts its decisions."""
+
+    skip: int = 0
+    decided: int = field(init=False, default=0)
+
+    @rmfs_core.hookimpl
+    def assign_orders(self, warehouse: WarehouseView) -> list[OrderAssignment]:
+        self.decided += 1
+        for order in warehouse.backlog[self.skip :] or warehouse.backlog:
+            for station in warehouse.stations:
+                if warehouse.fits(order, station):
+                    return [OrderAssignment(order.id, station.id)]
+        return []
+
+
+def test_a_rule_may_be_an_object(tmp_path: Path) -> None:
+    rule = Oldest(skip=2)
+    result = rmfs_core.run("examples/small", rules={"poa": rule}, out=tmp_path, record=["trace"])
+    assert rule.decided == result.hook_calls["assign_orders"] > 0
+    told = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))
+    assert told["scenario"]["rules"]["poa"] == {"rule": "Oldest", "skip": 2}
+    assert told["scenario"]["rules"]["pps"] == "demand"
+    assert told["versions"]["Oldest"] == f"object of {__name__}"
+    assert {row["rule"] for row in result.periods} == {"Oldest", "demand"}
+    with gzip.open(tmp_path / "trace.jsonl.gz", "rt", encoding="utf-8") as stream:
+        assert json.loads(stream.readline())["scenario"]["rules"]["poa"] == {"rule": "Oldest", "skip": 2}
+    main(["validate", str(tmp_path)])
+
+
+def test_objects_of_installed_rules(tmp_path: Path) -> None:
+    rule = import_module("rmfs_rules.random").Random()
+    rmfs_core.run("examples/small", rules={"poa": rule}, out=tmp_path / "object", record=["trace"])
+    rmfs_core.run("examples/small", overrides=["rules.poa=random"], out=tmp_path / "name", record=["trace"])
+    for file in ("orders.csv", "visits.csv", "trace.jsonl.gz"):
+        assert (tmp_path / "object" / file).read_bytes() == (tmp_path / "name" / file).read_bytes()
+    again = rmfs_core.run(load_result(tmp_path / "object").scenario)
+    assert again.metrics == load_result(tmp_path / "name").metrics
+    with pytest.raises(rmfs_core.InputError, match=r'^argument rules\.pps: rule "Oldest" .* does not decide PPS'):
+        rmfs_core.run("examples/small", rules={"pps": Oldest()})
+    with pytest.raises(rmfs_core.InputError, match=r"^argument rules: expected `poa` and `pps`.* found `poa` alone$"):
+        rmfs_core.run("examples/small", overrides=["rules.poa_pps=pod-index"], rules={"poa": Oldest()})
+    with pytest.raises(rmfs_core.RuleError, match=r'^rule "Oldest" \(.* object\), assign_orders, at 0\.000 s: raised '):
+        rmfs_core.run("examples/small", rules={"poa": Oldest("many")})
+
+
+def test_a_run_without_a_complete_order_says_why(tmp_path: Path) -> None:
+    result = rmfs_core.run("grocery-day", overrides=["run.until_s=3600"], out=tmp_path)
+    (note,) = result.notes
+    assert note == "No order is complete at 3600.000 s: the first one arrives at 22434.600 s."
+    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["notes"] == [note]
+    assert load_result(tmp_path).notes == [note]
+    assert note in result._repr_html_()
+    done = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
+    assert (done.notes, "notes" in done.to_dict()) == ([], False)
+
+
+READING = """
+from pathlib import Path
+from attrs import define
+from rmfs_core import hookimpl
+@define
+class Reading:
+    file: Path
+    more: Path | None = None
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        free = sorted(warehouse.free_storage_locations)
+        return free[int(self.file.read_text()) % len(free)]
+"""
+
+
+def test_files_of_parameters_stand_in_the_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    rules = '[rules]\npoa = "pod-match"\npps = "demand"\npp = "free-flow"\n'
+    text = f'[instance]\norders = 5\n{rules}pr = {{ rule = "./r.py:Reading", file = "w.txt" }}\n'
+    (folder / "s.toml").write_text(text, encoding="utf-8")
+    (folder / "r.py").write_text(READING, encoding="utf-8")
+    (folder / "w.txt").write_text("0", encoding="utf-8")
+    (tmp_path / "w.txt").write_text("40", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    digests = [f"sha256:{hashlib.sha256(content).hexdigest()}" for content in (b"0", b"40")]
+    plain = rmfs_core.run("folder/s.toml", out="out")
+    assert json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))["versions"]["w.txt"] == digests[0]
+    given = rmfs_core.run("folder/s.toml", overrides=["rules.pr.file=w.txt", "rules.pr.more=folder/w.txt"])
+    outside = str(tmp_path / "w.txt")
+    assert (given.versions[outside], given.versions["w.txt"]) == (digests[1], digests[0])
+    assert given.scenario.rules.pr.parameters == {"file": outside, "more": "w.txt"}
+    assert given.metrics["distance_m"] != plain.metrics["distance_m"]
+    monkeypatch.syspath_prepend(folder)
+    rule = import_module("r").Reading(Path("w.txt"))
+    told = rmfs_core.run("folder/s.toml", rules={"pr": rule})
+    assert (told.versions[outside], told.metrics) == (digests[1], given.metrics)
+    (folder / "w.txt").unlink()
+    problem = said(rmfs_core.InputError, rmfs_core.run, "folder/s.toml", out="new")
+    assert problem == "folder/s.toml, line 7, rules.pr.file: there is no file folder/w.txt"
+    assert not (tmp_path / "new").exists()
+
+
+SCENARIO = """
+seed = 5
+instance = { orders = 10, skus = 10, pods = 8, skus_per_pod = 3 }
+layout = { block_rows = 3, block_columns = 2, stations_east = 1 }
+robots = { count = 3 }
+rules = { poa = "pod-match", pps = "demand" }
+"""
+FAILING_RULE = """
+import attrs
+from rmfs_core import Path, hookimpl
+@attrs.define
+class Failing:
+    @hookimpl
+    def plan_path(self, warehouse, robot, goal):
+        if any(order.unpicked_items < order.items for order in warehouse.orders):
+            raise ValueError("out of ideas")
+        return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, robot.pod is not None))
+"""
+FILES = {f"{name}.csv" for name in ("orders", "visits", "periods", "hours", "stations", "robots", "delays")}
+FILES |= {"result.json"}
+
+
+class Interrupting:
+    """Observer that acts as if a person pressed Ctrl-C after some events."""
+
+    def __init__(self, after: int) -> None:
+        self.left = after
+        self.ended: list[tuple[int, str]] = []
+
+    @hookimpl
+    def on_event(self) -> None:
+        self.left -= 1
+        if self.left == 0:
+            raise KeyboardInterrupt
+
+    @hookimpl
+    def run_ended(self, tick: int, status: str) -> None:
+        self.ended.append((tick, status))
+
+
+@pytest.fixture
+def scenario_file(tmp_path: Path) -> Path:
+    (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
+    path = tmp_path / "small.toml"
+    path.write_text(SCENARIO, encoding="utf-8")
+    return path
+
+
+def same(one: Result, other: Result) -> bool:
+    def untimed(result: Result) -> dict[str, Any]:
+        content = result.to_dict()
+        del content["timing"]
+        periods = [{key: value for key, value in row.items() if key != "seconds"} for row in result.periods]
+        return content | {"orders": result.orders, "visits": result.visits, "periods": periods}
+
+    return untimed(one) == untimed(other)
+
+
+def test_a_complete_run(scenario_file: Path) -> None:
+    result = rmfs_core.run(scenario_file)
+    assert (result.status, result.seed, result.error) == ("complete", 5, None)
+    assert result.metrics["orders_completed"] == len(result.orders) == 10
+    assert result.metrics["picks"] == sum(row["picks"] for row in result.visits)
+    assert result.metrics["pod_station_visits"] == len(result.visits)
+    assert result.metrics["makespan_s"] == max(row["completed_s"] for row in result.orders)
+    assert result.metrics["simulated_s"] == result.metrics["makespan_s"]
+    assert result.timing["wall_s"] > 0
+    assert result.timing["hook_s"].keys() >= {"assign_orders", "select_pods"}
+    assert {"rmfs", "python", "numpy"} <= result.versions.keys()
+
+
+def test_saved_and_loaded(scenario_file: Path, tmp_path: Path) -> None:
+    result = rmfs_core.run(scenario_file, out=tmp_path / "out")
+    loaded = load_result(tmp_path / "out")
+    assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
+    assert loaded.to_dict() == result.to_dict()
+    assert (loaded.orders, loaded.visits, loaded.periods) == (result.orders, result.visits, result.periods)
+    assert loaded.scenario == result.scenario
+    assert json.loads((tmp_path / "out" / "result.json").read_text())["scenario"]["stations"]["item_capacity"] == 15
+
+
+def test_files_of_an_earlier_run_are_replaced(scenario_file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    rmfs_core.run(scenario_file, out=out, record=["trace"])
+    (out / "notes.txt").write_text("mine")
+    rmfs_core.run(scenario_file, out=out, seed=9)
+    assert {path.name for path in out.iterdir()} == FILES | {"notes.txt"}
+    assert load_result(out).seed == 9
+
+
+def test_seed_overrides_and_limit_count(scenario_file: Path) -> None:
+    first = rmfs_core.run(scenario_file, seed=3)
+    assert same(first, rmfs_core.run(load_scenario(scenario_file), seed=3))
+    assert not same(first, rmfs_core.run(scenario_file, seed=4))
+    assert rmfs_core.run(scenario_file, overrides=["instance.orders=4"]).metrics["orders_total"] == 4
+    with pytest.raises(InputError, match="expected a scenario file"):
+        rmfs_core.run(load_scenario(scenario_file), overrides=["seed=2"])
+    scenario = evolve(load_scenario(scenario_file), run=RunSection(until_s=60.0))
+    result = rmfs_core.run(scenario)
+    assert (result.status, result.interrupted) == ("horizon", False)
+    assert (result.metrics["makespan_s"], result.metrics["simulated_s"]) == (None, 60.0)
+    assert result.metrics["orders_completed"] < 10
+    with pytest.raises(InputError, match="folder"):
+        rmfs_core.run(scenario_file, record=["trace"])
+
+
+def test_no_orders_at_all(scenario_file: Path, tmp_path: Path) -> None:
+    result = rmfs_core.run(scenario_file, overrides=["instance.orders=0"], out=tmp_path / "out")
+    assert result.status == "complete"
+    assert result.metrics["turnover_s"] is None
+    assert load_result(tmp_path / "out").orders == []
+
+
+def test_an_interrupted_run_keeps_what_was_measured(scenario_file: Path, tmp_path: Path) -> None:
+    observer = Interrupting(after=60)
+    result = rmfs_core.run(scenario_file, observers=[observer], out=tmp_path / "out", record=["trace"])
+    assert (result.status, result.interrupted) == ("partial", True)
+    assert observer.ended == [(round(result.metrics["simulated_s"] * 1000), "partial")]
+    assert load_result(tmp_path / "out").status == "partial"
+    assert (tmp_path / "out" / "trace.jsonl.gz").exists()
+
+
+def test_a_failed_run_keeps_what_was_measured(scenario_file, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(scenario_file.parent)
+    with pytest.raises(RuleError, match="out of ideas") as caught:
+        rmfs_core.run(scenario_file, overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
+    result = caught.value.result
+    assert result.status == "failed"
+    assert result.metrics["picks"] > 0
+    saved = load_result(tmp_path / "out")
+    assert saved.to_dict() == result.to_dict()
+    assert saved.error == str(caught.value)
+
+
+def test_a_rule_from_the_current_folder_can_be_found_again(scenario_file, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(scenario_file.parent)
+    failing = f"{scenario_file.parent}/failing.py"
+    with pytest.raises(RuleError, match="out of ideas"):
+        rmfs_core.run("examples/small", overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
+    saved = load_result(tmp_path / "out")
+    assert saved.scenario.rules.pp.rule == f"{failing}:Failing"
+    assert saved.versions[failing].startswith("sha256:")
+    monkeypatch.chdir(tmp_path / "out")
+    with pytest.raises(RuleError, match="out of ideas") as caught:
+        rmfs_core.run(saved.scenario)
+    assert caught.value.result.versions == saved.versions
+    with pytest.raises(InputError, match="--no-inline-rules refuses"):
+        rmfs_core.run(saved.scenario, allow_inline_rules=False)
+
+
+def shown_in_a_notebook(result: Result) -> list[str]:
+    return [text.strip() for text in ElementTree.fromstring(result._repr_html_()).itertext()]
+
+
+def test_a_notebook_shows_status_and_metrics() -> None:
+    class Counting:
+        measures = (Metric("legs", "Legs", "m", 1, group="Drives"), Metric("hidden", group=None))
+
+        @hookimpl
+        def measured(self) -> dict[str, float]:
+            return {"legs": 2.25, "hidden": 7.0}
+
+    result = rmfs_core.run("examples/small", observers=[Counting()])
+    shown = shown_in_a_notebook(result)
+    assert shown[:2] == ["complete", ", seed 1"]
+    assert shown[2:5] == ["Orders", "Orders completed", "50"]
+    at = shown.index("Picker utilisation")
+    assert shown[at + 1 : at + 3] == ["78.8", "%"]
+    assert shown[shown.index("Drives") :] == ["Drives", "Legs", "2.2", "m"]
+    assert "hidden" not in shown
+
+
+def test_a_notebook_takes_no_text_of_a_file_for_html(tmp_path: Path) -> None:
+    rmfs_core.run("examples/small", out=tmp_path)
+    file = tmp_path / "result.json"
+    told = json.loads(file.read_text(encoding="utf-8"))
+    evil = "<script>alert(1)</script>"
+    told |= {"status": evil, "error": evil, "seed": evil}
+    told["metrics"] |= {evil: 1, "picks": evil, "makespan_s": None}
+    file.write_text(json.dumps(told), encoding="utf-8")
+    shown = load_result(tmp_path)._repr_html_()
+    assert "<script" not in shown
+    assert shown.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 5
+    ElementTree.fromstring(shown)

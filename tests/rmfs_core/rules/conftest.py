@@ -1,5 +1,3 @@
-"""Rule sets that are refused."""
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,7 +11,6 @@ from saying import said
 
 @pytest.fixture
 def refusal() -> Callable[..., str]:
-    """Return the function that returns why a rule set is refused: the sequential rules, some replaced."""
 
     def refused(folder: str | Path = ".", **choices: RuleChoice | None) -> str:
         rules = RulesSection(**({"poa": RuleChoice("pod-match"), "pps": RuleChoice("demand")} | choices))

@@ -1,5 +1,3 @@
-"""A tiny run that tests can change."""
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -27,7 +25,6 @@ SEQUENTIAL = {"poa": "pod-match", "pps": "demand", "pr": "nearest", "ta": "neare
 
 @pytest.fixture
 def tiny_run(tmp_path: Path) -> Callable[..., ToldRun]:
-    """Return a function that prepares a run of an instance with the sequential rules, or others."""
 
     def prepare(
         instance: Instance,

@@ -1,5 +1,3 @@
-"""`rmfs cite`: sources of rules as BibTeX."""
-
 import json
 import re
 from email.message import Message
@@ -150,8 +148,6 @@ def test_rules_of_scenarios_and_runs(tmp_path: Path) -> None:
 def test_a_run_whose_rule_was_an_object(tmp_path: Path) -> None:
     @define
     class Own:
-        """Keeps robots where they are."""
-
         @hookimpl
         def idle_robots(self) -> list[object]:
             return []

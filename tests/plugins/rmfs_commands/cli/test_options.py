@@ -1,5 +1,3 @@
-"""Options that several commands have in common, and what the shell completes."""
-
 from __future__ import annotations
 
 import os

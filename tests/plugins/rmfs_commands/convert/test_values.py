@@ -174,27 +174,28 @@ def test_a_time_is_read(text: str, pattern: str | None, kind: str, tick: int, ah
     assert reader_of(pattern, None)(text) == (kind, Moment(tick, ahead))
 
 
+STANDS_FOR_NONE = r"^a time that stands for none \(before 1971 or after 2099\)$"
+
+
 @cases(
-    "text pattern",
-    *((text, None) for text in ("yesterday", "", "-5", "2024-02-30", "1609112200000x", "06:10", "12,5")),
-    ("1709251200", "%S"),
-    ("2024301", "%Y%m%d"),  # a month of one digit
-    ("20240301 11000", "%Y%m%d %H%M%S"),  # 01:10:00 or 11:00:00
-    ("2024-03-01", "unix"),
-    ("20240230", "%Y%m%d"),
+    "text pattern zone error problem",
+    *(
+        (text, None, None, ValueError, "^")
+        for text in ("yesterday", "", "-5", "2024-02-30", "1609112200000x", "06:10", "12,5")
+    ),
+    ("1709251200", "%S", None, ValueError, "^"),
+    ("2024301", "%Y%m%d", None, ValueError, "^"),  # a month of one digit
+    ("20240301 11000", "%Y%m%d %H%M%S", None, ValueError, "^"),  # 01:10:00 or 11:00:00
+    ("2024-03-01", "unix", None, ValueError, "^"),
+    ("20240230", "%Y%m%d", None, ValueError, "^"),
+    *((text, None, None, UnusableError, STANDS_FOR_NONE) for text in ("1900-01-01T06:00", "9999-12-31")),
+    *(("0", pattern, None, UnusableError, STANDS_FOR_NONE) for pattern in ("unix", "spreadsheet")),
+    ("99991231", "%Y%m%d", None, UnusableError, STANDS_FOR_NONE),
+    ("2024-03-31T02:30", None, BERLIN, UnusableError, "a time that the clock skips"),
 )
-def test_what_is_no_time_is_refused(text: str, pattern: str | None) -> None:
-    with pytest.raises(ValueError, match=r"^"):
-        reader_of(pattern, None)(text)
-
-
-@pytest.mark.parametrize(
-    ("text", "pattern"),
-    [("1900-01-01T06:00", None), ("9999-12-31", None), ("0", "unix"), ("0", "spreadsheet"), ("99991231", "%Y%m%d")],
-)
-def test_what_stands_for_no_time_is_refused(text: str, pattern: str | None) -> None:
-    with pytest.raises(UnusableError, match=r"^a time that stands for none \(before 1971 or after 2099\)$"):
-        reader_of(pattern, None)(text)
+def test_what_is_no_time_is_refused(text, pattern, zone, error, problem) -> None:
+    with pytest.raises(error, match=problem):
+        reader_of(pattern, zone)(text)
 
 
 @cases(
@@ -210,11 +211,6 @@ def test_what_stands_for_no_time_is_refused(text: str, pattern: str | None) -> N
 def test_a_zone_knows_the_days_of_the_clock_change(text: str, hours: float, ahead: int) -> None:
     kind, moment = reader_of(None, BERLIN)(text)
     assert (kind, moment) == (ABSOLUTE, Moment(1_711_843_200_000 + int(hours * HOUR), ahead * HOUR))
-
-
-def test_an_hour_that_is_skipped_is_no_time() -> None:
-    with pytest.raises(UnusableError, match="a time that the clock skips"):
-        reader_of(None, BERLIN)("2024-03-31T02:30")
 
 
 @cases(
@@ -366,8 +362,6 @@ def test_one_name_has_one_spelling() -> None:
 
 @define
 class Rows:
-    """So many rows were read, and some left out."""
-
     rows: int
     dropped: Tally
 

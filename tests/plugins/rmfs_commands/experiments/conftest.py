@@ -1,5 +1,3 @@
-"""A tiny scenario, and experiment files written for one test."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -80,7 +78,6 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def experiment(folder: Path) -> Write:
-    """Return the function that writes an experiment file beside the tiny scenario and reads it."""
 
     def write(text: str = TWO_RULES, name: str = "experiment.toml") -> Experiment:
         (folder / name).write_text(text, encoding="utf-8")

@@ -713,7 +713,6 @@ class Policy(PolicyRule):
 
 @pytest.fixture
 def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Ten orders, and a policy beside the scenario, in the current folder."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "policy.py").write_text(POLICY)
     file = tmp_path / "scenario.toml"

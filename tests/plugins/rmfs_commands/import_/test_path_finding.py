@@ -1,7 +1,7 @@
 """Instances of path finding: grids as text maps, and a trip for each robot."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -67,35 +67,53 @@ def test_every_sign_becomes_the_one_of_its_table(tmp_path_factory: pytest.TempPa
 
 
 @cases(
-    "text message",
-    (KIVA.replace("3,6", "3;6"), ", line 1: expected rows and columns such as `33,46`, 1,000,000 cells at most, found"),
-    (KIVA.replace("3,6", "9999,9999"), ", line 1: expected rows and columns"),
-    (KIVA.replace("3,6", "1,900000"), ", line 1: found a map of 1 x 900,000 cells; expected at most 5,000 in a row or"),
-    (KIVA.replace("3,6", "4,6"), ": found 3 rows of the map; expected 4, as its first line says"),
-    (KIVA.replace("ree.r@", "ree.r"), ", line 6: found 5 cells; expected 6, as the first line says"),
-    (KIVA.replace("ree.r@", "xee.r@"), ", line 6: unknown sign 'x'; expected one of . e r @"),
-    ("", ", line 1: expected rows and columns"),
-)
-def test_wrong_maps_of_rhcr_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    assert refusal(lambda: read_kiva(file(tmp_path, text), Notes())).startswith(f"{tmp_path}/x.map{message}")
-
-
-@cases(
-    "text message",
-    ("Grid size\n2,2\n", ", line 1: expected the lines `Grid size (x, y)`, the size, and names of columns"),
-    (WEIGHTED.replace("id,", "number,"), ", line 3: expected the columns id,type,station,x,y,weight_to_NORTH"),
-    (WEIGHTED.replace("2,2\n", "3,2\n"), ": found 4 cells; expected 6, as line 2 says"),
-    (WEIGHTED.replace("None,1,1", "None,1,0"), ", line 7: found the cell x 1, y 0; expected each of 2 x 2 cells once"),
-    (WEIGHTED.replace("None,1,1", "None,5,1"), ", line 7: found the cell x 5, y 1; expected each of 2 x 2 cells once"),
-    (WEIGHTED.replace("None,1,1", "None,one,1"), ", line 7: expected a whole number, found 'one'"),
+    "reader text message",
     (
+        read_kiva,
+        KIVA.replace("3,6", "3;6"),
+        ", line 1: expected rows and columns such as `33,46`, 1,000,000 cells at most, found",
+    ),
+    (read_kiva, KIVA.replace("3,6", "9999,9999"), ", line 1: expected rows and columns"),
+    (
+        read_kiva,
+        KIVA.replace("3,6", "1,900000"),
+        ", line 1: found a map of 1 x 900,000 cells; expected at most 5,000 in a row or",
+    ),
+    (read_kiva, KIVA.replace("3,6", "4,6"), ": found 3 rows of the map; expected 4, as its first line says"),
+    (read_kiva, KIVA.replace("ree.r@", "ree.r"), ", line 6: found 5 cells; expected 6, as the first line says"),
+    (read_kiva, KIVA.replace("ree.r@", "xee.r@"), ", line 6: unknown sign 'x'; expected one of . e r @"),
+    (read_kiva, "", ", line 1: expected rows and columns"),
+    (
+        read_weighted,
+        "Grid size\n2,2\n",
+        ", line 1: expected the lines `Grid size (x, y)`, the size, and names of columns",
+    ),
+    (
+        read_weighted,
+        WEIGHTED.replace("id,", "number,"),
+        ", line 3: expected the columns id,type,station,x,y,weight_to_NORTH",
+    ),
+    (read_weighted, WEIGHTED.replace("2,2\n", "3,2\n"), ": found 4 cells; expected 6, as line 2 says"),
+    (
+        read_weighted,
+        WEIGHTED.replace("None,1,1", "None,1,0"),
+        ", line 7: found the cell x 1, y 0; expected each of 2 x 2 cells once",
+    ),
+    (
+        read_weighted,
+        WEIGHTED.replace("None,1,1", "None,5,1"),
+        ", line 7: found the cell x 5, y 1; expected each of 2 x 2 cells once",
+    ),
+    (read_weighted, WEIGHTED.replace("None,1,1", "None,one,1"), ", line 7: expected a whole number, found 'one'"),
+    (
+        read_weighted,
         WEIGHTED.replace("0,0,1,", "0,0,-1,"),
         ", line 4: expected a weight such as 1, or inf where there is no passage, found",
     ),
-    (WEIGHTED + "4,Travel\n", ", line 8: found 2 fields; expected 10, as in line 3"),
+    (read_weighted, WEIGHTED + "4,Travel\n", ", line 8: found 2 fields; expected 10, as in line 3"),
 )
-def test_wrong_weighted_grids_are_refused(tmp_path: Path, text: str, message: str) -> None:
-    assert refusal(lambda: read_weighted(file(tmp_path, text), Notes())).startswith(f"{tmp_path}/x.map{message}")
+def test_wrong_maps_are_refused(tmp_path: Path, reader: Callable[..., Grid], text: str, message: str) -> None:
+    assert refusal(lambda: reader(file(tmp_path, text), Notes())).startswith(f"{tmp_path}/x.map{message}")
 
 
 WALLED = "type octile\nheight 3\nwidth 4\nmap\n...@\n.@@.\n...@\n"

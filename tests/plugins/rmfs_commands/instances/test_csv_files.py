@@ -9,6 +9,7 @@ from cases import cases
 from rmfs_commands.instances.csv_files import read_bundles, read_robots, read_skus
 from rmfs_core.errors import InputError
 from rmfs_core.world import Calendar, Instance, OrderData, PodData, read_instance
+from saying import said
 
 ORDERS = "order,arrival_s,sku,quantity\n"
 PODS = "pod,sku,quantity\n"
@@ -99,15 +100,7 @@ def read(tmp_path: Path, orders: str = ORDERS, pods: str = PODS, start: str | No
     return read_instance(tmp_path / "orders.csv", tmp_path / "pods.csv", start)
 
 
-@pytest.mark.parametrize(("orders", "message"), BAD_ORDERS)
-def test_a_mistake_in_the_orders_is_one_sentence(orders: str, message: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, orders=orders)
-    assert str(caught.value) == f"{tmp_path / 'orders.csv'}{message}"
-
-
-@cases(
-    "pods message",
+BAD_PODS = [
     ("pod,sku\n", ", line 1: expected a header with the columns pod,sku,quantity, found `pod,sku` without `quantity`"),
     (
         PODS + "1,a,x\n",
@@ -128,11 +121,13 @@ def test_a_mistake_in_the_orders_is_one_sentence(orders: str, message: str, tmp_
         "pod,sku,quantity,row,column\n1,a,3,2,5\n2,a,3,2,6\n1,b,3,2,6\n",
         ", line 4: found row 2, column 6; expected the location of {file}, line 2",
     ),
-)
-def test_a_mistake_in_the_pods_is_one_sentence(pods: str, message: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, pods=pods)
-    assert str(caught.value) == f"{tmp_path / 'pods.csv'}{message.format(file=tmp_path / 'pods.csv')}"
+]
+
+
+@cases("table text message", *(("orders", *row) for row in BAD_ORDERS), *(("pods", *row) for row in BAD_PODS))
+def test_a_mistake_in_a_table_is_one_sentence(table: str, text: str, message: str, tmp_path: Path) -> None:
+    file = tmp_path / f"{table}.csv"
+    assert said(InputError, read, tmp_path, **{table: text}) == f"{file}{message.replace('{file}', str(file))}"
 
 
 def test_orders_skus_and_names_are_brought_together(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from calling import exit_code, refusal
 from cases import cases
-from reserving import hold_until
+from reserving import EVEN, hold_until
 from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.plan import (
@@ -302,8 +302,6 @@ def test_files_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         read_map("/dev/zero")
 
 
-EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0)
-"""A second for each cell and each quarter turn."""
 CORRIDOR = roads_on(travel_on(parse_map("....", "corridor"), EVEN))
 HALL = roads_on(travel_on(parse_map("....\n....", "hall"), EVEN))
 

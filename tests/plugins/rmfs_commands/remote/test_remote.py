@@ -1,5 +1,3 @@
-"""A rule ``remote``: another program decides."""
-
 from __future__ import annotations
 
 import json
@@ -39,7 +37,7 @@ def served(rule: str, **reply: Any) -> Iterator[str]:
             self.wfile.write(content)
 
         def log_message(self, *_: Any) -> None:
-            """Print nothing."""
+            pass
 
     with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
         thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})

@@ -1,5 +1,3 @@
-"""Recorded runs to replay."""
-
 from pathlib import Path
 
 import pytest
@@ -40,7 +38,6 @@ def replay(day: Path) -> Replay:
 
 @pytest.fixture(scope="session")
 def restocked(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a run with decisions in which bundles are stored, a station is closed and pods are moved."""
     folder = tmp_path_factory.mktemp("runs") / "restocked"
     overrides = ("instance.orders=40", "stations.open={2=[['00:10', '23:00']]}", "rules.move=utility")
     scenario = load_scenario("examples/replenished", (*overrides, "rules.idle=rest-nearest", "rules.pp=free-flow"))

@@ -1,5 +1,3 @@
-"""`rmfs report`: one page on a run."""
-
 from __future__ import annotations
 
 import csv
@@ -63,7 +61,6 @@ PACKING = ("instance.orders=20", "rules.pp=free-flow")
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
-    """Return the folders of runs: each is made once."""
     whole = tmp_path_factory.mktemp("runs")
 
     def folder(scenario: str, overrides: tuple[str, ...], *record: str) -> Path:

@@ -1,5 +1,3 @@
-"""`rmfs run` as a person uses it."""
-
 import json
 import shutil
 import signal

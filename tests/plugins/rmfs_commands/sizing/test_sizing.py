@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import random
+import tomllib
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -34,6 +35,7 @@ from rmfs_commands.sizing.trials import Candidate, Trials
 from rmfs_commands.sizing.worlds import Worlds
 from rmfs_core import Scenario, load_scenario, run
 from rmfs_core.errors import InputError, RunError
+from rmfs_core.scenario import scenario_from_dict
 from rmfs_core.scenario.model import Arrivals, RuleChoice, RunSection, StationsSection
 from rmfs_core.scenario.service import ServiceTime, Spread
 from rmfs_core.world import make_instance
@@ -628,3 +630,57 @@ def test_files_have_the_same(tmp_path: Path) -> None:
     assert [one["robots"] for one in content["frontier"]] == [9]
     assert [one["reason"] for one in content["stations"]] == ["too busy", None, "saves no robot"]
     assert "cheapest" not in content_of(ANSWER, None)
+
+
+POISSON = """
+[instance]
+orders = 16
+skus = 8
+pods = 6
+skus_per_pod = 3
+[instance.arrivals]
+process = "poisson"
+orders_per_hour = 150
+[layout]
+block_rows = 5
+block_columns = 2
+stations_east = 2
+[robots]
+count = 2
+[rules]
+poa = "pod-match"
+pps = "demand"
+pp = "free-flow"
+"""
+
+
+class Here:
+    """Workers that are this process: nothing has to be started."""
+
+    count = 1
+    closed = False
+
+    def __init__(self) -> None:
+        self.jobs: list[Job] = []
+
+    def run(self, job: Job) -> Outcome:
+        self.jobs.append(job)
+        return simulate(job)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture
+def here() -> Here:
+    return Here()
+
+
+@pytest.fixture
+def poisson() -> Scenario:
+    return scenario_from_dict(tomllib.loads(POISSON))
+
+
+@pytest.fixture
+def poisson_text() -> str:
+    return POISSON

@@ -1,5 +1,3 @@
-"""Fixtures for tests of decision states."""
-
 import gzip
 import json
 from collections.abc import Callable

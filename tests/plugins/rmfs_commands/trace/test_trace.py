@@ -1,5 +1,3 @@
-"""Traces: written line by line, and read again."""
-
 import gzip
 import json
 import re
@@ -32,7 +30,6 @@ READ = (*EVENTS[:-1], evolve(EVENTS[-1], wall_s=0.0))
 
 
 def write(folder: Path, run: RunInfo) -> Path:
-    """Write a trace of hand-made events into a folder; return its file."""
     writer = TraceWriter()
     writer.run_started(evolve(run, out=folder))
     for event in EVENTS:

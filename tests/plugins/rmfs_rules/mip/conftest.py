@@ -1,5 +1,3 @@
-"""Random small periods."""
-
 from math import prod
 
 import pytest

@@ -1,4 +1,4 @@
-"""Proofs of optima, choices among equal ones; the printed constraints."""
+"""Proofs of optima, also with little effort, and choices among equal ones; optima against trying everything."""
 
 import subprocess
 import sys
@@ -10,16 +10,26 @@ import pytest
 from attrs import evolve
 
 from cases import cases
-from mip_periods import period_of, putwall_period, random_period
+from mip_periods import (
+    brute_force,
+    brute_force_from_stock,
+    period_of,
+    putwall_period,
+    random_period,
+    scarce_period,
+    splitting_period,
+)
+from rmfs_rules.mip.period.effort import EFFORT, EFFORT_HARD, EFFORT_LARGE, Effort
 from rmfs_rules.mip.period.period import Period, Preference, Stock
 from rmfs_rules.mip.period.reduction import Reduced
-from rmfs_rules.mip.period.solution import Model, Part, Solution, Visits
+from rmfs_rules.mip.period.solution import Model, Part, Solution, Visits, newly_split
 from rmfs_rules.mip.printed.constraints import violation
 from rmfs_rules.mip.printed.models import solve_printed
 from rmfs_rules.mip.printed.solver import Limits, check_installed, new_model, optimise
+from rmfs_rules.mip.proof.parts import with_joining_lines
 from rmfs_rules.mip.proof.program import Program
 from rmfs_rules.mip.proof.proof import Proof
-from rmfs_rules.mip.proof.steps import proof_of
+from rmfs_rules.mip.proof.steps import by_nothing, by_solver, proof_of
 from rmfs_rules.mip.proof.ties import break_ties, order_gains, pod_gains
 
 WHOLE = Part(0, 0, (0, 1))
@@ -379,3 +389,217 @@ def test_programs_without_whole_columns_or_values():
     program.row([column], [1.0], ">", 2.0)
     outcome = program.solve(Limits())
     assert (outcome.values, outcome.bound) == (None, float("inf"))
+
+
+SPLIT = (Model.SPLIT_AMONG_STATIONS, Model.SPLIT_OVER_TIME)
+MANY = pytest.param(range(60, 160), marks=pytest.mark.slow, id="many")
+
+
+def ended(period, model, steps, brute_force=None, splits=None, weight=2):
+    """Return what a budget of steps comes to; it satisfies the constraints, and the optimum is in its bounds."""
+    capacity = None if splits is None else period.split_open + splits
+    solution = proof_of(period, model, weight, Limits(effort=Effort(steps)), capacity).run()
+    assert violation(period, solution, model, weight, capacity) is None
+    assert (solution.how == "effort") == (solution.bound < solution.objective)
+    assert brute_force is None or solution.bound <= brute_force(period, model, weight, splits) <= solution.objective
+    return solution
+
+
+@pytest.mark.parametrize("steps", [0, 3000])
+@pytest.mark.parametrize("model", Model)
+def test_little_effort_leaves_a_bound_and_a_solution(small_periods, model, steps):
+    """The bound is never above the optimum, nor the solution below it; a period without proof says so."""
+    some = small_periods[:: 1 if steps == 0 else 3]
+    found = [ended(period, model, steps, brute_force).how for period in some]
+    assert "effort" in found or steps
+
+
+SPLITS = [(model, splits, range(380, 700)) for model in SPLIT for splits in range(3)]
+
+
+@cases(
+    "model splits seeds",
+    *((model, None, range(30)) for model in Model),
+    *(pytest.param(model, None, range(60, 380), marks=pytest.mark.slow) for model in Model),
+    *(pytest.param(*case, marks=pytest.mark.slow) for case in SPLITS),
+)
+def test_little_effort_with_few_items(model, splits, seeds):
+    for seed in seeds:
+        ended(scarce_period(seed), model, 0, brute_force_from_stock, splits)
+
+
+@pytest.mark.parametrize("seeds", [pytest.param(range(4), id="some"), MANY])
+@pytest.mark.parametrize("splits", [0, 1])
+def test_little_effort_with_few_splits(splits, seeds):
+    for seed in seeds:
+        period = splitting_period(seed, orders=4, stations=2, skus=6)
+        for model in SPLIT:
+            for weight in (1.5, 2):
+                ended(period, model, 0, brute_force, splits, weight)
+
+
+@pytest.mark.parametrize("weight", [0.5, 1.0, 1.5])
+def test_other_weights(small_periods, weight):
+    for period in small_periods[::5]:
+        for model in Model:
+            ended(period, model, 0, brute_force, weight=weight)
+
+
+def test_effort_that_is_enough_or_the_same(small_periods):
+    for period in small_periods[::7]:
+        for model in Model:
+            limited = Effort.for_period(period, None)
+            solution = proof_of(period, model, 2, Limits(effort=limited)).run()
+            assert solution == proof_of(period, model, 2, Limits()).run()
+            assert solution.bound == solution.objective
+            assert not limited.short
+    for steps in (0, 500, 5000, 50_000):
+        for seed in range(6):
+            period = splitting_period(seed, orders=9, stations=3, skus=9)
+            for model in Model:
+                assert ended(period, model, steps) == ended(evolve(period), model, steps)
+
+
+def test_large_periods_get_less():
+    """By default a period with more pods or SKUs than the paper's gets less effort."""
+    period = random_period(1)
+    more = Period(Stock(tuple(range(101)), ((0,),) * 101, 1), (0,), (1,), ((),), (0,), [0], [0], [1])
+    assert Effort.for_period(period, None).left == EFFORT
+    assert Effort.for_period(more, None).left == EFFORT_LARGE
+    assert Effort.for_period(more, 7).left == 7
+
+
+@cases("weight capacity effort", (2, None, EFFORT), (1.5, None, EFFORT_HARD), (2, 3, EFFORT_HARD))
+def test_periods_without_hope_of_a_proof_get_less(weight, capacity, effort):
+    """By default fractional weights, and few splits between stations that are alike, get less effort."""
+    period = random_period(1)
+    alike = evolve(period, inbound=((),) * len(period.stations), capacities=(6,) * len(period.stations))
+    proof = proof_of(alike, Model.SPLIT_AMONG_STATIONS, weight, Limits(), capacity)
+    assert Effort.for_period(alike, None, hard=proof.hard).left == effort
+
+
+LIMITS = Limits()
+BY_PROGRAM = (by_nothing, by_solver)
+"""The aggregated form by itself, without any step before it."""
+
+
+def optimum(period: Period, model: Model, capacity: int | None = None, weight: float = 2, steps=None) -> Solution:
+    """Return the proven solution of the aggregated form, which satisfies the printed constraints."""
+    solution = proof_of(period, model, weight, LIMITS, capacity, steps=steps).run()
+    assert solution.bound == pytest.approx(solution.objective)
+    assert violation(period, solution, model, weight, capacity) is None
+    return solution
+
+
+@pytest.mark.parametrize("capacity", [None, 0, 1, 2], ids=lambda room: f"packing capacity {room}")
+@pytest.mark.parametrize("model", Model)
+def test_all_ways_agree(periods, model, capacity):
+    """Printed and aggregated form have one objective, that of the brute force where there are few decisions."""
+    tried = 0
+    for number, period in enumerate(periods if capacity is None else periods[capacity::5]):
+        printed = solve_printed(period, model, 2, LIMITS, capacity)
+        assert printed.objective == printed.bound == optimum(period, model, capacity).objective, number
+        assert violation(period, printed, model, 2, capacity) is None, number
+        if capacity is not None or number % 5 == 0:
+            assert optimum(period, model, capacity, steps=BY_PROGRAM).objective == printed.objective, number
+        if (len(period.stations) + 1) ** len(period.line_sku) <= 3000:
+            splits = None if capacity is None or model is Model.INTEGRATED else max(capacity - period.split_open, 0)
+            assert printed.objective == brute_force(period, model, 2, splits), number
+            tried += 1
+    assert tried > 10
+
+
+@pytest.mark.parametrize("many", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["some", "many"])
+@pytest.mark.parametrize(("model", "room"), [*product(Model, [None]), *product(SPLIT, [0, 1, 2])])
+@pytest.mark.parametrize("make", [scarce_period, putwall_period])
+def test_all_ways_agree_on_other_periods(make, model, room, many):
+    """Where pods run out, or stations count orders; with room for so many new splits."""
+    scarce = at_once = 0
+    first = 60 if many else 40 * (room is not None and make is scarce_period)
+    seeds = range(first, first + (100 if room is not None else 320)) if many else range(first, first + 16)
+    for seed in seeds:
+        period = make(seed)
+        capacity = None if room is None else period.split_open + room
+        best = brute_force_from_stock(period, model, 2, room)
+        printed = solve_printed(period, model, 2, LIMITS, capacity)
+        found = optimum(period, model, capacity)
+        for solution in (printed, found, optimum(period, model, capacity, steps=BY_PROGRAM)):
+            joined = with_joining_lines(period, solution, model)
+            assert solution.objective == solution.bound == joined.objective == best, seed
+            assert violation(period, solution, model, 2, capacity) is None, seed
+            assert violation(period, joined, model, 2, capacity) is None, seed
+        scarce += len(Reduced(period, model).scarce) > 0
+        at_once += found.how == "bounds"
+    assert scarce > len(seeds) / 6
+    assert at_once < len(seeds)
+
+
+@pytest.mark.parametrize("weight", [0.5, 1.0, 1.5, 4.0])
+def test_all_ways_agree_on_other_weights(periods, scarce_periods, weight):
+    """W_u may be anything: below 1 a free slot may be cheaper than a pod, fractions leave the whole numbers."""
+    for model in Model:
+        for period in periods[::10]:
+            printed = solve_printed(period, model, weight, LIMITS).objective
+            assert optimum(period, model, weight=weight).objective == pytest.approx(printed)
+        for period in scarce_periods[::8]:
+            best = brute_force_from_stock(period, model, weight)
+            assert optimum(period, model, weight=weight).objective == pytest.approx(best)
+
+
+@pytest.mark.parametrize("splits", [0, *(pytest.param(splits, marks=pytest.mark.slow) for splits in (1, 2))])
+def test_few_splits(splits):
+    """It has the objective of the printed model, with and without begun orders and pods at the stations."""
+    among, limited = Model.SPLIT_AMONG_STATIONS, 0
+    for seed in range(12):
+        period = splitting_period(seed, orders=7, stations=3, skus=9)
+        capacity = splits + period.split_open
+        solution = optimum(period, among, capacity)
+        assert solution.objective == solve_printed(period, among, 2, LIMITS, capacity).objective, seed
+        assert len(newly_split(period, solution.parts)) <= splits
+        limited += solution.objective > optimum(period, among).objective
+    assert limited > 0
+
+
+@pytest.mark.parametrize("model", Model)
+def test_plentiful_stock_is_unlimited_stock(periods, model):
+    """Where each pod has as much as the period can take from it, the solution is the same to the last visit."""
+    for period in periods[::3]:
+        most = sum(period.capacities)
+        stock = Stock.counted([dict.fromkeys(skus, most) for skus in period.stock.contents], period.stock.n_skus)
+        plentiful = evolve(period, stock=stock)
+        assert not len(Reduced(plentiful, model).scarce)
+        assert optimum(plentiful, model) == optimum(period, model)
+
+
+def test_pods_share_lines_and_items():
+    """Three items of a line come from two pods; a pod at two stations has an item for two orders, wherever they go."""
+    line, lines = np.array([[0, 0, 3]]).T, np.array([[order, 0, 1] for order in range(3)]).T
+    large = Period(Stock.counted([{0: 2}, {0: 1}, {0: 1}], 1), (0,), (3,), ((),), (0,), *line)
+    shared = Period(Stock.counted([{0: 2}], 1), (0, 1), (2, 2), ((0,), (0,)), (0, 1, 2), *lines)
+    for model in Model:
+        solution = optimum(large, model)
+        assert (solution.objective, len(solution.visits)) == (2, 2)
+        assert (0, 0) in solution.visits
+        solution = optimum(shared, model)
+        assert (solution.objective, len(solution.parts)) == (6, 2)
+
+
+def test_solvers_agree_and_repeat(periods):
+    """HiGHS and CBC find the same objective, and the same solution again."""
+    for period in periods[::20]:
+        for model in Model:
+            found = optimum(period, model)
+            assert found == optimum(evolve(period), model)
+            assert proof_of(period, model, 2, Limits("cbc")).run().objective == found.objective
+
+
+def test_a_time_limit_is_told():
+    """A solve that a limit ends says so, and its bound lies below its objective."""
+    stopped = 0
+    for seed in range(2, 300, 3):
+        period = random_period(seed)
+        solution = proof_of(period, Model.SPLIT_OVER_TIME, 2, Limits(max_seconds=1e-9), 1).run()
+        assert violation(period, solution, Model.SPLIT_OVER_TIME, 2, 1) is None
+        assert solution.stopped_early == (solution.bound < solution.objective)
+        stopped += solution.stopped_early
+    assert stopped

@@ -233,7 +233,6 @@ def test_a_run_without_effort(rule, tmp_path):
 
 @pytest.mark.parametrize("rule", NAMES)
 def test_the_example_with_finite_stock(rule, tmp_path):
-    """It runs with each of the models to its end, and what it records is valid."""
     overrides = [f"rules.poa_pps={rule}", "rules.poa=", "rules.pps="]
     result = rmfs_core.run("examples/from-csv", overrides=overrides, out=tmp_path, record=["trace"])
     assert result.status == "complete"

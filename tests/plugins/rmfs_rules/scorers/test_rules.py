@@ -1,5 +1,3 @@
-"""PPS rules completes, work-amount and lexicographic."""
-
 from typing import Any
 
 import numpy as np
@@ -71,5 +69,4 @@ def test_scores_have_to_be_known_and_different(scores: tuple[str, ...], problem:
 
 @cases("rule", Completes(count_backlog=True), WorkAmount(value="age"), WorkAmount(value="lateness"), Lexicographic())
 def test_rules_conform_with_other_parameters(rule: object) -> None:
-    """In the small worlds that all shipped rules are tried in."""
     assert check_rule(rule).findings == ()

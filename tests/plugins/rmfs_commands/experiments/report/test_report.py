@@ -1,9 +1,10 @@
-"""The report of a comparison: numbers, tables, plots, terminal and HTML."""
+"""The report of a comparison: numbers, tables, plots, terminal and HTML; `rmfs compare RUN RUN`."""
 
 from __future__ import annotations
 
 import csv
 import io
+import json
 import re
 import shutil
 import subprocess
@@ -18,8 +19,11 @@ from attrs import evolve
 from matplotlib.figure import Figure
 from rich.console import Console
 
+import rmfs_core
+from calling import exit_code, refused
 from cases import cases
-from rmfs_commands.experiments import ExperimentResult, RuleSetChoice
+from rmfs_commands.cli.main import main
+from rmfs_commands.experiments import Axis, AxisPoint, Base, Experiment, ExperimentResult, RuleSetChoice
 from rmfs_commands.experiments.compare import Interval, Paired, summary
 from rmfs_commands.experiments.report import print_comparison, write_report
 from rmfs_commands.experiments.report.files import ONE_COLUMN_CM
@@ -40,6 +44,7 @@ from rmfs_commands.experiments.report.plots import MOST_RULE_SETS, Plot, make_pl
 from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS, grids, summary_csv, write_parquet
 from rmfs_commands.experiments.report.terminal import MOST_ERRORS
 from rmfs_core.results.catalogue import Metric
+from rmfs_core.scenario import load_scenario
 
 MAKESPAN = Metric("makespan_s", "Makespan", "s", 1, "Time of the last order.")
 PLAIN = Metric("picks", "Picks", "", 0, "Items picked.")
@@ -134,12 +139,16 @@ def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
     assert (base["difference"], base["p"]) == ("", "")
 
 
-@pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1", "-1", "@sum(a)", "\t=x", " =x"])
-def test_no_name_is_a_formula(result: ExperimentResult, tmp_path: Path, name: str) -> None:
+def renamed(result: ExperimentResult, name: str) -> tuple[RuleSetChoice, ...]:
     for row in result.rows:
         row["rule_set"] = f"{name}{row['rule_set']}"
         row["instance"] = f"{name}{row['instance']}"
-    rule_sets = tuple(evolve(one, name=f"{name}{one.name}") for one in result.experiment.rule_sets)
+    return tuple(evolve(one, name=f"{name}{one.name}") for one in result.experiment.rule_sets)
+
+
+@pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1", "-1", "@sum(a)", "\t=x", " =x"])
+def test_no_name_is_a_formula(result: ExperimentResult, tmp_path: Path, name: str) -> None:
+    rule_sets = renamed(result, name)
     one = evolve(result, experiment=evolve(result.experiment, baseline=f"{name}base", rule_sets=rule_sets))
     rows = list(csv.DictReader(io.StringIO(summary_csv(one.comparison()), newline="")))
     assert rows[0]["instances"] == f"'{name}orders=50"
@@ -214,10 +223,7 @@ NAMES = (
 
 @pytest.mark.parametrize("name", NAMES)
 def test_names_may_have_any_sign(result: ExperimentResult, name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    for row in result.rows:
-        row["rule_set"] = f"{name}{row['rule_set']}"
-        row["instance"] = f"{name}{row['instance']}"
-    rule_sets = tuple(evolve(one, name=f"{name}{one.name}") for one in result.experiment.rule_sets)
+    rule_sets = renamed(result, name)
     plots = plots_of(result, rule_sets=rule_sets, baseline=f"{name}base", metrics=("pile_on",))
     assert [plot.name for plot in plots] == ["differences", "pile_on"]
     assert [ElementTree.fromstring(plot.svg).tag for plot in plots] == ["{http://www.w3.org/2000/svg}svg"] * 2
@@ -594,3 +600,93 @@ def test_an_observers_metric_is_called_what_it_likes(result, tmp_path, capsys) -
     plots = {path.name for path in (tmp_path / "plots").glob("*.svg")}
     assert plots == {"differences.svg", "metrics.differences.svg", "pile_on.svg"}
     assert len(set(re.findall(r'<img src="([^"]+)"', (tmp_path / "report.html").read_text("utf-8")))) == 3
+
+
+def runs(folder: Path, *overrides: str) -> list[str]:
+    found = [str(folder / "one"), str(folder / "other")]
+    for out, more in zip(found, ((), overrides), strict=True):
+        rmfs_core.run(load_scenario("examples/small", ["instance.orders=3", *more]), out=out)
+    return found
+
+
+def test_metrics_and_what_differs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folders = runs(tmp_path, "rules.pps=completes", "robots.count=2")
+    assert exit_code("compare", *folders, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["names"] == folders
+    assert found["differs"] == {"rules.pps": ["demand", "completes"], "robots.count": [4, 2]}
+    read = [json.loads((Path(out) / "result.json").read_text(encoding="utf-8"))["metrics"] for out in folders]
+    assert found["metrics"]["turnover_s"] == [one["turnover_s"] for one in read]
+    assert exit_code("compare", *folders) == 0
+    shown = capsys.readouterr().out
+    assert "Both runs have the same orders, pods and stations." in shown
+    assert 'rules.pps: "demand" and "completes"' in shown
+
+
+def test_another_seed_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("compare", *runs(tmp_path, "seed=9")) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "may have other orders, pods or stations, because they differ in seed." in told
+
+
+def test_wrong_calls_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    one = runs(tmp_path)[0]
+    assert "there is no result.json" in refused(capsys, main, ["compare", one, str(tmp_path)])
+    assert "no options but --json and --quiet" in refused(capsys, main, ["compare", one, one, "--quick"])
+    assert "expected an experiment, a file or one of" in refused(capsys, main, ["compare", one, one, one])
+
+
+@pytest.fixture
+def result() -> ExperimentResult:
+    """Return an experiment of two instances, three rule sets and three seeds, with made-up figures; one run failed."""
+    experiment = Experiment(
+        name="trial",
+        description="Is <more> better?",
+        bases=(Base("small", load_scenario("examples/small")),),
+        axes=(Axis("instance.orders", tuple(AxisPoint(f"orders={n}", n, {"instance.orders": n}) for n in (50, 100))),),
+        rule_sets=tuple(RuleSetChoice(name) for name in ("base", "good", "bad")),
+        seeds=(1, 2, 3),
+        baseline="base",
+        metrics=("pile_on", "picker_utilisation", "split_orders_open_max"),
+    )
+    rows: list[dict[str, Any]] = []
+    for orders in (50, 100):
+        for place, rule_set in enumerate(("base", "good", "bad")):
+            for seed in (1, 2, 3):
+                figures = {
+                    "pile_on": 2.0 + place + seed / 10,
+                    "picker_utilisation": 0.5 + place / 10 + seed / 100,
+                    "split_orders_open_max": place * seed,
+                    "decision_s_first": None,
+                }
+                rows.append(
+                    {
+                        "instance": f"orders={orders}",
+                        "scenario": "small",
+                        "instance.orders": orders,
+                        "rule_set": rule_set,
+                        "seed": seed,
+                        "status": "complete",
+                        "error": None,
+                        "error_kind": None,
+                        **figures,
+                        "key": f"{orders}{place}{seed}",
+                    }
+                )
+    failed = {"status": "failed", "error": FAILURE, "error_kind": "RuleError"}
+    rows[-1] = {name: rows[-1][name] for name in ("instance", "instance.orders", "rule_set", "seed", "key")} | failed
+    return ExperimentResult(experiment, rows, {"rmfs": "0.1.0"}, 18)
+
+
+@pytest.fixture
+def with_front(result: ExperimentResult) -> ExperimentResult:
+    """Return the same with a front of two metrics."""
+    return evolve(result, experiment=evolve(result.experiment, fronts=(("pile_on", "picker_utilisation"),)))
+
+
+@pytest.fixture
+def bounded(result: ExperimentResult) -> ExperimentResult:
+    """Return the same with what no rules can beat in pile-on, as if less of it were better."""
+    for row in result.rows:
+        row["bound.pile_on"] = 1.25
+    return result
