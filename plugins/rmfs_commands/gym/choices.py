@@ -6,8 +6,11 @@ has a row of zeros and is masked out. Where a policy may wait, the last slot sta
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
+from numbers import Real
 from types import MappingProxyType
 from typing import Any
 
@@ -15,7 +18,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from rmfs_core import rule_helpers
+from rmfs_core import InputError, rule_helpers
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.roles import Role
 from rmfs_core.warehouse import Order, Pod, Request, Robot, Station, WarehouseView
@@ -46,6 +49,14 @@ class Feature:
     text: str
     half: float | None = None
     of: Callable[[WarehouseView, Choice], Any] | None = None
+
+    def __attrs_post_init__(self) -> None:
+        half, of = self.half, self.of
+        if half is not None and not (isinstance(half, Real) and 0 < half < math.inf):
+            expected = "expected a number above 0, or None for a share"
+            raise InputError(f"feature {self.name!r}: half", f"found {shown_short(half)}; {expected}")
+        if of is not None and not callable(of):
+            raise InputError(f"feature {self.name!r}: of", f"found {shown_short(of)}; expected a function")
 
 
 _OF_ORDERS = (
@@ -153,6 +164,18 @@ class Table:
     may_wait: bool = False
     features: tuple[Feature, ...] = ()
 
+    def __attrs_post_init__(self) -> None:
+        if not isinstance(self.may_wait, bool):
+            raise InputError("may_wait", f"found {shown_short(self.may_wait)}; expected True or False")
+        names = {feature.name for feature in (*chain(*FEATURES.values()), WAIT)} if self.features else set[str]()
+        for feature in self.features:
+            if not isinstance(feature, Feature) or feature.of is None:
+                expected = "expected `Feature`s with a function as `of`"
+                raise InputError("features", f"found {shown_short(feature)}; {expected}")
+            if feature.name in names:
+                raise InputError("features", f"found a second feature {feature.name!r}; expected a name of its own")
+            names.add(feature.name)
+
     def waits(self, decides: Role) -> bool:
         """Whether choices of a kind have a slot that waits: a pod that leaves a station has to go somewhere."""
         return self.may_wait and decides is not Role.PR
@@ -229,7 +252,7 @@ _HALF = {
 
 
 def _of_ones_own(feature: Feature, warehouse: WarehouseView, choice: Choice) -> NDArray[np.float64]:
-    assert feature.of is not None, "Table's caller has checked it"
+    assert feature.of is not None, "Table has checked it"
     given, number = feature.of(warehouse, choice), len(choice.options)
     try:
         shown = np.asarray(given, np.float64)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rmfs_commands.gym.choices import FEATURES, Choice, Feature, Table
 from rmfs_commands.gym.episode import Episode
 from rmfs_commands.gym.policy import MOST_SHOWN, MOST_WAYS
-from rmfs_commands.gym.rewards import REWARDS, Reward, Step, weighted
+from rmfs_commands.gym.rewards import REWARDS, Reward, rewarded, weighted
 from rmfs_core import InputError, Result, Scenario, load_scenario
 from rmfs_core.roles import Role
 from rmfs_core.wording import listed, shown_short
@@ -97,7 +97,8 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         ):
             if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= most:
                 raise InputError(name, f"found {shown_short(number)}; expected a whole number from 1 to {most:,}")
-        table = Table(orders_shown, pods_shown, bool(may_wait), _features(features))
+        own = tuple(features) if isinstance(features, Sequence) else (features,)
+        table = Table(orders_shown, pods_shown, may_wait, own)
         self._options = table, allow_inline_rules
         probe = Episode(self.scenario, self._decides, *self._options)  # what is wrong with it is said now
         self._nothing = [table.nothing(role, probe.simulation.view) for role in self._decides]
@@ -168,13 +169,13 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
             raise InputError("action", f"found {shown_short(action)}; {expected}")
         slot, episode, before_s = self._allowed(int(action)), self._episode, self._time_s
         self._go_on(episode, slot)
-        reward = self._rewarded(episode.heard())
+        over = self._choice is None
+        if over:  # also when the reward raises
+            self._episode = None
+            self._result = episode.result()
+        reward = rewarded(self._reward, episode.heard())
         info = {**self._info(self._time_s - before_s), "action": slot}
-        if self._choice is not None:
-            return self._observed(), reward, False, False, info
-        self._episode = None
-        self._result = episode.result()
-        return self._observed(), reward, episode.complete, not episode.complete, info
+        return self._observed(), reward, over and episode.complete, over and not episode.complete, info
 
     def snapshot(self) -> Snapshot:
         """Return where the episode under way is, for `restore`: what was chosen so far."""
@@ -191,11 +192,16 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         Raises
         ------
         InputError
-            When the run comes to another choice: with another scenario, or where a rule decides by the clock.
+            When it is no `Snapshot`, or the run comes to another choice: with another scenario, or where a rule decides
+            by the clock.
         """
+        if not isinstance(snapshot, Snapshot):
+            raise InputError("restore", f"found {shown_short(snapshot)}; expected a `Snapshot`")
         self._begin(snapshot.seed)
         for slot in snapshot.slots:
-            if self._choice is not None and self._episode is not None and self._allowed(slot) == slot:
+            if self._choice is None or self._episode is None or slot not in range(self._slots_in_all):
+                break
+            if self._allowed(slot) == slot:
                 self._go_on(self._episode, slot)
                 self._episode.heard()
         if self._choice is None or (self._slots, self._digest()) != ([*snapshot.slots], snapshot.digest):
@@ -248,13 +254,6 @@ class DecisionEnv(gymnasium.Env[Observation, np.int64]):
         told = f"{choice.decides} {self._time_s} {choice.observation.shape}".encode()
         return hashlib.sha256(told + choice.mask.tobytes() + choice.observation.tobytes()).hexdigest()
 
-    def _rewarded(self, step: Step) -> float:
-        reward = self._reward(step)
-        try:
-            return float(reward)
-        except (TypeError, ValueError, OverflowError):
-            raise InputError("reward", f"returned {shown_short(reward)}; expected a number") from None
-
     def _observed(self) -> Observation:
         if not self._several:
             return self.choice.observation.copy()
@@ -289,17 +288,12 @@ def _roles(decides: str | Sequence[str], scenario: Scenario) -> tuple[Role, ...]
     return tuple(found)
 
 
-def _features(features: Sequence[Feature]) -> tuple[Feature, ...]:
-    for feature in features if isinstance(features, Sequence) else (features,):
-        if not isinstance(feature, Feature) or feature.of is None:
-            raise InputError("features", f"found {shown_short(feature)}; expected `Feature`s with a function as `of`")
-    return tuple(features)
-
-
 def _reward(reward: str | Reward | Mapping[str | Reward, float]) -> Reward:
     if callable(reward):
         return reward
     if isinstance(reward, Mapping):
+        if not reward:
+            raise InputError("reward", "found no reward in the mapping; expected one or several, each with its weight")
         for part, weight in reward.items():
             _reward(part)
             if isinstance(weight, bool) or not isinstance(weight, int | float) or not math.isfinite(weight):

@@ -14,11 +14,12 @@ import numpy as np
 from attrs import define, field, frozen
 from numpy.typing import NDArray
 
-from rmfs_commands.gym.choices import Choice, Table
+from rmfs_commands.gym.choices import FEATURES, Choice, Table
 from rmfs_commands.gym.policy import PolicyRule
+from rmfs_commands.results.files import write_text
 from rmfs_core import InputError
 from rmfs_core.roles import Role
-from rmfs_core.wording import shown_short
+from rmfs_core.wording import listed, shown_short
 
 Floats = NDArray[np.float64]
 
@@ -115,15 +116,23 @@ def write_networks(file: str | Path, weights: Mapping[str, Sequence[float]], *, 
         Weights of each network, by what it decides: ``{"PPS": [...]}``.
     may_wait
         Whether they were learned in an environment in which the policy may wait.
+
+    Raises
+    ------
+    InputError
+        When a label or weights are none that the rule reads, or the file cannot be written.
     """
-    told = {
-        label: {
-            "features": _names(Role.labelled(label), may_wait),
-            "weights": [round(float(weight), 4) for weight in numbers],
-        }
-        for label, numbers in weights.items()
-    }
-    Path(file).write_text(json.dumps(told) + "\n", encoding="utf-8")
+    told, roles = dict[str, Any](), {role.label: role for role in FEATURES}
+    for label, numbers in weights.items():
+        if label not in roles:
+            raise InputError("weights", f"found {shown_short(label)}; expected {listed(roles, 'or')}")
+        names = _names(roles[label], may_wait)
+        try:
+            RowNetwork.of(numbers, len(names))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"weights of {label}", str(error)) from error
+        told[label] = {"features": names, "weights": [round(float(weight), 4) for weight in numbers]}
+    write_text(file, json.dumps(told) + "\n")
 
 
 @cache

@@ -8,8 +8,10 @@ from types import MappingProxyType
 from attrs import frozen
 
 from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.errors import InputError
 from rmfs_core.events import Event, OrderArrived, OrderCancelled, OrderCompleted, RobotMoved, VisitStarted
 from rmfs_core.warehouse import WarehouseView
+from rmfs_core.wording import shown_short
 
 
 @frozen(eq=False)
@@ -66,4 +68,19 @@ REWARDS: Mapping[str, Reward] = MappingProxyType({"visits": visits, "turnover": 
 def weighted(weights: Mapping[str | Reward, float]) -> Reward:
     """Return the sum of rewards, each times its weight."""
     parts = [(weight, REWARDS[reward] if isinstance(reward, str) else reward) for reward, weight in weights.items()]
-    return lambda step: sum(weight * reward(step) for weight, reward in parts)
+    return lambda step: sum(weight * rewarded(reward, step) for weight, reward in parts)
+
+
+def rewarded(reward: Reward, step: Step) -> float:
+    """Return what a reward gives for a step, as a number.
+
+    Raises
+    ------
+    InputError
+        When it returns anything else.
+    """
+    given = reward(step)
+    try:
+        return float(given)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError("reward", f"returned {shown_short(given)}; expected a number") from None

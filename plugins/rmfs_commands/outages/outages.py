@@ -95,7 +95,8 @@ class Outages:
         self._hours = [*run.hours.values(), *(state.hours for state in self._states.values())]
         changes = {(tick - hours.zero) % DAY for hours in self._hours for span in hours.spans for tick in span[:2]}
         self._parts = {tuple(hours.at(tick) for hours in self._hours) for tick in changes or {0}}  # of the day
-        self._tried, self._done = defaultdict[Any, set[_One]](set), tuple[int, ...]()
+        self._tried: defaultdict[tuple[int, bool], defaultdict[Any, set[_One | None]]]
+        self._tried, self._done = defaultdict(lambda: defaultdict(set)), tuple[int, ...]()
 
     def _add(self, one: _One, failures: FailuresSection | None, hours: Timetable) -> None:
         if failures is not None or hours.spans:
@@ -124,7 +125,14 @@ class Outages:
 
     def check(self) -> None:
         """End a run that cannot go on, after rules were asked: in each part of the day, by the hours, nothing is under
-        way while each robot works, and all stations and chargers with it, and rules decide nothing.
+        way while each robot works together with each station and with each charger, and rules decide nothing.
+
+        No run ends that can go on, if a decision depends on one robot, and one station or charger, in service. Say
+        rules would decide something for robot r and station s in a part of the day. Orders, pods and requests are the
+        same since the last progress, so rules would decide it whenever r and s are in service in that part, whatever
+        else is not. They were asked at such a time, and decided nothing. A low robot does nothing that another cannot
+        do, but charge, so it is enough that r was asked for while it was not low. Where r has never been that with
+        all of them, it has been low since, together with each charger, and nobody let it charge: it stays low.
 
         Raises
         ------
@@ -132,20 +140,26 @@ class Outages:
             When that is so.
         """
         run, states, warehouse = self._run, self._states, self._warehouse
-        if any(robot.task is not None for robot in warehouse.robots):
-            return
-        if any(getattr(event.value, "kind", "") not in CLOCKS for _, event in run.env.upcoming):
-            return
-        if not all(isinstance(one, Robot) or one.in_service for one in states):
-            return
-        works = [one for one, state in states.items() if one.in_service or state.planned]
         load = sum(station.load + len(station.bundles) for station in warehouse.stations)
         done = run.visits, run.completed, len(warehouse.arrived), load, len(warehouse.waiting), len(warehouse.bundles)
         if done != self._done:
             self._done = done
             self._tried.clear()
-        self._tried[tuple(hours.at(warehouse.now) for hours in self._hours)].update(works)
-        if all(len(self._tried[part]) == len(states) for part in self._parts):
+        for robot in warehouse.robots:
+            if not robot.low:
+                self._tried.pop((robot.id, True), None)
+        if any(robot.task is not None for robot in warehouse.robots):
+            return
+        if any(getattr(event.value, "kind", "") not in CLOCKS for _, event in run.env.upcoming):
+            return
+        others = [None, *(one for one in states if not isinstance(one, Robot))]
+        works = [one for one in others if one is None or one.in_service]
+        part = tuple(hours.at(warehouse.now) for hours in self._hours)
+        for robot in warehouse.robots:
+            if robot.in_service or states[robot].planned:
+                self._tried[robot.id, robot.low][part].update(works)
+        full = {key for key, tried in self._tried.items() if all(len(tried[one]) == len(others) for one in self._parts)}
+        if all((robot.id, False) in full or (robot.id, True) in full for robot in warehouse.robots):
             raise StandstillError(endings.standstill(warehouse, run.rules, run.info.instance.skus))
 
     def repaired(self, station: Station) -> simpy.Event:

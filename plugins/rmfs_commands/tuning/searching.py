@@ -151,7 +151,7 @@ class Search:
         self.tell(own)
         found, used, repeats = [own], len(self.seeds) * self.instances, 0
         distributions = {one.key: _distribution(one) for one in self.space.parameters}
-        study, done = self.study(), dict[str, Trial]()
+        study, done = self._study(), dict[str, Trial]()
         if all(one.holds_now for one in self.space.parameters):
             now = {one.key: _alike(one.now, one) for one in self.space.parameters}
             done[repr(now)] = own
@@ -258,7 +258,7 @@ class Search:
             metrics_place="--objective",
         )
 
-    def study(self) -> optuna.Study:
+    def _study(self) -> optuna.Study:
         """Return a study of Optuna that proposes values and knows nothing yet."""
         import optuna
 

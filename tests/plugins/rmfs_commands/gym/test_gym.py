@@ -14,7 +14,7 @@ import gymnasium
 import numpy as np
 import psutil
 import pytest
-from attrs import define
+from attrs import define, evolve
 from greenlet import getcurrent, greenlet
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
@@ -330,12 +330,18 @@ def test_a_snapshot_fits_the_environment_it_is_of() -> None:
     env.reset()
     for _ in range(8):
         env.step(0)
+    snapshot = env.snapshot()
     for world in (["instance.orders=9"], ["run.until_s=10"], ["stations.item_capacity=5"]):
         other = rmfs_commands.gym.make("examples/small", "PPS", overrides=[*FEW, *world])
         with pytest.raises(InputError, match="restore: the run of the snapshot comes to another choice here; expected"):
             other.restore(env.snapshot())
         with pytest.raises(InputError, match="step: no episode is under way"):
             other.step(0)
+    for slots in ((-1,), (30,), ("a",)):
+        with pytest.raises(InputError, match="restore: the run of the snapshot comes to another choice here; expected"):
+            env.restore(evolve(snapshot, slots=slots))
+    with pytest.raises(InputError, match="restore: found 3; expected a `Snapshot`"):
+        env.restore(3)
 
 
 @pytest.mark.parametrize("kind", [SyncVectorEnv, pytest.param(AsyncVectorEnv, marks=pytest.mark.slow)])
@@ -420,11 +426,26 @@ def test_an_episode_belongs_to_the_thread_that_began_it() -> None:
     assert played(env)
 
 
+@pytest.mark.parametrize("parts", [1, 2])
 @pytest.mark.parametrize("reward", [None, 10**400])
-def test_a_reward_that_is_no_number_is_named(reward: Any) -> None:
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, reward=lambda step: reward)
+def test_a_reward_that_is_no_number_is_named(reward: Any, parts: int) -> None:
+    given: Any = (lambda step: reward) if parts == 1 else {"visits": 1, lambda step: reward: 1}
+    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, reward=given)
     env.reset()
     with pytest.raises(InputError, match=r"reward: returned \w+; expected a number"):
+        env.step(0)
+
+
+def test_a_reward_that_fails_at_the_last_choice_leaves_the_result() -> None:
+    plain = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    played(plain)
+    env = rmfs_commands.gym.make(
+        "examples/small", "PPS", overrides=FEW, reward=lambda step: 0.0 if env.choice.mask.any() else 1 / 0
+    )
+    with pytest.raises(ZeroDivisionError):
+        played(env)
+    assert env.result.orders == plain.result.orders
+    with pytest.raises(InputError, match="step: no episode is under way; expected `reset` first"):
         env.step(0)
 
 
@@ -458,7 +479,11 @@ def test_an_action_that_is_no_slot_is_named(action: Any) -> None:
     ({"pods_shown": 101}, "pods_shown: found 101; expected a whole number from 1 to 100"),
     ({"reward": {"money": 1}}, "reward: found 'money'; expected 'visits'"),
     ({"reward": {"visits": "1"}}, "reward: found the weight '1'; expected a number"),
+    ({"reward": {}}, "reward: found no reward in the mapping; expected one or several, each with its weight"),
+    ({"may_wait": "no"}, "may_wait: found 'no'; expected True or False"),
     ({"features": [Feature("x", "")]}, "features: found Feature.*; expected `Feature`s with a function as `of`"),
+    ({"features": [Feature("serves", "", None, len)]}, "features: found a second feature 'serves'; expected a name of"),
+    ({"features": [Feature("x", "", None, len)] * 2}, "features: found a second feature 'x'; expected a name of its"),
 )
 def test_what_is_wrong_is_said_at_once(given: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
@@ -709,6 +734,26 @@ class Policy(PolicyRule):
     def choose(self, choice):
         return min(choice.options) if self.slot is None else self.slot
 """
+
+
+@cases(
+    "given sentence",
+    ({"half": 0}, "feature 'x': half: found 0; expected a number above 0, or None for a share"),
+    ({"half": "a"}, "feature 'x': half: found 'a'; expected a number above 0"),
+    ({"of": "abc"}, "feature 'x': of: found 'abc'; expected a function"),
+)
+def test_a_feature_that_cannot_be_shown_is_named(given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        Feature("x", "", **given)
+
+
+def test_a_policy_with_a_feature_without_a_function_is_named(scenario: Path) -> None:
+    text = POLICY.replace(
+        "class Policy(PolicyRule):\n", 'class Policy(PolicyRule):\n    features = (Feature("x", ""),)\n'
+    )
+    (scenario.parent / "policy.py").write_text("from rmfs_commands.gym import Feature\n" + text)
+    with pytest.raises((RuleError, InputError), match=r"features: found Feature.*; expected `Feature`s with a fun"):
+        rmfs_core.run(scenario)
 
 
 @pytest.fixture

@@ -53,6 +53,19 @@ def test_weights_of_a_scenario(tmp_path: Path) -> None:
         rmfs_core.run(joint)
 
 
+@cases(
+    "weights sentence",
+    ({"PPS": [1.0, 2, 3]}, "weights of PPS: expected 8 finite numbers, and 10 more for each hidden unit, found 3"),
+    ({"PPS": [math.nan] * 8}, "weights of PPS: expected 8 finite numbers"),
+    ({"PPS": "abc"}, "weights of PPS: "),
+    ({"pps": [0.0] * 8}, "weights: found 'pps'; expected POA, PPS, PR, TA or POA.PPS"),
+)
+def test_weights_that_no_network_has_are_not_written(weights: Any, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=sentence):
+        write_networks(tmp_path / "odd.json", {"POA": [0.0] * 8, **weights})
+    assert not [*tmp_path.iterdir()]
+
+
 @pytest.mark.parametrize("decides", Learned.decides)
 def test_it_chooses_as_in_the_environment(decides: Role) -> None:
     """With the shipped weights, which give more than chance does."""

@@ -100,6 +100,16 @@ class ForAMinute:
         return [TaskAssignment(robot.id, pod.id) for robot, pod in pairs if warehouse.now_s < 60]
 
 
+@define
+class OnlyTogether:
+    """Gives tasks to the first robot alone, while the first station is in service."""
+
+    @hookimpl
+    def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
+        able = [robot for robot in warehouse.idle_robots if robot.id == 0 and warehouse.stations[0].in_service]
+        return [TaskAssignment(robot.id, pod.id) for robot, pod in zip(able, warehouse.waiting_pods, strict=False)]
+
+
 def told(*overrides: str, name: str = "examples/small", look: Callable[[Any, Event], None] = lambda *_: None) -> Told:
     observer = Told(look)
     rmfs_core.run(name, overrides=overrides, observers=[observer])
@@ -186,6 +196,7 @@ RESTING = ("rules.idle=rest-middle", "layout.maintenance_cells=1", "rules.move=u
         ("robots.failures={mtbf_h=1000,mttr_s=9}", *HOURS),
         (ROBOTS, STATIONS, *RESTING),
         (*CHARGERS, STATIONS, *HOURS),
+        ("stations.outages={mtbf_h=0.001,mttr_s=3600}",),
     ],
 )
 def test_a_run_that_cannot_go_on_ends_soon(overrides: tuple[str, ...]) -> None:
@@ -201,6 +212,14 @@ def test_a_run_waits_for_the_part_of_the_day_in_which_it_goes_on() -> None:
     day = ('robots.maintenance={1=[["12:15","12:00"]]}', 'stations.open={1=[["12:00","13:00"]], 2=[]}')
     often = ("robots.failures={mtbf_h=0.2,mttr_s=600}", "stations.outages={mtbf_h=0.2,mttr_s=600}", "robots.count=1")
     result = rmfs_core.run("examples/small", overrides=[*day, *often, "instance.orders=30"])
+    assert result.status == "complete"
+    assert result.metrics["simulated_s"] > 86_400
+
+
+def test_a_run_waits_for_a_robot_and_a_station_that_are_seldom_in_service_together() -> None:
+    seldom = ("robots.failures={mtbf_h=0.005,mttr_s=1800}", "stations.outages={mtbf_h=0.005,mttr_s=1800}")
+    rule = f"rules.ta={__file__}:OnlyTogether"
+    result = rmfs_core.run("examples/small", overrides=[*seldom, rule, "instance.orders=8"])
     assert result.status == "complete"
     assert result.metrics["simulated_s"] > 86_400
 

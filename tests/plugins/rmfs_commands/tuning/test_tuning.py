@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 from attrs import evolve
-from optuna.distributions import FloatDistribution
 
 from calling import exit_code
 from cases import cases
@@ -244,6 +243,19 @@ def test_fronts_and_trials_given_up() -> None:
     assert not search.is_worse(unsure, good)
     assert search.best([good, other, beaten, unsure, partial], 5) == [other, good]
     assert search.best([good, other], 5) == search.best([other, good], 5)
-    seeded = [evolve(search, sampler_seed=seed).study() for seed in (1, 1, 2)]
-    first, same, another = (study.ask({"x": FloatDistribution(0, 1)}).params["x"] for study in seeded)
+
+
+def test_what_is_tried_depends_on_the_sampler_seed(scenario: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def rows(experiment: Experiment, **_: Any) -> Any:
+        return SimpleNamespace(
+            rows=[{"rule_set": one.name, "seed": 1, "status": "complete", "x": 0.0} for one in experiment.rule_sets]
+        )
+
+    monkeypatch.setattr(searching, "run_experiment", rows)
+    given, nothing = (load_scenario(scenario), "x", space_of(scenario, ("poa",)), ("x",), (1,), (1,), 5), Any
+    search = Search(*given, Path(), nothing, nothing, lambda _: None)
+    first, same, another = (
+        [trial.values for trial in evolve(search, sampler_seed=seed).trials()] for seed in (1, 1, 2)
+    )
+    assert len(first) == 5
     assert first == same != another
