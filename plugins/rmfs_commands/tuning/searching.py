@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import product
 from math import prod
 from pathlib import Path
 from statistics import fmean
@@ -157,8 +158,12 @@ class Search:
             done[repr(now)] = own
             study.add_trial(_told(now, distributions, len(self.objectives)))
         first = looks(len(self.seeds))[0] * self.instances
-        while used + BATCH * first <= self.runs and repeats < MOST_REPEATS:
-            asked = [study.ask(distributions) for _ in range(BATCH)]
+        listed = prod(len(one.choices) for one in self.space.parameters)  # 0 where numbers have a range
+        if 0 < listed * first <= self.runs - used:
+            for values in product(*(one.choices for one in self.space.parameters)):
+                study.enqueue_trial(dict(zip(distributions, values, strict=True)))
+        while (size := min(BATCH, (self.runs - used) // first)) > 0 and repeats < MOST_REPEATS:
+            asked = [study.ask(distributions) for _ in range(size)]
             batch: list[Trial] = []
             for one in asked:
                 values = {key: _rounded(value) for key, value in one.params.items()}

@@ -183,7 +183,8 @@ def test_a_search_over_instances(scenario: Path, capsys: pytest.CaptureFixture[s
     assert exit_code(*call, "--set", "run.until_s=800", "-j", "1", "--out", str(out)) == 0
     assert "Backlog at the end" in capsys.readouterr().out
     with (out / "trials.csv").open(encoding="utf-8", newline="") as stream:
-        own, *_ = csv.DictReader(stream)
+        own, *listed = csv.DictReader(stream)
+    assert sorted(one["poa.good"] for one in listed) == ["0.5", "0.6"]  # each value of a list once
     runs = [load_result(file.parent) for file in (out / "runs").rglob("result.json")]
     now = [run for run in runs if run.scenario.rules.poa.parameters["good"] == 0.1]
     assert sorted((run.scenario.seed, run.scenario.instance.orders) for run in now) == [
