@@ -325,9 +325,9 @@ def _is_better(row: Mapping[str, Any], one: Frozen, known: Sequence[Claim]) -> b
     from rmfs_commands.benchmark.claims import best_of
 
     best = best_of(known, one)
-    return row["status"] == "complete" and any(
-        row.get(name) is not None and (name not in best or row[name] < best[name].metrics[name])
-        for name in one.objectives
+    return any(
+        value is not None and (name not in best or value < best[name].metrics[name])
+        for name, value in one.reached(row).items()
     )
 
 

@@ -124,9 +124,8 @@ def own_grid(instances: Sequence[Frozen], rows: Mapping[str, Mapping[str, Any]],
     """
     cells, known = [], read_claims()
     for one in instances:
-        best, row = best_of(known, one), rows[one.name]
-        for objective in one.objectives:
-            value = row.get(objective) if row["status"] == "complete" else None
+        best = best_of(known, one)
+        for objective, value in one.reached(rows[one.name]).items():
             least = best[objective].metrics[objective] if objective in best else None
             off = None if value is None or not least else value / least - 1
             bound = known_bounds().get(one.name, {}).get(objective)

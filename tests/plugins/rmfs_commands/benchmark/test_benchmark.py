@@ -102,6 +102,11 @@ class TestSet:
         ]
         assert "start-50-on: there is no such instance" in refusal(lambda: SET.find("start-50-on"))
 
+    def test_a_failed_run_has_reached_nothing(self) -> None:
+        row = {"status": "failed", "pod_station_visits": 0, "distance_m": 0.0}
+        assert set(SMALLEST.reached(row).values()) == {None}
+        assert SMALLEST.reached({**row, "status": "complete"})["pod_station_visits"] == 0
+
 
 class TestClaims:
     def test_a_run_may_claim_what_its_trace_amounts_to(self, run_of_smallest: Path) -> None:
