@@ -29,7 +29,6 @@ from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
 from rmfs_core.scenario.rulenames import is_inline
 from rmfs_core.wording import counted
-from rmfs_core.world import make_instance
 
 FILE = "best.jsonl"
 ONLINE_S = 1.0
@@ -242,7 +241,7 @@ def run_rules(instance: Frozen, rules: Mapping[str, Any], out: Path | None = Non
     joint = rules.get("poa_pps")
     objects = {}
     if joint is not None and _name(joint) == REPLAY:
-        objects = {"poa_pps": Replay(plan_of(joint, make_instance(instance.scenario), f"plan of {instance.name}"))}
+        objects = {"poa_pps": Replay(plan_of(joint, instance.scenario, f"plan of {instance.name}"))}
         rules = {key: value for key, value in rules.items() if key != "poa_pps"}
     return run(instance.with_rules(rules), rules=objects, out=out, record=("trace",) if out else ())
 

@@ -171,6 +171,7 @@ class TestClaims:
         ([[[0, [[0, "x"]]]]], "found a plan of another form"),
         ([[[999, [[0, 0]]]]], "takes SKU 0 of order 0 from pod 999, which does not hold it"),
         ([], "found a plan of another form"),
+        ([[[0, [[0, 0]]]], []], "found 2 lists; expected 1, one a picking station"),
     )
     def test_a_damaged_plan_is_refused(self, plan: Any, said: str) -> None:
         rules = {"poa_pps": {"rule": "Replay", "plan": plan}}
@@ -179,7 +180,7 @@ class TestClaims:
     def test_a_plan_that_leaves_out_a_line_is_refused(self) -> None:
         plan = best_of(CLAIMS, SMALLEST)["pod_station_visits"].rules["poa_pps"]["plan"]
         (pod, lines), *rest = plan[0]
-        said = refusal(lambda: plan_of({"plan": [[(pod, lines[1:]), *rest]]}, make_instance(SMALLEST.scenario), "p"))
+        said = refusal(lambda: plan_of({"plan": [[(pod, lines[1:]), *rest]]}, SMALLEST.scenario, "p"))
         assert "0 times, expected 1" in said
 
     def test_another_trace_is_not_the_claim(self, run_of_smallest: Path, tmp_path: Path) -> None:
