@@ -159,6 +159,20 @@ class TestClaims:
         file.write_text(claim_line(attrs.evolve(claim(7), instance="nowhere")))
         assert 'there is no instance "nowhere"' in refusal(lambda: read_claims(file))
 
+    @cases(
+        "key value said",
+        ("offline", "yes", "expected a claim, as"),
+        ("trace", 5, "expected a claim, as"),
+        ("rules", {"poa_pps": {"rule": 5}}, "expected a claim, as"),
+        ("rules", {"poa_pps": {"n": 5}}, "expected a claim, as"),
+        ("rules", {"poa_pps": "nope"}, 'there is no rule "nope"'),
+    )
+    def test_a_wrong_value_in_a_claim_is_refused(self, key: str, value: Any, said: str, tmp_path: Path) -> None:
+        file = tmp_path / "mine.jsonl"
+        file.write_text(json.dumps(attrs.asdict(claim(7)) | {key: value}) + "\n")
+        assert refusal(lambda: read_claims(file)).startswith(f"{file}, line 1: ")
+        assert said in refusal(lambda: read_claims(file))
+
     def test_a_value_of_another_file_is_marked_as_unverified(self) -> None:
         (best,) = table.best_known([SET.find("start-50-a")], [claim(6, offline=True)])
         assert best.made_by == "pod-index (offline, unverified)"
