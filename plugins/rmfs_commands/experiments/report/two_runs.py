@@ -110,6 +110,10 @@ def _read(folder: str) -> Mapping[str, Any]:
     result = read_result(Path(folder) / RESULT_FILE)
     if result is None:
         raise InputError(folder, f"there is no {RESULT_FILE}; expected the folder of a run")
+    kinds = {"scenario": Mapping, "seed": int, "status": str, "versions": Mapping}
+    if not all(isinstance(result.get(key), kind) for key, kind in kinds.items()):
+        expected = "expected `scenario`, `seed`, `status` and `versions`, as rmfs has written them"
+        raise InputError(str(Path(folder) / RESULT_FILE), expected)
     return result
 
 

@@ -42,5 +42,10 @@ def test_another_seed_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 def test_wrong_calls_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     one = runs(tmp_path)[0]
     assert "there is no result.json" in refused(capsys, main, ["compare", one, str(tmp_path)])
-    assert "no options but --json and --quiet" in refused(capsys, main, ["compare", one, one, "--quick"])
+    for more in (["--quick"], ["--width", "7.7"], ["--no-inline-rules"]):
+        assert "no options but --json and --quiet" in refused(capsys, main, ["compare", one, one, *more])
+    (tmp_path / "result.json").write_text('{"metrics": {}, "seed": 1, "status": "complete", "versions": {}}')
+    assert "expected `scenario`, `seed`, `status` and `versions`" in refused(
+        capsys, main, ["compare", one, str(tmp_path)]
+    )
     assert "expected an experiment, a file or one of" in refused(capsys, main, ["compare", one, one, one])
