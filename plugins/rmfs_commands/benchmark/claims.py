@@ -73,7 +73,7 @@ class Claim:
 
     @property
     def digest(self) -> str:
-        """First digits of the SHA-256 of the rules: equal rules with equal parameters have the same."""
+        """First digits of the SHA-256 of the rules as written."""
         return digest_of(self.rules)
 
 

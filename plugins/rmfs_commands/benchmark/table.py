@@ -104,7 +104,7 @@ def grid_of(found: Sequence[Best], version: str) -> Grid:
         for one in found
     ]
     columns = ("Instance", "Objective", "Best known", "At least", "Gap", "Made by", *NOT_IN_LATEX)
-    notes = ("Rules: first digits of the SHA-256 of all rules with their parameters.",)
+    notes = ("Rules: first digits of the SHA-256 of all rules as written, with their parameters.",)
     made_with = " and ".join(sorted({f"rmfs {one.claim.versions.get('rmfs', '-')}" for one in found}))
     title = f"Best known values of benchmark set {version}, made with {made_with}"
     return Grid(title, notes, columns, rows, (2, 3, 4, 8))
