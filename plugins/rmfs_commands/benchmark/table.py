@@ -173,25 +173,3 @@ def plain(found: Sequence[Best]) -> list[dict[str, Any]]:
         }
         for one in found
     ]
-
-
-def page_table(instances: Sequence[Frozen], found: Sequence[Best]) -> str:
-    """Return best known values as a table in Markdown, a row for each instance, with gaps and letters of the rules."""
-    makers = {one.claim.made_by: "" for one in found}
-    letters: Mapping[str, str] = {name: chr(97 + i) for i, name in enumerate(sorted(makers))}
-    by = {(one.instance.name, one.objective): one for one in found}
-
-    def cell(name: str, objective: str) -> str:
-        one = by.get((name, objective))
-        if one is None:
-            return ""
-        gap = "" if one.gap is None else f" (+{100 * one.gap:,.0f} %)"
-        marks = "*" * one.claim.offline + "?" * (not one.verified)
-        return f"{told(objective, one.value)}{gap} {letters[one.claim.made_by]}{marks}"
-
-    lines = ["| instance | " + " | ".join(label.lower() for label in LABELS.values()) + " |"]
-    lines.append("|---|" + "---:|" * len(LABELS))
-    lines += [f"| {one.name} | " + " | ".join(cell(one.name, key) for key in LABELS) + " |" for one in instances]
-    legend = ", ".join(f"{letter} {'a plan' if name == 'plan' else f'`{name}`'}" for name, letter in letters.items())
-    unverified = "" if all(one.verified for one in found) else ", ? unverified"
-    return "\n".join([*lines, "", f"Made by: {legend}; * offline{unverified}.", ""])
