@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -47,10 +48,32 @@ def main() -> None:
                 claims.repeat(claim, chosen, Path(folder))
         (FOLDER / claims.FILE).write_text("".join(map(claims.claim_line, known)), "utf-8")
     instances = list(chosen.instances.values())
-    text = table.page_table(instances, list(table.best_known(instances, known)))
+    text = page_table(instances, list(table.best_known(instances, known)))
     page = PAGE.read_text("utf-8")
     pattern = f"(?<={re.escape(BEGIN)}).*(?={re.escape(END)})"
     PAGE.write_text(re.sub(pattern, lambda _: f"\n{text}\n", page, flags=re.DOTALL), "utf-8")
+
+
+def page_table(instances: Sequence[sets.Frozen], found: Sequence[table.Best]) -> str:
+    """Return best known values as a table in Markdown, a row for each instance, with gaps and letters of the rules."""
+    makers = {one.claim.made_by: "" for one in found}
+    letters: Mapping[str, str] = {name: chr(97 + i) for i, name in enumerate(sorted(makers))}
+    by = {(one.instance.name, one.objective): one for one in found}
+
+    def cell(name: str, objective: str) -> str:
+        one = by.get((name, objective))
+        if one is None:
+            return ""
+        gap = "" if one.gap is None else f" (+{100 * one.gap:,.0f} %)"
+        marks = "*" * one.claim.offline + "?" * (not one.verified)
+        return f"{table.told(objective, one.value)}{gap} {letters[one.claim.made_by]}{marks}"
+
+    lines = ["| instance | " + " | ".join(label.lower() for label in table.LABELS.values()) + " |"]
+    lines.append("|---|" + "---:|" * len(table.LABELS))
+    lines += [f"| {one.name} | " + " | ".join(cell(one.name, key) for key in table.LABELS) + " |" for one in instances]
+    legend = ", ".join(f"{letter} {'a plan' if name == 'plan' else f'`{name}`'}" for name, letter in letters.items())
+    unverified = "" if all(one.verified for one in found) else ", ? unverified"
+    return "\n".join([*lines, "", f"Made by: {legend}; * offline{unverified}.", ""])
 
 
 if __name__ == "__main__":

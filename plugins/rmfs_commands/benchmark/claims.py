@@ -24,12 +24,12 @@ from rmfs_commands.validation.checking import check_trace, read_result
 from rmfs_commands.validation.details import recompute_details
 from rmfs_commands.validation.metrics import recompute
 from rmfs_commands.validation.packed import recompute_packing
-from rmfs_core import Result, run
+from rmfs_core import Result, entrypoints, run
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
-from rmfs_core.scenario.rulenames import is_inline
+from rmfs_core.scenario.rulenames import check_rule_name, is_inline
+from rmfs_core.scenario.structuring import KeyProblem
 from rmfs_core.wording import counted
-from rmfs_core.world import make_instance
 
 FILE = "best.jsonl"
 ONLINE_S = 1.0
@@ -73,7 +73,7 @@ class Claim:
 
     @property
     def digest(self) -> str:
-        """First digits of the SHA-256 of the rules: equal rules with equal parameters have the same."""
+        """First digits of the SHA-256 of the rules as written."""
         return digest_of(self.rules)
 
 
@@ -101,14 +101,12 @@ def read_claims(file: Path | None = None) -> list[Claim]:
         try:
             claim = Claim(**json.loads(line))
             _check_claim(claim)
-        except (ValueError, TypeError) as error:
+        except (ValueError, TypeError, KeyError) as error:
             expected = "expected a claim, as `rmfs benchmark check RESULT --claims FILE` writes it"
             raise InputError(f"{path}, line {number}", expected) from error
         _check_bounds(claim, f"{path}, line {number}")
-        for name in map(_name, claim.rules.values()) if file is not None else ():
-            if name == "remote" or is_inline(name):
-                problem = f'rule "{name}" would run code that is not installed; expected installed rules in a claim'
-                raise InputError(f"{path}, line {number}", problem)
+        if file is not None:
+            _check_rules(claim, f"{path}, line {number}")
         found.append(claim)
     return found
 
@@ -121,10 +119,30 @@ def _check_claim(claim: Claim) -> None:
         raise ValueError("expected numbers as `metrics`")
     if not isinstance(claim.instance, str) or not isinstance(claim.versions, Mapping):
         raise TypeError("expected the name of an instance, and versions by name")
+    if not isinstance(claim.trace, str) or not isinstance(claim.offline, bool):
+        raise TypeError("expected a digest as `trace`, and true or false as `offline`")
     if not isinstance(rules, Mapping) or not ("poa_pps" in rules or {"poa", "pps"} <= rules.keys()):
         raise ValueError("expected rules that assign orders and pods")
-    if not all(isinstance(rule, str) or (isinstance(rule, Mapping) and "rule" in rule) for rule in rules.values()):
+    if not all(isinstance(rule["rule"] if isinstance(rule, Mapping) else rule, str) for rule in _each(rules)):
         raise ValueError("expected rules by name, or tables of rules")
+
+
+def _each(rules: Mapping[str, Any]) -> list[Any]:
+    """Return all rules of a claim; some keys have a list of them."""
+    return [one for given in rules.values() for one in (given if isinstance(given, list) else [given])]
+
+
+def _check_rules(claim: Claim, place: str) -> None:
+    """Refuse rules that are not installed."""
+    for name in map(_name, _each(claim.rules)):
+        if name == "remote" or is_inline(name):
+            problem = f'rule "{name}" would run code that is not installed; expected installed rules in a claim'
+            raise InputError(place, problem)
+        if name != REPLAY:
+            try:
+                check_rule_name(name, Path(), entrypoints.offers(entrypoints.RULES))
+            except KeyProblem as error:
+                raise InputError(place, error.problem) from error
 
 
 def _check_bounds(claim: Claim, place: str) -> None:
@@ -242,7 +260,7 @@ def run_rules(instance: Frozen, rules: Mapping[str, Any], out: Path | None = Non
     joint = rules.get("poa_pps")
     objects = {}
     if joint is not None and _name(joint) == REPLAY:
-        objects = {"poa_pps": Replay(plan_of(joint, make_instance(instance.scenario), f"plan of {instance.name}"))}
+        objects = {"poa_pps": Replay(plan_of(joint, instance.scenario, f"plan of {instance.name}"))}
         rules = {key: value for key, value in rules.items() if key != "poa_pps"}
     return run(instance.with_rules(rules), rules=objects, out=out, record=("trace",) if out else ())
 

@@ -227,15 +227,12 @@ def table(names: tuple[str, ...], objective: str | None, claims: Path | None, fi
     Claims of your own file that do not come with the package are marked as unverified: `repeat` verifies one.
     """
     from rmfs_commands.benchmark.sets import benchmark_set
-    from rmfs_commands.benchmark.table import best_known, grid_of, page_table, plain, write_table
-    from rmfs_commands.results.files import write_text
+    from rmfs_commands.benchmark.table import best_known, grid_of, plain, write_table
 
     chosen = benchmark_set()
     instances = chosen.chosen(names)
     found = list(best_known(instances, _known(claims), [KEYS[objective]] if objective else []))
-    if file is not None and file.suffix == ".md":
-        write_text(file, page_table(instances, found))
-    elif file is not None:
+    if file is not None:
         write_table(grid_of(found, chosen.version), file)
     if as_json:
         print_json({"set": chosen.version, "best": plain(found)})
@@ -325,9 +322,9 @@ def _is_better(row: Mapping[str, Any], one: Frozen, known: Sequence[Claim]) -> b
     from rmfs_commands.benchmark.claims import best_of
 
     best = best_of(known, one)
-    return row["status"] == "complete" and any(
-        row.get(name) is not None and (name not in best or row[name] < best[name].metrics[name])
-        for name in one.objectives
+    return any(
+        value is not None and (name not in best or value < best[name].metrics[name])
+        for name, value in one.reached(row).items()
     )
 
 

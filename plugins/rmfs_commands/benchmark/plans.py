@@ -10,11 +10,13 @@ from attrs import define, field
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, hookimpl
 from rmfs_core.errors import InputError
+from rmfs_core.wording import counted
+from rmfs_core.world import make_instance, make_layout
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
+    from rmfs_core.scenario import Scenario
     from rmfs_core.warehouse import Station, WarehouseView
-    from rmfs_core.world import Instance
 
 REPLAY = "Replay"
 """Name of the rule in results."""
@@ -25,13 +27,14 @@ Plan = tuple[tuple[Visit, ...], ...]
 """The visits at each picking station, first to last."""
 
 
-def plan_of(rule: Any, instance: Instance, place: str) -> Plan:
+def plan_of(rule: Any, scenario: Scenario, place: str) -> Plan:
     """Return the plan of a table of the rule `REPLAY`.
 
     Raises
     ------
     InputError
-        When it has none, or one that does not serve each line of the instance once, from a pod with its SKU.
+        When it has none, or one that does not serve each line of the scenario once, from a pod with its SKU, at the
+        picking stations.
     """
     given = rule.get("plan") if isinstance(rule, Mapping) else None
     try:
@@ -44,6 +47,9 @@ def plan_of(rule: Any, instance: Instance, place: str) -> Plan:
     if not served or not all(type(number) is int for line in served for number in line):
         expected = "expected a list for each picking station, of visits [pod, [[order, SKU], ...]], as ids"
         raise InputError(place, f"found a plan of another form; {expected}")
+    instance, layout = make_instance(scenario), make_layout(scenario)
+    if len(plan) != (stations := len(layout.stations) - layout.replenishing):
+        raise InputError(place, f"found {counted(len(plan), 'list')}; expected {stations}, one a picking station")
     holds = {(pod, sku) for pod, data in enumerate(instance.pods) for sku, _ in data.contents}
     for pod, order, sku in served:
         if (pod, sku) not in holds:

@@ -79,7 +79,7 @@ def figures_of(
                 "status": (row := reached[one.name])["status"],
                 "rules_sha256": digest_of(rules_of(one.with_rules(rules))),
                 "run": row["key"],
-                **{name: row.get(name) for name in one.objectives},
+                **one.reached(row),
             }
             for one in instances
         ],

@@ -59,6 +59,10 @@ class Frozen:
         lacking = {"packed_s"} if self.scenario.packing is None else set()
         return tuple(name for name in OBJECTIVES if name not in lacking | ({"late_orders"} if not dated else set()))
 
+    def reached(self, row: Mapping[str, Any]) -> dict[str, float | None]:
+        """Return what a run has of each objective, by its row of an experiment; None unless the run is complete."""
+        return {name: row.get(name) if row["status"] == "complete" else None for name in self.objectives}
+
     @property
     def static(self) -> bool:
         """Whether whole schedules can be made for it: all orders are there at the start, nothing is packed."""

@@ -104,7 +104,7 @@ def grid_of(found: Sequence[Best], version: str) -> Grid:
         for one in found
     ]
     columns = ("Instance", "Objective", "Best known", "At least", "Gap", "Made by", *NOT_IN_LATEX)
-    notes = ("Rules: first digits of the SHA-256 of all rules with their parameters.",)
+    notes = ("Rules: first digits of the SHA-256 of all rules as written, with their parameters.",)
     made_with = " and ".join(sorted({f"rmfs {one.claim.versions.get('rmfs', '-')}" for one in found}))
     title = f"Best known values of benchmark set {version}, made with {made_with}"
     return Grid(title, notes, columns, rows, (2, 3, 4, 8))
@@ -124,9 +124,8 @@ def own_grid(instances: Sequence[Frozen], rows: Mapping[str, Mapping[str, Any]],
     """
     cells, known = [], read_claims()
     for one in instances:
-        best, row = best_of(known, one), rows[one.name]
-        for objective in one.objectives:
-            value = row.get(objective) if row["status"] == "complete" else None
+        best = best_of(known, one)
+        for objective, value in one.reached(rows[one.name]).items():
             least = best[objective].metrics[objective] if objective in best else None
             off = None if value is None or not least else value / least - 1
             bound = known_bounds().get(one.name, {}).get(objective)
@@ -174,25 +173,3 @@ def plain(found: Sequence[Best]) -> list[dict[str, Any]]:
         }
         for one in found
     ]
-
-
-def page_table(instances: Sequence[Frozen], found: Sequence[Best]) -> str:
-    """Return best known values as a table in Markdown, a row for each instance, with gaps and letters of the rules."""
-    makers = {one.claim.made_by: "" for one in found}
-    letters: Mapping[str, str] = {name: chr(97 + i) for i, name in enumerate(sorted(makers))}
-    by = {(one.instance.name, one.objective): one for one in found}
-
-    def cell(name: str, objective: str) -> str:
-        one = by.get((name, objective))
-        if one is None:
-            return ""
-        gap = "" if one.gap is None else f" (+{100 * one.gap:,.0f} %)"
-        marks = "*" * one.claim.offline + "?" * (not one.verified)
-        return f"{told(objective, one.value)}{gap} {letters[one.claim.made_by]}{marks}"
-
-    lines = ["| instance | " + " | ".join(label.lower() for label in LABELS.values()) + " |"]
-    lines.append("|---|" + "---:|" * len(LABELS))
-    lines += [f"| {one.name} | " + " | ".join(cell(one.name, key) for key in LABELS) + " |" for one in instances]
-    legend = ", ".join(f"{letter} {'a plan' if name == 'plan' else f'`{name}`'}" for name, letter in letters.items())
-    unverified = "" if all(one.verified for one in found) else ", ? unverified"
-    return "\n".join([*lines, "", f"Made by: {legend}; * offline{unverified}.", ""])

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from rmfs_commands.cli.completion import experiments
 from rmfs_commands.cli.notes import notes_console
@@ -76,7 +77,7 @@ def compare(
         print_shipped(shipped_experiments(), as_json)
         return
     if len(what) == 2:
-        _compare_two(what, bool(jobs or dask or out or bounds or quick or baseline), as_json=as_json, quiet=quiet)
+        _compare_two(what, as_json=as_json, quiet=quiet)
         return
     whole = load_experiment(_one_of(what))
     whole = whole if baseline is None else attrs.evolve(whole, baseline=baseline)
@@ -130,11 +131,13 @@ def _one_of(what: tuple[str, ...]) -> str:
     return what[0]
 
 
-def _compare_two(runs: tuple[str, ...], with_options: bool, *, as_json: bool, quiet: bool) -> None:
+def _compare_two(runs: tuple[str, ...], *, as_json: bool, quiet: bool) -> None:
     """Print two finished runs next to each other."""
     from rmfs_commands.experiments.report.two_runs import compare_runs
 
-    if with_options:
+    context = click.get_current_context()
+    given = {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
+    if given - {"what", "as_json", "quiet"}:
         raise click.UsageError("expected no options but --json and --quiet with two runs")
     first, second = runs
     found = compare_runs(first, second)

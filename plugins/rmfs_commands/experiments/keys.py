@@ -21,6 +21,7 @@ from rmfs_commands.results.files import json_ready, to_json
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario, scenario_to_dict
 from rmfs_core.scenario.overrides import data_files
+from rmfs_core.scenario.rulenames import GivenText, is_inline
 
 KEY_LENGTH = 24
 """Hexadecimal digits: 96 bits, so that a million runs collide with a probability of 1e-17."""
@@ -58,24 +59,26 @@ def run_key(scenario: Scenario, versions: Mapping[str, str], sources: Mapping[st
 
 
 def rules_of(scenario: Scenario) -> dict[str, Any]:
-    """Return the rules of a scenario with their parameters, by key; without the keys that have none."""
-    tables = scenario_to_dict(scenario)["rules"]
-    return {key: value for key, value in tables.items() if value not in (None, [], ())}
+    """Return the rules of a scenario as written, by key, without the keys that have none; files with their digests."""
+    tables, folder = scenario_to_dict(scenario)["rules"], Path(scenario.folder)
+    return {key: _with_digests(value, folder) for key, value in tables.items() if value not in (None, [], ())}
 
 
 def digest_of(rules: Mapping[str, Any]) -> str:
-    """Return the first digits of the SHA-256 of rules: equal rules with equal parameters have the same."""
+    """Return the first digits of the SHA-256 of rules as written: a default that is spelled out makes it another."""
     return hashlib.sha256(to_json(rules).encode()).hexdigest()[:12]
 
 
 def _with_digests(value: Any, folder: Path) -> Any:
-    """Return parameters of a generator; a text in them that may be the name of a file has the file's digest with it."""
+    """Return rules or parameters; a text in them that may be the name of a file has the file's digest with it."""
     if isinstance(value, Mapping):
         return {name: _with_digests(entry, folder) for name, entry in value.items()}
     if isinstance(value, list | tuple):
         return [_with_digests(entry, folder) for entry in value]
-    if isinstance(value, str) and "\0" not in value and os.path.isfile(folder / value):  # noqa: PTH113
-        return [value, _digest(folder / value)]
+    if isinstance(value, str) and "\0" not in value:
+        file, _, _ = value.rpartition(":") if is_inline(value) and ":" in value else (value, "", "")
+        file = os.path.join(value.there if isinstance(value, GivenText) else folder, file)  # noqa: PTH118
+        return [value, _digest(Path(file))] if os.path.isfile(file) else value  # noqa: PTH113
     return value
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rmfs_commands.results.files import to_json
+from rmfs_commands.results.files import to_json, write_text
 from rmfs_commands.serve.halls import POSTED, named
 from rmfs_commands.serve.process import EndedError, RuleProcess
 from rmfs_commands.serve.service import Reply, line_of, problem
@@ -108,7 +108,7 @@ class HallProcesses:
             return problem(503, f"there are {MOST_HALLS} halls already; expected one ended first")
         file = self._folder / f"{hall}{POSTED}"
         self._folder.mkdir(parents=True, exist_ok=True)
-        file.write_text(to_json(scenario), encoding="utf-8", errors="backslashreplace")
+        write_text(file, to_json(scenario))
         process = self._processes[hall] = self._posted(hall, file)
         try:
             await process.start()

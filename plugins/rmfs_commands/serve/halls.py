@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rmfs_commands.serve.service import Reply, replied
 from rmfs_commands.session import Hall
+from rmfs_commands.states.state_json import read_json
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario, load_scenario
 from rmfs_core.scenario.reading import Given
@@ -108,7 +108,7 @@ def posted(file: str) -> Scenario:
     InputError
         Where it cannot be had; also for whatever names a file.
     """
-    tables = json.loads(Path(file).read_text(encoding="utf-8"))
+    tables = read_json(Path(file))
     source = Source("request, scenario")
     for path, text in _texts(tables):
         if "/" in text or "\\" in text:

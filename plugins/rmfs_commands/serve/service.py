@@ -148,10 +148,11 @@ class Service:
         assert state is not None  # there is one of them
         if request.warehouse is None:
             return decider.decide(state_from_dict(state)).to_dict()
+        first = request.warehouse not in self._warehouses
         opened = self._warehouses.opened(request.warehouse, state)
         answer = decider.decide(opened).to_dict()
         self._warehouses.keep(request.warehouse, revision, state, opened)
-        if request.change is None and len(content) > LARGE:
+        if first and len(content) > LARGE:
             _set_aside()
         return answer | {"warehouse": request.warehouse, "revision": revision}
 

@@ -25,6 +25,10 @@ class Warehouses:
     def __init__(self) -> None:
         self._kept: dict[str, tuple[str, Mapping[str, Any], OpenState | None]] = {}
 
+    def __contains__(self, name: str) -> bool:
+        """Whether a state of a warehouse is kept."""
+        return name in self._kept
+
     def keep(self, name: str, revision: str, state: Mapping[str, Any], opened: OpenState | None = None) -> None:
         """Take down the last state of a warehouse; the one that was not used for longest may be forgotten for it."""
         self._kept.pop(name, None)

@@ -14,6 +14,8 @@ from rmfs_core.wording import nearest, shown_short
 
 MOST_EVENTS = 10_000
 """Events in a batch."""
+OWN = "x-"
+"""Beginning of the names of a caller's own fields, which come back with the answer."""
 MOST = 1_000_000_000
 """Items, ids and priorities."""
 
@@ -99,11 +101,12 @@ class ContradictionError(Exception):
 
 @frozen
 class Fact:
-    """One fact of the floor: its id, kind, and fields by name."""
+    """One fact of the floor: its id, kind, and fields by name; ``own`` are those of the caller, which begin with x-."""
 
     id: str
     kind: str
     fields: Mapping[str, Any]
+    own: Mapping[str, Any]
 
 
 @frozen
@@ -118,11 +121,14 @@ class Batch:
         When they were so.
     facts
         In the order in which they happened.
+    own
+        Fields of the caller, which begin with x-.
     """
 
     after: int
     tick: int
     facts: Sequence[Fact]
+    own: Mapping[str, Any]
 
 
 def batch_of(data: Any) -> Batch:
@@ -147,8 +153,12 @@ def batch_of(data: Any) -> Batch:
         has, may = FACTS[kind]
         _check(place, given, {"id": TEXT, "kind": TEXT, **has}, may)
         fields = {name: value for name, value in given.items() if name in has or name in may}
-        facts.append(Fact(given["id"], kind, fields))
-    return Batch(data["after"], to_ticks(float(data["time_s"])), facts)
+        facts.append(Fact(given["id"], kind, fields, _own(given)))
+    return Batch(data["after"], to_ticks(float(data["time_s"])), facts, _own(data))
+
+
+def _own(given: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in given.items() if name.startswith(OWN)}
 
 
 _EVENTS = Kind(
@@ -165,6 +175,6 @@ def _check(place: str, given: Mapping[str, Any], needed: Mapping[str, Kind], opt
         if name in given and not holds(given[name]):
             raise InputError(f"{place}.{name}", f"found {shown_short(given[name])}; expected {expected}")
     known = {**needed, **optional}
-    unknown = (name for name in given if name not in known and not name.startswith("x-"))
+    unknown = (name for name in given if name not in known and not name.startswith(OWN))
     for name in islice(unknown, 1):
         raise InputError(f"{place}.{name[:40]}", f"is not a field of it{nearest(name, known)}")

@@ -210,7 +210,7 @@ class Hall(Handling):
                 try:
                     changed |= bool(getattr(self, f"_{fact.kind}")(**fact.fields))
                 except ContradictionError as problem:
-                    dropped.append({"id": fact.id, "place": f"events.{i}", "problem": f"{problem}."})
+                    dropped.append({"id": fact.id, "place": f"events.{i}", "problem": f"{problem}.", **fact.own})
                     for concern in problem.concerns:
                         self._doubt(concern, str(problem))
                         changed = True
@@ -227,6 +227,7 @@ class Hall(Handling):
             "dropped": dropped,
             "overdue": overdue,
             "ask_again_s": None if (tick := floor.next_tick) is None else to_seconds(tick),
+            **batch.own,
         }
 
     def _new(self, fact: Fact) -> bool:

@@ -160,8 +160,8 @@ class Search:
         first = looks(len(self.seeds))[0] * self.instances
         listed = prod(len(one.choices) for one in self.space.parameters)  # 0 where numbers have a range
         if 0 < listed * first <= self.runs - used:
-            for values in product(*(one.choices for one in self.space.parameters)):
-                study.enqueue_trial(dict(zip(distributions, values, strict=True)))
+            for row in product(*(one.choices for one in self.space.parameters)):
+                study.enqueue_trial(dict(zip(distributions, row, strict=True)))
         while (size := min(BATCH, (self.runs - used) // first)) > 0 and repeats < MOST_REPEATS:
             asked = [study.ask(distributions) for _ in range(size)]
             batch: list[Trial] = []

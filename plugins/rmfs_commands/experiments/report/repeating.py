@@ -20,7 +20,8 @@ def rules_digests(result: ExperimentResult) -> dict[str, list[str]]:
 def repeating(result: ExperimentResult) -> dict[str, Any]:
     """Return versions, seeds, and the scenario of each instance and rule set, with every key and the digest of rules.
 
-    Files that scenarios name are told by name alone; their digests are part of the key of each run.
+    Files that scenarios name are told by name alone; their digests are part of the key of each run, and those of the
+    files that rules name part of the digest of rules.
     """
     experiment = result.experiment
     return {

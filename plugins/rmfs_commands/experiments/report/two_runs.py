@@ -15,6 +15,7 @@ from rmfs_commands.results.figures import show
 from rmfs_commands.validation.checking import read_result
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
+from rmfs_core.scenario.overrides import DATA_FILES
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,12 +38,15 @@ class TwoRuns:
         Scenario keys and versions that differ, with both values.
     metrics
         Both values of each metric that both have.
+    files
+        Keys by which both name the same files of orders, pods or stations, and texts that a generator may read as such.
     """
 
     names: tuple[str, str]
     ended: tuple[str, str]
     differs: Mapping[str, tuple[Any, Any]]
     metrics: Mapping[str, tuple[float | None, float | None]]
+    files: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return it for machines."""
@@ -53,6 +57,8 @@ class TwoRuns:
         other = [key for key in self.differs if key.partition(".")[0] in WORLD]
         if other:
             yield f"The runs may have other orders, pods or stations, because they differ in {', '.join(other)}."
+        elif self.files:
+            yield f"Both runs name the same files in {', '.join(self.files)}; their contents are not compared."
         else:
             yield "Both runs have the same orders, pods and stations."
         if set(self.ended) != {"complete"}:
@@ -100,17 +106,28 @@ def compare_runs(first: str, second: str) -> TwoRuns:
     flat = [_flat({**one["scenario"], "seed": one["seed"], "versions": one["versions"]}) for one in results]
     keys = dict.fromkeys([*flat[0], *flat[1]])
     differs = {key: (flat[0].get(key), flat[1].get(key)) for key in keys if flat[0].get(key) != flat[1].get(key)}
+    files = tuple(key for key, value in flat[0].items() if _names_file(key, value))
     one, other = (result["metrics"] for result in results)
     both = {name: (value, other[name]) for name, value in one.items() if name in other}
     metrics = {name: pair for name, pair in both.items() if all(map(_is_number, pair))}
-    return TwoRuns((first, second), (results[0]["status"], results[1]["status"]), differs, metrics)
+    return TwoRuns((first, second), (results[0]["status"], results[1]["status"]), differs, metrics, files)
 
 
 def _read(folder: str) -> Mapping[str, Any]:
     result = read_result(Path(folder) / RESULT_FILE)
     if result is None:
         raise InputError(folder, f"there is no {RESULT_FILE}; expected the folder of a run")
+    kinds = {"scenario": Mapping, "seed": int, "status": str, "versions": Mapping}
+    if not all(isinstance(result.get(key), kind) for key, kind in kinds.items()):
+        expected = "expected `scenario`, `seed`, `status` and `versions`, as rmfs has written them"
+        raise InputError(str(Path(folder) / RESULT_FILE), expected)
     return result
+
+
+def _names_file(key: str, value: object) -> bool:
+    """Whether the value of a scenario's key names, or may name, a file of orders, pods or stations."""
+    path = tuple(key.split("."))
+    return path[0] in WORLD and isinstance(value, str) and (path in DATA_FILES or "parameters" in path)
 
 
 def _is_number(value: object) -> bool:

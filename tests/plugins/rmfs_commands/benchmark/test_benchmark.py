@@ -102,6 +102,11 @@ class TestSet:
         ]
         assert "start-50-on: there is no such instance" in refusal(lambda: SET.find("start-50-on"))
 
+    def test_a_failed_run_has_reached_nothing(self) -> None:
+        row = {"status": "failed", "pod_station_visits": 0, "distance_m": 0.0}
+        assert set(SMALLEST.reached(row).values()) == {None}
+        assert SMALLEST.reached({**row, "status": "complete"})["pod_station_visits"] == 0
+
 
 class TestClaims:
     def test_a_run_may_claim_what_its_trace_amounts_to(self, run_of_smallest: Path) -> None:
@@ -154,6 +159,20 @@ class TestClaims:
         file.write_text(claim_line(attrs.evolve(claim(7), instance="nowhere")))
         assert 'there is no instance "nowhere"' in refusal(lambda: read_claims(file))
 
+    @cases(
+        "key value said",
+        ("offline", "yes", "expected a claim, as"),
+        ("trace", 5, "expected a claim, as"),
+        ("rules", {"poa_pps": {"rule": 5}}, "expected a claim, as"),
+        ("rules", {"poa_pps": {"n": 5}}, "expected a claim, as"),
+        ("rules", {"poa_pps": "nope"}, 'there is no rule "nope"'),
+    )
+    def test_a_wrong_value_in_a_claim_is_refused(self, key: str, value: Any, said: str, tmp_path: Path) -> None:
+        file = tmp_path / "mine.jsonl"
+        file.write_text(json.dumps(attrs.asdict(claim(7)) | {key: value}) + "\n")
+        assert refusal(lambda: read_claims(file)).startswith(f"{file}, line 1: ")
+        assert said in refusal(lambda: read_claims(file))
+
     def test_a_value_of_another_file_is_marked_as_unverified(self) -> None:
         (best,) = table.best_known([SET.find("start-50-a")], [claim(6, offline=True)])
         assert best.made_by == "pod-index (offline, unverified)"
@@ -166,6 +185,7 @@ class TestClaims:
         ([[[0, [[0, "x"]]]]], "found a plan of another form"),
         ([[[999, [[0, 0]]]]], "takes SKU 0 of order 0 from pod 999, which does not hold it"),
         ([], "found a plan of another form"),
+        ([[[0, [[0, 0]]]], []], "found 2 lists; expected 1, one a picking station"),
     )
     def test_a_damaged_plan_is_refused(self, plan: Any, said: str) -> None:
         rules = {"poa_pps": {"rule": "Replay", "plan": plan}}
@@ -174,7 +194,7 @@ class TestClaims:
     def test_a_plan_that_leaves_out_a_line_is_refused(self) -> None:
         plan = best_of(CLAIMS, SMALLEST)["pod_station_visits"].rules["poa_pps"]["plan"]
         (pod, lines), *rest = plan[0]
-        said = refusal(lambda: plan_of({"plan": [[(pod, lines[1:]), *rest]]}, make_instance(SMALLEST.scenario), "p"))
+        said = refusal(lambda: plan_of({"plan": [[(pod, lines[1:]), *rest]]}, SMALLEST.scenario, "p"))
         assert "0 times, expected 1" in said
 
     def test_another_trace_is_not_the_claim(self, run_of_smallest: Path, tmp_path: Path) -> None:
@@ -310,7 +330,7 @@ class TestCommand:
         assert "known before" in capsys.readouterr().out
         assert check_result(tmp_path, SET).metrics["turnover_s"] > 0
 
-    @cases("ending begins", (".csv", "Instance,Objective,"), (".tex", "\\begin{table"), (".md", "| instance |"))
+    @cases("ending begins", (".csv", "Instance,Objective,"), (".tex", "\\begin{table"), (".md", "## Best known values"))
     def test_the_table_is_written(self, ending: str, begins: str, tmp_path: Path) -> None:
         assert exit_code("benchmark", "table", "start-50-*", "--table", str(tmp_path / f"t{ending}")) == 0
         assert (tmp_path / f"t{ending}").read_text().startswith(begins)

@@ -17,7 +17,7 @@ from calling import refusal
 from cases import cases
 from rmfs_commands.experiments import Experiment, Job
 from rmfs_commands.experiments.bounds import PACKAGES
-from rmfs_commands.experiments.keys import run_key
+from rmfs_commands.experiments.keys import digest_of, rules_of, run_key
 from rmfs_commands.experiments.outcome import Outcome, simulate
 from rmfs_commands.experiments.rows import labels, row_of
 from rmfs_commands.experiments.sources import changed_since, sources_of, sources_of_world
@@ -64,6 +64,19 @@ def test_seed_values_versions_and_code_count(scenario: Scenario) -> None:
         run_key(load_scenario(f"{scenario.folder}/files.toml", ["rules.ta.help_others=false"]), VERSIONS, SOURCES)(1),
     ]
     assert len(set(keys)) == len(keys)
+
+
+@pytest.mark.parametrize("rule", ["./own.py:Own", '{ rule = "learned", weights = "own.npz" }'])
+def test_the_contents_of_files_count_in_the_digest_of_rules(
+    scenario: Scenario, rule: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(scenario.folder)
+    digests = set()
+    for content in ("1", "2"):
+        for name in ("own.py", "own.npz"):
+            Path(name).write_text(content, encoding="utf-8")
+        digests.add(digest_of(rules_of(load_scenario("files.toml", [f"rules.poa={rule}"]))))
+    assert len(digests) == 2
 
 
 def test_the_hours_of_a_profile_count(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Changes of a kept state: answered as the whole state is, byte for byte, and at the price of what changed."""
 
+import gc
 import json
 from typing import Any
 
@@ -7,6 +8,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from rmfs_commands.serve import service
 from rmfs_commands.serve.service import SMALL, Service
 from rmfs_commands.states import state_json
 from rmfs_commands.states.patches import patched
@@ -57,9 +59,9 @@ def kept() -> Service:
     return Service.of(RULES)
 
 
-def answer(service: Service, **request: Any) -> tuple[int, bytes]:
+def answer(asked: Service, **request: Any) -> tuple[int, bytes]:
     """Return status and content of an answer, without the state's revision."""
-    reply = service.answer(json.dumps(request).encode())
+    reply = asked.answer(json.dumps(request).encode())
     told = json.loads(reply.content)
     content = reply.content
     for key in ("warehouse", "revision"):
@@ -102,3 +104,13 @@ def test_what_did_not_change_is_not_read_again(kept: Service, monkeypatch: pytes
         "orders": ["4"],
         "robots": ["1"],
     } | {key: [] for key in ("pods", "stations")}
+
+
+def test_garbage_is_collected_at_the_first_large_state_of_a_warehouse_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    collected: list[None] = []
+    monkeypatch.setattr(gc, "collect", lambda: collected.append(None))
+    monkeypatch.setattr(service, "LARGE", 100)
+    asked = Service.of(["pod-match"])
+    for warehouse in ("a", "a", "b", "a"):
+        asked.answer(json.dumps({"warehouse": warehouse, "state": SMALL}).encode())
+    assert len(collected) == 2

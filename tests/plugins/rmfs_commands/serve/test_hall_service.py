@@ -158,14 +158,15 @@ def test_halls_over_http_need_a_journal(capsys: pytest.CaptureFixture[str]) -> N
 
 @cases(
     "tables problem",
+    ('{"instance": ', f"a{POSTED}, line 1: this is no valid JSON"),
     ({"instance": {"orders_file": "/etc/passwd"}}, "orders_file: .*expected no file"),
     ({"rules": {"poa": "rule.py:Rule", "pps": "demand"}}, "rules.poa: there is no file"),
     ({"rules": {"poa": {"rule": "remote", "command": "id"}, "pps": "demand"}}, "no-inline-rules refuses"),
 )
-def test_a_hall_that_is_made_over_http_names_no_file_and_starts_no_program(
-    tmp_path: Path, tables: dict[str, Any], problem: str
+def test_a_hall_that_is_made_over_http_is_whole_names_no_file_and_starts_no_program(
+    tmp_path: Path, tables: str | dict[str, Any], problem: str
 ) -> None:
     file = tmp_path / f"a{POSTED}"
-    file.write_text(json.dumps(tables))
+    file.write_text(tables if isinstance(tables, str) else json.dumps(tables))
     with pytest.raises(InputError, match=problem):
         Halls.of([f"a={file}"], allow_inline=False)

@@ -242,10 +242,11 @@ def test_what_cannot_be_is_dropped_and_the_hall_goes_on(small: Told) -> None:
     hall = hall_of(small)
     answers = [hall.take(batch) for batch in itertools.islice(batches, 1)]
     fetch = next(one for one in answers[0]["commands"] if one["kind"] == "fetch")
-    wrong = {"id": "w", "kind": "pod_lifted", "pod": fetch["pod"]}
-    answer = hall.take({"after": 1, "time_s": batches[0]["time_s"], "events": [wrong]})
+    wrong = {"id": "w", "kind": "pod_lifted", "pod": fetch["pod"], "x-fact": [1]}
+    answer = hall.take({"after": 1, "time_s": batches[0]["time_s"], "events": [wrong], "x-batch": {"a": None}})
     told = f'pod "{fetch["pod"]}" is not to be lifted now; expected robot_at first.'
-    assert answer["dropped"] == [{"id": "w", "place": "events.0", "problem": told}]
+    assert answer["dropped"] == [{"id": "w", "place": "events.0", "problem": told, "x-fact": [1]}]
+    assert answer["x-batch"] == {"a": None}
     quarantine = {kind: name for one in hall.state["session"]["quarantine"] for kind, name in one.items()}
     assert (quarantine["pod"], quarantine["robot"]) == (fetch["pod"], fetch["robot"])
     assert hall.state["robots"][fetch["robot"]]["in_service"] is False

@@ -629,10 +629,28 @@ def test_another_seed_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert "may have other orders, pods or stations, because they differ in seed." in told
 
 
+def test_of_files_only_the_names_are_known(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folders = runs(tmp_path, "robots.count=2")
+    for folder in folders:
+        file = Path(folder) / "result.json"
+        told = json.loads(file.read_text(encoding="utf-8"))
+        told["scenario"]["instance"] |= {"orders_file": "orders.csv", "arrivals": {"profile": "day.csv"}}
+        file.write_text(json.dumps(told), encoding="utf-8")
+    assert exit_code("compare", *folders) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "same files in instance.arrivals.profile, instance.orders_file; their contents are not compared." in shown
+    assert "the same orders" not in shown
+
+
 def test_wrong_calls_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     one = runs(tmp_path)[0]
     assert "there is no result.json" in refused(capsys, main, ["compare", one, str(tmp_path)])
-    assert "no options but --json and --quiet" in refused(capsys, main, ["compare", one, one, "--quick"])
+    for more in (["--quick"], ["--width", "7.7"], ["--no-inline-rules"]):
+        assert "no options but --json and --quiet" in refused(capsys, main, ["compare", one, one, *more])
+    (tmp_path / "result.json").write_text('{"metrics": {}, "seed": 1, "status": "complete", "versions": {}}')
+    assert "expected `scenario`, `seed`, `status` and `versions`" in refused(
+        capsys, main, ["compare", one, str(tmp_path)]
+    )
     assert "expected an experiment, a file or one of" in refused(capsys, main, ["compare", one, one, one])
 
 
