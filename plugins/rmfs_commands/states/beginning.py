@@ -10,7 +10,7 @@ from attrs import evolve, frozen
 
 from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_commands.states.deciding import restored_generator
-from rmfs_commands.states.mementos import memento_of
+from rmfs_commands.states.mementos import memento_of, time_of
 from rmfs_commands.states.memory import labelled, remind
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.opening import opening_events
@@ -116,12 +116,7 @@ def read(scenario: Scenario) -> tuple[State, str]:
 
 def begins_at(scenario: Scenario) -> int:
     """Return the tick at which a run of a scenario begins."""
-    return 0 if scenario.instance.state_file is None else _now(read(scenario)[0])
-
-
-def _now(state: State) -> int:
-    latest = max((order.arrival_s for order in state.orders.values()), default=0.0)
-    return to_ticks(latest if state.time_s is None else state.time_s)
+    return 0 if scenario.instance.state_file is None else time_of(read(scenario)[0])
 
 
 def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
@@ -142,7 +137,7 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     check_supported(scenario)
     (state, name), fresh = read(scenario), open_warehouse(scenario, instance, layout)
     names = Names(state, name)
-    if not 0 <= (now_s := _now(state) / TICKS_PER_S) <= MOST_S:
+    if not 0 <= (now_s := time_of(state) / TICKS_PER_S) <= MOST_S:
         expected = f"expected seconds since a run's time 0, not more than {MOST_S:,}"
         names.wrong(("time_s",), f"found {now_s:,.10g}; {expected}")
     state = _placed(state, names, fresh.warehouse, layout)
@@ -270,7 +265,7 @@ def _orders(state: State, instance: Instance) -> dict[str, dict[str, Any]]:
 
 def _later(state: State, instance: Instance, scenario: Scenario) -> list[OrderData]:
     """Return the scenario's orders that arrive later."""
-    now = _now(state)
+    now = time_of(state)
     given, refilled = scenario.instance, scenario.instance.arrivals.backlog is not None
     later = [one for one in instance.orders if refilled or one.arrival_tick > now]
     if refilled or given.orders_file is not None:  # an order of that name is the one that the state has
