@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -63,6 +63,7 @@ def under_way(
     if state.run is not None:
         _check_once(state, names, warehouse)
     robots = {robot.name: robot for robot in warehouse.robots}
+    reserved = set(warehouse.reserved)  # cells that no story ends in yet
     for i, one in enumerate(told):
         path = ("run", "going", i)
         robot = None if one.robot is None else robots.get(one.robot)
@@ -86,13 +87,14 @@ def under_way(
             names.order(one.order, *path, "order")
         _check(one, going[-1], robot, warehouse, names, path)
         if robot is not None and one.story is not None:
-            stories[robot.id] = _story(one, robot, warehouse, names, path)
+            stories[robot.id] = _story(one, robot, warehouse, names, path, reserved)
         if robot is not None:
             _check_robot(one, robot, warehouse, names, path)
     clocks = [] if state.run is not None else [Going("hours"), Going("arrivals"), Going("bundles")]
+    cells = iter([*sorted(reserved), *warehouse.free_locations])
     for robot in warehouse.robots:  # of which nothing is told: they set out from where they stand
         if robot.id not in stories and (robot.task is not None or robot.goal is not None):
-            stories[robot.id] = _begun_story(robot, warehouse)
+            stories[robot.id] = _begun_story(robot, warehouse, names, cells)
             going.append(Going("drive", robot.id))
     line = {robot.id: place for station in warehouse.stations for place, robot in enumerate(station.line)}
     if state.run is None:
@@ -105,21 +107,25 @@ def under_way(
     return [*clocks, *going], stories
 
 
-def _begun_story(robot: Any, warehouse: Warehouse) -> tuple[Any, ...]:
-    """Return what a robot does of which a state tells task or goal alone."""
+def _begun_story(robot: Robot, warehouse: Warehouse, names: Names, cells: Iterator[int]) -> tuple[Any, ...]:
+    """Return what a robot does of which a state tells task or goal alone; a pod is stored in the next of ``cells``."""
     if robot.task is None:
         return "rest", robot.goal, 1.0
     pod = warehouse.pods[robot.task]
     if pod.bound_for:
         return "transport", pod
-    free = [*sorted(warehouse.reserved), *warehouse.free_locations]
-    cell = free[0]
+    if (cell := next(cells, None)) is None:
+        expected = "expected a free or reserved storage location for each pod that is bound for no station"
+        names.wrong(("robots", robot.name, "task"), f'found pod "{pod.name}", for which none is left; {expected}')
     if cell not in warehouse.reserved:
         warehouse.reserve(cell)
     return ("store" if pod.location is None else "move"), pod, cell
 
 
-def _story(one: GoingState, robot: Robot, warehouse: Warehouse, names: Names, path: KeyPath) -> tuple[Any, ...]:
+def _story(
+    one: GoingState, robot: Robot, warehouse: Warehouse, names: Names, path: KeyPath, reserved: set[int]
+) -> tuple[Any, ...]:
+    """Return what a robot does as a state tells it; the cell where that ends leaves ``reserved``."""
     if one.story == "rest":
         if robot.goal is None or one.cell != robot.goal:
             has = "no goal" if robot.goal is None else f"the goal {robot.goal}; expected that in `cell`"
@@ -132,8 +138,9 @@ def _story(one: GoingState, robot: Robot, warehouse: Warehouse, names: Names, pa
         if not pod.bound_for:
             names.wrong((*path, "story"), f'found "transport", but pod "{pod.name}" is bound for no station')
         return "transport", pod
-    if one.cell not in warehouse.reserved:
-        names.wrong((*path, "cell"), f"found {one.cell}; expected a cell that `reserved` names")
+    if one.cell not in reserved:
+        names.wrong((*path, "cell"), f"found {one.cell}; expected a cell that `reserved` names, and no other entry")
+    reserved.remove(one.cell)
     return one.story, pod, one.cell
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from attrs import define, field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
@@ -22,6 +23,8 @@ from rmfs_commands.cli.display import duration
 from rmfs_commands.cli.progress import RunLines
 from rmfs_core import Result
 from rmfs_core.errors import InputError, RunError
+from rmfs_core.events import Event, PodStored
+from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import load_scenario
 from rmfs_core.world import make_instance
 
@@ -214,8 +217,41 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
     assert result.metrics["late_orders"] == 0
 
 
+CARRIED = {
+    "robots": {"1": {"cell": 4, "task": "P1"}, "2": {"cell": 9, "task": "P2"}, "3": {"cell": 45}, "4": {"cell": 46}},
+    "stations": {name: {"item_capacity": 15} for name in "12"},
+    "orders": {"A": {"lines": {"tea": 2}, "arrival_s": 36000}},
+}
+
+
+@define
+class Stored:
+    """Observer: keeps the cells where pods were stored."""
+
+    cells: list[int] = field(factory=list)
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        if isinstance(event, PodStored):
+            self.cells.append(event.cell)
+
+
+@pytest.mark.parametrize("pp", ["free-flow", "sipp"])
+def test_pods_that_are_carried_get_a_location_each(tmp_path: Path, pp: str) -> None:
+    """The reserved one first, and then the first that is free."""
+    given = written(tmp_path, **CARRIED, reserved=[41])
+    result = simulate(given, f"rules.pp={pp}", "instance.orders=0", observers=[stored := Stored()])
+    assert result.status == "complete"
+    assert {41, 33} <= {*stored.cells}
+
+
 @cases(
     "changes overrides sentence",
+    (
+        CARRIED | {"pods": BY_HAND["pods"] | {f"X{i}": {"contents": {}} for i in range(118)}},
+        (),
+        'robots.2.task: found pod "P2", for which none is left; expected a free or reserved storage location',
+    ),
     (
         {"stations": {"1": BY_HAND["stations"]["1"]}},
         (),
