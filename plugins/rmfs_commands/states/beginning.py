@@ -236,13 +236,11 @@ def _placed(state: State, names: Names, fresh: Warehouse, layout: Layout) -> Sta
         one.task for one in robots.values() if one.task is not None and state.pods.get(one.task, _NONE).cell is None
     }
     taken = {*state.empty_pods, *state.reserved, *(pod.cell for pod in state.pods.values())}
-    free = iter([cell for cell in fresh.homes if cell not in taken])
-    rest = iter([cell for cell in layout.storage_locations if cell not in taken and cell not in fresh.homes])
+    free = (cell for cell in dict.fromkeys((*fresh.homes, *layout.storage_locations)) if cell not in taken)
     pods = {}
     for name, pod in state.pods.items():
         if pod.cell is None and name not in carried:
-            cell = next(free, None) or next(rest, None)
-            if cell is None:
+            if (cell := next(free, None)) is None:
                 most = f"found {len(state.pods)}; the layout has {len(layout.storage_locations)} storage locations"
                 names.wrong(("pods",), f"{most}, {len(taken)} of them taken")
             pods[name] = evolve(pod, cell=cell)

@@ -222,6 +222,7 @@ CARRIED = {
     "stations": {name: {"item_capacity": 15} for name in "12"},
     "orders": {"A": {"lines": {"tea": 2}, "arrival_s": 36000}},
 }
+TEA = {"contents": {"tea": 1}}
 
 
 @define
@@ -243,6 +244,17 @@ def test_pods_that_are_carried_get_a_location_each(tmp_path: Path, pp: str) -> N
     result = simulate(given, f"rules.pp={pp}", "instance.orders=0", observers=[stored := Stored()])
     assert result.status == "complete"
     assert {41, 33} <= {*stored.cells}
+
+
+def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
+    """As many pods as locations, without their cells: all of them get one."""
+    (tmp_path / "hall.txt").write_text("#.......\n.##.##..\n........\n.##.##.qqqO\n.......@@@.\n...........")
+    stations = {"1": {"item_capacity": 15}}
+    given = written(
+        tmp_path, **CARRIED | {"stations": stations, "robots": None, "pods": dict.fromkeys("abcdefghi", TEA)}
+    )
+    result = simulate(given, f"layout.map_file={tmp_path / 'hall.txt'}", "instance.orders=0", "instance.pods=5")
+    assert result.status == "complete"
 
 
 @cases(
