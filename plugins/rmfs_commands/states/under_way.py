@@ -10,7 +10,7 @@ from typing import Any
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.resuming import AT_STATION
 from rmfs_commands.states.state import GoingState, State
-from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.simulation.going import Going
 from rmfs_core.warehouse import Robot, Warehouse
@@ -183,6 +183,9 @@ def _check(
             names.wrong((*path, "kind"), f'found "{going.kind}", but robot "{one.robot}" is first in no line')
         if going.sku is not None and going.sku not in {request.sku for request in at.open_requests}:
             names.wrong((*path, "sku"), f'found "{one.sku}", of which the station has no request')
+        if one.until_s and going.tick > (free := warehouse.picker_free(at)):
+            expected = f'expected at most {to_seconds(free):g}, when the picker of station "{at.name}" is free'
+            names.wrong((*path, "until_s"), f"found {one.until_s:g}; {expected}")
     if going.kind == "release" and (going.station is None or warehouse.stations[going.station].in_hand is None):
         names.wrong((*path, "station"), 'found "release" of a station without `in_hand`')
     if robot is not None and going.legs:
@@ -198,11 +201,14 @@ def _check_legs(going: Going, robot: Robot, warehouse: Warehouse, names: Names, 
     if going.kind == "wait" and not going.tick:
         names.wrong((*path, "until_s"), "is missing; expected it with a wait before legs")
     to, wait = going.legs[0]
-    if going.kind == "leg" and to != robot.cell:
-        turn = travel.turns.tolist()[((travel.heading(robot.cell, to) or 0) - robot.heading) % 4]
-        ends = going.since + wait + turn + int(travel.runs[travel.layout.distance(robot.cell, to)])
-        if ends <= warehouse.now:
-            over = f"a leg since {going.since / TICKS_PER_S:g} is over at {ends / TICKS_PER_S:g} in this scenario"
+    if going.kind == "wait" and not going.since <= going.tick - wait <= warehouse.now:
+        span = f"expected {to_seconds(wait):g} s after a time from `since_s` to the state's"
+        names.wrong((*path, "until_s"), f"found {to_seconds(going.tick):g}; {span}")
+    if going.kind == "leg":
+        turn = 0 if to == robot.cell else ((travel.heading(robot.cell, to) or 0) - robot.heading) % 4
+        run = int(travel.runs[travel.layout.distance(robot.cell, to)])
+        if (ends := going.since + wait + travel.turns.tolist()[turn] + run) <= warehouse.now:
+            over = f"a leg since {to_seconds(going.since):g} is over at {to_seconds(ends):g} in this scenario"
             names.wrong((*path, "since_s"), f"{over}, which is not later than the state's time")
 
 
@@ -218,7 +224,9 @@ def _check_robot(one: GoingState, robot: Robot, warehouse: Warehouse, names: Nam
     carries, beneath = pod is not None and location is None, location == robot.cell
     at_charger = robot.cell in warehouse.travel.layout.chargers and robot.charge is not None
     in_line = any(robot in station.line for station in warehouse.stations)
+    first = any(station.line[:1] == (robot,) and station.cell == robot.cell for station in warehouse.stations)
     there = {
+        **dict.fromkeys(AT_STATION, (first, "stands at the station where it is first in line")),
         "lift": (beneath, "stands under the stored pod that is its task"),
         "room": (beneath, "stands under the stored pod that is its task"),
         "set": (carries and robot.cell == one.cell, "has a pod, and stands in the cell where its story ends"),

@@ -222,7 +222,9 @@ CARRIED = {
     "stations": {name: {"item_capacity": 15} for name in "12"},
     "orders": {"A": {"lines": {"tea": 2}, "arrival_s": 36000}},
 }
+PICK = {"kind": "pick", "robot": "1", "story": "transport", "visit": 1, "sku": "tea", "until_s": 36009}
 TEA = {"contents": {"tea": 1}}
+BUSY = {"stations": BY_HAND["stations"] | {"1": BY_HAND["stations"]["1"] | {"picker_free_s": 36009}}}
 
 
 @define
@@ -354,6 +356,21 @@ def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
         (),
         'run.going[0].visit: is missing; expected in an entry of kind "picker"',
     ),
+    (
+        {"run": {"going": [PICK | {"until_s": 36010}], "visits": 1}, **BUSY},
+        (),
+        'run.going[0].until_s: found 36010; expected at most 36009, when the picker of station "1" is free',
+    ),
+    (
+        {"run": {"going": [PICK], "visits": 1}, "robots": CARRIED["robots"] | {"2": {"cell": 9}}, **BUSY},
+        (),
+        'run.going[0].kind: found "pick" for robot "1"; expected one that stands at the station where it is first',
+    ),
+    (
+        CARRIED | {"run": {"going": [{"kind": "wait", "robot": "3", "until_s": 36010, "legs": [[46, 2]]}]}},
+        (),
+        "run.going[0].until_s: found 36010; expected 2 s after a time from `since_s` to the state's",
+    ),
 )
 def test_what_cannot_be_is_refused(
     tmp_path: Path, changes: dict[str, Any], overrides: tuple[str, ...], sentence: str
@@ -367,7 +384,7 @@ def test_what_cannot_be_is_refused(
 STOPPED = (("restocked", "sipp", 362.89), ("low", "whca-n", 382.454), ("times vary", "free-flow", 332.85))
 """World, PP rule and time of states with much going on."""
 REMOVED = object()
-WRONG = (REMOVED, None, "nobody", -1, -1.5, 0, 3.5, 10**12, 1e300, float("nan"), True, [], {}, [[]])
+WRONG = (REMOVED, None, "nobody", "wait", 1e6, -1, -1.5, 0, 3.5, 10**12, 1e300, float("nan"), True, [], {}, [[]])
 
 
 def paths(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
