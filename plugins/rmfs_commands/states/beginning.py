@@ -103,7 +103,7 @@ class Begun:
         remind(run.rules, told.memory, run.view, self.names)
         services = run.services
         for what, number in told.drawn.items():
-            services.begun[tuple(int(one) if one.isdecimal() else one for one in what.split(" "))] = number
+            services.begun[tuple(map(int, what.split(" ")))] = number
         services.last.update({self.names.stations[name]: tuple(last) for name, last in told.begun.items()})
 
 
@@ -363,6 +363,26 @@ def _complete(warehouse: Warehouse, state: State, names: Names) -> None:
         if to_ticks(until_s) <= warehouse.now:
             names.wrong(("run", "pickers_s", name), f"found {until_s:g}, which is not later than the state's time")
         warehouse.occupy_picker(station, to_ticks(until_s), to_ticks(station.picker_free_s))
-    for name in told.begun:
-        names.station(name, "run", "begun", name)
+    _check_services(told, warehouse, names)
     warehouse.bundles_so_far = max(warehouse.bundles_so_far, told.bundles)
+
+
+def _check_services(told: RunState, warehouse: Warehouse, names: Names) -> None:
+    """Check what service times were drawn for, and the last pick of stations: else others would be drawn."""
+    orders, skus, stations = len(names.orders), len(names.skus), len(names.stations)
+    for name, last in told.begun.items():
+        names.station(name, "run", "begun", name)
+        most = (told.visits + 1, orders, skus)
+        if len(last) != 3 or not all(0 <= one < number for one, number in zip(last, most, strict=True)):
+            names.wrong(("run", "begun", name), f"found {[*last]}; expected the ids of a visit, an order and a SKU")
+    kinds = ((len(warehouse.pods),), (orders, skus), (orders, skus, 1), (orders, stations, 1, 1))
+    for what in told.drawn:
+        ids = what.split(" ")
+        known = next((kind for kind in kinds if len(kind) == len(ids)), ())
+        if not known or not all(map(_is_id, ids, known)):
+            expected = "expected ids: pod, or order and SKU, with 0 of a visit; or order and station, with 0 0"
+            names.wrong(("run", "drawn", what), f'found "{what}"; {expected}')
+
+
+def _is_id(text: str, number: int) -> bool:
+    return text.isdecimal() and int(text) < number and text == str(int(text))

@@ -346,6 +346,11 @@ def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
     ({"run": {"pickers_s": {"1": -5}}}, (), "run.pickers_s.1: found -5, which is not later than the state's time"),
     ({"run": {"completed_s": {"C": 35600}}}, (), 'run.completed_s.C: names order "C", which the state does not list'),
     ({"run": {"begun": {"9": [1, 2, 3]}}}, (), 'run.begun.9: names station "9", which the state does not list'),
+    ({"run": {"begun": {"1": [1]}}}, (), "run.begun.1: found [1]; expected the ids of a visit, an order and a SKU"),
+    ({"run": {"begun": {"1": [0, 2, 0]}}}, (), "run.begun.1: found [0, 2, 0]; expected the ids of a visit, an order"),
+    ({"run": {"drawn": {"": 5}}}, (), 'found ""; expected ids: pod, or order and SKU'),
+    ({"run": {"drawn": {"put 1": 5}}}, (), 'found "put 1"; expected ids: pod, or order and SKU'),
+    ({"run": {"drawn": {"1 2 0 1": 5}}}, (), 'found "1 2 0 1"; expected ids: pod, or order and SKU'),
     (
         {"run": {"going": [{"kind": "handled", "station": "1", "order": "Z", "sku": "tea", "until_s": 36001}]}},
         (),
