@@ -103,8 +103,10 @@ def test_requests_that_a_joint_rule_leaves_are_repaired(at_work: dict[str, Any])
         assert answer.to_dict().get("repair") == (
             {"rule": repair.get("repair", "demand"), "trips": 1} if trips else None
         )
-    with pytest.raises(InputError, match=r"^state, ask.repair: rule \"first-come\" .* expected a rule for PPS"):
-        decide(state_from_dict(at_work | {"ask": {"repair": "first-come"}}), RuleChoice("integrated"))
+    for requests in (at_work["stations"]["north"]["requests"], []):  # also where nothing is to be repaired
+        at_work["stations"]["north"]["requests"] = requests
+        with pytest.raises(InputError, match=r"^state, ask.repair: rule \"first-come\" .* expected a rule for PPS"):
+            decide(state_from_dict(at_work | {"ask": {"repair": "first-come"}}), RuleChoice("integrated"))
 
 
 def test_facts_of_a_state(at_work: dict[str, Any]) -> None:
