@@ -12,6 +12,7 @@ from rmfs_core.decisions import (
     BundleAssignment,
     BundleDecision,
     JointDecision,
+    Leg,
     OrderAssignment,
     Path,
     PodMove,
@@ -276,8 +277,10 @@ def _moves(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[s
 
 def _path(answer: object) -> dict[str, Any]:
     """Return a path; without legs where the rule finds none, and where the robot is there already."""
-    legs = () if answer is None else instance_of(answer, Path).legs
-    return {"legs": [{"cell": int(leg.to), "wait_s": to_seconds(leg.wait_ticks)} for leg in legs]}
+    legs = () if answer is None else [instance_of(leg, Leg) for leg in instance_of(answer, Path).legs]
+    waits = [to_seconds(checks.whole("wait_ticks", leg.wait_ticks)) for leg in legs]
+    cells = [checks.whole("cell", leg.to) for leg in legs]
+    return {"legs": [{"cell": cell, "wait_s": wait_s} for cell, wait_s in zip(cells, waits, strict=True)]}
 
 
 def _packing(warehouse: WarehouseView, orders: Sequence[Order], answer: object) -> dict[str, Any]:

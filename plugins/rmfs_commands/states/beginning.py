@@ -10,7 +10,7 @@ from attrs import evolve, frozen
 
 from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_commands.states.deciding import restored_generator
-from rmfs_commands.states.mementos import memento_of
+from rmfs_commands.states.mementos import memento_of, time_of
 from rmfs_commands.states.memory import labelled, remind
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.opening import opening_events
@@ -103,7 +103,7 @@ class Begun:
         remind(run.rules, told.memory, run.view, self.names)
         services = run.services
         for what, number in told.drawn.items():
-            services.begun[tuple(int(one) if one.isdecimal() else one for one in what.split(" "))] = number
+            services.begun[tuple(map(int, what.split(" ")))] = number
         services.last.update({self.names.stations[name]: tuple(last) for name, last in told.begun.items()})
 
 
@@ -116,12 +116,7 @@ def read(scenario: Scenario) -> tuple[State, str]:
 
 def begins_at(scenario: Scenario) -> int:
     """Return the tick at which a run of a scenario begins."""
-    return 0 if scenario.instance.state_file is None else _now(read(scenario)[0])
-
-
-def _now(state: State) -> int:
-    latest = max((order.arrival_s for order in state.orders.values()), default=0.0)
-    return to_ticks(latest if state.time_s is None else state.time_s)
+    return 0 if scenario.instance.state_file is None else time_of(read(scenario)[0])
 
 
 def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
@@ -142,7 +137,7 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
     check_supported(scenario)
     (state, name), fresh = read(scenario), open_warehouse(scenario, instance, layout)
     names = Names(state, name)
-    if not 0 <= (now_s := _now(state) / TICKS_PER_S) <= MOST_S:
+    if not 0 <= (now_s := time_of(state) / TICKS_PER_S) <= MOST_S:
         expected = f"expected seconds since a run's time 0, not more than {MOST_S:,}"
         names.wrong(("time_s",), f"found {now_s:,.10g}; {expected}")
     state = _placed(state, names, fresh.warehouse, layout)
@@ -241,13 +236,11 @@ def _placed(state: State, names: Names, fresh: Warehouse, layout: Layout) -> Sta
         one.task for one in robots.values() if one.task is not None and state.pods.get(one.task, _NONE).cell is None
     }
     taken = {*state.empty_pods, *state.reserved, *(pod.cell for pod in state.pods.values())}
-    free = iter([cell for cell in fresh.homes if cell not in taken])
-    rest = iter([cell for cell in layout.storage_locations if cell not in taken and cell not in fresh.homes])
+    free = (cell for cell in dict.fromkeys((*fresh.homes, *layout.storage_locations)) if cell not in taken)
     pods = {}
     for name, pod in state.pods.items():
         if pod.cell is None and name not in carried:
-            cell = next(free, None) or next(rest, None)
-            if cell is None:
+            if (cell := next(free, None)) is None:
                 most = f"found {len(state.pods)}; the layout has {len(layout.storage_locations)} storage locations"
                 names.wrong(("pods",), f"{most}, {len(taken)} of them taken")
             pods[name] = evolve(pod, cell=cell)
@@ -270,7 +263,7 @@ def _orders(state: State, instance: Instance) -> dict[str, dict[str, Any]]:
 
 def _later(state: State, instance: Instance, scenario: Scenario) -> list[OrderData]:
     """Return the scenario's orders that arrive later."""
-    now = _now(state)
+    now = time_of(state)
     given, refilled = scenario.instance, scenario.instance.arrivals.backlog is not None
     later = [one for one in instance.orders if refilled or one.arrival_tick > now]
     if refilled or given.orders_file is not None:  # an order of that name is the one that the state has
@@ -370,6 +363,26 @@ def _complete(warehouse: Warehouse, state: State, names: Names) -> None:
         if to_ticks(until_s) <= warehouse.now:
             names.wrong(("run", "pickers_s", name), f"found {until_s:g}, which is not later than the state's time")
         warehouse.occupy_picker(station, to_ticks(until_s), to_ticks(station.picker_free_s))
-    for name in told.begun:
-        names.station(name, "run", "begun", name)
+    _check_services(told, warehouse, names)
     warehouse.bundles_so_far = max(warehouse.bundles_so_far, told.bundles)
+
+
+def _check_services(told: RunState, warehouse: Warehouse, names: Names) -> None:
+    """Check what service times were drawn for, and the last pick of stations: else others would be drawn."""
+    orders, skus, stations = len(names.orders), len(names.skus), len(names.stations)
+    for name, last in told.begun.items():
+        names.station(name, "run", "begun", name)
+        most = (told.visits + 1, orders, skus)
+        if len(last) != 3 or not all(0 <= one < number for one, number in zip(last, most, strict=True)):
+            names.wrong(("run", "begun", name), f"found {[*last]}; expected the ids of a visit, an order and a SKU")
+    kinds = ((len(warehouse.pods),), (orders, skus), (orders, skus, 1), (orders, stations, 1, 1))
+    for what in told.drawn:
+        ids = what.split(" ")
+        known = next((kind for kind in kinds if len(kind) == len(ids)), ())
+        if not known or not all(map(_is_id, ids, known)):
+            expected = "expected ids: pod, or order and SKU, with 0 of a visit; or order and station, with 0 0"
+            names.wrong(("run", "drawn", what), f'found "{what}"; {expected}')
+
+
+def _is_id(text: str, number: int) -> bool:
+    return text.isdecimal() and int(text) < number and text == str(int(text))

@@ -189,10 +189,12 @@ def repaired(opened: OpenState, answer: Answer) -> Answer:
     """
     named = opened.state.ask.repair or ("none" if opened.state.layout is None else "demand")
     before = answer.outcome
-    if answer.decides is not Role.POA_PPS or not isinstance(before, Outcome) or not before.uncovered or named == "none":
+    if answer.decides is not Role.POA_PPS or not isinstance(before, Outcome) or named == "none":
         return answer
     place = Source(opened.names.source).place_of(("ask", "repair"))
     rule = load_rule(RuleChoice(named), (Role.PPS,), allow_inline=False, place=place)
+    if not before.uncovered:
+        return answer
     more = ask(opened, rule, {"max_fetches": len(opened.view.free_pods)})
     assert isinstance(more.outcome, Outcome)
     trips = more.decision["trips"]

@@ -21,7 +21,7 @@ from rmfs_commands.states.plain import (
     TaskMemento,
 )
 from rmfs_commands.states.state import InHandState, OrderState, PartState, RequestState, State, TaskState
-from rmfs_core.clock import to_ticks
+from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.warehouse import UNLIMITED, OrderPacking
 from rmfs_core.world import NORTH, Layout, OrderData, PodData
@@ -70,7 +70,9 @@ def memento_of(state: State, names: Names, layout: Layout, before: Before | None
     InputError
         Where it names what it does not list, or gives cells without a layout.
     """
-    now = _now(state, names)
+    now = time_of(state)
+    if now < to_ticks(latest := _latest(state)):
+        names.wrong(("time_s",), f"found {state.time_s}, but an order arrives at {latest}; expected none later")
     if before is not None and before.names.skus != names.skus:
         before = None  # SKUs have other ids
     orders = _orders(state, names, before)
@@ -88,12 +90,9 @@ def memento_of(state: State, names: Names, layout: Layout, before: Before | None
     return Memento(*whole, tuple(_packing(state, names, orders)), state.chargers_down)
 
 
-def _now(state: State, names: Names) -> int:
-    """Return the time now in ticks."""
-    latest = _latest(state)
-    if state.time_s is not None and latest > state.time_s:
-        names.wrong(("time_s",), f"found {state.time_s}, but an order arrives at {latest}; expected none later")
-    return to_ticks(latest if state.time_s is None else state.time_s)
+def time_of(state: State) -> int:
+    """Return the time of a state in ticks: the latest arrival, where it does not say."""
+    return to_ticks(_latest(state) if state.time_s is None else state.time_s)
 
 
 def _latest(state: State) -> float:
@@ -102,10 +101,10 @@ def _latest(state: State) -> float:
 
 def due_times(state: State, orders: Sequence[str]) -> dict[str, dict[str, float]]:
     """Return due time, priority and slack of those orders that have a due time, by name."""
-    now = _latest(state) if state.time_s is None else state.time_s
+    now_s = to_seconds(time_of(state))
     given = [(name, state.orders[name]) for name in orders]
     return {
-        name: {"due_s": order.due_s, "priority": order.priority, "slack_s": round(order.due_s - now, 3)}
+        name: {"due_s": order.due_s, "priority": order.priority, "slack_s": round(order.due_s - now_s, 3)}
         for name, order in given
         if order.due_s is not None
     }

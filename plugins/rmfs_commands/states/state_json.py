@@ -74,12 +74,16 @@ def state_after(data: Mapping[str, Any], before: Mapping[str, Any], state: State
         As `state_from_dict`.
     """
     changed = {
-        key: value for key, value in data.items() if key in ("format", "version") or value is not before.get(key)
+        key: value
+        for key, value in data.items()
+        if key in ("format", "version") or key not in before or value is not before[key]
     }
     for key in TABLES:
         told, earlier = data.get(key), before.get(key)
         if isinstance(told, Mapping) and isinstance(earlier, Mapping):
-            changed[key] = {one: value for one, value in told.items() if value is not earlier.get(one)}
+            changed[key] = {
+                one: value for one, value in told.items() if one not in earlier or value is not earlier[one]
+            }
     read = state_from_dict(changed, name)
     values = {key: getattr(read if key in changed else state, key) for key in data}
     for key in TABLES:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.resuming import AT_STATION
 from rmfs_commands.states.state import GoingState, State
-from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.simulation.going import Going
 from rmfs_core.warehouse import Robot, Warehouse
@@ -63,6 +63,7 @@ def under_way(
     if state.run is not None:
         _check_once(state, names, warehouse)
     robots = {robot.name: robot for robot in warehouse.robots}
+    reserved = set(warehouse.reserved)  # cells that no story ends in yet
     for i, one in enumerate(told):
         path = ("run", "going", i)
         robot = None if one.robot is None else robots.get(one.robot)
@@ -86,13 +87,14 @@ def under_way(
             names.order(one.order, *path, "order")
         _check(one, going[-1], robot, warehouse, names, path)
         if robot is not None and one.story is not None:
-            stories[robot.id] = _story(one, robot, warehouse, names, path)
+            stories[robot.id] = _story(one, robot, warehouse, names, path, reserved)
         if robot is not None:
             _check_robot(one, robot, warehouse, names, path)
     clocks = [] if state.run is not None else [Going("hours"), Going("arrivals"), Going("bundles")]
+    cells = iter([*sorted(reserved), *warehouse.free_locations])
     for robot in warehouse.robots:  # of which nothing is told: they set out from where they stand
         if robot.id not in stories and (robot.task is not None or robot.goal is not None):
-            stories[robot.id] = _begun_story(robot, warehouse)
+            stories[robot.id] = _begun_story(robot, warehouse, names, cells)
             going.append(Going("drive", robot.id))
     line = {robot.id: place for station in warehouse.stations for place, robot in enumerate(station.line)}
     if state.run is None:
@@ -105,21 +107,25 @@ def under_way(
     return [*clocks, *going], stories
 
 
-def _begun_story(robot: Any, warehouse: Warehouse) -> tuple[Any, ...]:
-    """Return what a robot does of which a state tells task or goal alone."""
+def _begun_story(robot: Robot, warehouse: Warehouse, names: Names, cells: Iterator[int]) -> tuple[Any, ...]:
+    """Return what a robot does of which a state tells task or goal alone; a pod is stored in the next of ``cells``."""
     if robot.task is None:
         return "rest", robot.goal, 1.0
     pod = warehouse.pods[robot.task]
     if pod.bound_for:
         return "transport", pod
-    free = [*sorted(warehouse.reserved), *warehouse.free_locations]
-    cell = free[0]
+    if (cell := next(cells, None)) is None:
+        expected = "expected a free or reserved storage location for each pod that is bound for no station"
+        names.wrong(("robots", robot.name, "task"), f'found pod "{pod.name}", for which none is left; {expected}')
     if cell not in warehouse.reserved:
         warehouse.reserve(cell)
     return ("store" if pod.location is None else "move"), pod, cell
 
 
-def _story(one: GoingState, robot: Robot, warehouse: Warehouse, names: Names, path: KeyPath) -> tuple[Any, ...]:
+def _story(
+    one: GoingState, robot: Robot, warehouse: Warehouse, names: Names, path: KeyPath, reserved: set[int]
+) -> tuple[Any, ...]:
+    """Return what a robot does as a state tells it; the cell where that ends leaves ``reserved``."""
     if one.story == "rest":
         if robot.goal is None or one.cell != robot.goal:
             has = "no goal" if robot.goal is None else f"the goal {robot.goal}; expected that in `cell`"
@@ -132,8 +138,9 @@ def _story(one: GoingState, robot: Robot, warehouse: Warehouse, names: Names, pa
         if not pod.bound_for:
             names.wrong((*path, "story"), f'found "transport", but pod "{pod.name}" is bound for no station')
         return "transport", pod
-    if one.cell not in warehouse.reserved:
-        names.wrong((*path, "cell"), f"found {one.cell}; expected a cell that `reserved` names")
+    if one.cell not in reserved:
+        names.wrong((*path, "cell"), f"found {one.cell}; expected a cell that `reserved` names, and no other entry")
+    reserved.remove(one.cell)
     return one.story, pod, one.cell
 
 
@@ -176,6 +183,9 @@ def _check(
             names.wrong((*path, "kind"), f'found "{going.kind}", but robot "{one.robot}" is first in no line')
         if going.sku is not None and going.sku not in {request.sku for request in at.open_requests}:
             names.wrong((*path, "sku"), f'found "{one.sku}", of which the station has no request')
+        if one.until_s and going.tick > (free := warehouse.picker_free(at)):
+            expected = f'expected at most {to_seconds(free):g}, when the picker of station "{at.name}" is free'
+            names.wrong((*path, "until_s"), f"found {one.until_s:g}; {expected}")
     if going.kind == "release" and (going.station is None or warehouse.stations[going.station].in_hand is None):
         names.wrong((*path, "station"), 'found "release" of a station without `in_hand`')
     if robot is not None and going.legs:
@@ -191,11 +201,14 @@ def _check_legs(going: Going, robot: Robot, warehouse: Warehouse, names: Names, 
     if going.kind == "wait" and not going.tick:
         names.wrong((*path, "until_s"), "is missing; expected it with a wait before legs")
     to, wait = going.legs[0]
-    if going.kind == "leg" and to != robot.cell:
-        turn = travel.turns.tolist()[((travel.heading(robot.cell, to) or 0) - robot.heading) % 4]
-        ends = going.since + wait + turn + int(travel.runs[travel.layout.distance(robot.cell, to)])
-        if ends <= warehouse.now:
-            over = f"a leg since {going.since / TICKS_PER_S:g} is over at {ends / TICKS_PER_S:g} in this scenario"
+    if going.kind == "wait" and not going.since <= going.tick - wait <= warehouse.now:
+        span = f"expected {to_seconds(wait):g} s after a time from `since_s` to the state's"
+        names.wrong((*path, "until_s"), f"found {to_seconds(going.tick):g}; {span}")
+    if going.kind == "leg":
+        turn = 0 if to == robot.cell else ((travel.heading(robot.cell, to) or 0) - robot.heading) % 4
+        run = int(travel.runs[travel.layout.distance(robot.cell, to)])
+        if (ends := going.since + wait + travel.turns.tolist()[turn] + run) <= warehouse.now:
+            over = f"a leg since {to_seconds(going.since):g} is over at {to_seconds(ends):g} in this scenario"
             names.wrong((*path, "since_s"), f"{over}, which is not later than the state's time")
 
 
@@ -211,7 +224,9 @@ def _check_robot(one: GoingState, robot: Robot, warehouse: Warehouse, names: Nam
     carries, beneath = pod is not None and location is None, location == robot.cell
     at_charger = robot.cell in warehouse.travel.layout.chargers and robot.charge is not None
     in_line = any(robot in station.line for station in warehouse.stations)
+    first = any(station.line[:1] == (robot,) and station.cell == robot.cell for station in warehouse.stations)
     there = {
+        **dict.fromkeys(AT_STATION, (first, "stands at the station where it is first in line")),
         "lift": (beneath, "stands under the stored pod that is its task"),
         "room": (beneath, "stands under the stored pod that is its task"),
         "set": (carries and robot.cell == one.cell, "has a pod, and stands in the cell where its story ends"),

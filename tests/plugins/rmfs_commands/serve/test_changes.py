@@ -52,6 +52,7 @@ changes = some(
     skus=st.none() | st.just(["d", *SKUS[:3]]),
     sizes=st.none() | st.just({"a": 2}),
 )
+nulls = st.sampled_from(("motion", "reserved", "empty_pods", "seed", "ask", "chargers_down"))
 
 
 @pytest.fixture(scope="module")
@@ -74,11 +75,15 @@ ANOTHER, ALL = {"orders": {"4": None, "7": WANTED}}, {"stations": {"1": {"item_c
 WAITS: dict[str, Any] = {"orders": {"4": WANTED | {"waits_for_stock": True}}}
 
 
-@example(steps=[(FULL, "first-come"), (ANOTHER, "first-come"), (ALL, "first-come")])  # orders have other ids then
-@example(steps=[(WAITS, "first-come"), ({"backlog": ["2", "4"]}, "first-come")])
+@example(
+    steps=[(FULL, "first-come"), (ANOTHER, "first-come"), (ALL, "first-come")], null="seed"
+)  # orders have other ids then
+@example(steps=[(WAITS, "first-come"), ({"backlog": ["2", "4"]}, "first-come")], null="motion")
 @settings(max_examples=25)
-@given(steps=st.lists(st.tuples(changes, st.sampled_from(RULES)), min_size=4, max_size=12))
-def test_a_change_is_answered_as_the_whole_state(kept: Service, steps: list[tuple[dict[str, Any], str]]) -> None:
+@given(steps=st.lists(st.tuples(changes, st.sampled_from(RULES)), min_size=4, max_size=12), null=nulls)
+def test_a_change_is_answered_as_the_whole_state(
+    kept: Service, steps: list[tuple[dict[str, Any], str]], null: str
+) -> None:
     state = HALL
     reply = kept.answer(json.dumps({"warehouse": "w", "state": state, "rule": "pod-match"}).encode())
     base = json.loads(reply.content)["revision"]
@@ -87,6 +92,9 @@ def test_a_change_is_answered_as_the_whole_state(kept: Service, steps: list[tupl
         whole = patched(state, change)
         expected = answer(kept, state=whole, rule=rule)
         assert answer(kept, warehouse="w", base=base, change=change, rule=rule) == expected
+        refused = answer(kept, state=whole | {null: None}, rule=rule)
+        assert refused == answer(kept, warehouse="w", state=whole | {null: None}, rule=rule)
+        assert refused[0] == 422
         if expected[0] == 200:
             base, state = json.loads(kept.answer(content).content)["revision"], whole
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from attrs import define, field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
@@ -22,6 +23,8 @@ from rmfs_commands.cli.display import duration
 from rmfs_commands.cli.progress import RunLines
 from rmfs_core import Result
 from rmfs_core.errors import InputError, RunError
+from rmfs_core.events import Event, PodStored
+from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import load_scenario
 from rmfs_core.world import make_instance
 
@@ -214,8 +217,55 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
     assert result.metrics["late_orders"] == 0
 
 
+CARRIED = {
+    "robots": {"1": {"cell": 4, "task": "P1"}, "2": {"cell": 9, "task": "P2"}, "3": {"cell": 45}, "4": {"cell": 46}},
+    "stations": {name: {"item_capacity": 15} for name in "12"},
+    "orders": {"A": {"lines": {"tea": 2}, "arrival_s": 36000}},
+}
+PICK = {"kind": "pick", "robot": "1", "story": "transport", "visit": 1, "sku": "tea", "until_s": 36009}
+TEA = {"contents": {"tea": 1}}
+BUSY = {"stations": BY_HAND["stations"] | {"1": BY_HAND["stations"]["1"] | {"picker_free_s": 36009}}}
+
+
+@define
+class Stored:
+    """Observer: keeps the cells where pods were stored."""
+
+    cells: list[int] = field(factory=list)
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        if isinstance(event, PodStored):
+            self.cells.append(event.cell)
+
+
+@pytest.mark.parametrize("pp", ["free-flow", "sipp"])
+def test_pods_that_are_carried_get_a_location_each(tmp_path: Path, pp: str) -> None:
+    """The reserved one first, and then the first that is free."""
+    given = written(tmp_path, **CARRIED, reserved=[41])
+    result = simulate(given, f"rules.pp={pp}", "instance.orders=0", observers=[stored := Stored()])
+    assert result.status == "complete"
+    assert {41, 33} <= {*stored.cells}
+
+
+def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
+    """As many pods as locations, without their cells: all of them get one."""
+    (tmp_path / "hall.txt").write_text("#.......\n.##.##..\n........\n.##.##.qqqO\n.......@@@.\n...........")
+    stations = {"1": {"item_capacity": 15}}
+    given = written(
+        tmp_path, **CARRIED | {"stations": stations, "robots": None, "pods": dict.fromkeys("abcdefghi", TEA)}
+    )
+    result = simulate(given, f"layout.map_file={tmp_path / 'hall.txt'}", "instance.orders=0", "instance.pods=5")
+    assert result.status == "complete"
+
+
 @cases(
     "changes overrides sentence",
+    (
+        CARRIED | {"pods": BY_HAND["pods"] | {f"X{i}": {"contents": {}} for i in range(118)}},
+        (),
+        'robots.2.task: found pod "P2", for which none is left; expected a free or reserved storage location',
+    ),
     (
         {"stations": {"1": BY_HAND["stations"]["1"]}},
         (),
@@ -296,6 +346,11 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
     ({"run": {"pickers_s": {"1": -5}}}, (), "run.pickers_s.1: found -5, which is not later than the state's time"),
     ({"run": {"completed_s": {"C": 35600}}}, (), 'run.completed_s.C: names order "C", which the state does not list'),
     ({"run": {"begun": {"9": [1, 2, 3]}}}, (), 'run.begun.9: names station "9", which the state does not list'),
+    ({"run": {"begun": {"1": [1]}}}, (), "run.begun.1: found [1]; expected the ids of a visit, an order and a SKU"),
+    ({"run": {"begun": {"1": [0, 2, 0]}}}, (), "run.begun.1: found [0, 2, 0]; expected the ids of a visit, an order"),
+    ({"run": {"drawn": {"": 5}}}, (), 'found ""; expected ids: pod, or order and SKU'),
+    ({"run": {"drawn": {"put 1": 5}}}, (), 'found "put 1"; expected ids: pod, or order and SKU'),
+    ({"run": {"drawn": {"1 2 0 1": 5}}}, (), 'found "1 2 0 1"; expected ids: pod, or order and SKU'),
     (
         {"run": {"going": [{"kind": "handled", "station": "1", "order": "Z", "sku": "tea", "until_s": 36001}]}},
         (),
@@ -305,6 +360,21 @@ def test_a_state_by_hand_is_begun_in(tmp_path: Path, pp: str) -> None:
         {"run": {"going": [{"kind": "picker", "robot": "1", "story": "transport"}]}},
         (),
         'run.going[0].visit: is missing; expected in an entry of kind "picker"',
+    ),
+    (
+        {"run": {"going": [PICK | {"until_s": 36010}], "visits": 1}, **BUSY},
+        (),
+        'run.going[0].until_s: found 36010; expected at most 36009, when the picker of station "1" is free',
+    ),
+    (
+        {"run": {"going": [PICK], "visits": 1}, "robots": CARRIED["robots"] | {"2": {"cell": 9}}, **BUSY},
+        (),
+        'run.going[0].kind: found "pick" for robot "1"; expected one that stands at the station where it is first',
+    ),
+    (
+        CARRIED | {"run": {"going": [{"kind": "wait", "robot": "3", "until_s": 36010, "legs": [[46, 2]]}]}},
+        (),
+        "run.going[0].until_s: found 36010; expected 2 s after a time from `since_s` to the state's",
     ),
 )
 def test_what_cannot_be_is_refused(
@@ -319,7 +389,7 @@ def test_what_cannot_be_is_refused(
 STOPPED = (("restocked", "sipp", 362.89), ("low", "whca-n", 382.454), ("times vary", "free-flow", 332.85))
 """World, PP rule and time of states with much going on."""
 REMOVED = object()
-WRONG = (REMOVED, None, "nobody", -1, -1.5, 0, 3.5, 10**12, 1e300, float("nan"), True, [], {}, [[]])
+WRONG = (REMOVED, None, "nobody", "wait", 1e6, -1, -1.5, 0, 3.5, 10**12, 1e300, float("nan"), True, [], {}, [[]])
 
 
 def paths(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:

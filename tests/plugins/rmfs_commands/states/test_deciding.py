@@ -103,8 +103,10 @@ def test_requests_that_a_joint_rule_leaves_are_repaired(at_work: dict[str, Any])
         assert answer.to_dict().get("repair") == (
             {"rule": repair.get("repair", "demand"), "trips": 1} if trips else None
         )
-    with pytest.raises(InputError, match=r"^state, ask.repair: rule \"first-come\" .* expected a rule for PPS"):
-        decide(state_from_dict(at_work | {"ask": {"repair": "first-come"}}), RuleChoice("integrated"))
+    for requests in (at_work["stations"]["north"]["requests"], []):  # also where nothing is to be repaired
+        at_work["stations"]["north"]["requests"] = requests
+        with pytest.raises(InputError, match=r"^state, ask.repair: rule \"first-come\" .* expected a rule for PPS"):
+            decide(state_from_dict(at_work | {"ask": {"repair": "first-come"}}), RuleChoice("integrated"))
 
 
 def test_facts_of_a_state(at_work: dict[str, Any]) -> None:
@@ -151,6 +153,35 @@ def test_a_path_among_robots_that_stand(at_work: dict[str, Any], rule: str, stra
     assert (decision["legs"] == [{"cell": 7, "wait_s": 0.0}]) == straight
     assert decision["legs"][-1]["cell"] == 7
     assert [leg.cell for leg in read_answer(decision).legs] == [leg["cell"] for leg in decision["legs"]]
+
+
+ROUTE = """
+@define
+class Route:
+    "PP: answers what its parameter says."
+    legs: str
+
+    @hookimpl
+    def plan_path(self):
+        from rmfs_core.decisions import Leg, Path
+        return Path(eval(self.legs))
+"""
+
+
+@cases(
+    "legs problem",
+    ("[(3, 0)]", r"returned a path with tuple \(3, 0\) in it; expected Leg only"),
+    ("5", "returned a path with int 5 in it; expected Leg only"),
+    ("[Leg('x')]", "named cell 'x'; expected a whole number"),
+    ("[Leg(3, 0.5)]", "named wait_ticks 0.5; expected a whole number"),
+)
+def test_what_is_no_path_is_told(at_work: dict[str, Any], install: Any, legs: str, problem: str) -> None:
+    install("routes", {"route": "routes:Route"}, routes=ROUTE)
+    with pytest.raises(RuleError, match=rf'^rule "route" .*{problem}'):
+        decide(
+            state_from_dict(at_work | {"ask": {"decides": "PP", "robot": "r2", "goal": 7}}),
+            RuleChoice("route", {"legs": legs}),
+        )
 
 
 @cases(
