@@ -281,10 +281,9 @@ def sentences_of(found: Sequence[Best], seeds: int, *, repeats: bool = False) ->
         yield "No rule set completes all of its runs, so there is nothing to advise."
         return
     if repeats:
-        few, quick = found[0].least, found[-1].least
-        visits = "makes the fewest visits"
-        both, each = f"{_named(few)} {visits} and takes", f"{_named(few)} {visits}, {_named(quick)} takes"
-        yield f"In this run {both if few == quick else each} the least time. {REPEATS}"
+        few, soon = found[0].least, found[-1].least
+        takes = "and takes" if few == soon else f"and {_named(soon)} takes"
+        yield f"In this run {_named(few)} makes the fewest visits {takes} the least time. {REPEATS}"
         return
     if seeds < FEWEST_SEEDS:
         number = counted(seeds, "seed")

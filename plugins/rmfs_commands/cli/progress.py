@@ -17,7 +17,7 @@ from rich.text import Text
 from rmfs_commands.cli.display import Display, PanelDisplay, duration, figures, progress_bar
 from rmfs_commands.cli.screen import PIPE_WIDTH
 from rmfs_commands.details.spans import began_at, counts_from
-from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     BundleStored,
     DecisionMade,

@@ -155,7 +155,7 @@ def test_what_was_before_is_not_shown_as_progress(tmp_path: Path) -> None:
 
 
 def test_what_is_said_of_a_run_is_of_its_own_time(tmp_path: Path) -> None:
-    """Hours begin with that of the state; a station that is closed, and only finishes what it has, is not the busiest."""
+    """Hours begin with that of the state; a station that only finishes what it has is not the busiest."""
     coming = ("instance.orders=90", "instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=60")
     given = (*coming, "rules.pp=free-flow", 'stations.open={1=[["00:00","05:00"]],2=[["00:00","00:58"]]}')
     _, state = stopped(tmp_path, 3500, *given)
