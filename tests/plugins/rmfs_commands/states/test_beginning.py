@@ -61,6 +61,10 @@ WORLDS = {
         *("layout.chargers=2", "rules.idle=charge-when-low", "robots.battery.capacity_wh=33"),
         *("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
     ),
+    "crowded": (
+        *("layout.block_rows=9", "layout.stations_east=4", "layout.stations_west=3", "robots.count=30"),
+        *("instance.orders=120", 'rules.poa={rule="pod-match",spread=0.5}'),
+    ),
     "restocked": (
         *(
             "instance.items_per_sku=3",
