@@ -11,7 +11,7 @@ from rmfs_commands.advice.candidates import COST, OWN
 from rmfs_commands.cli.screen import new_table
 from rmfs_commands.experiments import Comparison, ExperimentResult, Paired
 from rmfs_commands.experiments.compare import FEWEST_SEEDS, Interval
-from rmfs_commands.experiments.report.numbers import MARK, MINUS, NONE, value
+from rmfs_commands.experiments.report.numbers import MARK, MINUS, NONE, REPEATS, value
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.wording import counted, listed
 
@@ -265,7 +265,7 @@ def _minus(number: str | None) -> str:
     return "0" if number in ("-0", None) else number.replace("-", MINUS)
 
 
-def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
+def sentences_of(found: Sequence[Best], seeds: int, *, repeats: bool = False) -> Iterator[str]:
     """Yield which rule set to take, in a sentence, and what the runs leave open.
 
     Parameters
@@ -274,9 +274,16 @@ def sentences_of(found: Sequence[Best], seeds: int) -> Iterator[str]:
         The best in visits, and in time.
     seeds
         How many runs there are of each rule set.
+    repeats
+        Whether these are the same run.
     """
     if len(found) < 2:
         yield "No rule set completes all of its runs, so there is nothing to advise."
+        return
+    if repeats:
+        few, soon = found[0].least, found[-1].least
+        takes = "and takes" if few == soon else f"and {_named(soon)} takes"
+        yield f"In this run {_named(few)} makes the fewest visits {takes} the least time. {REPEATS}"
         return
     if seeds < FEWEST_SEEDS:
         number = counted(seeds, "seed")

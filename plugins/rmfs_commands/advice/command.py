@@ -121,7 +121,7 @@ def advise(
         say(notes, f"{experiment.name}: all {len(result.rows):,} runs are stored already")
     result = against_whole(with_open_orders(result))
     found = best_of_each(result)
-    told = [*sentences_of(found, seeds), *cheapest(result, limit), *part.told]
+    told = [*sentences_of(found, seeds, repeats=result.repeats), *cheapest(result, limit), *part.told]
     if not split:
         told.append("Left out: rule sets that split orders. They need packing stations (a section [packing]).")
     told += filter(None, [fixed(result.comparison())])

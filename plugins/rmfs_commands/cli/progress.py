@@ -16,8 +16,8 @@ from rich.text import Text
 
 from rmfs_commands.cli.display import Display, PanelDisplay, duration, figures, progress_bar
 from rmfs_commands.cli.screen import PIPE_WIDTH
-from rmfs_commands.details.spans import began_at
-from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_commands.details.spans import began_at, counts_from
+from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     BundleStored,
     DecisionMade,
@@ -128,7 +128,7 @@ class RunCounts:
         packed = 0 if run.warehouse.packing_stations else None
         counts = cls(total=len(run.instance.orders), picks_at=[0] * len(run.layout.stations), packed=packed)
         if (began := began_at(run)) is not None:
-            counts.began, counts.since = began, min(to_ticks(run.scenario.run.warmup_s or 0), began + 1)
+            counts.began, counts.since = began, counts_from(run)
         return counts
 
     @property

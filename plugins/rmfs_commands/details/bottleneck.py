@@ -71,6 +71,9 @@ LIMITS: Mapping[str, tuple[str, str]] = {
 WORTH_SAYING = 10
 """Percent of the orders' time from which on a cause is said besides the limit."""
 
+LEAST_THERE = 0.1
+"""Share of the time of the station that was there the longest from which on a station can be the busiest or idlest."""
+
 _NO_LESS: Mapping[str, float | None] = {"time_s": None, "time_percent": None}
 """Of a gain that no time is known of."""
 
@@ -395,10 +398,15 @@ class Bottleneck:
         return {part: _percent(ticks, there) for part, ticks in parts.items()}
 
     def _of_stations(self) -> dict[str, dict[str, Any] | None]:
-        """Return the stations whose pickers handled items for the most and the least of their time."""
+        """Return the stations whose pickers handled items for the most and the least of their time.
+
+        Without those that were there for less than `LEAST_THERE` of the time of the one that was there the longest.
+        """
+        longest = max(there for _, _, there in self._lengths)
         shares = {
             station.name: _percent(handled, there)
             for station, (handled, _, there) in zip(self._run.warehouse.stations, self._lengths, strict=True)
+            if there >= LEAST_THERE * longest
         }
         known = {name: share for name, share in shares.items() if share is not None}
         ends = {"busiest_station": max, "idlest_station": min}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rmfs_commands.details.spans import Count, Handlers
+from rmfs_commands.details.spans import Count, Handlers, began_at, counts_from
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import (
     Event,
@@ -29,7 +29,9 @@ _HOUR = 3600 * TICKS_PER_S
 
 
 class Hours:
-    """Counts by the hour, from time 0 on; what takes time counts in the hour in which it ends.
+    """Counts by the hour; what takes time counts in the hour in which it ends.
+
+    The first is that of time 0, or that in which a run begins in a state: what was before it does not count.
 
     Parameters
     ----------
@@ -39,6 +41,8 @@ class Hours:
 
     def __init__(self, run: RunInfo) -> None:
         self._rows: list[dict[str, Any]] = []
+        self._began, self._since = began_at(run) or 0, counts_from(run)
+        self._first = self._began // _HOUR
         self._over = 0  # when the last of them is
         self._backlog = 0
         cancelled = any(order.cancelled_tick is not None for order in run.instance.orders)
@@ -51,7 +55,7 @@ class Hours:
             **({"stations_open": self._open} if opening else {}),
             **({"robots_on_duty": self._on_duty} if scenario.robots.available is not None else {}),
         }
-        self._until(0)  # what was before time 0, of a run that begins in a state, counts in the first hour
+        self._until(self._first)
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
             OrderAssigned: self._assigned,
@@ -85,17 +89,17 @@ class Hours:
     def _count(self, event: Event, what: str) -> None:
         if event.tick >= self._over:
             self._until(event.tick // _HOUR)
-        self._row[what] += 1
+        self._row[what] += event.tick >= self._since
 
     def _until(self, hour: int) -> None:
         """Begin hours up to one, each with the backlog that the one before it has left."""
-        while len(self._rows) <= hour:
+        while (begins := self._first + len(self._rows)) <= hour:
             if self._rows:
                 self._rows[-1]["backlog"] = self._backlog
-            begin = {"hour": len(self._rows), "start_s": len(self._rows) * 3600}
+            begin = {"hour": begins, "start_s": begins * 3600}
             self._row: dict[str, Any] = {**begin, **dict.fromkeys(self._counted, 0), "backlog": 0}
             self._rows.append(self._row)
-            self._over = len(self._rows) * _HOUR
+            self._over = (begins + 1) * _HOUR
 
     def rows(self, end: int, more: Mapping[str, Count] | None = None) -> list[dict[str, Any]]:
         """Return a row for each hour that the run has seen; ``backlog`` is that at the end of the hour.
@@ -106,7 +110,8 @@ class Hours:
         self._until(max(end - 1, 0) // _HOUR)
         self._rows[-1]["backlog"] = self._backlog
         for row in self._rows:
-            begin = row["hour"] * _HOUR
+            begin = max(row["hour"] * _HOUR, self._began)
+            until = max(min((row["hour"] + 1) * _HOUR, end), begin)
             for column, number in {**self._there, **(more or {})}.items():
-                row[column] = round(number.mean(begin, max(min(begin + _HOUR, end), begin)), 3)
+                row[column] = round(number.mean(begin, until), 3)
         return self._rows

@@ -157,7 +157,8 @@ class Replenishment:
         """Yield a row for each hour that the run has seen; stock is that at the end of the hour."""
         self._until(max(end - 1, 0) // _HOUR)
         self._hours[-1][:2] = self._items.number, self._in_stock.number
-        for hour, numbers in enumerate(self._hours):
+        first = self._since // _HOUR  # a run that begins in a state has no hours before
+        for hour, numbers in enumerate(self._hours[first:], first):
             yield dict(zip(STOCK_COLUMNS, (hour, hour * 3600, *numbers), strict=True))
 
     def values(self, end: int, of_orders: Mapping[str, Number]) -> dict[str, Number]:

@@ -58,6 +58,15 @@ class ExperimentResult:
         """Rows of the runs that failed."""
         return [row for row in self.rows if row["status"] == "failed"]
 
+    @property
+    def repeats(self) -> bool:
+        """Whether each rule set has the same figures on all of several seeds: more of them tell nothing."""
+        figures: dict[tuple[object, object], set[tuple[object, ...]]] = {}
+        for row in (row for row in self.rows if row["status"] != "failed"):
+            found = tuple(row.get(metric) for metric in self.experiment.metrics)
+            figures.setdefault((row["instance"], row["rule_set"]), set()).add(found)
+        return len(self.experiment.seeds) > 1 and {len(found) for found in figures.values()} == {1}
+
     def table(self) -> dict[str, list[object]]:
         """Return the rows as columns, every column of the same length, None where a run has no such figure."""
         names = list(dict.fromkeys(name for row in self.rows for name in row))

@@ -180,11 +180,13 @@ def _hours(run: Run) -> list[Markup]:
         "Items picked": [Series("picks", of("picks"), 3)],
         "Backlog at the end of the hour": [Series("orders", of("backlog"), 4)],
     }
-    late = [0.0] * len(run.hours)
+    late, first = [0.0] * len(run.hours), int(run.hours[0]["hour"]) if run.hours else 0
     for row in _late(run):
-        late[min(int(row["due_s"] // 3600), len(late) - 1)] += 1
+        if (hour := int(row["due_s"] // 3600) - first) >= 0:
+            late[min(hour, len(late) - 1)] += 1
     charts["Late orders, by the hour in which they were due"] = [Series("late", late, 2)]
-    return [chart(title, series, 1, "hour") for title, series in charts.items() if any(any(s.values) for s in series)]
+    seen = [(title, series) for title, series in charts.items() if any(any(s.values) for s in series)]
+    return [chart(title, series, 1, "hour", shown=lambda hour: f"{first + hour:,g}") for title, series in seen]
 
 
 def _peak(run: Run) -> tuple[str, float] | None:

@@ -118,6 +118,7 @@ def judge(search: Search, trials: Sequence[Trial], held_back: Sequence[int]) -> 
     )
     comparison = result.comparison()
     told = [f"Searched: {about}. Compared on seeds {held_back[0]} to {held_back[-1]}, which the search never saw."]
+    told += [numbers.REPEATS] if result.repeats else []
     for name, one in best.items():
         values = ", ".join(f"{key} = {shown(value)}" for key, value in one.values.items())
         told.append(f"{name}: {values}.")

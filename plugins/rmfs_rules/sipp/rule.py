@@ -55,7 +55,8 @@ class Sipp:
     time. Estimates are exact times without traffic, and never earlier than the goal is free for good, because a path
     has to end with a hold of the goal without end. Where even that is far too early, a search from the goal finds out
     when a path can arrive at all (`backwards.py`). Among equal estimates the state nearest to the goal goes first, then
-    the one with the lower number: the result is the same on every machine.
+    the one of the lower cell, the earlier gap, the lower heading: the result is the same on every machine, and does not
+    depend on what is over.
 
     The arrival is the earliest that any path made of such moves has, waiting times being free to the tick.
 

@@ -3,7 +3,7 @@
 A state is (gap, heading) at rest, numbered ``4 * gap + heading`` with the gap's number in the reservation table, so the
 arrays are as long as four times the table's pool. A state is a row of ``states``; ``STAMP`` says which search wrote it
 last: nothing has to be cleared in between. The queue is a binary heap of states that know their index in it, ordered by
-(due, rest, number).
+(due, rest, cell, number): not by number alone, for the index of a cell in the pool depends on what was reserved before.
 """
 
 from __future__ import annotations
@@ -167,4 +167,6 @@ def _before(a: int, b: int, states: Ints) -> bool:
         return bool(states[a, DUE] < states[b, DUE])
     if states[a, REST] != states[b, REST]:
         return bool(states[a, REST] < states[b, REST])
+    if states[a, CELL] != states[b, CELL]:  # not by number: where the table has a cell is a matter of its past
+        return bool(states[a, CELL] < states[b, CELL])
     return a < b

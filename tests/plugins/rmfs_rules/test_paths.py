@@ -242,6 +242,24 @@ def test_compiled_and_plain_arrive_together_in_a_crowd(roads: Roads) -> None:
         assert Sipp().search(roads, table, query) == path
 
 
+@given(robots=st.integers(40, 120), seed=st.integers(0, 1000))
+@settings(deadline=None, max_examples=6)
+def test_a_path_does_not_depend_on_what_is_over(robots: int, seed: int) -> None:
+    """A table that knows nothing of the past, and of which cells came first, leads to the same path."""
+    roads, planner = two_way(paper_roads()), Sipp()
+    table, queries = crowd(roads, planner, robots, seed, 4)
+    now = min(query.start_tick for query in queries)
+    anew = Reservations(roads.cells)
+    for cell in reversed(range(roads.cells)):
+        for owner, since, until in table.reserved(cell):
+            if until > now:
+                hold_until(anew, owner, cell, max(since, now), until)
+    rng = np.random.default_rng(seed)
+    for _ in range(40):
+        query = newcomer(roads, table, 1000, now, rng)
+        assert planner.search(roads, anew, query) == planner.search(roads, table, query)
+
+
 LANE = parse_map("#........#\n@q@.......\n@O........", "lane")
 """The queue cell, 11, has one way in, over cell 1; cell 8 is floor in the same row."""
 

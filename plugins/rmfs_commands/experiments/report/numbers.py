@@ -27,6 +27,7 @@ _FIXED = (
     "come from a file and are the same for every seed: seeds change only where pods and robots start, and what rules "
     "draw. Intervals and p hold for these orders, not for those of other days."
 )
+REPEATS = "Every seed gives the same run, so more seeds tell nothing."
 _COMPLETE = "Only complete runs count."
 _HORIZON = "Only runs that are complete or reached their horizon (run.until_s) count."
 MARK = "*"

@@ -180,6 +180,12 @@ def test_rule_sets_that_are_not_told_apart_win_nothing(small: Scenario) -> None:
     assert answer(result_of(small, 2), 2) == [
         "2 seeds cannot show a difference between rule sets: take 3 or more with --seeds."
     ]
+    first = [{**row, "seed": seed} for row in result.rows if not row["seed"] for seed in range(4)]
+    assert (same := evolve(result, rows=first)).repeats and not result.repeats
+    assert [*sentences_of(best_of_each(same), 4, repeats=True)] == [
+        "In this run common-lines + completes makes the fewest visits and near-best-pod + completes takes the least "
+        "time. Every seed gives the same run, so more seeds tell nothing."
+    ]
     failed = [row | {"status": "failed", "error": "no"} for row in result.rows]
     assert answer(evolve(result, rows=failed))[0].startswith("No rule set completes all of its runs")
 

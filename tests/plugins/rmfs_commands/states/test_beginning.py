@@ -1,6 +1,7 @@
 """A run that begins in a state: what it was stopped in, and what others write."""
 
 import copy
+import csv
 import io
 import json
 import operator
@@ -62,6 +63,10 @@ WORLDS = {
     "low": (
         *("layout.chargers=2", "rules.idle=charge-when-low", "robots.battery.capacity_wh=33"),
         *("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
+    ),
+    "crowded": (
+        *("layout.block_rows=9", "layout.stations_east=4", "layout.stations_west=3", "robots.count=30"),
+        *("instance.orders=120", 'rules.poa={rule="pod-match",spread=0.5}'),
     ),
     "restocked": (
         *(
@@ -154,6 +159,25 @@ def test_what_was_before_is_not_shown_as_progress(tmp_path: Path) -> None:
     whole_s = rest.metrics["makespan_s"] - 160
     assert told.getvalue().splitlines()[-1].endswith(f"{25 - done} orders, {duration(whole_s)} simulated")
     assert rest.timing["simulated_s_per_wall_s"] == pytest.approx(whole_s / rest.timing["wall_s"])
+
+
+def test_what_is_said_of_a_run_is_of_its_own_time(tmp_path: Path) -> None:
+    """Hours begin with that of the state; a station that only finishes what it has is no busy or idle one."""
+    coming = ("instance.orders=200", "instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=150")
+    given = (*coming, "rules.pp=free-flow", 'stations.open={1=[["00:00","05:00"]],2=[["00:00","00:58"]]}')
+    _, state = stopped(tmp_path, 3480.5, *given)
+    rest = simulate(*given, f"instance.state_file={state}", out=tmp_path / "out")
+    with (tmp_path / "out" / "hours.csv").open() as file:
+        hours = list(csv.DictReader(file))
+    assert [row["hour"] for row in hours] == ["0", "1"]
+    assert [float(row["stations_open"]) for row in hours] == [1, 1]
+    assert sum(int(row["picks"]) for row in hours) == rest.metrics["picks"]
+    assert sum(int(row["orders_out"]) for row in hours) == rest.metrics["orders_completed"]
+    told = rest.summary["bottleneck"]
+    assert told["busiest_station"]["station"] == told["idlest_station"]["station"] == "1"
+    later = simulate(written(tmp_path), "instance.orders=0", "rules.pp=free-flow", out=tmp_path / "later")
+    with (tmp_path / "later" / "hours.csv").open() as file:
+        assert [(row["hour"], int(row["picks"])) for row in csv.DictReader(file)] == [("10", later.metrics["picks"])]
 
 
 @pytest.mark.parametrize(
