@@ -228,7 +228,7 @@ def test_all_rules_that_assign_orders_are_tried() -> None:
     rules = assigning_rules()
     assert {"first-come", "station-queue", "random"} < {*rules}
     assert set(rules[-len(joint_rules()) :]) == set(joint_rules())
-    assert len(rules) == 16
+    assert len(rules) == 17
     assert "switch" not in rules
 
 

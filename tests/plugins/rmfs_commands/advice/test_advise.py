@@ -304,7 +304,7 @@ def test_the_command_answers_and_goes_on_where_it_stopped(tmp_path, monkeypatch,
         ("--most", "nosuch=1", "--set", "costs.kwh=1"),
         '--most nosuch=1: there is no metric "nosuch"; `rmfs metrics` lists all',
     ),
-    (("--set", "instance.orders=0"), "instance.orders=0: found no orders; expected some"),
+    (("--set", "instance.orders=0"), "instance.orders=0: found no orders; expected at least one"),
     (
         ("--hours", "1", "--set", "run.warmup_s=100"),
         "run.warmup_s=100: no order arrives between the warm-up and the end",

@@ -110,7 +110,7 @@ def test_cells_are_read_by_their_digits(trace_file: Path) -> None:
     (lambda lines: [lines[0], '{"e":"order_arrived","tick":0,"order":"x"}', *lines[1:]], 2, "'x'"),
     (lambda lines: [line.replace('"POA"', '"lunch"') for line in lines], 5, "'lunch'"),
     (lambda lines: lines[:-1], 5, "cut off"),
-    (lambda lines: [*lines, lines[-1]], 7, "behind the end"),
+    (lambda lines: [*lines, lines[-1]], 7, "after the event"),
     (lambda lines: [*lines[:-1], '{"e":"end","tick":1,"status":"fine"}'], 6, "status"),
     (lambda lines: [], 1, "no trace"),
 )
