@@ -30,6 +30,7 @@ long: $(VENV)/installed-dev lowest  ## studies that take minutes to hours, befor
 	$(BIN)/python tools/coverage_study.py
 	$(BIN)/python tools/fuzz.py --seed 2 --cases 20000
 	$(BIN)/python tools/random_worlds.py --worlds 3000
+	$(BIN)/python tools/random_worlds.py --failures --worlds 3000
 	$(BIN)/python tools/soak.py
 	$(BIN)/python tools/mutants.py
 	$(BIN)/python -m pytest tests/benchmarks/test_multi_day.py --benchmark-enable

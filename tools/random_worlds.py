@@ -1,10 +1,12 @@
 """Run every rule that assigns orders in small random worlds that are hard to finish: each run must complete.
 
-``python tools/random_worlds.py [--seed S] [--worlds N] [--boxes] [--rules NAME ...]``. Stock is finite, enough for all
-orders and scarce on each pod; lines have up to 40 items, in some worlds more than any station takes; stations have item
-or order capacity; rules that split orders have packing capacities of 0 to 3, or none, or with ``--boxes`` packing
-stations with 1 to 3 boxes in all. Some worlds have too little stock: these must be refused before the run. Each failure
-is printed with the command that repeats it; exit code 1 when there was any.
+``python tools/random_worlds.py [--seed S] [--worlds N] [--boxes] [--failures] [--rules NAME ...]``. Stock is finite,
+enough for all orders and scarce on each pod; lines have up to 40 items, in some worlds more than any station takes;
+stations have item or order capacity; rules that split orders have packing capacities of 0 to 3, or none, or with
+``--boxes`` packing stations with 1 to 3 boxes in all. With ``--failures`` robots and stations fail, times vary, and
+robots are in each other's way (`sipp` in worlds of even seeds, `whca-n` in those of odd ones). Some worlds have too
+little stock: these must be refused before the run. Each failure is printed with the command that repeats it; exit code
+1 when there was any.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from rmfs_core.roles import Role
 from rmfs_core.rules import RuleSet
 from rmfs_core.rules.hooks import roles_of
 from rmfs_core.scenario.model import (
+    FailuresSection,
     LayoutSection,
     PackingSection,
     RobotsSection,
@@ -35,6 +38,7 @@ from rmfs_core.scenario.model import (
     Scenario,
     StationsSection,
 )
+from rmfs_core.scenario.service import ServiceTime, Spread
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.world import Instance, Layout, OrderData, PodData
 from rmfs_core.world.instance_making import instance_problems
@@ -163,6 +167,25 @@ def with_boxes(world: World) -> World:
     return evolve(world, scenario=scenario, packing_capacity=None, packing_work_s=work_s)
 
 
+def with_failures(world: World) -> World:
+    """Return a world in which robots and stations fail, often or for long, and times vary, the same for the same world.
+
+    Paths are planned among other robots, by `sipp` for even seeds and by `whca-n` for odd ones.
+    """
+    scenario, rng = world.scenario, np.random.default_rng([world.scenario.seed, 2])
+
+    def fails() -> FailuresSection | None:
+        hours, seconds = float(rng.choice([0.01, 0.1, 1.0])), float(rng.choice([1.0, 60.0, 3600.0]))
+        return FailuresSection(hours, seconds) if rng.random() < 0.75 else None
+
+    hours = {"1": (("00:05", "00:20"), ("02:00", "03:00"))} if rng.random() < 0.3 else None
+    robots = evolve(scenario.robots, failures=fails(), maintenance=hours, lift_s=ServiceTime(Spread(2.2, 0.5)))
+    handle_s = ServiceTime(Spread(15.0, float(rng.choice([0.5, 1.0, 2.0])), str(rng.choice(["lognormal", "gamma"]))))
+    stations = evolve(scenario.stations, outages=fails(), handle_s=handle_s)
+    rules = evolve(scenario.rules, pp=RuleChoice("whca-n" if scenario.seed % 2 else "sipp"))
+    return evolve(world, scenario=evolve(scenario, robots=robots, stations=stations, rules=rules))
+
+
 def _orders(rng: np.random.Generator, skus: int, longest: int) -> tuple[OrderData, ...]:
     """Return orders of few lines of few items, and some lines of up to ``longest`` items; half of them come later."""
     until_ticks = int(rng.choice([0, 300_000, 3_000_000]))
@@ -227,10 +250,16 @@ def failure(world: World, rule: str) -> str | None:
     return f"orders {', '.join(left)} are not complete after {simulation.view.now_s:.0f} s" if left else None
 
 
-def failures(seeds: Sequence[int], rules: Sequence[str], *, boxes: bool = False) -> Iterator[tuple[int, str, str]]:
-    """Yield seed, rule and problem of each run that fails; with ``boxes`` in worlds with packing stations."""
+def failures(
+    seeds: Sequence[int], rules: Sequence[str], *, boxes: bool = False, failing: bool = False
+) -> Iterator[tuple[int, str, str]]:
+    """Yield seed, rule and problem of each run that fails.
+
+    With ``boxes`` worlds have packing stations; with ``failing`` robots and stations fail.
+    """
     for seed in seeds:
         world = with_boxes(random_world(seed)) if boxes else random_world(seed)
+        world = with_failures(world) if failing else world
         for rule in rules:
             if (problem := failure(world, rule)) is not None:
                 yield seed, rule, problem
@@ -243,11 +272,13 @@ def main() -> int:
     parser.add_argument("--worlds", type=int, default=100, help="how many worlds, of consecutive seeds")
     parser.add_argument("--rules", nargs="+", default=assigning_rules(), metavar="NAME", help="left out: all")
     parser.add_argument("--boxes", action="store_true", help="with packing stations")
+    parser.add_argument("--failures", action="store_true", help="with failures, outages and times that vary")
     given = parser.parse_args()
     began, number = time.perf_counter(), 0
-    for seed, rule, problem in failures(range(given.seed, given.seed + given.worlds), given.rules, boxes=given.boxes):
+    seeds = range(given.seed, given.seed + given.worlds)
+    for seed, rule, problem in failures(seeds, given.rules, boxes=given.boxes, failing=given.failures):
         number += 1
-        more = " --boxes" if given.boxes else ""
+        more = (" --boxes" if given.boxes else "") + (" --failures" if given.failures else "")
         print(f"{problem}\n  python tools/random_worlds.py --seed {seed} --worlds 1 --rules {rule}{more}", flush=True)
     runs = f"{given.worlds:,} worlds under {len(given.rules)} rules in {time.perf_counter() - began:.0f} s"
     print(f"{runs}: {number} failed" if number else f"{runs}: all completed or were refused")

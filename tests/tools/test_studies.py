@@ -18,8 +18,19 @@ import mutants
 from cases import cases
 from fuzzing.bases import Bases, make_bases
 from fuzzing.surfaces import SURFACES, make_case
-from random_worlds import World, assigning_rules, failure, failures, joint_rules, main, random_world, with_boxes
+from random_worlds import (
+    World,
+    assigning_rules,
+    failure,
+    failures,
+    joint_rules,
+    main,
+    random_world,
+    with_boxes,
+    with_failures,
+)
 from rmfs_core import hookimpl
+from rmfs_core.events import Event, RobotDown, StationDown
 from rmfs_core.info import Question
 from rmfs_core.rules import RuleSet
 from rmfs_core.simulation.engine import Simulation
@@ -192,6 +203,36 @@ SPLITTING = ("pod-index", "split-among-stations", "split-over-time")
 def test_few_boxes_let_no_run_stand_still(seed: int, rule: str) -> None:
     """One to three of them at packing stations; `docs/explanation/packing.md` says why."""
     assert failure(with_boxes(random_world(seed)), rule) is None
+
+
+@settings(max_examples=20, suppress_health_check=list(HealthCheck))
+@given(seed=st.integers(1, 1 << 32), rule=st.sampled_from(("pod-match", *SPLITTING)))
+def test_failures_let_no_run_stand_still(seed: int, rule: str) -> None:
+    """Of robots and stations, under `sipp` and `whca-n`; `docs/explanation/traffic.md` says why."""
+    assert failure(with_failures(random_world(seed)), rule) is None
+
+
+def test_robots_and_stations_fail_in_worlds_with_failures() -> None:
+    """Without that, the test above would show nothing: in most worlds that are run several fail."""
+    found = Counter(min(2, fails(with_failures(random_world(seed)))) for seed in range(1, 21))
+    assert found[2] >= 10, found
+
+
+def fails(world: World) -> int:
+    """Return how many robots and stations fail in a world until its orders are complete."""
+    scenario = world.with_rule("pod-match")
+    if world.short or [*instance_problems(world.instance, scenario)]:
+        return 0
+    rules, failed = RuleSet.load(scenario.rules, "."), list[Event]()
+
+    class Looks:
+        @hookimpl
+        def on_event(self, event: Event) -> None:
+            failed.extend([event] * isinstance(event, RobotDown | StationDown))
+
+    rules.register_observer(Looks())
+    Simulation(scenario, world.instance, world.layout, rules).run()
+    return len(failed)
 
 
 @pytest.mark.slow
