@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from attrs import field, frozen
 
+from rmfs_core.clock import to_ticks
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import Scenario
@@ -40,6 +41,17 @@ class RunInfo:
     warehouse: WarehouseView
     out: Path | None = None
     summary: dict[str, Any] = field(factory=dict)
+
+    @property
+    def began(self) -> int | None:
+        """Tick of the state in which a run begins, told before its first event; None where it begins afresh."""
+        return None if self.scenario.instance.state_file is None else self.warehouse.now_tick
+
+    @property
+    def since(self) -> int:
+        """First tick of which events are of this run, not of the state in which it begins: 0 without one."""
+        began = self.began
+        return 0 if began is None else min(to_ticks(self.scenario.run.warmup_s or 0), began + 1)
 
 
 @frozen(eq=False)

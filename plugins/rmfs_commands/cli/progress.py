@@ -16,7 +16,6 @@ from rich.text import Text
 
 from rmfs_commands.cli.display import Display, PanelDisplay, duration, figures, progress_bar
 from rmfs_commands.cli.screen import PIPE_WIDTH
-from rmfs_commands.details.spans import began_at, counts_from
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     BundleStored,
@@ -127,8 +126,8 @@ class RunCounts:
         """Return the counts at the start of a run."""
         packed = 0 if run.warehouse.packing_stations else None
         counts = cls(total=len(run.instance.orders), picks_at=[0] * len(run.layout.stations), packed=packed)
-        if (began := began_at(run)) is not None:
-            counts.began, counts.since = began, counts_from(run)
+        if (began := run.began) is not None:
+            counts.began, counts.since = began, run.since
         return counts
 
     @property
@@ -193,7 +192,7 @@ def about(run: RunInfo) -> str:
         f"{counted(len(instance.orders), 'order')}, {counted(len(instance.skus), 'SKU')}, "
         f"{counted(len(instance.pods), 'pod')}, {counted(len(warehouse.stations), 'station')}, "
         f"{more}{counted(len(warehouse.robots), 'robot')}, seed {run.scenario.seed}"
-        f"{'' if (began := began_at(run)) is None else f', from {duration(to_seconds(began))} on'}"
+        f"{'' if (began := run.began) is None else f', from {duration(to_seconds(began))} on'}"
     )
 
 

@@ -6,7 +6,7 @@ from array import array
 from typing import Any, NamedTuple
 
 from rmfs_commands.details.robots import Robots
-from rmfs_commands.details.spans import Handlers, Number, began_at, goes_on, ratio
+from rmfs_commands.details.spans import Handlers, Number, goes_on, ratio
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import (
     ItemPicked,
@@ -85,7 +85,7 @@ class Delays:
         self._handled = run.scenario.stations.release == "handled"
         self._waits = run.instance.restocked and run.scenario.rules.wait_for_stock is not False
         self.columns = (*((WAITED,) if self._waits else ()), *COLUMNS, *((HANDLING,) if self._handled else ()))
-        self.began = began_at(run)
+        self.began = run.began
         """Tick of the state in which the run begins; None: it begins afresh."""
         self.columns = self.columns if self.began is None else (BEFORE, *self.columns)
         """Columns besides order and turnover_s."""

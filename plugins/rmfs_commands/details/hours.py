@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rmfs_commands.details.spans import Count, Handlers, began_at, counts_from
+from rmfs_commands.details.spans import Count, Handlers
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import (
     Event,
@@ -41,7 +41,7 @@ class Hours:
 
     def __init__(self, run: RunInfo) -> None:
         self._rows: list[dict[str, Any]] = []
-        self._began, self._since = began_at(run) or 0, counts_from(run)
+        self._began, self._since = run.began or 0, run.since
         self._first = self._began // _HOUR
         self._over = 0  # when the last of them is
         self._backlog = 0

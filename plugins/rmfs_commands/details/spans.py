@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.clock import to_seconds
 from rmfs_core.events import Event
 from rmfs_core.info import RunInfo
 
@@ -20,20 +20,9 @@ Handlers = Mapping[type[Event], Callable[[Any], None]]
 """Functions called at each kind of event."""
 
 
-def began_at(run: RunInfo) -> int | None:
-    """Return the tick of the state in which a run begins, told before its first event; None where it begins afresh."""
-    return None if run.scenario.instance.state_file is None else run.warehouse.now_tick
-
-
-def counts_from(run: RunInfo) -> int:
-    """Return the first tick of which events are of this run, not of the state in which it begins: 0 without one."""
-    began = began_at(run)
-    return 0 if began is None else min(to_ticks(run.scenario.run.warmup_s or 0), began + 1)
-
-
 def goes_on(run: RunInfo, begin: int) -> bool:
     """Whether a run goes on from a state, and counts from there: then also orders that arrived before."""
-    began = began_at(run)
+    began = run.began
     return began is not None and begin <= began + 1
 
 
