@@ -295,7 +295,7 @@ class _Reckoning:
         return Load(who, number, work, wanted, there, peak, *most[1:])
 
     def _clock(self, hour: int) -> str:
-        """Return the time of day at the start of an hour of the run."""
+        """Return the time of day at which the given hour of the run begins."""
         day, tick = divmod(self._zero + hour * HOUR, DAY)
         begin = f"{tick // HOUR:02d}:{tick % HOUR * 60 // HOUR:02d}"
         return f"{begin} on day {day + 1}" if day or self._demand.last >= DAY else begin

@@ -225,7 +225,7 @@ def test_several_kinds_of_decisions_alternate(tmp_path: Path) -> None:
 
 
 def test_waiting(scenario: Path) -> None:
-    """Whoever never waits has the run without waiting; whoever always does where that is allowed has another.
+    """A caller that never waits has the run without waiting; one that waits whenever it may has another run.
 
     It is allowed while a robot has a task. A rule that waits does what its choices in the environment do.
     """

@@ -208,7 +208,7 @@ def test_a_run_that_cannot_go_on_ends_soon(overrides: tuple[str, ...]) -> None:
 
 
 def test_a_run_waits_for_the_part_of_the_day_in_which_it_goes_on() -> None:
-    """The robot is in service, and the station is open, for a quarter of an hour of each day, and both fail."""
+    """On each day the robot is in service and the station open together for 15 minutes only, and both fail."""
     day = ('robots.maintenance={1=[["12:15","12:00"]]}', 'stations.open={1=[["12:00","13:00"]], 2=[]}')
     often = ("robots.failures={mtbf_h=0.2,mttr_s=600}", "stations.outages={mtbf_h=0.2,mttr_s=600}", "robots.count=1")
     result = rmfs_core.run("examples/small", overrides=[*day, *often, "instance.orders=30"])

@@ -305,7 +305,7 @@ def test_a_scenario_without_its_stations_is_refused(day: Trace, key: str) -> Non
     ({}, True),
 )
 def test_only_free_flow_ignores_other_robots(day: Trace, rules: Mapping[str, Any], expected: bool) -> None:
-    """Written by its name or as a table; whoever plans in another way is held to it."""
+    """The rule may be written by its name or as a table; all other planners have to avoid collisions."""
     assert avoids_collisions(evolve(day, scenario={**day.scenario, "rules": rules})) is expected
 
 

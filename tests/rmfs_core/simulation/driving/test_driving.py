@@ -656,7 +656,7 @@ def table_row(*intervals: tuple[int, int, int]) -> Occupancy:
 
 
 class Ghost:
-    """Observer that lets the idle one of two robots have the cell ahead of the other, unknown to whoever plans."""
+    """Observer that reserves the cell ahead of a robot for the other, idle robot; the planner does not see it."""
 
     simulation: Simulation
     cell: int | None = None
