@@ -11,6 +11,7 @@ mean, are yours to bring up to date.
 from __future__ import annotations
 
 import csv
+import itertools
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
@@ -23,14 +24,17 @@ COLUMNS = {
     "turnover_s": ("Turn-over (s)", 1, 0),
     "turnover_p95_s": ("95 % (s)", 1, 0),
     "makespan_s": ("Makespan (s)", 1, 0),
+    "packed_s": ("Packed (s)", 1, 0),
+    "packed_p95_s": ("Packed, 95 % (s)", 1, 0),
+    "boxes_max": ("Boxes at most", 1, 0),
+    "packer_utilisation_percent": ("Packers busy (%)", 1, 0),
 }
 """Heading, factor and digits of each metric."""
-BOUNDED = ("psv_per_order", "turnover_s")
-FRONTS = (("psv_per_order", "turnover_s"), ("distance_per_order_m", "turnover_s"))
 Row = Mapping[str, str]
+Front = tuple[str, str]
 
 
-def report(rows: Sequence[Row], name: str) -> str:
+def report(rows: Sequence[Row], name: str, fronts: Sequence[Front]) -> str:
     """Return the tables of an experiment as Markdown, its pictures beside it."""
     parts = []
     for instances in dict.fromkeys(row["instances"] for row in rows if row["instances"] != "overall"):
@@ -38,23 +42,26 @@ def report(rows: Sequence[Row], name: str) -> str:
         for row in rows:
             if row["instances"] == instances:
                 figures.setdefault(row["rule_set"], {})[row["metric"]] = row
-        parts.append(_table(instances.removeprefix("scenario="), figures))
-    pictures = [f"![Rule sets that none beats]({name}-{'-'.join(front)}.png)\n" for front in FRONTS]
+        parts.append(_table(instances.partition("=")[2], figures, fronts))
+    pictures = [f"![Rule sets that none beats]({name}-{'-'.join(front)}.png)\n" for front in fronts]
     return "\n".join([*pictures, *parts])
 
 
-def _table(title: str, figures: Mapping[str, Mapping[str, Row]]) -> str:
-    """Return the rule sets of an instance set, those with fewest visits first; who is on a front is said."""
-    fronts = [_front(figures, *front) for front in FRONTS]
-    bounds = [f"{COLUMNS[metric][0].partition(' ')[0]}, x bound" for metric in BOUNDED]
-    heads = ["Rule set", *(heading for heading, _, _ in COLUMNS.values()), *bounds, "Not done", "Front"]
+def _table(title: str, figures: Mapping[str, Mapping[str, Row]], fronts: Sequence[Front]) -> str:
+    """Return the rule sets of an instance set, those with fewest visits first, with the fronts that each is on."""
+    on_front = {COLUMNS[front[0]][0].partition(" ")[0].lower(): _front(figures, *front) for front in fronts}
+    metrics = list(next(iter(figures.values())))
+    columns = [COLUMNS[metric] for metric in metrics]
+    bounded = [metric for metric in metrics if any(found[metric].get("times_bound") for found in figures.values())]
+    bounds = [f"{COLUMNS[metric][0].partition(' ')[0]}, x bound" for metric in bounded]
+    heads = ["Rule set", *(heading for heading, _, _ in columns), *bounds, "Not done", "Front"]
     lines = [f"### {title}\n", _line(heads), _line(["---", *["---:"] * (len(heads) - 2), "---"])]
     for rule_set in sorted(figures, key=lambda one: float(figures[one]["psv_per_order"]["mean"] or "inf")):
         found = figures[rule_set]
-        cells = [_shown(found[metric]["mean"], factor, digits) for metric, (_, factor, digits) in COLUMNS.items()]
-        times = [_shown(found[metric].get("times_bound", ""), 1, 2) for metric in BOUNDED]
+        cells = [_shown(found[metric]["mean"], *COLUMNS[metric][1:]) for metric in metrics]
+        times = [_shown(found[metric].get("times_bound", ""), 1, 2) for metric in bounded]
         some = found["psv_per_order"]
-        on = ["visits"] * (rule_set in fronts[0]) + ["metres"] * (rule_set in fronts[1])
+        on = [front for front, rule_sets in on_front.items() if rule_set in rule_sets]
         lines.append(_line([rule_set, *cells, *times, str(int(some["runs"]) - int(some["complete"])), ", ".join(on)]))
     return "\n".join([*lines, ""])
 
@@ -116,13 +123,15 @@ def update(folder: Path, paper: Path) -> None:
     name = folder.resolve().name
     with (folder / "summary.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
-    pictures = {f"{name}-{'-'.join(front)}.png": folder / "plots" / f"front.{'.'.join(front)}.png" for front in FRONTS}
-    fronts = all(path.is_file() for path in pictures.values())
+    fronts = []
+    for first, second in itertools.permutations(dict.fromkeys(row["metric"] for row in rows), 2):
+        if (folder / "plots" / f"front.{first}.{second}.png").is_file():
+            fronts.append((first, second))
     to = paper / ("league" if fronts else "study")
     to.mkdir(parents=True, exist_ok=True)
-    (to / f"{name}.md").write_text(report(rows, name) if fronts else effects(rows), encoding="utf-8")
-    for picture, path in pictures.items() if fronts else ():
-        shutil.copyfile(path, to / picture)
+    (to / f"{name}.md").write_text(report(rows, name, fronts) if fronts else effects(rows), encoding="utf-8")
+    for front in fronts:
+        shutil.copyfile(folder / "plots" / f"front.{'.'.join(front)}.png", to / f"{name}-{'-'.join(front)}.png")
 
 
 def main() -> int:
