@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from attrs import evolve, field, frozen
 
-from rmfs_commands.details.catalogue import HOOK_TIMES, METRICS
+from rmfs_commands.details.catalogue import HOOK_TIMES, METRICS, better
 from rmfs_commands.results.figures import TIMING
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric
@@ -245,13 +245,14 @@ class Comparison:
         return [one for one in self.counted if one.instances == instances]
 
     def front(self, instances: str, first: str, second: str) -> list[tuple[Paired, Paired]]:
-        """Return the rule sets that none beats in two metrics at once, of which less is better, by the first.
+        """Return the rule sets that none beats in two metrics at once, by the first, the best first.
 
+        Less is better but in metrics known for the opposite, such as ``pile_on``.
         Those with pairs left out are not compared with the others: their means are over other runs.
         """
         both = zip(self.of(instances, first), self.of(instances, second), strict=True)
         found: list[tuple[float, float, tuple[Paired, Paired]]] = [
-            (one.mean, other.mean, (one, other))
+            (_sign(first) * one.mean, _sign(second) * other.mean, (one, other))
             for one, other in both
             if one.mean is not None and other.mean is not None and not (one.left_out or other.left_out)
         ]
@@ -267,6 +268,11 @@ class Comparison:
     def bounded(self, metric: str) -> bool:
         """Whether it is known of some rule set what it cannot beat in a metric."""
         return any(one.bound is not None for one in self.paired if one.metric == metric)
+
+
+def _sign(metric: str) -> int:
+    """Return -1 for a metric of which more is better, otherwise 1."""
+    return -1 if better(metric) == "more" else 1
 
 
 def summary(

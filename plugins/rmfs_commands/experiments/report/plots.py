@@ -52,6 +52,8 @@ PAPER: dict[Any, Any] = dict.fromkeys(
     ("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 8
 )
 """Of pictures for papers, which stand next to text of 8 to 10 pt."""
+MOST_NAMED = 12
+"""With more rule sets than these, a picture of fronts names only the baseline and those on a front."""
 AROUND = ((-9, -9), (3, 3), (3, -9), (-9, 3))
 """Offsets of a number from its dot, in points. They alternate, so that numbers of close dots do not overlap."""
 LETTER = 0.062
@@ -283,16 +285,23 @@ def _scale(metric: str) -> float:
 
 
 def _fronts(comparison: Comparison, first: str, second: str, width: float | None, sets: Sequence[str]) -> Figure:
-    """Means of all rule sets in two metrics, a panel for each instance set; those none beats in both are joined."""
+    """Means of all rule sets in two metrics, a panel for each instance set; those none beats in both are joined.
+
+    Of many rule sets only the baseline and those on a front are named.
+    """
+    rule_sets: Sequence[str] = comparison.rule_sets
+    if len(rule_sets) > MOST_NAMED:
+        on_front = {one.rule_set for name in sets for one, _ in comparison.front(name, first, second)}
+        rule_sets = [name for name in rule_sets if name in on_front or name == comparison.baseline]
     columns = min(2 if width is None else max(1, int(width / 3)), len(sets))
     lines, whole = -(-len(sets) // columns), width or 4.6 * columns
-    names = [_wrapped(f"{number} {name}", whole - 0.3) for number, name in enumerate(comparison.rule_sets, 1)]
+    names = [_wrapped(f"{number} {name}", whole - 0.3) for number, name in enumerate(rule_sets, 1)]
     beside = _legend_columns(names, whole)
     rows = sum(max(name.count("\n") + 1 for name in names[i : i + beside]) for i in range(0, len(names), beside))
     figure = _figure(whole, (3.6 if width is None else 2.6) * lines + (0.21 if width is None else 0.17) * rows)
     panels = list(figure.subplots(lines, columns, squeeze=False).flat)
     for panel, name in zip(panels, sets, strict=False):
-        _front(panel, comparison, name, first, second, whole / columns)
+        _front(panel, comparison, name, (first, second), rule_sets, whole / columns)
     for panel in panels[len(sets) :]:
         panel.set_visible(False)
     handles = [panels[0].plot([], [], " ")[0] for _ in names]  # names next to the points would overlap
@@ -300,7 +309,15 @@ def _fronts(comparison: Comparison, first: str, second: str, width: float | None
     return figure
 
 
-def _front(panel: Axes, comparison: Comparison, instances: str, first: str, second: str, width: float) -> None:
+def _front(
+    panel: Axes,
+    comparison: Comparison,
+    instances: str,
+    metrics: tuple[str, str],
+    named: Sequence[str],
+    width: float,
+) -> None:
+    first, second = metrics
     both = zip(comparison.of(instances, first), comparison.of(instances, second), strict=True)
     shown = [(one, other) for one, other in both if one.mean is not None and other.mean is not None]
     across, up = _scale(first), _scale(second)
@@ -310,7 +327,9 @@ def _front(panel: Axes, comparison: Comparison, instances: str, first: str, seco
     xs, ys = [across * (a.mean or 0) for a, _ in front], [up * (b.mean or 0) for _, b in front]
     panel.plot(xs, ys, "o-", color=COLOURS[0], markersize=4, linewidth=1, drawstyle="steps-post")
     for x, y, rule_set in points:
-        number = comparison.rule_sets.index(rule_set) + 1
+        if rule_set not in named:
+            continue
+        number = named.index(rule_set) + 1
         panel.annotate(str(number), (x, y), AROUND[number % len(AROUND)], textcoords="offset points")
     for one, other in shown[:1]:
         for bound, line, scale in ((one.bound, panel.axvline, across), (other.bound, panel.axhline, up)):
