@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -39,7 +39,6 @@ from rmfs_core.events import (
     TripDecided,
     VisitEnded,
 )
-from rmfs_core.roles import Role
 from rmfs_core.scenario.writing import plain
 from rmfs_core.warehouse import UNLIMITED
 
@@ -59,6 +58,15 @@ HEARD = (*OF_ORDERS, *OF_PODS)
 PASSING = ("backlog", "random")
 """Keys that belong to one call of a rule, and need not be there at the next."""
 
+_ARGUMENTS: Mapping[str, Callable[[Any], object]] = {
+    "max_fetches": int,
+    "max_moves": int,
+    "pod": lambda pod: pod.name,
+    "orders": lambda orders: [order.name for order in orders],
+    "station": lambda station: station.label,
+}
+"""How arguments of hooks are written, under their names, in ``ask``."""
+
 
 def call_of(question: Question) -> dict[str, Any]:
     """Return the keys of a state that say what a rule is asked: ``ask``, and ``backlog`` where filters left orders out.
@@ -70,13 +78,7 @@ def call_of(question: Question) -> dict[str, Any]:
     """
     given = question.arguments
     ask: dict[str, Any] = {"decides": question.decides.label, "period": question.period}
-    ask |= {name: given[name] for name in ("max_fetches", "max_moves") if name in given}
-    if "pod" in given:
-        ask["pod"] = given["pod"].name
-    if question.decides is Role.PACKING:
-        ask["orders"] = [order.name for order in given["orders"]]
-    if question.decides is Role.PACKING_TASK:
-        ask["station"] = given["station"].label
+    ask |= {name: told(given[name]) for name, told in _ARGUMENTS.items() if name in given}
     filtered = question.warehouse.filtered
     return {"ask": ask, **({"backlog": [order.name for order in question.warehouse.backlog]} if filtered else {})}
 
