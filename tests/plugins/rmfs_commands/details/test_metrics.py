@@ -38,14 +38,16 @@ from rmfs_core.events import (
     RobotMoved,
     RobotsOnDuty,
     StationClosed,
+    StationDown,
     StationOpened,
+    StationUp,
     TaskAssigned,
     VisitEnded,
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
 from rmfs_core.roles import Role
-from rmfs_core.scenario.model import Costs, RobotsSection, RunSection, StationsSection
+from rmfs_core.scenario.model import Costs, FailuresSection, RobotsSection, RunSection, StationsSection
 from rmfs_core.world import Instance, OrderData
 
 
@@ -472,6 +474,22 @@ def test_a_station_that_is_closed_is_not_idle(tiny: RunInfo) -> None:
     assert [first[column] for column in columns] == [26, 20, 5, 0, 51]
     assert second["open_s"] == 60
     assert stations.values(0, 60_000) == {"station_open_h": 111 / 3600, "open_utilisation_percent": 100 * 26 / 111}
+
+
+def test_a_station_out_of_service_does_not_wait(tiny: RunInfo) -> None:
+    """From 5 to 15 s it is down while items are to be picked; at 30 s it fails with an item in hand, until 33 s."""
+    section = StationsSection(outages=FailuresSection(mtbf_h=1, mttr_s=10))
+    stations = Stations(evolve(tiny, scenario=evolve(tiny.scenario, stations=section)))
+    for down_s, up_s in ((5, 15), (30, 33)):
+        for kind, time_s in ((StationDown, down_s), (StationClosed, down_s), (StationUp, up_s), (StationOpened, up_s)):
+            stations.handlers[kind](kind(1000 * time_s, 0))
+    for event in AT_STATIONS:
+        if type(event) in stations.handlers:
+            stations.handlers[type(event)](event)
+    first, second = stations.rows(0, 60_000)
+    columns = ("busy_s", "waiting_s", "idle_s", "starved_s", "down_s")
+    assert [first[column] for column in columns] == [26, 10, 14, 4, 10]
+    assert second["down_s"] == 0
 
 
 def driven(start_s: int, wait_s: int, end_s: int, distance_m: int, pod: int | None) -> RobotMoved:
