@@ -113,11 +113,9 @@ class RuleSet:
     ----------
     pm
         The run's plugin manager; ``pm.hook.on_event(event=...)`` tells all observers.
-    pr, ta, pp
-        The rules for these decisions.
-    others
-        The rule for each other decision for which the scenario names one, by its key: also an attribute of that name,
-        ``rules.poa``, None where the scenario names none.
+    pr, ta, pp, others
+        The rules that decide, the others by their keys. Each key is an attribute: ``rules.poa`` is None without such
+        a rule.
     filters, observers
         In the order in which the scenario lists them.
     distributions

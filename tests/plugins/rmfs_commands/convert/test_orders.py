@@ -613,6 +613,9 @@ def test_what_cannot_be_read_is_left_empty() -> None:
         '2 rows with a priority that is no whole number from 0 on: row 1 "-1", row 2 "10000000000"',
     ]
     assert not cleaner.dropped.reasons
+    cleaner, _ = cleaned(("A", "tea", "2024-03-01", "1", "13.03.2024"))
+    (part,) = cleaner.left_empty().values()
+    assert part.endswith('row 1 "13.03.2024"; perhaps --time-format iso and also --time-format %d.%m.%Y')
     cleaner, lines = cleaned(("A", "tea", "2024-03-01", "1", "9999-12-31"), ("A", "tea", "1900-01-01", "1", ""))
     assert [line[5] for line in lines] == [None]
     stands = "time that stands for none (before 1971 or after 2099)"

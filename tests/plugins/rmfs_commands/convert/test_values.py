@@ -9,6 +9,7 @@ from attrs import define
 
 from calling import refusal
 from cases import cases
+from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
 from rmfs_commands.convert.names import Names
 from rmfs_commands.convert.numeric_dates import NumericDates, looks_of
 from rmfs_commands.convert.quantities import Quantities
@@ -229,11 +230,27 @@ def test_formats_are_guessed(texts: list[str], guess: str) -> None:
 
 
 @cases(
+    "text others guess",
+    ("13.03.2024", ("%Y%m%d",), "; perhaps also --time-format %d.%m.%Y"),
+    ("13.03.2024", None, "; perhaps --time-format iso and also --time-format %d.%m.%Y"),
+    ("2024-03-13", ("%d.%m.%Y",), "; perhaps also --time-format iso"),
+    ("soon", None, ""),
+)
+def test_formats_of_a_further_column_are_guessed(text: str, others: tuple[str, ...] | None, guess: str) -> None:
+    assert guessed([text], others) == guess
+
+
+def test_a_table_may_have_iso_and_another_format() -> None:
+    clock = Clock(("iso", "%d.%m.%Y"))
+    assert clock.read("2024-03-13") == clock.read("13.03.2024")
+
+
+@cases(
     "text problem",
     ("%Y-%m-%d %Z", "found %Z: names of zones are not the same everywhere; expected %z (+0200), or --zone"),
     ("%d.%m. %H:%M", "found '%d.%m. %H:%M', which has no year; expected %Y"),
     ("%H:%M %z", "found '%H:%M %z', which has no year; expected %Y"),
-    *((text, f"found {text!r}; expected a format such as") for text in ("%Q", "%Y %", "%d %d %Y", "", "iso", "%%Z")),
+    *((text, f"found {text!r}; expected a format such as") for text in ("%Q", "%Y %", "%d %d %Y", "", "ISO", "%%Z")),
 )
 def test_a_format_that_cannot_be_used_is_refused(text: str, problem: str) -> None:
     assert refusal(lambda: checked_pattern(text)).startswith(f"--time-format: {problem}")
@@ -383,16 +400,18 @@ def test_columns_that_cannot_be_read() -> None:
         check_share(Path("a.csv"), rows(10, 6), force=False)
     check_share(Path("a.csv"), rows(10, 6), force=True)
     check_share(Path("a.csv"), rows(10, 5, chosen=5), force=False)
-    tally = Tally()
+    cleaner = Cleaner(Columns("o", "s"), Reader(), Choice())
     for row in range(1, 7):
-        tally.note("a due time that cannot be read", row, "soon")
-    check_emptied(Path("a.csv"), 12, tally, force=False)
-    check_emptied(Path("a.csv"), 11, tally, force=True)
+        cleaner.emptied.note("a due time that cannot be read", row, "soon")
+    cleaner.rows = 12
+    check_emptied(Path("a.csv"), cleaner, force=False)
+    cleaner.rows = 11
+    check_emptied(Path("a.csv"), cleaner, force=True)
     found = (
         r'^a.csv: would be left empty: 6 rows with a due time that cannot be read: row 1 "soon", .*; expected at most'
     )
     with pytest.raises(InputError, match=found):
-        check_emptied(Path("a.csv"), 11, tally, force=False)
+        check_emptied(Path("a.csv"), cleaner, force=False)
 
 
 @pytest.mark.parametrize(

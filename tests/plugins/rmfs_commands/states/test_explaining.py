@@ -333,6 +333,25 @@ def test_an_order_that_left_is_told_of_once() -> None:
     ]
 
 
+def test_pods_that_are_bound_for_the_station_already() -> None:
+    """Pod P is there for tea when A is assigned; Q, which has milk, is sent with it."""
+    given = {"order": "A", "station": "s", "skus": ["milk", "tea"]}
+    after = content(4)
+    after["orders"]["A"]["parts"] = [{"station": "s", "skus": ["milk", "tea"], "period": 1}]
+    after["stations"]["s"]["requests"] = [
+        {"order": order, "sku": sku, "pod": pod}
+        for order, sku, pod in (("A", "tea", "P"), ("A", "milk", "Q"), ("B", "tea", "P"))
+    ]
+    before = content(4, pods={"Q": {"contents": {"milk": None}}})
+    decided = {"assignments": [given], "trips": [{"pod": "Q", "station": "s"}]}
+    decisions = [made(1, "POA+PPS", before, decided), made(2, "TA", after, {"tasks": []})]
+    assert [(episode.number, episode.what) for episode in order_story(decisions, "A")] == [
+        (1, "assigned to station s: SKUs milk, tea"),
+        (1, "pod Q sent to station s: it holds SKU milk"),
+        (1, "pod P, bound for station s already, holds SKU tea"),
+    ]
+
+
 def test_an_order_split_among_stations() -> None:
     state = content(4)
     state["orders"]["A"]["lines"]["jam"] = 2
