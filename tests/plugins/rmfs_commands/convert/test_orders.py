@@ -118,9 +118,13 @@ def test_orders_that_go_with_trucks(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 
 def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """By arrival: five a's are there, b never runs out, and nothing holds c. Orders left out take nothing."""
+    """By arrival: five a's are there, b never runs out, and nothing holds c. Orders left out take nothing.
+
+    Neither does order 0, of which another line cannot be read, with --whole-orders.
+    """
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,2\nq,a,3\nq,b,\n", encoding="utf-8")
-    file = table(tmp_path, "o,s,n,t\n3,a,2,9\n3,b,9,9\n1,a,3,1\n2,a,1,2\n2,c,4,2\n4,a,2,10\n5,a,1,11\n")
+    lines = "o,s,n,t\n3,a,2,9\n3,b,9,9\n1,a,3,1\n2,a,1,2\n2,c,4,2\n4,a,2,10\n5,a,1,11\n"
+    file = table(tmp_path, lines)
     options = f"--order o --sku s --quantity n --time t --out {tmp_path}".split()
     (tmp_path / "scenario.toml").write_text(scenario_of(2), encoding="utf-8")
     main(["convert", "orders", str(file), *options])
@@ -137,6 +141,7 @@ def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.Capt
         ),
     ):
         capsys.readouterr()
+        table(tmp_path, lines + "0,a,5,0\n0,d,x,0\n" * bool(whole))
         main(["convert", "orders", str(file), *options, "--force", "--in-stock", str(tmp_path / "pods.csv"), *whole])
         assert (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()[1:] == kept
         written = (tmp_path / "left-out.csv").read_text(encoding="utf-8")
