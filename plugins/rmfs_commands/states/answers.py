@@ -398,3 +398,12 @@ APPLIED: Mapping[Role, Callable[..., object]] = {
     Role.PACKING_TASK: lambda _, answer, tasks, **_given: checks.known("task", answer, tasks),
 }
 """How decisions without an `Outcome` are checked and applied: functions of warehouse, answer, hook's arguments."""
+
+ARGUMENTS: Mapping[str, Callable[[Any], object]] = {
+    "max_fetches": int,
+    "max_moves": int,
+    "pod": lambda pod: pod.name,
+    "orders": lambda orders: [order.name for order in orders],
+    "station": lambda station: station.label,
+}
+"""How arguments of hooks are written, under their names, in ``ask``."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import attrs
 
 from rmfs_commands.cli.map_drawing import draw_map
+from rmfs_commands.states.answers import ARGUMENTS
 from rmfs_commands.states.patches import difference
 from rmfs_commands.states.plain import (
     BundleMemento,
@@ -58,15 +59,6 @@ HEARD = (*OF_ORDERS, *OF_PODS)
 PASSING = ("backlog", "random")
 """Keys that belong to one call of a rule, and need not be there at the next."""
 
-_ARGUMENTS: Mapping[str, Callable[[Any], object]] = {
-    "max_fetches": int,
-    "max_moves": int,
-    "pod": lambda pod: pod.name,
-    "orders": lambda orders: [order.name for order in orders],
-    "station": lambda station: station.label,
-}
-"""How arguments of hooks are written, under their names, in ``ask``."""
-
 
 def call_of(question: Question) -> dict[str, Any]:
     """Return the keys of a state that say what a rule is asked: ``ask``, and ``backlog`` where filters left orders out.
@@ -78,7 +70,7 @@ def call_of(question: Question) -> dict[str, Any]:
     """
     given = question.arguments
     ask: dict[str, Any] = {"decides": question.decides.label, "period": question.period}
-    ask |= {name: told(given[name]) for name, told in _ARGUMENTS.items() if name in given}
+    ask |= {name: told(given[name]) for name, told in ARGUMENTS.items() if name in given}
     filtered = question.warehouse.filtered
     return {"ask": ask, **({"backlog": [order.name for order in question.warehouse.backlog]} if filtered else {})}
 
