@@ -84,7 +84,7 @@ def read_networks(file: Path | None = None, *, may_wait: bool = False) -> Mappin
     ValueError
         Where it is no such file, or of other features.
     """
-    place, expected = file or "learned.json", "expected what `rmfs.gym.write_networks` writes"
+    place, expected = file or "learned.json", "expected a file of `rmfs.gym.write_networks`"
     try:
         text = _shipped() if file is None else file.read_text(encoding="utf-8")
         given = {Role.labelled(label): told for label, told in json.loads(text).items()}

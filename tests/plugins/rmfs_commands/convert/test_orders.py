@@ -118,10 +118,7 @@ def test_orders_that_go_with_trucks(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 
 def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """By arrival: five a's are there, b never runs out, and nothing holds c. Orders left out take nothing.
-
-    Neither does order 0, of which another line cannot be read, with --whole-orders.
-    """
+    """By arrival: five a's are there, b never runs out, and nothing holds c. Orders left out take nothing."""
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,2\nq,a,3\nq,b,\n", encoding="utf-8")
     lines = "o,s,n,t\n3,a,2,9\n3,b,9,9\n1,a,3,1\n2,a,1,2\n2,c,4,2\n4,a,2,10\n5,a,1,11\n"
     file = table(tmp_path, lines)
@@ -152,7 +149,7 @@ def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.Capt
 
 def test_several_formats_of_times(tmp_path: Path) -> None:
     file = table(tmp_path, "o,s,t\n1,a,01.03.2024\n2,a,2024-03-01 06:00\n3,a,03/01/2024\n")
-    formats = [text for pattern in ("%Y-%m-%d %H:%M", "%d.%m.%Y", "%m/%d/%Y") for text in ("--time-format", pattern)]
+    formats = [text for pattern in ("iso", "%d.%m.%Y", "%m/%d/%Y") for text in ("--time-format", pattern)]
     main(["convert", "orders", str(file), *f"--order o --sku s --time t --out {tmp_path}".split(), *formats])
     written = (tmp_path / "orders.csv").read_text(encoding="utf-8")
     assert written.splitlines()[1:] == ["1,0,a,1", "3,0,a,1", "2,21600,a,1"]
@@ -640,7 +637,6 @@ def test_what_cannot_be_read_is_left_empty() -> None:
     ),
 )
 def test_times_of_two_kinds_are_refused(rows: list[tuple[str, ...]], problem: str) -> None:
-    """With the row where the second kind begins: they have no time 0 in common."""
     assert refusal(lambda: cleaned(*rows)).startswith(f"lines.csv, {problem}")
 
 

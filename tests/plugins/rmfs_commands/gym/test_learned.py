@@ -84,7 +84,7 @@ def test_it_chooses_as_in_the_environment(decides: Role) -> None:
 
 @cases(
     "told sentence",
-    ("[]", "odd.json holds no weights of networks; expected what `rmfs.gym.write_networks` writes"),
+    ("[]", "odd.json holds no weights of networks; expected a file of `rmfs.gym.write_networks`"),
     ("{", "odd.json holds no weights of networks"),
     ({"PR+TA": {}}, "no role is called 'PR.TA'"),
     ({"PPS": {"features": ["a"], "weights": [1]}}, "the features of PPS are .'a'.; expected serves, completes"),
