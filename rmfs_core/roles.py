@@ -54,7 +54,7 @@ class Role(StrEnum):
     PACKING = "packing", "packing", "assign_packing", "packing stations of orders"
     PACKING_TASK = "packing_task", "packing-task", "choose_packing_task", "what a free packer does next"
     FILTER = "filter", "filter", "filter_backlog", "which orders the rule for POA sees", "filters"
-    OBSERVER = "observer", "observer", "on_event", "nothing: it measures", "observers"
+    OBSERVER = "observer", "observer", "on_event", "nothing, it measures", "observers"
 
     @property
     def hooks(self) -> tuple[str, ...]:

@@ -17,8 +17,8 @@ from rmfs_core.roles import Role
     "--decides",
     required=True,
     type=click.Choice([*(role.label for role in Role), *KINDS]),
-    help=f"Kind of decision: {', '.join(f'{role.label} {role.what}' for role in Role)}. A generator makes orders, SKUs "
-    "and pods, a layout the grid; a command is called as `rmfs NAME`.",
+    help=f"Kind of decision. {'; '.join(f'{role.label}: {role.what}' for role in Role)}; generator: orders, SKUs and "
+    "pods; layout: the grid; command: called as `rmfs NAME`.",
 )
 @click.option("--into", default=".", metavar="DIR", help="Folder in which the folder NAME is made. [default: this one]")
 def new_rule(name: str, decides: str, into: str) -> None:
