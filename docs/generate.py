@@ -22,8 +22,12 @@ from rmfs_commands.testing.trial_worlds import trial_worlds as worlds_of_trials
 from rmfs_core import entrypoints
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.roles import Role
+from rmfs_core.rules.hooks import SPECIFICATIONS
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
+
+TEMPLATES = "../../plugins/rmfs_commands/kit/templates"
+"""Seen from the folder of the reference."""
 
 
 def scenario_keys() -> str:
@@ -67,6 +71,35 @@ def _default(f: attrs.Attribute[Any]) -> str:
     if default in (attrs.NOTHING, None, (), {}):
         return ""
     return f"`{json.dumps(default)}`"
+
+
+def hooks() -> str:
+    """Return the hooks of decisions: a table."""
+    rows = [
+        (f"`{hook}`", f"{role.label}: {role.what}", f"`{_specification(hook).__annotations__['return']}`")
+        for role in Role
+        for hook in role.hooks
+        if role is not Role.OBSERVER
+    ]
+    return "\n".join(_table(("hook", "decides", "returns"), rows))
+
+
+def decisions() -> str:
+    """Return a section for each decision: its hook, and the rule that `rmfs new-rule` writes for it."""
+    parts = []
+    for role in Role:
+        if role is not Role.OBSERVER:
+            hook, example = (
+                f"rmfs_core.hookspecs.{_specification(role.hook).__qualname__}",
+                f"{TEMPLATES}/{role}/rule.py",
+            )
+            parts += [f"### {role.hook}", "", "```{eval-rst}", f".. automethod:: {hook}", "```", ""]
+            parts += [f"```{{literalinclude}} {example}", ":pyobject: TheRule", "```", ""]
+    return "\n".join(parts)
+
+
+def _specification(hook: str) -> Any:
+    return next(vars(group)[hook] for group in SPECIFICATIONS if hook in vars(group))
 
 
 def rules() -> str:
@@ -147,7 +180,7 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
 def write(folder: Path) -> None:
     """Write every part to a file of its own."""
     folder.mkdir(exist_ok=True)
-    for part in (scenario_keys, rules, metrics, needs, trial_worlds, features):
+    for part in (scenario_keys, hooks, decisions, rules, metrics, needs, trial_worlds, features):
         file = folder / f"{part.__name__.replace('_', '-')}.md"
         text = part() + "\n"
         if not file.is_file() or file.read_text(encoding="utf-8") != text:

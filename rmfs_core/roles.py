@@ -14,6 +14,8 @@ class Role(StrEnum):
         Name for people, in traces and recordings: ``"POA+PPS"``.
     hook
         The hook that a rule answers in this role. (An observer may implement the other observer hooks too.)
+    what
+        The decision in a few words.
     key
         Its key in the section ``rules`` of a scenario.
     many
@@ -24,34 +26,35 @@ class Role(StrEnum):
 
     label: str
     hook: str
+    what: str
     key: str
     many: bool
     assigns: bool
 
-    def __new__(cls, value: str, label: str = "", hook: str = "", key: str = "") -> Role:
+    def __new__(cls, value: str, label: str = "", hook: str = "", what: str = "", key: str = "") -> Role:
         """Make a member."""
         role = str.__new__(cls, value)
         role._value_ = value
-        role.label, role.hook, role.key, role.many = label, hook, key or value, bool(key)
+        role.label, role.hook, role.what, role.key, role.many = label, hook, what, key or value, bool(key)
         role.assigns = hook.startswith("assign_orders")
         return role
 
-    POA = "poa", "POA", "assign_orders"
-    PPS = "pps", "PPS", "select_pods"
-    POA_PPS = "poa_pps", "POA+PPS", "assign_orders_and_pods"
-    PR = "pr", "PR", "choose_storage_location"
-    TA = "ta", "TA", "assign_tasks"
-    PP = "pp", "PP", "plan_path"
-    ROA = "roa", "ROA", "assign_bundles"
-    RPS = "rps", "RPS", "select_replenishment_pods"
-    ROA_RPS = "roa_rps", "ROA+RPS", "assign_bundles_and_pods"
-    ACTIVATE = "activate", "activation", "activate_stations"
-    IDLE = "idle", "idle", "idle_robots"
-    MOVE = "move", "repositioning", "move_pods"
-    PACKING = "packing", "packing", "assign_packing"
-    PACKING_TASK = "packing_task", "packing-task", "choose_packing_task"
-    FILTER = "filter", "filter", "filter_backlog", "filters"
-    OBSERVER = "observer", "observer", "on_event", "observers"
+    POA = "poa", "POA", "assign_orders", "orders to stations"
+    PPS = "pps", "PPS", "select_pods", "pods to stations"
+    POA_PPS = "poa_pps", "POA+PPS", "assign_orders_and_pods", "orders and pods to stations together"
+    PR = "pr", "PR", "choose_storage_location", "where pods go back to"
+    TA = "ta", "TA", "assign_tasks", "waiting pods to idle robots"
+    PP = "pp", "PP", "plan_path", "paths of robots"
+    ROA = "roa", "ROA", "assign_bundles", "bundles to replenishment stations"
+    RPS = "rps", "RPS", "select_replenishment_pods", "bundles to pods"
+    ROA_RPS = "roa_rps", "ROA+RPS", "assign_bundles_and_pods", "bundles to stations and pods together"
+    ACTIVATE = "activate", "activation", "activate_stations", "which stations take orders"
+    IDLE = "idle", "idle", "idle_robots", "where robots without a task rest and charge"
+    MOVE = "move", "repositioning", "move_pods", "pods that robots without a task carry elsewhere"
+    PACKING = "packing", "packing", "assign_packing", "packing stations of orders"
+    PACKING_TASK = "packing_task", "packing-task", "choose_packing_task", "what a free packer does next"
+    FILTER = "filter", "filter", "filter_backlog", "which orders the rule for POA sees", "filters"
+    OBSERVER = "observer", "observer", "on_event", "nothing, it measures", "observers"
 
     @property
     def hooks(self) -> tuple[str, ...]:

@@ -14,15 +14,17 @@ class Names:
     Parameters
     ----------
     file
-        The module's. In its ``.pyi`` stands ``from PACKAGE import NAME as NAME`` for each.
+        The module's. In its ``.pyi`` stands ``from PACKAGE import NAME as NAME`` for each, or ``from PACKAGE import *``
+        for all of the package's ``__all__``.
     """
 
     def __init__(self, file: str) -> None:
         self._where = {
-            alias.name: node.module
+            name: node.module
             for node in ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8")).body
             if isinstance(node, ast.ImportFrom) and node.module
             for alias in node.names
+            for name in (import_module(node.module).__all__ if alias.name == "*" else [alias.name])
         }
 
     def __iter__(self) -> Iterator[str]:

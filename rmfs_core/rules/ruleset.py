@@ -33,6 +33,7 @@ from rmfs_core.scenario.source import KeyPath, dotted
 from rmfs_core.scenario.structuring import fields_of
 from rmfs_core.wording import nearest, one_line, shown_short
 
+_SINGLE = tuple(role.key for role in Role if not role.many)
 LIBRARIES = ("attrs", "numba", "numpy", "pluggy", "rmfs", "simpy")
 """Distributions that take part in every run."""
 
@@ -112,8 +113,9 @@ class RuleSet:
     ----------
     pm
         The run's plugin manager; ``pm.hook.on_event(event=...)`` tells all observers.
-    poa, pps, poa_pps, pr, ta, pp, roa, rps, roa_rps, activate, idle, move, packing, packing_task
-        The rule that decides, None where the scenario names none.
+    pr, ta, pp, others
+        The rules that decide, the others by their keys. Each key is an attribute: ``rules.poa`` is None without such
+        a rule.
     filters, observers
         In the order in which the scenario lists them.
     distributions
@@ -130,17 +132,7 @@ class RuleSet:
     pr: BoundRule
     ta: BoundRule
     pp: BoundRule
-    poa: BoundRule | None = None
-    pps: BoundRule | None = None
-    poa_pps: BoundRule | None = None
-    roa: BoundRule | None = None
-    rps: BoundRule | None = None
-    roa_rps: BoundRule | None = None
-    activate: BoundRule | None = None
-    idle: BoundRule | None = None
-    move: BoundRule | None = None
-    packing: BoundRule | None = None
-    packing_task: BoundRule | None = None
+    others: Mapping[str, BoundRule | None]
     filters: tuple[BoundRule, ...] = ()
     observers: tuple[BoundRule, ...] = ()
     distributions: dict[str, str] = field(factory=dict)
@@ -184,25 +176,28 @@ class RuleSet:
         except BaseException:
             sources.close()
             raise
-        playing = {role: [rule for rule in bound if rule.role is role] for role in Role}
-        filters, observers = playing.pop(Role.FILTER), playing.pop(Role.OBSERVER)
+        single = {rule.role.key: rule for rule in bound if not rule.role.many}
         return cls(
             pm=manager,
-            **{role: found[0] for role, found in playing.items() if found},
-            filters=tuple(filters),
-            observers=tuple(observers),
+            **{role: single.pop(role) for role in (Role.PR, Role.TA, Role.PP)},
+            others=single,
+            filters=tuple(rule for rule in bound if rule.role is Role.FILTER),
+            observers=tuple(rule for rule in bound if rule.role is Role.OBSERVER),
             distributions=_versions(bound),
             files=tuple(one for rule in bound for one in rule.parts.files),
             inline_files=tuple(dict.fromkeys(rule.source.file for rule in bound if rule.source.file is not None)),
             sources=sources,
         )
 
+    def __getattr__(self, key: str) -> BoundRule | None:
+        if key in _SINGLE:
+            return self.others.get(key)
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {key!r}")
+
     @property
     def deciding(self) -> tuple[BoundRule, ...]:
-        """Every rule but the observers, those for orders first."""
-        unbusy = (self.activate, self.move, self.idle, self.packing, self.packing_task)
-        single = (self.poa, self.pps, self.poa_pps, self.pr, self.ta, self.pp, *self.deciding_bundles, *unbusy)
-        return (*(rule for rule in single if rule is not None), *self.filters)
+        """Every rule but the observers, in the order of their roles."""
+        return (*filter(None, (getattr(self, key) for key in _SINGLE)), *self.filters)
 
     @property
     def deciding_bundles(self) -> tuple[BoundRule, ...]:

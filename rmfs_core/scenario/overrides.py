@@ -154,8 +154,9 @@ def _applied(table: dict[str, Any], override: Override, path: tuple[str, ...]) -
     if isinstance(inner, str) and override.path[0] == "rules":
         inner = {"rule": inner}  # `poa = "pod-match"` stands for `poa = { rule = "pod-match" }`
     if not isinstance(inner, dict):
-        within = ".".join(override.path[: -len(rest)])
-        raise InputError(override.place, f"`{within}` has no keys of its own, it is {shown(inner)}")
+        within, whole = ".".join(override.path[: -len(rest)]), f"; expected a table, as {{ {'.'.join(rest)} = [] }}"
+        is_list = f"it is {shown(inner)}{whole if isinstance(inner, list) else ''}"
+        raise InputError(override.place, f"`{within}` has no keys of its own, {is_list}")
     return {**table, key: _applied(inner, override, rest)}
 
 

@@ -152,7 +152,7 @@ def _shares(shown: Mapping[str, float], does: Mapping[str, str], named: str) -> 
     return ", ".join([f"{first} ({named})" if named else first, *rest])
 
 
-PICKERS = {"handling": "handling", "waiting": "waiting", "idle": "idle"}
+PICKERS = {"handling": "handling", "waiting": "waiting", "idle": "idle", "down": "out of service"}
 ROBOTS = {
     "idle": "idle",
     "driving": "driving",

@@ -19,6 +19,7 @@ from rmfs_core.wording import counted, did_you_mean
 
 NO_QUANTITY = "a quantity that is no whole number from 1 on (returns, weights)"
 NO_TIME = "no time that can be read"
+UNREADABLE = "that cannot be read"
 _MOST_PRIORITY = 10**10 - 1
 
 Line = tuple[str, str, int, int, int, int | None, int | None, int | None, int, str | None]
@@ -127,8 +128,17 @@ class Cleaner:
         yield f"Read {counted(self.rows, row)}{of}{blank}."
         for part in self.left_out():
             yield f"Left out{of}: {part}."
-        for _, part in self.emptied.parts():
+        for part in self.left_empty().values():
             yield f"Left empty{of}: {part}."
+
+    def left_empty(self) -> dict[str, str]:
+        """Return for each reason for fields left empty so far a part of a sentence, with what may help."""
+        return {reason: part + self._also(reason) for reason, part in self.emptied.parts()}
+
+    def _also(self, reason: str) -> str:
+        if not reason.endswith(UNREADABLE):
+            return ""
+        return guessed([text for _, text in self.emptied.reasons[reason].examples], self.reader.clock.patterns)
 
     def _help(self, reason: str) -> str:
         """Return which options may read the rows that were left out for a reason."""
@@ -208,7 +218,7 @@ class Cleaner:
         except ClockError as error:
             raise InputError(f"{file}, row {row}, {column}", str(error)) from None
         except (ValueError, OverflowError):
-            self.emptied.note(f"{what} that cannot be read", row, text)
+            self.emptied.note(f"{what} {UNREADABLE}", row, text)
         return None
 
     def _priority(self, row: int, text: str) -> int | None:

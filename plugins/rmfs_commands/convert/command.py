@@ -152,7 +152,7 @@ def orders(table: Path, out: Path, **given: Any) -> None:
         lines, zero = _read(stack, table, given)
         lines.cleaner.check_choice(lambda: [sku.name for sku in lines.skus()])
         check_share(table, lines.cleaner, force=given["force"])
-        check_emptied(table, lines.cleaner.rows, lines.cleaner.emptied, force=given["force"])
+        check_emptied(table, lines.cleaner, force=given["force"])
         past = None
         if given["history"] is not None:
             past = _read_history(stack, given)
@@ -192,7 +192,7 @@ def _read(stack: ExitStack, table: Path, given: dict[str, Any], past: bool = Fal
         own = Cleaner(heads, reader, Choice())
         lines.read_heads(Table(given["orders"], given["separator"], given["encoding"]), own)
         check_share(given["orders"], own, force=given["force"])
-        check_emptied(given["orders"], own.rows, own.emptied, force=given["force"])
+        check_emptied(given["orders"], own, force=given["force"])
     lines.read(Table(table, given["separator"], given["encoding"]))
     in_stock = None if past or given["in_stock"] is None else read_stock(given["in_stock"])
     return lines, lines.gather(_span(clock, given, past), given["whole_orders"], in_stock)

@@ -175,6 +175,8 @@ class OrderLines:
         )
         self._leave_out_large()
         if stock is not None:
+            if whole:  # orders that are left out take nothing of the stock
+                self._leave_out_shortened(whole)
             self._leave_out_lacking(stock, whole)
         self._leave_out_shortened(whole)
         zero = self._zero(span.start)
@@ -250,7 +252,8 @@ class OrderLines:
         lost = "name IN (SELECT name FROM lost WHERE shortens)"
         self.shortened = self._count(f"SELECT count(*) FROM whole WHERE {lost}")
         if whole and self.shortened:
-            self.left_out["a line that is left out (--whole-orders)"] = self.shortened
+            reason = "a line that is left out (--whole-orders)"
+            self.left_out[reason] = self.left_out.get(reason, 0) + self.shortened
             self._base.executescript(f"DELETE FROM packed WHERE {lost}; DELETE FROM whole WHERE {lost};")
             self.shortened = 0
         if self.n_orders == 0:

@@ -83,8 +83,8 @@ def open_option(command: F) -> F:
         multiple=True,
         metavar="SPAN",
         callback=_opens,
-        help="Hours in which stations are open every day, such as 06:00-22:00, for scenario.toml; may be repeated. "
-        "[default: all day]",
+        help="Hours in which stations are open every day, such as 06:00-22:00, for scenario.toml, which `convert "
+        "orders` writes with --pods; may be repeated. [default: all day]",
     )
     return option(command)
 
@@ -132,7 +132,7 @@ def time_options(command: F) -> F:
         metavar="FORMAT",
         multiple=True,
         callback=_patterns,
-        help="Format of times: as %d.%m.%Y %H:%M, or seconds, unix, unix-ms or spreadsheet. May be repeated: a "
+        help="Format of times: as %d.%m.%Y %H:%M, or seconds, unix, unix-ms, spreadsheet or iso. May be repeated: a "
         "time is read by the first that fits. [default: ISO 8601, or seconds]",
     )
     zone = click.option(

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from rmfs_commands.cli.screen import tell
 from rmfs_commands.convert.tally import Tally
 from rmfs_core.errors import InputError
+
+if TYPE_CHECKING:
+    from rmfs_commands.convert.cleaning import Cleaner
 
 MOST_LEFT_OUT = 0.5
 """Share of the rows that may be left out."""
@@ -34,10 +37,10 @@ def check_share(file: Path, cleaned: Cleaned, force: bool) -> None:
         raise InputError(str(file), f"{found}; expected at most half, or --force")
 
 
-def check_emptied(file: Path, rows: int, emptied: Tally, force: bool) -> None:
+def check_emptied(file: Path, cleaner: Cleaner, force: bool) -> None:
     """Refuse a table in most of whose rows a time or a priority would be left empty, since it cannot be read."""
-    for reason, part in emptied.parts():
-        if emptied.reasons[reason].rows > MOST_LEFT_OUT * rows and not force:
+    for reason, part in cleaner.left_empty().items():
+        if cleaner.emptied.reasons[reason].rows > MOST_LEFT_OUT * cleaner.rows and not force:
             raise InputError(str(file), f"would be left empty: {part}; expected at most half of the rows, or --force")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -19,7 +19,8 @@ SECONDS, OF_DAY, LOCAL, ABSOLUTE = "seconds", "times of the day", "dates without
 """Kinds of times: from time 0, from midnight, by a clock that is not known, in all the world."""
 
 NUMBERS = ("seconds", "unix", "unix-ms", "spreadsheet")
-"""Values of `--time-format` besides a pattern."""
+ISO = "iso"
+"""Values of `--time-format` besides a pattern; `ISO` is ISO 8601 or seconds, as without the option."""
 
 _NUMBER = re.compile(r"[0-9]{1,20}(\.[0-9]*)?")
 _SAID_NUMBER = re.compile(r"[0-9]{1,20}([.,][0-9]*)?")  # where the user says that it is a number
@@ -55,26 +56,35 @@ class Moment:
     ahead: int = 0
 
 
-def guessed(texts: list[str]) -> str:
-    """Return which options read times that were not read, as the end of a sentence; nothing where none does."""
+def guessed(texts: list[str], others: Sequence[str] | None = ()) -> str:
+    """Return which options read times that were not read, as the end of a sentence; nothing where none does.
+
+    Parameters
+    ----------
+    texts
+        The times.
+    others
+        Formats that other columns need, besides; None: ISO 8601. Empty where there are no other columns.
+    """
     patterns = [*_COMMON, *(look.option for look in LOOKS)]
     found = [pattern for pattern in patterns if texts and all(_reads(pattern, text) for text in texts)]
     options = [f'--time-format "{pattern}"' if " " in pattern else f"--time-format {pattern}" for pattern in found]
     if texts and all(_reads(None, text) for text in texts):
-        options.insert(0, "without --time-format")
-    return f"; perhaps {listed(options[:3], 'or')}" if options else ""
+        options.insert(0, "without --time-format" if others == () else f"--time-format {ISO}")
+    also = "" if others == () else "also " if others else f"--time-format {ISO} and also "
+    return f"; perhaps {also}{listed(options[:3], 'or')}" if options else ""
 
 
 def checked_pattern(text: str) -> str:
     """Return a `--time-format` that can be used; InputError with what is wrong with it else."""
-    if text in NUMBERS:
+    if text in (*NUMBERS, ISO):
         return text
     place, directives = "--time-format", set(re.findall(r"%(.)", text.replace("%%", "")))
     if "Z" in directives:
         problem = "found %Z: names of zones are not the same everywhere; expected %z (+0200), or --zone Europe/Berlin"
         raise InputError(place, problem)
     if not directives or not _is_pattern(text):
-        examples = f"such as %d.%m.%Y %H:%M, or one of {', '.join(NUMBERS)}"
+        examples = f"such as %d.%m.%Y %H:%M, or one of {', '.join((*NUMBERS, ISO))}"
         raise InputError(place, f"found {shown_short(text)}; expected a format {examples}")
     if directives & (_DATE | {"z"}) and not directives & _YEAR:
         raise InputError(
@@ -111,13 +121,13 @@ def reader_of(pattern: str | None, zone: ZoneInfo | None) -> Read:
     Parameters
     ----------
     pattern
-        As `datetime.datetime.strptime` has it, or one of `NUMBERS`; None: ISO 8601, or a number of seconds.
+        As `datetime.datetime.strptime` has it, or one of `NUMBERS`; `ISO` or None: ISO 8601, or a number of seconds.
     zone
         Time zone of times without an offset, by whose clock all times are shown; None: they stay as they are.
     """
     if pattern in NUMBERS:
         return _numberreader_of(pattern, zone)
-    if pattern is None:
+    if pattern in (None, ISO):
         seconds = _numberreader_of("seconds", zone)
         dates = date_reader(zone)
         return lambda text: seconds(text) if _NUMBER.fullmatch(text) else dates(text)

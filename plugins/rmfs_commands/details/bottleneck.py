@@ -25,6 +25,7 @@ from attrs import define, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.details.delays import Delays
+from rmfs_commands.details.outages import robots_may_fail
 from rmfs_commands.details.packing import Packing
 from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.slots import at_work
@@ -62,11 +63,12 @@ LIMITS: Mapping[str, tuple[str, str]] = {
     "stock": ("the pods held too little", "stock that never lacks"),
     "hours": ("stations closed or robots off duty", "stations and robots at all hours"),
     "closed": ("`rules.activate` had stations closed", "a rule that opens more stations"),
+    "outages": ("stations or robots out of service", "machines that do not fail"),
     "room": ("stations were full, with robots free", "more capacity (`stations.item_capacity`)"),
     "pods": ("pods were elsewhere, robots free", "the same SKUs on more pods"),
 }
 """Causes that there could be less of: what happened meanwhile, and what would help. Those besides are ``driving`` and
-``picking``, the work on an order itself."""
+``picking``, the work on an order itself; ``outages`` only where stations or robots may fail."""
 
 WORTH_SAYING = 10
 """Percent of the orders' time from which on a cause is said besides the limit."""
@@ -120,13 +122,14 @@ class _Pieces:
         """Return in how many of some spans, during which robots stand under pods, each piece is."""
         return self.level(*np.array(spans, dtype=np.int64).reshape(-1, 2).T)
 
-    def of(self, station: Followed) -> tuple[Ticks, Ticks, Ticks]:
+    def of(self, station: Followed) -> tuple[Ticks, Ticks, Ticks, Ticks]:
         """Return, as 0 or 1 for each piece, whether a station's picker handles an item, does or has one to pick, and
-        whether the station is there: open, or finishing what it has."""
+        whether the station is there: open, or finishing what it has; and whether it is out of service instead."""
         begins = self.bounds[:-1]
         here = np.minimum(self.level(np.array(station.begun), np.array(station.free)), 1)
-        either = np.maximum(here, station.requests.at(begins) > 0)
-        return here, either, np.maximum(either, station.open.at(begins) > 0)
+        down = np.where(here > 0, 0, station.down.at(begins))
+        either = np.maximum(here, (station.requests.at(begins) > 0) & (down == 0))
+        return here, either, np.maximum(either, station.open.at(begins) > 0), down
 
     def ticks_of(self, begins: Ticks, ends: Ticks) -> Ticks:
         """Return how many ticks of some spans are in each piece, summed over the spans."""
@@ -183,8 +186,10 @@ class Bottleneck:
         self._robots, self._delays = robots, delays
         self._packing = Packed.of(packing.values(end), delays, run) if packing.on else None
         self._lift, self._stations = run.motion.lift_ticks, stations.followed
-        self._lengths: list[tuple[int, int, int]] = []  # of each station: as `_Pieces.of`, in ticks
-        self.causes: dict[str, float] = dict.fromkeys((*LIMITS, "driving", "picking"), 0.0)
+        self._lengths: list[tuple[int, ...]] = []  # of each station: as `_Pieces.of`, in ticks
+        self._fails = run.scenario.stations.outages is not None or robots_may_fail(run.scenario.robots)
+        causes = (cause for cause in LIMITS if self._fails or cause != "outages")
+        self.causes: dict[str, float] = dict.fromkeys((*causes, "driving", "picking"), 0.0)
         """Ticks of the orders' time by cause, summed over the orders."""
         self._room, self._robot = _Waits(), _Waits()
         self._beneath = [_Waits() for _ in run.warehouse.stations]
@@ -257,9 +262,9 @@ class Bottleneck:
     def _pieces(self) -> _Pieces:
         """Return the pieces of time between any two changes at stations and among robots."""
         robots, ends = self._robots, [(self._begin, self._end)]
-        ticks = [robots.free.ticks, robots.on_duty.ticks]
+        ticks = [robots.free.ticks, robots.on_duty.ticks, robots.down.ticks]
         for station in self._stations:
-            counts = (station.requests, station.queue, station.open)
+            counts = (station.requests, station.queue, station.open, station.down, station.pods)
             ticks += [np.array(station.begun), np.array(station.free), *(count.ticks for count in counts)]
         ends += chain.from_iterable(robots.beneath_for.values())
         bounds = np.sort(np.concatenate((np.array(ends, dtype=np.int64).ravel(), *ticks)))
@@ -269,52 +274,62 @@ class Bottleneck:
         """Share out the waits among the causes."""
         pieces, number = self._pieces(), len(self._stations)
         begins = pieces.bounds[:-1]
-        busy, idle, short, waiting, stuck, wanted, most = (np.zeros(len(begins), dtype=np.int64) for _ in range(7))
-        duration, levels = np.diff(pieces.bounds.clip(self._begin, self._end)), list[tuple[Ticks, Ticks, Ticks]]()
+        busy, idle, short, waiting, failed, stuck, jammed, halted, wanted, most = np.zeros(
+            (10, len(begins)), dtype=np.int64
+        )
+        duration, levels = np.diff(pieces.bounds.clip(self._begin, self._end)), list[tuple[Ticks, ...]]()
         for number_of, station in enumerate(self._stations):
-            here, wanting, open_ = pieces.of(station)
-            self._lengths.append((int(duration @ here), int(duration @ wanting), int(duration @ open_)))
+            here, wanting, open_, down = pieces.of(station)
+            self._lengths.append(tuple(int(duration @ one) for one in (here, wanting, open_, down)))
             beneath = pieces.beneath(self._robots.beneath_for.get(number_of, []))
             busy += here
             idle += open_ - wanting
             short += np.where(beneath > 0, wanting - here, 0)
             waiting += np.where(beneath > 0, 0, wanting - here)
             known, held_up = station.requests.at(begins), beneath + station.queue.at(begins)
-            levels.append((here, known, held_up))
+            failed += down
+            levels.append((here, known, held_up, down))
             stuck += held_up
+            jammed += held_up * down
+            halted += station.pods.at(begins) * down
             wanted += known
             most = np.maximum(most, known)
-        closed = (number - busy - idle - short - waiting) / number
+        broken = failed / number
+        closed = (number - busy - idle - short - waiting - failed) / number
         shut = self._shut_by_rule(begins, closed)
         even = wanted / np.maximum(busy + idle + short + waiting, 1)
         held_back = most <= np.ceil(even)  # no station has more than its share
         uneven = np.zeros(len(begins))
         none_free = self._robots.free.at(begins) == 0
-        for number_of, (here, known, held_up) in enumerate(levels):
+        for number_of, (here, known, held_up, down) in enumerate(levels):
             beyond = np.maximum(1 - even / np.maximum(known, 1), 0.0) * (1 - closed)
-            uneven += beyond * held_up
+            uneven += beyond * held_up * (1 - down)
             shares = {"spread": here * beyond, "hours": here * (closed - shut), "closed": here * shut}
-            shares["pickers"] = here * (1 - beyond - closed)
-            self._add(self._beneath[number_of], pieces, shares | {"queues": 1 - here})
-            self._add(self._queueing[number_of], pieces, shares | {"driving": 1 - here})
-            given = {cause: share * ~none_free for cause, share in (shares | {"driving": 1 - here}).items()}
+            shares |= {"pickers": here * (1 - beyond - closed), "outages": down}
+            self._add(self._beneath[number_of], pieces, shares | {"queues": 1 - here - down})
+            self._add(self._queueing[number_of], pieces, shares | {"driving": 1 - here - down})
+            given = {cause: share * ~none_free for cause, share in (shares | {"driving": 1 - here - down}).items()}
             self._add(self._given[number_of], pieces, given)
         fleet, on_duty = len(self._run.warehouse.robots), self._robots.on_duty.at(begins)
         charging = self._robots.charging.at(begins)
-        off, held = 1 - on_duty / fleet, np.minimum(stuck, on_duty - charging) / fleet
-        working = 1 - off - held - charging / fleet
+        fails = np.minimum(self._robots.down.at(begins) + halted, on_duty - charging)
+        off, held = 1 - on_duty / fleet, np.minimum(stuck, on_duty - charging - fails) / fleet
+        working = 1 - off - held - (charging + fails) / fleet
         uneven *= held / np.maximum(stuck, 1)
+        lost = held * jammed / np.maximum(stuck, 1)
+        held -= lost
         of_robots = {
             "robots": working,
             "chargers": charging / fleet,
             "spread": uneven,
             "hours": off + held * (closed - shut),
             "closed": held * shut,
+            "outages": fails / fleet + lost,
             "pickers": held * (1 - closed) - uneven,
         }
         self._add(self._robot, pieces, {cause: none_free * share for cause, share in of_robots.items()})
         handling, at_work = busy / np.maximum(busy + waiting, 1), (busy + waiting) / number
-        both = handling + working + off + charging / fleet  # none where all robots move up in queues
+        both = handling + working + off + (charging + fails) / fleet  # none where all robots move up in queues
         each = none_free * at_work / np.where(both > 0, both, 1)
         of_stations = {
             "pickers": np.where(none_free, each * handling, busy / number),
@@ -322,6 +337,7 @@ class Bottleneck:
             "chargers": each * charging / fleet,
             "hours": closed - shut + each * off,
             "closed": shut,
+            "outages": broken + each * fails / fleet,
             "room": np.where(none_free, 0.0, waiting / number),
             "queues": short / number + none_free * at_work * (both <= 0),
             "spread": np.where(held_back, 0.0, idle / number),
@@ -342,8 +358,9 @@ class Bottleneck:
         """Add to the causes their shares of some waits."""
         if waits.begins:
             ticks = waits.ticks_in(pieces)
-            for cause, share in shares.items():
-                self.causes[cause] += float(np.cumsum(ticks * share)[-1])  # one after the other, the same everywhere
+            for cause in self.causes.keys() & shares.keys():
+                # One after the other, the same everywhere.
+                self.causes[cause] += float(np.cumsum(ticks * shares[cause])[-1])
 
     def summary(self) -> dict[str, Any]:
         """Return it as plain values; means and shares of nothing are None."""
@@ -393,19 +410,20 @@ class Bottleneck:
 
     def _of_pickers(self) -> dict[str, float | None]:
         """Return what the time went to in which stations were there."""
-        handled, either, there = map(sum, zip(*self._lengths, strict=True))
+        handled, either, there, down = map(sum, zip(*self._lengths, strict=True))
         parts = {"handling": handled, "waiting": either - handled, "idle": there - either}
-        return {part: _percent(ticks, there) for part, ticks in parts.items()}
+        parts |= {"down": down} if down else {}
+        return {part: _percent(ticks, there + down) for part, ticks in parts.items()}
 
     def _of_stations(self) -> dict[str, dict[str, Any] | None]:
         """Return the stations whose pickers handled items for the most and the least of their time.
 
         Without those that were there for less than `LEAST_THERE` of the time of the one that was there the longest.
         """
-        longest = max(there for _, _, there in self._lengths)
+        longest = max(there for _, _, there, _ in self._lengths)
         shares = {
             station.name: _percent(handled, there)
-            for station, (handled, _, there) in zip(self._run.warehouse.stations, self._lengths, strict=True)
+            for station, (handled, _, there, _) in zip(self._run.warehouse.stations, self._lengths, strict=True)
             if there >= LEAST_THERE * longest
         }
         known = {name: share for name, share in shares.items() if share is not None}
@@ -565,7 +583,8 @@ def sentences(
 
 def _with_others(told: str, limit: str | None, percent: Mapping[str, float | None]) -> str:
     """Return a sentence with the next causes, the largest first; without its explanation where both do not fit."""
-    others = {cause: share for cause in LIMITS if cause != limit and (share := percent[cause] or 0.0) >= WORTH_SAYING}
+    shares = {cause: percent.get(cause) or 0.0 for cause in LIMITS if cause != limit}
+    others = {cause: share for cause, share in shares.items() if share >= WORTH_SAYING}
     named = ", ".join(f"{cause} {others[cause]:.0f} %" for cause in sorted(others, key=lambda cause: -others[cause]))
     then = "then" if limit is not None else "largest causes:"
     if named and len(f"{told}; {then} {named}") >= LINE:

@@ -107,6 +107,8 @@ class Robots:
         """Robots on duty that wait for a charger, drive to one, or stand there until they are charged."""
         self.low = [Count() for _ in robots]
         """Which of these stand where they are, with too little in their batteries for a task."""
+        self.down = Count()
+        """Robots out of service."""
         self.beneath: dict[int, Span] = {}
         """When a robot last waited under each pod for a queue cell, before it lifted the pod."""
         self.beneath_for: dict[int, list[Span]] = {}
@@ -131,10 +133,10 @@ class Robots:
             RobotsOnDuty: self._duty,
             RobotSent: self._sent_off,
             RobotRested: self._rested,
-            RobotDown: lambda event: self._turn(event.robot, DOWN, event.tick),
+            RobotDown: self._fails,
             ChargerDown: self._charger_down,
             ChargerUp: lambda event: self._broken.discard(event.cell),
-            RobotUp: lambda event: self._turn(event.robot, self._resting(event.robot), event.tick),
+            RobotUp: self._repaired,
             PodMoveDecided: lambda event: self._turn(event.robot, MOVING, event.tick),
             **({DecisionMade: self._decided} if self._battery else {}),
         }
@@ -170,6 +172,14 @@ class Robots:
             return None
         known = self._warehouse.robots[robot]
         return self.charging if known.low or (state == CHARGING and known.goal is not None) else self.free
+
+    def _fails(self, event: RobotDown) -> None:
+        self.down.add(event.tick, 1)
+        self._turn(event.robot, DOWN, event.tick)
+
+    def _repaired(self, event: RobotUp) -> None:
+        self.down.add(event.tick, -1)
+        self._turn(event.robot, self._resting(event.robot), event.tick)
 
     def _decided(self, event: DecisionMade) -> None:
         """Count robots anew whose batteries change while they stand."""

@@ -75,6 +75,19 @@ def overlap(ours: Sequence[Span], theirs: Sequence[Span]) -> int:
     return total
 
 
+def outside(ours: Sequence[Span], theirs: Sequence[Span]) -> list[Span]:
+    """Return what of our spans lies in none of theirs, each merged."""
+    found: list[Span] = []
+    for start, end in ours:
+        begin = start
+        for span in theirs:
+            if span[0] < end and span[1] > begin:
+                found.append((begin, span[0]))
+                begin = span[1]
+        found.append((begin, end))
+    return merged(found)
+
+
 class Count:
     """A number that goes up and down: when it is above 0, its mean over time and its maximum."""
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Callable
 from typing import Any
 
-from rmfs_commands.details.spans import Count, Handlers, Number, length, merged, overlap, ratio, within
+from rmfs_commands.details.spans import Count, Number, length, merged, outside, overlap, ratio, within
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
+    Event,
     ItemPicked,
     OrderArrived,
     OrderAssigned,
@@ -15,14 +17,17 @@ from rmfs_core.events import (
     OrderInStock,
     QueueJoined,
     StationClosed,
+    StationDown,
     StationOpened,
+    StationUp,
+    VisitEnded,
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
 
 
 class Followed:
-    """State of a station: visits, picks, when its picker was busy and it was open, its requests, its queue."""
+    """State of a station: visits, picks, when its picker was busy, it was open and out of service, requests, queue."""
 
     def __init__(self) -> None:
         self.visits, self.picks = array("q"), array("q")
@@ -31,6 +36,7 @@ class Followed:
         self.queue = Count()
         self.open = Count()
         self.open.add(0, 1)
+        self.down, self.pods = Count(), Count()  # the second, pods at the station, only where stations may fail
 
 
 class Stations:
@@ -47,10 +53,11 @@ class Stations:
         self.followed = [Followed() for _ in self._names]
         self._backlog, self._view = Count(), run.warehouse
         self._waiting: set[int] = set()  # orders that wait for stock
+        self._fails = run.scenario.stations.outages is not None
         self._has_hours = run.scenario.stations.open is not None or run.scenario.rules.activate is not None
         for station, known in zip(run.warehouse.stations, self.followed, strict=True):
             known.queue.add(0, len(station.line))
-        self.handlers: Handlers = {
+        self.handlers: dict[type[Event], Callable[[Any], None]] = {
             OrderArrived: self._arrived,
             OrderInStock: self._in_stock,
             OrderAssigned: self._assigned,
@@ -60,7 +67,11 @@ class Stations:
             ItemPicked: self._picked,
             StationOpened: lambda event: self.followed[event.station].open.add(event.tick, 1),
             StationClosed: lambda event: self.followed[event.station].open.add(event.tick, -1),
+            StationDown: lambda event: self.followed[event.station].down.add(event.tick, 1),
+            StationUp: lambda event: self.followed[event.station].down.add(event.tick, -1),
         }
+        if self._fails:
+            self.handlers |= {VisitEnded: lambda event: self.followed[event.station].pods.add(event.tick, -1)}
 
     def _arrived(self, event: OrderArrived) -> None:
         if self._view.order(event.order).waits_for_stock:
@@ -85,6 +96,8 @@ class Stations:
         station = self.followed[event.station]
         station.queue.add(event.tick, -1)
         station.visits.append(event.tick)
+        if self._fails:
+            station.pods.add(event.tick, 1)
 
     def _picked(self, event: ItemPicked) -> None:
         station = self.followed[event.station]
@@ -100,13 +113,14 @@ class Stations:
         not, though items are to be picked there (they wait for pods); or nothing is to be picked. ``starved_s`` is
         the part of ``idle_s`` in which orders are in the backlog, without orders that wait for stock. Where stations
         open and close, the three add up to ``open_s``, the time in which a station is open or still finishes what it
-        has.
+        has. ``down_s``, where stations may fail, is the time out of service, and in none of the others.
         """
         orders_wait = self._backlog.above_zero(begin, end)
         found = []
         for name, station in zip(self._names, self.followed, strict=True):
             busy = merged(within(zip(station.begun, station.free, strict=True), begin, end))
-            wanted = station.requests.above_zero(begin, end)
+            down = outside(station.down.above_zero(begin, end), busy)  # it finishes the item in hand
+            wanted = outside(station.requests.above_zero(begin, end), down)
             either = merged([*busy, *wanted])
             there = merged([*either, *station.open.above_zero(begin, end)])
             times = {
@@ -115,6 +129,7 @@ class Stations:
                 "idle_s": length(there) - length(either),
                 "starved_s": overlap(orders_wait, there) - overlap(orders_wait, either),
                 **({"open_s": length(there)} if self._has_hours else {}),
+                **({"down_s": length(down)} if self._fails else {}),
             }
             found.append(
                 {

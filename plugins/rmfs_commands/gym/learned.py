@@ -81,18 +81,20 @@ def read_networks(file: Path | None = None, *, may_wait: bool = False) -> Mappin
 
     Raises
     ------
-    InputError
+    ValueError
         Where it is no such file, or of other features.
     """
-    place = "learned.json" if file is None else str(file)
+    place, expected = file or "learned.json", "expected a file of `rmfs.gym.write_networks`"
     try:
         text = _shipped() if file is None else file.read_text(encoding="utf-8")
         given = {Role.labelled(label): told for label, told in json.loads(text).items()}
         networks = {role: RowNetwork.of(told["weights"], len(told["features"])) for role, told in given.items()}
         for role, told in given.items():
             _check_features(role, told["features"], may_wait)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(place, f"holds no networks for this version: {error}") from error
+    except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError) as error:
+        raise ValueError(f"{place} holds no weights of networks; {expected}") from error
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{place} holds no networks for this version: {error}") from error
     return MappingProxyType(networks)
 
 

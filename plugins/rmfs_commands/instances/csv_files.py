@@ -360,7 +360,8 @@ def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = (), wron
             except InputError as error:  # after it no row can be read
                 wrong(error)
     except UnicodeDecodeError as error:
-        wrong(InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}"))
+        how = 'save it as UTF-8 (in a spreadsheet: "CSV UTF-8")'
+        wrong(InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}; {how}"))
     except (OSError, ValueError) as error:  # ValueError: of a name that no file can have
         wrong(InputError(str(file), f"cannot be read: {getattr(error, 'strerror', error)}"))
 

@@ -17,12 +17,8 @@ from rmfs_core.roles import Role
     "--decides",
     required=True,
     type=click.Choice([*(role.label for role in Role), *KINDS]),
-    help="Kind of decision: POA orders to stations, PPS pods to stations, POA+PPS both together, PR where pods go "
-    "back to, TA pods to robots, PP paths, ROA bundles to stations, RPS bundles to pods, ROA+RPS both together, "
-    "activation which stations take orders, idle where robots without a task rest, repositioning pods that these carry "
-    "elsewhere, packing the packing station of an order, packing-task what a free packer does next; a filter chooses "
-    "the orders that POA sees, an observer decides nothing, it measures; a generator makes orders, SKUs and pods, a "
-    "layout the grid; a command is called as `rmfs NAME`.",
+    help=f"Kind of decision. {'; '.join(f'{role.label}: {role.what}' for role in Role)}; generator: orders, SKUs and "
+    "pods; layout: the grid; command: called as `rmfs NAME`.",
 )
 @click.option("--into", default=".", metavar="DIR", help="Folder in which the folder NAME is made. [default: this one]")
 def new_rule(name: str, decides: str, into: str) -> None:

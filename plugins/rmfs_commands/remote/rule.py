@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 from urllib.parse import urlsplit
@@ -19,17 +19,6 @@ from rmfs_commands.states.answers import answer_from
 from rmfs_commands.states.snapshots import HEARD, Snapshots, call_of
 from rmfs_commands.states.state_json import parse_json
 from rmfs_commands.states.written import WrittenAnswer, read_answer
-from rmfs_core.decisions import (
-    BundleAssignment,
-    BundleDecision,
-    JointDecision,
-    OrderAssignment,
-    PodMove,
-    PodTrip,
-    RobotMove,
-    StoreBundle,
-    TaskAssignment,
-)
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event, OrderArrived
 from rmfs_core.hookspecs import hookimpl
@@ -166,81 +155,20 @@ class Remote:
         wake_s, self._wake_s = self._wake_s, None
         return wake_s if wake_s is not None and wake_s > warehouse.now_s else None
 
-    @hookimpl
-    def assign_orders(self) -> Sequence[OrderAssignment]:
-        """Ask for POA."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def select_pods(self) -> Sequence[PodTrip]:
-        """Ask for PPS."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def assign_orders_and_pods(self) -> JointDecision:
-        """Ask for POA and PPS together."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def choose_storage_location(self) -> int:
-        """Ask for PR."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def assign_tasks(self) -> Sequence[TaskAssignment]:
-        """Ask for TA."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def assign_bundles(self) -> Sequence[BundleAssignment]:
-        """Ask for ROA."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def select_replenishment_pods(self) -> Sequence[StoreBundle]:
-        """Ask for RPS."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def assign_bundles_and_pods(self) -> BundleDecision:
-        """Ask for ROA and RPS together."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def activate_stations(self) -> Sequence[int]:
-        """Ask which stations take orders."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def idle_robots(self) -> Sequence[RobotMove]:
-        """Ask where robots rest."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def move_pods(self) -> Sequence[PodMove]:
-        """Ask for repositioning."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def assign_packing(self) -> Sequence[int]:
-        """Ask for packing stations."""
-        return self._decided()  # type: ignore[no-any-return]
-
-    @hookimpl
-    def choose_packing_task(self) -> int:
-        """Ask for the next task of a packer."""
-        return self._decided()  # type: ignore[no-any-return]
-
     def _channel(self) -> Channel:
         return Address(self.url, self.timeout_s) if self.url is not None else Command(self._words, self.timeout_s)
 
-    def _decided(self) -> Any:
+    def _decided(self) -> object:
         """Return the decision that the program answers."""
         if self._run is None or self._run.question is None:
             raise ImpossibleError("is asked outside of a run, where no request can be written; ask the program itself")
         answer, decision = self._run.decide()
         self._wake_s = None if answer.ask_again_s is None else self._run.now_s + answer.ask_again_s
         return decision
+
+
+for _role in DECIDING:
+    setattr(Remote, _role.hook, hookimpl(specname=_role.hook)(lambda self: self._decided()))
 
 
 class _Followed:

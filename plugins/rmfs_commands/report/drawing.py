@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from attrs import frozen
 from markupsafe import Markup
 
+from rmfs_core.wording import counted
+
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 360, 190, 46, 6, 10, 34
 ACROSS, DOWN = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
 MOST_LABELS = 6
@@ -84,7 +86,9 @@ def chart(
             continue
         for i, value in enumerate(one.values):
             if value:
-                says = f"{shown(i * step)} to {shown((i + 1) * step)}: {value:,g} {one.name}"
+                thing = one.name.removesuffix("s")
+                number_of = f"{value:,g} {thing}" if thing == one.name else counted(int(value), thing)
+                says = f"{shown(i * step)} to {shown((i + 1) * step)}: {number_of}"
                 parts.append(_bar(i * across, across, TOP + DOWN - value * down, value * down, one.colour, says))
     every = nice(number / MOST_LABELS) if number > MOST_LABELS else 1
     labelled = range(0, number + 1, max(int(every), 1))

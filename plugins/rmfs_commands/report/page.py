@@ -25,7 +25,12 @@ from rmfs_core.scenario.rulenames import rule_choices
 from rmfs_core.wording import counted
 
 TEMPLATE = Path(__file__).parent / "report.html.j2"
-PICKERS = {"busy": ("handling items", 3), "waiting": ("waiting for pods", 2), "idle": ("idle", 8)}
+PICKERS = {
+    "busy": ("handling items", 3),
+    "waiting": ("waiting for pods", 2),
+    "idle": ("idle", 8),
+    "down": ("out of service", 12),
+}
 ROBOTS = {
     "to_pod": ("to a pod", 6),
     "to_station": ("to a station", 1),
@@ -78,6 +83,7 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
         figures=_hours(run),
         peak=_peak(run),
         stations=[_station(row) for row in run.stations],
+        down=any("down_s" in row for row in run.stations),
         work=_work(run),
         turnover=_turnover(run),
         listed=[(title, [_order(row, delays[row["order"]], told) for row in rows]) for title, rows in listed],
@@ -210,8 +216,8 @@ def _late(run: Run) -> list[Mapping[str, Any]]:
 
 
 def _station(row: Row) -> tuple[str, ...]:
-    whole = row["busy_s"] + row["waiting_s"] + row["idle_s"]
-    shares = (f"{100 * row[name] / whole:.0f} %" if whole else "-" for name in ("busy_s", "waiting_s", "idle_s"))
+    times = [row[f"{does}_s"] for does in PICKERS if f"{does}_s" in row]
+    shares = (f"{100 * time / sum(times):.0f} %" if sum(times) else "-" for time in times)
     counts = (f"{row['picks']:,.0f}", f"{row['visits']:,.0f}")
     return (row["station"], *counts, *shares, f"{row['queue_mean']:.1f}", f"{row['queue_max']:.0f}")
 

@@ -157,7 +157,9 @@ class Floor(Simulation):
         self.context.after = self._after
         if rules.poa_pps is not None:  # it looks at no request that was covered once; this is asked where one is left
             repair = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
-            self.decisions.rules = evolve(rules, pps=RuleSet.load(repair, scenario.folder).pps)
+            self.decisions.rules = evolve(
+                rules, others={**rules.others, "pps": RuleSet.load(repair, scenario.folder).pps}
+            )
 
     # What the stories wait for
 

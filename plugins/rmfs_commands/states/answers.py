@@ -1,9 +1,10 @@
-"""Answers of rules, as JSON objects with names."""
+"""Questions to rules and their answers in states, as JSON objects with names."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rmfs_commands.instances.tables import finite
 from rmfs_commands.states.written import WrittenAnswer
@@ -23,10 +24,13 @@ from rmfs_core.decisions import (
     TaskAssignment,
 )
 from rmfs_core.roles import Role
-from rmfs_core.simulation import checks
+from rmfs_core.simulation import applying, checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of
 from rmfs_core.warehouse import Order, WarehouseView
 from rmfs_core.wording import did_you_mean
+
+if TYPE_CHECKING:
+    from rmfs_commands.states.rebuilding import OpenState
 
 
 def answer_to_dict(
@@ -63,6 +67,60 @@ def answer_to_dict(
         return _WRITERS[decides](warehouse, skus, answer)
     except ImpossibleError:  # a run ends with an error then, which says what was wrong
         return None
+
+
+def given_in(opened: OpenState, role: Role) -> dict[str, Any]:
+    """Return what a hook is given in a state besides the warehouse and the random generator; not of PP."""
+    asked, warehouse = opened.state.ask, opened.warehouse
+    if role in (Role.PPS, Role.RPS, Role.ROA_RPS):
+        fetches = asked.max_fetches
+        if fetches is None and (opened.state.robots is None or asked.role is Role.POA_PPS):
+            fetches = len(opened.view.free_pods)  # no robots are told of, or the trips may wait for them
+        if fetches is None:
+            fetches = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
+        return {"max_fetches": fetches}
+    if role is Role.MOVE:
+        idle = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
+        if asked.max_moves is not None and asked.max_moves > idle:
+            expected = f"expected at most {idle}, the number of idle robots that no pod waits for"
+            opened.names.wrong(("ask", "max_moves"), f"found {asked.max_moves}; {expected}")
+        most = max(min(idle, warehouse.spare_locations), 0)
+        return {"max_moves": most if asked.max_moves is None else asked.max_moves}
+    if role in (Role.PACKING, Role.PACKING_TASK):
+        return _packing_in(opened, role)
+    if role is Role.PR:
+        if asked.pod is None:
+            opened.names.wrong(("ask", "pod"), "is missing; expected the pod to store")
+        pod = warehouse.pods[opened.names.pod(asked.pod, "ask", "pod")]
+        if pod.location is not None:
+            opened.names.wrong(("ask", "pod"), f'pod "{asked.pod}" is stored; expected one that a robot carries')
+        return {"pod": pod}
+    return {}
+
+
+def _packing_in(opened: OpenState, role: Role) -> dict[str, Any]:
+    """Return the orders to be bound for packing stations; or the station where a packer is free, and its tasks."""
+    asked, warehouse, names = opened.state.ask, opened.warehouse, opened.names
+    if not warehouse.packing:
+        names.wrong(("packing",), "is missing; expected the packing stations")
+    if role is Role.PACKING:
+        orders = [order for order in warehouse.orders if order.parts and order.packing is None]
+        if asked.orders is not None:
+            orders = [warehouse.orders[names.order(one, "ask", "orders", i)] for i, one in enumerate(asked.orders)]
+        for order in orders:
+            if not order.parts or order.packing is not None:
+                why = "is bound for a packing station" if order.parts else "has no part that is assigned"
+                names.wrong(("ask", "orders"), f'names order "{order.name}", which {why}')
+        return {"orders": tuple(orders)}
+    at = next((station.id for station in warehouse.packing if station.next_tasks), 0)
+    station = warehouse.packing[at if asked.station is None else names.packing(asked.station, "ask", "station")]
+    if not station.next_tasks:
+        names.wrong(("ask", "station"), f"no packer is free for a task at packing station {station.label}")
+    return {"station": station, "tasks": station.next_tasks}
+
+
+def forget(*_: object) -> None:
+    """Nobody is told, and no robot sets off: the state is only looked at."""
 
 
 class Ids(Protocol):
@@ -329,3 +387,23 @@ _READERS: Mapping[Role, Callable[[WrittenAnswer, WarehouseView, Ids], object]] =
     ),
     Role.PACKING_TASK: lambda written, _warehouse, _ids: _given("task", written.task),
 }
+
+APPLIED: Mapping[Role, Callable[..., object]] = {
+    Role.PR: lambda warehouse, answer, pod: checks.storage_location(warehouse, pod, answer),
+    Role.TA: partial(applying.apply_tasks, keep=forget, start=forget),
+    Role.ACTIVATE: partial(applying.apply_activation, keep=forget),
+    Role.IDLE: partial(applying.apply_rests, keep=forget, start=forget),
+    Role.MOVE: partial(applying.apply_moves, keep=forget, start=forget),
+    Role.PACKING: partial(applying.apply_packing, keep=forget),
+    Role.PACKING_TASK: lambda _, answer, tasks, **_given: checks.known("task", answer, tasks),
+}
+"""How decisions without an `Outcome` are checked and applied: functions of warehouse, answer, hook's arguments."""
+
+ARGUMENTS: Mapping[str, Callable[[Any], object]] = {
+    "max_fetches": int,
+    "max_moves": int,
+    "pod": lambda pod: pod.name,
+    "orders": lambda orders: [order.name for order in orders],
+    "station": lambda station: station.label,
+}
+"""How arguments of hooks are written, under their names, in ``ask``."""

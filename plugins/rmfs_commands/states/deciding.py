@@ -9,7 +9,7 @@ import numpy as np
 from attrs import asdict, evolve, field, frozen
 
 from rmfs_commands.cli.single_rule import load_rule
-from rmfs_commands.states.answers import answer_from, answer_to_dict
+from rmfs_commands.states.answers import APPLIED, answer_from, answer_to_dict, forget, given_in
 from rmfs_commands.states.facts import facts_of
 from rmfs_commands.states.mementos import due_times
 from rmfs_commands.states.paths import check_path, path_wanted
@@ -23,17 +23,7 @@ from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, StationsSection
 from rmfs_core.scenario.source import Source
-from rmfs_core.simulation import checks
-from rmfs_core.simulation.applying import (
-    apply_activation,
-    apply_assignments,
-    apply_moves,
-    apply_packing,
-    apply_replenishment,
-    apply_rests,
-    apply_selection,
-    apply_tasks,
-)
+from rmfs_core.simulation.applying import apply_assignments, apply_replenishment, apply_selection
 from rmfs_core.simulation.asking import Asker, ImpossibleError
 from rmfs_core.simulation.setup import unmet_needs
 from rmfs_core.warehouse import Warehouse
@@ -268,7 +258,7 @@ def outcome_of(
     opened = open_state(state, source)
     try:
         answer = answer_from(read_answer(decision), decides, opened.view, opened.names)
-        return carry_out(opened, decides, answer, _given(opened, decides), None)
+        return carry_out(opened, decides, answer, given_in(opened, decides), None)
     except (ImpossibleError, InputError) as error:
         raise InputError(source, f"the decision does not belong to the state: {error}") from error
 
@@ -291,56 +281,7 @@ def _arguments(opened: OpenState, rule: BoundRule) -> dict[str, Any]:
         )
     if rule.role is Role.PP:
         return path_wanted(opened, rule)
-    return _given(opened, rule.role)
-
-
-def _given(opened: OpenState, role: Role) -> dict[str, Any]:
-    asked, warehouse = opened.state.ask, opened.warehouse
-    if role in (Role.PPS, Role.RPS, Role.ROA_RPS):
-        fetches = asked.max_fetches
-        if fetches is None and (opened.state.robots is None or asked.role is Role.POA_PPS):
-            fetches = len(opened.view.free_pods)  # no robots are told of, or the trips may wait for them
-        if fetches is None:
-            fetches = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
-        return {"max_fetches": fetches}
-    if role is Role.MOVE:
-        idle = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
-        if asked.max_moves is not None and asked.max_moves > idle:
-            expected = f"expected at most {idle}, the number of idle robots that no pod waits for"
-            opened.names.wrong(("ask", "max_moves"), f"found {asked.max_moves}; {expected}")
-        most = max(min(idle, warehouse.spare_locations), 0)
-        return {"max_moves": most if asked.max_moves is None else asked.max_moves}
-    if role in (Role.PACKING, Role.PACKING_TASK):
-        return _packing(opened, role)
-    if role is Role.PR:
-        if asked.pod is None:
-            opened.names.wrong(("ask", "pod"), "is missing; expected the pod to store")
-        pod = warehouse.pods[opened.names.pod(asked.pod, "ask", "pod")]
-        if pod.location is not None:
-            opened.names.wrong(("ask", "pod"), f'pod "{asked.pod}" is stored; expected one that a robot carries')
-        return {"pod": pod}
-    return {}
-
-
-def _packing(opened: OpenState, role: Role) -> dict[str, Any]:
-    """Return the orders to be bound for packing stations; or the station where a packer is free, and its tasks."""
-    asked, warehouse, names = opened.state.ask, opened.warehouse, opened.names
-    if not warehouse.packing:
-        names.wrong(("packing",), "is missing; expected the packing stations")
-    if role is Role.PACKING:
-        orders = [order for order in warehouse.orders if order.parts and order.packing is None]
-        if asked.orders is not None:
-            orders = [warehouse.orders[names.order(one, "ask", "orders", i)] for i, one in enumerate(asked.orders)]
-        for order in orders:
-            if not order.parts or order.packing is not None:
-                why = "is bound for a packing station" if order.parts else "has no part that is assigned"
-                names.wrong(("ask", "orders"), f'names order "{order.name}", which {why}')
-        return {"orders": tuple(orders)}
-    at = next((station.id for station in warehouse.packing if station.next_tasks), 0)
-    station = warehouse.packing[at if asked.station is None else names.packing(asked.station, "ask", "station")]
-    if not station.next_tasks:
-        names.wrong(("ask", "station"), f"no packer is free for a task at packing station {station.label}")
-    return {"station": station, "tasks": station.next_tasks}
+    return given_in(opened, rule.role)
 
 
 def _generator(state: State, rule: BoundRule) -> np.random.Generator:
@@ -377,28 +318,14 @@ def carry_out(
     if role is Role.PP:
         check_path(warehouse, answer, **arguments)
         return None
-    if role in (Role.PR, Role.TA, Role.ACTIVATE, Role.IDLE, Role.MOVE, Role.PACKING, Role.PACKING_TASK):
-        match role:
-            case Role.PACKING:
-                apply_packing(warehouse, answer, orders=arguments["orders"], keep=_forget)
-            case Role.PACKING_TASK:
-                checks.known("task", answer, arguments["tasks"])
-            case Role.PR:
-                checks.storage_location(warehouse, arguments["pod"], answer)
-            case Role.TA:
-                apply_tasks(warehouse, answer, _forget, _forget)
-            case Role.ACTIVATE:
-                apply_activation(warehouse, answer, _forget)
-            case Role.IDLE:
-                apply_rests(warehouse, answer, _forget, _forget)
-            case _:
-                apply_moves(warehouse, answer, arguments["max_moves"], _forget, _forget)
+    if (apply := APPLIED.get(role)) is not None:
+        apply(warehouse, answer, **arguments)
         return None
     if role in (Role.ROA, Role.RPS, Role.ROA_RPS):
         return _replenished(opened, role, answer, arguments.get("max_fetches", 0))
     open_before = _open_items(warehouse)
     if role is Role.PPS:
-        decision = apply_selection(warehouse, answer, keep=_forget, **arguments)
+        decision = apply_selection(warehouse, answer, keep=forget, **arguments)
     else:
         decision = apply_assignments(
             warehouse,
@@ -407,7 +334,7 @@ def carry_out(
             shown=opened.shown,
             period=opened.period,
             packing_capacity=packing_capacity,
-            keep=_forget,
+            keep=forget,
         )
     return Outcome(
         orders=len({given.order for given in decision.assignments}),
@@ -435,7 +362,3 @@ def _replenished(opened: OpenState, role: Role, answer: object, max_fetches: int
         unused=sum(station.free_bundle_capacity for station in warehouse.storing),
         without_pod=sum(bundle.pod is None for bundle in at_stations),
     )
-
-
-def _forget(*_: object) -> None:
-    """Nobody is told, and no robot sets off: the state is only looked at."""

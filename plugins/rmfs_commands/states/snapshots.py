@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from rmfs_commands.cli.map_drawing import draw_map
+from rmfs_commands.states.answers import ARGUMENTS
 from rmfs_commands.states.patches import difference
 from rmfs_commands.states.plain import (
     BundleMemento,
@@ -39,7 +40,6 @@ from rmfs_core.events import (
     TripDecided,
     VisitEnded,
 )
-from rmfs_core.roles import Role
 from rmfs_core.scenario.writing import plain
 from rmfs_core.warehouse import UNLIMITED
 
@@ -70,13 +70,7 @@ def call_of(question: Question) -> dict[str, Any]:
     """
     given = question.arguments
     ask: dict[str, Any] = {"decides": question.decides.label, "period": question.period}
-    ask |= {name: given[name] for name in ("max_fetches", "max_moves") if name in given}
-    if "pod" in given:
-        ask["pod"] = given["pod"].name
-    if question.decides is Role.PACKING:
-        ask["orders"] = [order.name for order in given["orders"]]
-    if question.decides is Role.PACKING_TASK:
-        ask["station"] = given["station"].label
+    ask |= {name: told(given[name]) for name, told in ARGUMENTS.items() if name in given}
     filtered = question.warehouse.filtered
     return {"ask": ask, **({"backlog": [order.name for order in question.warehouse.backlog]} if filtered else {})}
 

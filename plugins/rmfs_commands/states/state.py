@@ -314,8 +314,7 @@ class AskState:
     """Subject of the question, if the rest of the state does not say it."""
 
     decides: str | None = key(
-        "`POA`, `PPS`, `POA+PPS`, `PR`, `TA`, `ROA`, `RPS`, `ROA+RPS`, `activation`, `idle`, `repositioning`, "
-        "`packing`, `packing-task` or `PP`",
+        listed((f"`{label}`" for label in DECIDES), "or"),
         None,
         check=_one_of(*DECIDES),
     )

@@ -74,12 +74,17 @@ class _Story:
     order: str
     waiting: _Waiting | None = None
     without_stock: _Waiting | None = None
+    assigned: Recorded | None = None
     gone: bool = False
 
     def tell(self, decision: Recorded) -> Iterator[Episode]:
         """Yield what a decision ends or is for the order."""
         if self.gone or self.order not in decision.content["orders"]:
             return
+        if self.assigned is not None:
+            for what in _inbound_for(self.assigned, decision.content, self.order):
+                yield _episode(self.assigned, what)
+            self.assigned = None
         given = decision.content["orders"][self.order]
         if given.get("waits_for_stock"):
             self.without_stock = self.without_stock or _Waiting(decision, decision, "")
@@ -97,6 +102,8 @@ class _Story:
             yield _episode(decision, f"cancelled before {decision.time_s:,.0f} s, with nothing of it assigned")
             return
         here = [_episode(decision, what) for what in _done_for(decision, self.order)]
+        if any(one["order"] == self.order for one in (decision.decision or {}).get("assignments", ())):
+            self.assigned = decision
         reason = None
         if decision.decides.assigns:
             reason = _why_waiting(decision, self.order)
@@ -210,6 +217,21 @@ def _done_for(decision: Recorded, order: str) -> Iterator[str]:
         skus = [sku for sku in sorted(wanted.get(trip["station"], ())) if sku in held]
         if skus:
             yield f"pod {trip['pod']} sent to station {trip['station']}: it holds {_skus(skus)}"
+
+
+def _inbound_for(assigned: Recorded, after: Content, order: str) -> Iterator[str]:
+    """Yield which pods, bound for the order's stations before, have what a decision assigned, by the state after it."""
+    decided = assigned.decision or {}
+    sent = {(trip["station"], trip["pod"]) for trip in decided.get("trips", ())}
+    lines = {(g["station"], sku) for g in decided["assignments"] if g["order"] == order for sku in g["skus"]}
+    found: dict[tuple[str, str], dict[str, None]] = {}
+    for station, given in after["stations"].items():
+        for request in (one for one in given["requests"] if one["order"] == order and "pod" in one):
+            at = station, request["pod"]
+            if at not in sent and (station, request["sku"]) in lines:
+                found.setdefault(at, {})[request["sku"]] = None
+    for (station, pod), skus in found.items():
+        yield f"pod {pod}, bound for station {station} already, holds {_skus([*skus])}"
 
 
 def _why_waiting(decision: Recorded, order: str) -> str | None:

@@ -22,7 +22,8 @@ from rmfs_core.rules import BoundRule, RuleSet
 from rmfs_core.rules.hooks import OBSERVER_HOOKS, marked_methods, new_manager
 from rmfs_core.rules.sources import RuleSource
 from rmfs_core.rules.traits import RuleTraits
-from rmfs_core.scenario.model import RuleChoice
+from rmfs_core.scenario.model import PACKING_RULES, RuleChoice
+from rmfs_core.scenario.rulenames import rule_choices
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.wording import counted, listed
 
@@ -203,27 +204,29 @@ def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> 
 
 
 @cache
-def _plain_rules(idle: str | None, move: str | None, splits: bool) -> RuleSet:
+def _plain_rules(named: tuple[tuple[str, str], ...], splits: bool) -> RuleSet:
     """Return the rules around the one under test; they remember nothing of a run, so all runs share them."""
-    resting, moving = (None if name is None else RuleChoice(name) for name in (idle, move))
-    bound, task = RuleChoice("least-reserved"), RuleChoice("first-come")  # asked where there are packing stations
-    plain = evolve(PLAIN_RULES, idle=resting, move=moving, packing=bound, packing_task=task)
+    chosen: dict[str, Any] = {**PACKING_RULES, **{key: RuleChoice(name) for key, name in named}}
+    plain = evolve(PLAIN_RULES, **chosen)
     if splits:
         plain = evolve(plain, poa=None, pps=None, poa_pps=RuleChoice("pod-index"))
     return RuleSet.load(plain, ".", allow_inline=False)
 
 
 def _rules(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> RuleSet:
-    given = world.scenario.rules
     whole = {Role.POA, Role.PPS, Role.POA_PPS} & {*roles}
     splits = world.scenario.packing is not None and Role.PACKING in roles and not whole
-    plain = _plain_rules(given.idle and given.idle.rule, given.move and given.move.rule, splits)
+    plain = _plain_rules(tuple((str(key), one.rule) for (key,), one in rule_choices(world.scenario.rules)), splits)
     observes = bool(OBSERVER_HOOKS & marked_methods(rule.instance).keys())
-    chosen: dict[str, Any] = dict.fromkeys(other for role in roles for other in role.excludes)
-    for role in roles:
-        if role is not Role.OBSERVER:
-            chosen[role.key] = (rule.bound(role),) if role is Role.FILTER else rule.bound(role)
-    rules = evolve(plain, pm=new_manager(), **chosen)
+    chosen: dict[str, Any] = {role.key: rule.bound(role) for role in roles if not role.many}
+    excluded = [other.key for role in roles for other in role.excludes]
+    rules = evolve(
+        plain,
+        pm=new_manager(),
+        filters=(rule.bound(Role.FILTER),) if Role.FILTER in roles else plain.filters,
+        **{key: chosen.pop(key) for key in ("pr", "ta", "pp") if key in chosen},
+        others={**plain.others, **dict.fromkeys(excluded), **chosen},
+    )
     if observes:
         rules.register_observer(_Forwarding(rule), rule.bound(Role.OBSERVER).describe())
     return rules

@@ -248,6 +248,8 @@ def stations_of(trace: Trace) -> list[Row]:
                 backlog.append((event.tick, -int(event.complete)))
             case StationOpened() | StationClosed():
                 steps[event.station]["open"].append((event.tick, 1 if isinstance(event, StationOpened) else -1))
+            case StationDown() | StationUp():
+                steps[event.station]["down"].append((event.tick, 1 if isinstance(event, StationDown) else -1))
             case QueueJoined():
                 steps[event.station]["queue"].append((event.tick, 1))
             case VisitStarted():
@@ -264,7 +266,8 @@ def stations_of(trace: Trace) -> list[Row]:
         times = np.unique(np.clip([begin, end, *every], begin, end))
         lasts = np.diff(times)
         busy, wanted, queue = (_levels(times, changes[what]) for what in ("busy", "wanted", "queue"))
-        works, lacks = busy > 0, (wanted > 0) & (busy == 0)
+        fails = (_levels(times, changes["down"]) > 0) & (busy == 0)
+        works, lacks = busy > 0, (wanted > 0) & (busy == 0) & ~fails
         takes = _levels(times, changes["open"]) == 0  # it is open at first: one less for each time that it closes
         rests = takes & ~(works | lacks)
         spans = {
@@ -273,6 +276,7 @@ def stations_of(trace: Trace) -> list[Row]:
             "idle_s": rests,
             "starved_s": rests & (_levels(times, backlog) > 0),
             **({"open_s": works | lacks | takes} if has_hours(trace) else {}),
+            **({"down_s": fails} if trace.scenario["stations"].get("outages") else {}),
         }
         rows.append(
             {

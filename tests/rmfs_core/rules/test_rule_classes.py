@@ -27,6 +27,7 @@ from rmfs_core.rules.parts import FileProblem, add_paths, find_file, made_in, pa
 from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.scenario.model import BatterySection, RobotsSection, RuleChoice, RulesSection, StationsSection
 from rmfs_core.scenario.rulenames import GivenText
+from rmfs_core.wording import listed
 from saying import said
 
 Install = Callable[..., None]
@@ -65,11 +66,7 @@ NO_ATTRS = 'rule "mine" (acme 1.0) is no attrs class: expected a class decorated
     (
         HOOK.format("asign_orders(self, warehouse)"),
         "class Mine implements a hook `asign_orders`, which does not exist (did you mean "
-        "`assign_orders`, `assign_orders_and_pods` or `assign_bundles`?); the hooks are assign_orders, select_pods, "
-        "assign_orders_and_pods, choose_storage_location, assign_tasks, plan_path, plan_paths, "
-        "assign_bundles, select_replenishment_pods, assign_bundles_and_pods, activate_stations, idle_robots, "
-        "move_pods, assign_packing, choose_packing_task, filter_backlog, wake_at, run_started, on_event, rule_asked, "
-        "rule_answered, measured and run_ended",
+        f"`assign_orders`, `assign_orders_and_pods` or `assign_bundles`?); the hooks are {listed(ARGUMENTS)}",
     ),
 )
 def test_a_class_that_is_no_such_rule(refusal: Refusal, install: Install, source: str, problem: str) -> None:

@@ -176,6 +176,10 @@ WRONG = [
     (["robots.count=0"], ": expected a whole number from 1 to 100,000, found 0"),
     (["robots={count=0}"], ", robots.count: expected a whole number from 1 to 100,000, found 0"),
     (["seed.x=2"], ": `seed` has no keys of its own, it is 1"),
+    (
+        ['stations.open=[["06:00", "22:00"]]', "stations.open.3=[]"],
+        ': `stations.open` has no keys of its own, it is [["06:00", "22:00"]]; expected a table, as { 3 = [] }',
+    ),
     (["rules.poa=pod-mach"], ': there is no rule "pod-mach" (did you mean `pod-match`?)'),
     (["robots.count=2", "robots.count=0"], ": expected a whole number from 1 to 100,000, found 0"),
     (["robots.cuont="], ": unknown key `cuont` (did you mean `count`?)"),

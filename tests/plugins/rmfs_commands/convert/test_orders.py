@@ -120,7 +120,8 @@ def test_orders_that_go_with_trucks(tmp_path: Path, capsys: pytest.CaptureFixtur
 def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """By arrival: five a's are there, b never runs out, and nothing holds c. Orders left out take nothing."""
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,2\nq,a,3\nq,b,\n", encoding="utf-8")
-    file = table(tmp_path, "o,s,n,t\n3,a,2,9\n3,b,9,9\n1,a,3,1\n2,a,1,2\n2,c,4,2\n4,a,2,10\n5,a,1,11\n")
+    lines = "o,s,n,t\n3,a,2,9\n3,b,9,9\n1,a,3,1\n2,a,1,2\n2,c,4,2\n4,a,2,10\n5,a,1,11\n"
+    file = table(tmp_path, lines)
     options = f"--order o --sku s --quantity n --time t --out {tmp_path}".split()
     (tmp_path / "scenario.toml").write_text(scenario_of(2), encoding="utf-8")
     main(["convert", "orders", str(file), *options])
@@ -137,6 +138,7 @@ def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.Capt
         ),
     ):
         capsys.readouterr()
+        table(tmp_path, lines + "0,a,5,0\n0,d,x,0\n" * bool(whole))
         main(["convert", "orders", str(file), *options, "--force", "--in-stock", str(tmp_path / "pods.csv"), *whole])
         assert (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()[1:] == kept
         written = (tmp_path / "left-out.csv").read_text(encoding="utf-8")
@@ -147,7 +149,7 @@ def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.Capt
 
 def test_several_formats_of_times(tmp_path: Path) -> None:
     file = table(tmp_path, "o,s,t\n1,a,01.03.2024\n2,a,2024-03-01 06:00\n3,a,03/01/2024\n")
-    formats = [text for pattern in ("%Y-%m-%d %H:%M", "%d.%m.%Y", "%m/%d/%Y") for text in ("--time-format", pattern)]
+    formats = [text for pattern in ("iso", "%d.%m.%Y", "%m/%d/%Y") for text in ("--time-format", pattern)]
     main(["convert", "orders", str(file), *f"--order o --sku s --time t --out {tmp_path}".split(), *formats])
     written = (tmp_path / "orders.csv").read_text(encoding="utf-8")
     assert written.splitlines()[1:] == ["1,0,a,1", "3,0,a,1", "2,21600,a,1"]
@@ -613,6 +615,9 @@ def test_what_cannot_be_read_is_left_empty() -> None:
         '2 rows with a priority that is no whole number from 0 on: row 1 "-1", row 2 "10000000000"',
     ]
     assert not cleaner.dropped.reasons
+    cleaner, _ = cleaned(("A", "tea", "2024-03-01", "1", "13.03.2024"))
+    (part,) = cleaner.left_empty().values()
+    assert part.endswith('row 1 "13.03.2024"; perhaps --time-format iso and also --time-format %d.%m.%Y')
     cleaner, lines = cleaned(("A", "tea", "2024-03-01", "1", "9999-12-31"), ("A", "tea", "1900-01-01", "1", ""))
     assert [line[5] for line in lines] == [None]
     stands = "time that stands for none (before 1971 or after 2099)"
@@ -632,7 +637,6 @@ def test_what_cannot_be_read_is_left_empty() -> None:
     ),
 )
 def test_times_of_two_kinds_are_refused(rows: list[tuple[str, ...]], problem: str) -> None:
-    """With the row where the second kind begins: they have no time 0 in common."""
     assert refusal(lambda: cleaned(*rows)).startswith(f"lines.csv, {problem}")
 
 

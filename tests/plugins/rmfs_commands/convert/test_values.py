@@ -9,6 +9,7 @@ from attrs import define
 
 from calling import refusal
 from cases import cases
+from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
 from rmfs_commands.convert.names import Names
 from rmfs_commands.convert.numeric_dates import NumericDates, looks_of
 from rmfs_commands.convert.quantities import Quantities
@@ -49,7 +50,6 @@ def test_a_table_has_one_kind_of_time(first: str, then: str, found: str, before:
 
 
 def test_what_is_no_time_does_not_settle_the_kind() -> None:
-    """A table may begin with a time that cannot be read."""
     clock = Clock()
     with pytest.raises(ValueError, match=r"."):
         clock.read("tomorrow")
@@ -116,7 +116,6 @@ def test_a_time_of_another_kind_than_the_table_is_refused(row: str, text: str, p
 
 @pytest.mark.parametrize("machine", ["UTC", "America/New_York", "Asia/Kolkata"])
 def test_the_machine_has_no_time_zone(monkeypatch: pytest.MonkeyPatch, machine: str) -> None:
-    """Reading depends on the table and on the options alone."""
     monkeypatch.setenv("TZ", machine)
     time.tzset()
     try:
@@ -214,18 +213,21 @@ def test_a_zone_knows_the_days_of_the_clock_change(text: str, hours: float, ahea
 
 
 @cases(
-    "texts guess",
-    (["01.03.2024 06:10", "13.03.2024 06:10"], '; perhaps --time-format "%d.%m.%Y %H:%M"'),
-    (["03/04/2024"], "; perhaps --time-format %d/%m/%Y or --time-format %m/%d/%Y"),
-    (["03/14/2024"], "; perhaps --time-format %m/%d/%Y"),
-    (["1709251200000"], "; perhaps --time-format unix-ms"),
-    (["2024-03-01"], "; perhaps without --time-format"),
-    (["06:10"], "; perhaps --time-format %H:%M"),
-    (["yesterday"], ""),
-    ([], ""),
+    "texts others guess",
+    (["01.03.2024 06:10", "13.03.2024 06:10"], (), '; perhaps --time-format "%d.%m.%Y %H:%M"'),
+    (["03/04/2024"], (), "; perhaps --time-format %d/%m/%Y or --time-format %m/%d/%Y"),
+    (["03/14/2024"], (), "; perhaps --time-format %m/%d/%Y"),
+    (["1709251200000"], (), "; perhaps --time-format unix-ms"),
+    (["2024-03-01"], (), "; perhaps without --time-format"),
+    (["06:10"], (), "; perhaps --time-format %H:%M"),
+    (["yesterday"], (), ""),
+    ([], (), ""),
+    (["13.03.2024"], ("%Y%m%d",), "; perhaps also --time-format %d.%m.%Y"),
+    (["13.03.2024"], None, "; perhaps --time-format iso and also --time-format %d.%m.%Y"),
+    (["2024-03-13"], ("%d.%m.%Y",), "; perhaps also --time-format iso"),
 )
-def test_formats_are_guessed(texts: list[str], guess: str) -> None:
-    assert guessed(texts) == guess
+def test_formats_are_guessed(texts: list[str], others: tuple[str, ...] | None, guess: str) -> None:
+    assert guessed(texts, others) == guess
 
 
 @cases(
@@ -233,7 +235,7 @@ def test_formats_are_guessed(texts: list[str], guess: str) -> None:
     ("%Y-%m-%d %Z", "found %Z: names of zones are not the same everywhere; expected %z (+0200), or --zone"),
     ("%d.%m. %H:%M", "found '%d.%m. %H:%M', which has no year; expected %Y"),
     ("%H:%M %z", "found '%H:%M %z', which has no year; expected %Y"),
-    *((text, f"found {text!r}; expected a format such as") for text in ("%Q", "%Y %", "%d %d %Y", "", "iso", "%%Z")),
+    *((text, f"found {text!r}; expected a format such as") for text in ("%Q", "%Y %", "%d %d %Y", "", "ISO", "%%Z")),
 )
 def test_a_format_that_cannot_be_used_is_refused(text: str, problem: str) -> None:
     assert refusal(lambda: checked_pattern(text)).startswith(f"--time-format: {problem}")
@@ -383,16 +385,18 @@ def test_columns_that_cannot_be_read() -> None:
         check_share(Path("a.csv"), rows(10, 6), force=False)
     check_share(Path("a.csv"), rows(10, 6), force=True)
     check_share(Path("a.csv"), rows(10, 5, chosen=5), force=False)
-    tally = Tally()
+    cleaner = Cleaner(Columns("o", "s"), Reader(), Choice())
     for row in range(1, 7):
-        tally.note("a due time that cannot be read", row, "soon")
-    check_emptied(Path("a.csv"), 12, tally, force=False)
-    check_emptied(Path("a.csv"), 11, tally, force=True)
+        cleaner.emptied.note("a due time that cannot be read", row, "soon")
+    cleaner.rows = 12
+    check_emptied(Path("a.csv"), cleaner, force=False)
+    cleaner.rows = 11
+    check_emptied(Path("a.csv"), cleaner, force=True)
     found = (
         r'^a.csv: would be left empty: 6 rows with a due time that cannot be read: row 1 "soon", .*; expected at most'
     )
     with pytest.raises(InputError, match=found):
-        check_emptied(Path("a.csv"), 11, tally, force=False)
+        check_emptied(Path("a.csv"), cleaner, force=False)
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,7 @@ SMALL = ("rules.pp=free-flow", "instance.orders=30")
 MANY = (*SMALL, "robots.count=12")
 QUIET = (*MANY, "instance.arrivals={process='poisson', orders_per_hour=60}")
 QUICK = (*MANY, "layout.stations_east=1", "stations.handle_s=1", "stations.pick_s=1")
+OUTAGES, FAILURES = (f"{key}={{mtbf_h=%g, mttr_s=%g}}" for key in ("stations.outages", "robots.failures"))
 SUPPLY = "instance.replenishment={process='reorder-point', reorder_point=1, order_up_to=9, lead_s=%d}"
 
 
@@ -91,12 +92,14 @@ def checked(result: Result) -> dict[str, Any]:
     ("room", "stations.item_capacity=9", (*QUICK, "stations.item_capacity=1", "stations.oversize=alone"), {}),
     ("held", "rules.filters=[]", (*QUIET, "rules.filters=[{rule='waves', every_s=1800}]"), {}),
     ("chargers", "layout.chargers=2", ("layout.chargers=1",), {"scenario": "examples/charging"}),
+    ("outages", OUTAGES % (90, 1), (*SMALL, OUTAGES % (0.1, 1800)), {}),
+    ("outages", FAILURES % (90, 1), (*SMALL, FAILURES % (0.01, 3000)), {}),
     ("pods", "instance.pods=30", (*MANY, "instance.pods=1", "instance.skus_per_pod=20", "layout.pod_fill=0.1"), {}),
 )
 def test_each_cause_in_turn_is_the_limit(limit, more, overrides, options) -> None:
     """More of it helps, at most as much as is said; all other causes from 10 % on are named."""
     before = bottleneck(*overrides, **options)
-    others = {cause for cause in LIMITS if (before["causes_percent"][cause] or 0) >= 10} - {limit}
+    others = {cause for cause in LIMITS if (before["causes_percent"].get(cause) or 0) >= 10} - {limit}
     assert all(f" {cause} {before['causes_percent'][cause]:.0f} %" in before["says"][0] for cause in others)
     assert (before["robots_percent"]["low"] > before["robots_percent"]["idle"]) == (limit == "chargers")
     assert before["limit"] == limit

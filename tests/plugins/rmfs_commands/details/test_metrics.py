@@ -38,14 +38,16 @@ from rmfs_core.events import (
     RobotMoved,
     RobotsOnDuty,
     StationClosed,
+    StationDown,
     StationOpened,
+    StationUp,
     TaskAssigned,
     VisitEnded,
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
 from rmfs_core.roles import Role
-from rmfs_core.scenario.model import Costs, RobotsSection, RunSection, StationsSection
+from rmfs_core.scenario.model import Costs, FailuresSection, RobotsSection, RunSection, StationsSection
 from rmfs_core.world import Instance, OrderData
 
 
@@ -458,20 +460,30 @@ def test_two_stations(tiny: RunInfo, begin_s: int, first: list[float], second: l
     assert all(row["busy_s"] + row["waiting_s"] + row["idle_s"] == 60 - begin_s for row in rows)
 
 
-def test_a_station_that_is_closed_is_not_idle(tiny: RunInfo) -> None:
-    """It is open until 10 s, and works until 46 s; from 55 s on it is open again. The other one is always open."""
+DAY = StationsSection(open=(("00:00", "01:00"),))
+FAILS = StationsSection(outages=FailuresSection(mtbf_h=1, mttr_s=10))
+DOWN, UP = (StationDown, StationClosed), (StationUp, StationOpened)
+DOWN_TWICE = [(kind, t) for kinds, t in ((DOWN, 5_000), (UP, 15_000), (DOWN, 30_000), (UP, 33_000)) for kind in kinds]
+
+
+@cases(
+    "section events column seconds other",
+    # open until 10 s, at work until 46 s, open again from 55 s on
+    (DAY, [(StationClosed, 10_000), (StationOpened, 55_000)], "open_s", [26, 20, 5, 0, 51], 60),
+    # out of service while items are to be picked, and later with an item in hand
+    (FAILS, DOWN_TWICE, "down_s", [26, 10, 14, 4, 10], 0),
+)
+def test_a_station_that_is_closed_or_out_of_service(tiny: RunInfo, section, events, column, seconds, other) -> None:
     assert Stations(tiny).values(0, 60_000) == {}
-    stations = Stations(
-        evolve(tiny, scenario=evolve(tiny.scenario, stations=StationsSection(open=(("00:00", "01:00"),))))
-    )
-    for event in (*AT_STATIONS, StationClosed(10_000, 0), StationOpened(55_000, 0)):
+    stations = Stations(evolve(tiny, scenario=evolve(tiny.scenario, stations=section)))
+    for event in (*AT_STATIONS, *(kind(tick, 0) for kind, tick in events)):
         if type(event) in stations.handlers:
             stations.handlers[type(event)](event)
     first, second = stations.rows(0, 60_000)
-    columns = ("busy_s", "waiting_s", "idle_s", "starved_s", "open_s")
-    assert [first[column] for column in columns] == [26, 20, 5, 0, 51]
-    assert second["open_s"] == 60
-    assert stations.values(0, 60_000) == {"station_open_h": 111 / 3600, "open_utilisation_percent": 100 * 26 / 111}
+    assert [first[name] for name in ("busy_s", "waiting_s", "idle_s", "starved_s", column)] == seconds
+    assert second[column] == other
+    hours = {"station_open_h": 111 / 3600, "open_utilisation_percent": 100 * 26 / 111}
+    assert stations.values(0, 60_000) == (hours if section is DAY else {})
 
 
 def driven(start_s: int, wait_s: int, end_s: int, distance_m: int, pod: int | None) -> RobotMoved:

@@ -84,8 +84,8 @@ def test_it_chooses_as_in_the_environment(decides: Role) -> None:
 
 @cases(
     "told sentence",
-    ("[]", "holds no networks for this version"),
-    ("{", "holds no networks for this version: Expecting"),
+    ("[]", "odd.json holds no weights of networks; expected a file of `rmfs.gym.write_networks`"),
+    ("{", "odd.json holds no weights of networks"),
     ({"PR+TA": {}}, "no role is called 'PR.TA'"),
     ({"PPS": {"features": ["a"], "weights": [1]}}, "the features of PPS are .'a'.; expected serves, completes"),
     (
@@ -94,10 +94,12 @@ def test_it_chooses_as_in_the_environment(decides: Role) -> None:
     ),
     ({"PPS": {"features": ["a"], "weights": [math.nan]}}, "expected 1 finite numbers"),
     ({"PPS": {"features": ["a"], "weights": [[1]]}}, "expected 1 finite numbers"),
-    ({"PPS": {"weights": [1]}}, "holds no networks for this version: 'features'"),
+    ({"PPS": {"weights": [1]}}, "holds no weights of networks"),
 )
 def test_a_file_without_networks_is_named(told: Any, sentence: str, tmp_path: Path) -> None:
     file = tmp_path / "odd.json"
     file.write_text(told if isinstance(told, str) else json.dumps(told))
-    with pytest.raises(InputError, match=sentence):
+    with pytest.raises(ValueError, match=sentence):
         Learned(weights=file)
+    with pytest.raises(InputError, match=f'rule "learned" .rmfs [^:]*: .*{sentence}'):
+        rmfs_core.run("examples/small", overrides=[f'rules.pps={{rule="learned",weights="{file}"}}'])

@@ -38,7 +38,6 @@ def test_it_writes_the_folder_and_says_what_comes_next(tmp_path, monkeypatch, ca
 
 
 def test_into_another_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """--into makes the folder, and the commands name it so that a shell takes it for one word."""
     main(["new-rule", "fine-rule", "--decides", "PR", "--into", str(tmp_path / "my rules")])
     assert (tmp_path / "my rules" / "fine-rule" / "README.md").exists()
     assert f"pip install -e '{tmp_path}/my rules/fine-rule'" in capsys.readouterr().out
@@ -109,7 +108,6 @@ def test_names_of_rules_and_commands(install: Callable[..., None]) -> None:
     ("a\n", "a"),
 )
 def test_a_name_is_spelled_as_a_folder_is(name: str, such_as: str) -> None:
-    """Small letters, digits and hyphens; the sentence shows what would do."""
     expected = "expected small letters, digits and single hyphens, beginning with a letter, such as"
     with pytest.raises(InputError) as caught:
         NewRule(name, Role.POA)

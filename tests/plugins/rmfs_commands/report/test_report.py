@@ -252,8 +252,9 @@ def test_page_and_replay_are_written_both_or_neither(late: Path, tmp_path: Path,
 
 
 def test_bars_have_their_figures() -> None:
-    text = chart("Picks <1>", [Series("picks", [0, 3, 8])], 60, "s", marks={"mean": 90})
-    assert text.count("<rect") == 2  # none for nothing
+    text = chart("Picks <1>", [Series("picks", [0, 3, 8, 1])], 60, "s", marks={"mean": 90})
+    assert text.count("<rect") == 3  # none for nothing
+    assert "<title>180 to 240: 1 pick</title>" in text
     assert "<title>60 to 120: 3 picks</title>" in text
     heights = [float(height) for height in re.findall(r'<rect[^>]* height="([\d.]+)"', text)]
     assert heights[1] / heights[0] == pytest.approx(8 / 3, rel=0.01)

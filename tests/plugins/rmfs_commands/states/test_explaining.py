@@ -333,6 +333,20 @@ def test_an_order_that_left_is_told_of_once() -> None:
     ]
 
 
+def test_pods_that_are_bound_for_the_station_already() -> None:
+    """Pod P is there for tea when A is assigned; Q, which has milk, is sent with it."""
+    after, before = content(4), content(4, pods={"Q": {"contents": {"milk": None}}})
+    served = (("A", "tea", "P"), ("A", "milk", "Q"), ("B", "tea", "P"))
+    after["stations"]["s"]["requests"] = [{"order": order, "sku": sku, "pod": pod} for order, sku, pod in served]
+    given = {"order": "A", "station": "s", "skus": ["milk", "tea"]}
+    decided = {"assignments": [given], "trips": [{"pod": "Q", "station": "s"}]}
+    decisions = [made(1, "POA+PPS", before, decided), made(2, "TA", after, {"tasks": []})]
+    assert [(episode.number, episode.what) for episode in order_story(decisions, "A")][1:] == [
+        (1, "pod Q sent to station s: it holds SKU milk"),
+        (1, "pod P, bound for station s already, holds SKU tea"),
+    ]
+
+
 def test_an_order_split_among_stations() -> None:
     state = content(4)
     state["orders"]["A"]["lines"]["jam"] = 2
@@ -420,7 +434,6 @@ def test_a_decision_as_json(decide: Any) -> None:
 
 
 def test_due_times(decide: Any) -> None:
-    """The orders decided on that have a due time are told with it, and with what is left until then."""
     orders = {"A": {"lines": {"milk": 1}, "due_s": 90, "priority": 2}, "B": {"lines": {"jam": 2}, "priority": 1}}
     code, out, _ = decide("--rule", "first-come", version=2, time_s=100.5, orders=orders)
     assert code == 0
@@ -588,7 +601,6 @@ def test_what_cannot_be_explained_is_refused(sequential, capsys, arguments, prob
     lambda first: first | {"change": first["change"] | {"time_s": 1e308}},
 )
 def test_a_recording_that_was_changed(change: Any, damaged: Any, tmp_path: Path, capsys: Any) -> None:
-    """One sentence for a decision, or a state, that rmfs cannot have recorded; no state is written then."""
     folder = damaged(lambda lines: [lines[0], change(lines[1]), *lines[2:]])
     code, _, err = explain(capsys, str(folder), "--decision", "1", "--state", str(tmp_path / "state.json"))
     assert code == 2
@@ -607,7 +619,6 @@ def test_runs_without_decisions(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 
 def test_json(sequential: str, joint: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Counts, a decision with what other rules would have decided, and stories: all that the tables tell."""
     counted = plain(capsys, sequential)
     assert sum(row["decisions"] for row in counted["by_rule"]) == counted["decisions"]
     decision = plain(capsys, joint, "--period", "1", "--against", "integrated")

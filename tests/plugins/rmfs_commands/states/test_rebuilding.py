@@ -427,7 +427,7 @@ def test_files_of_states(by_hand, write, tmp_path, monkeypatch) -> None:
     (("stations", "north", "item_capacity"), 0, "stations.north.item_capacity", "a whole number from 1 to"),
     (("stations", "north", "requests"), [{"order": "A"}], "stations.north.requests[0].sku", "is missing"),
     (("stations", "north", "line"), "P1", "stations.north.line", "expected a list"),
-    (("ask",), {"decides": "path"}, "ask.decides", "idle, repositioning, packing, packing-task or PP"),
+    (("ask",), {"decides": "path"}, "ask.decides", " or PP, found path"),
     (("layout",), {"map": [".."], "blocks": {}}, "layout", "expected either `map` or `blocks`"),
     (("stations", "north", "order_capacity"), 2, "stations.north", "either `item_capacity` or `order_capacity`"),
     (("random",), {"state": str(1 << 128), "increment": "1"}, "random", "numbers below 2^128"),
@@ -445,7 +445,6 @@ def test_files_of_states(by_hand, write, tmp_path, monkeypatch) -> None:
     (("orders", "A", "lines", "milk"), None, "orders.A.lines.milk", "expected a whole number, found null"),
 )
 def test_what_is_wrong_is_named(by_hand, path, value, place, problem) -> None:
-    """The first mistake is an error with the path of its key, what was found and what would be right."""
     content = json.loads(json.dumps(by_hand))
     table = content
     for key in path[:-1]:
