@@ -31,6 +31,7 @@ INSTANCES = "rmfs.instances"
 LAYOUTS = "rmfs.layouts"
 FORMATS = "rmfs.formats"
 PROCESSES = "rmfs.processes"
+DRIVING = "rmfs.driving"
 SECTIONS = {INSTANCES: "instance", LAYOUTS: "layout"}  # of a scenario, whose key `generator` names an entry point
 
 RENAMED = {RULES: "rmfs"}

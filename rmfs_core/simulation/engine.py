@@ -22,14 +22,13 @@ from rmfs_core.scenario import Scenario, located
 from rmfs_core.simulation import endings
 from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.driving import WAYS
 from rmfs_core.simulation.driving.base import Process
+from rmfs_core.simulation.driving.free import FreeDriving
 from rmfs_core.simulation.going import Going
 from rmfs_core.simulation.packing import Packing
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
 from rmfs_core.simulation.supply import Supply
-from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station
 from rmfs_core.warehouse.promises import next_request
 from rmfs_core.wording import one_line
@@ -74,8 +73,7 @@ class Simulation:
             opening = open_warehouse(scenario, instance, layout) if begun is None else begun.opening
             for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
                 try:
-                    if rule.traits.prepare is not None:
-                        rule.traits.prepare(roads_on(opening.warehouse.travel))
+                    rule.prepare(opening.warehouse.travel)
                 except (Exception, SystemExit) as error:
                     raise InputError(
                         f"rules.{rule.role.key}", f"{rule.describe()}, prepare: {one_line(error)}"
@@ -84,7 +82,7 @@ class Simulation:
         start, self.stories = self._starting, dict[int, tuple[Any, ...]]()
         starts = start("transport"), start("move"), start("rest")
         self.decisions = Decisions(self.context, *starts, self._refill)
-        self.driving = WAYS[rules.pp.traits.reserves](self.context)
+        self.driving = (rules.pp.traits.way or FreeDriving)(self.context)
         # Short names for what the processes use
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell

@@ -32,11 +32,11 @@ from rmfs_core.scenario.model import (
     StationsSection,
 )
 from rmfs_core.scenario.service import ServiceTime, Spread
-from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.setup import Opening, battery_of, motion_of, open_warehouse
 from rmfs_core.world import CellKind, Instance, Layout, OrderData, PodData, check_layout, make_instance
 from rmfs_core.world.travel import travel_on
+from rmfs_traffic.reserved import ReservedDriving
 
 
 @st.composite

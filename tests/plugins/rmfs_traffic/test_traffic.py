@@ -1,5 +1,6 @@
 """Passing times of runs, paths with times and cells, what planning knows of a layout, and the reservation table."""
 
+from importlib import import_module
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +14,9 @@ from rmfs_commands.layouts import parse_map
 from rmfs_core.clock import UNREACHABLE, far, to_seconds
 from rmfs_core.decisions import Leg, Path
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import (
+from rmfs_core.world import EAST, NORTH, WEST, CellKind
+from rmfs_core.world.travel import Travel, travel_on
+from rmfs_traffic import (
     FOREVER,
     Occupancy,
     PassingTimes,
@@ -27,9 +30,7 @@ from rmfs_core.traffic import (
     roads_on,
     timed_path,
 )
-from rmfs_core.traffic.paths import Stop, run_between
-from rmfs_core.world import EAST, NORTH, WEST, CellKind
-from rmfs_core.world.travel import Travel, travel_on
+from rmfs_traffic.paths import Stop, run_between
 
 MOTIONS = st.builds(
     Motion, acceleration_m_per_s2=st.floats(0.1, 5), top_speed_m_per_s=st.floats(0.3, 5), full_turn_s=st.floats(0.4, 8)
@@ -291,3 +292,10 @@ def test_the_pool_grows() -> None:
     table.settle(8, OPEN, Stop(5, EAST, 0), np.array([(9, 0), (14, 0)]))
     assert [table.reserved(cell)[0][0] for cell in (5, 6, 7, 8, 9, 14)] == [8] * 6
     assert table.arrays.count.sum() == 307
+
+
+def test_the_old_names_lead_here_and_warn() -> None:
+    """Until 0.3.0 plugins may import `rmfs_core.traffic`, and what was its module of paths."""
+    for name in ("rmfs_core.traffic", "rmfs_core.traffic.paths"):
+        with pytest.warns(FutureWarning, match=r"^rmfs_core\.traffic is rmfs_traffic now$"):
+            assert import_module(name).Stop is Stop
