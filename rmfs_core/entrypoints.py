@@ -98,6 +98,15 @@ def format_module(name: str) -> Any:
     return load(chosen(FORMATS, None, name), f"format {name}", "format")
 
 
+def process(name: str, place: str) -> Any:
+    """Return what a scenario asks for at ``place``, by its name in the entry-point group ``rmfs.processes``.
+
+    ``packing`` makes packing stations and their work, ``supply`` says which bundles come, ``battery`` makes what makes
+    batteries, ``outages`` takes robots, stations and chargers out of service, ``state`` lets a run begin in a state.
+    """
+    return load(chosen(PROCESSES, None, name), place, "process")
+
+
 def _entries(group: str, known: Any) -> list[EntryPoint]:
     """Return a group's entry points, with those under its old name except for what a distribution offers under both."""
     entries = [*known.select(group=group)]

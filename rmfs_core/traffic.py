@@ -1,14 +1,9 @@
 """The old name of `rmfs_traffic`, until 0.3.0."""
 
-import importlib
 import sys
-import warnings
+
+from rmfs_core.former import former
 
 __path__: list[str] = []
+__getattr__ = former(__name__, "rmfs_traffic")
 sys.modules[f"{__name__}.paths"] = sys.modules[__name__]
-
-
-def __getattr__(name: str) -> object:
-    found = getattr(importlib.import_module("rmfs_traffic"), name)
-    warnings.warn("rmfs_core.traffic is rmfs_traffic now", FutureWarning, stacklevel=2)
-    return found

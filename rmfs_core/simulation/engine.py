@@ -14,21 +14,18 @@ import simpy
 
 from rmfs_core import events
 from rmfs_core.clock import to_ticks
-from rmfs_core.entrypoints import PROCESSES, chosen, load
+from rmfs_core.entrypoints import format_module, process
 from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.info import RunInfo
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, located
-from rmfs_core.simulation import endings
 from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.driving.free import FreeDriving
 from rmfs_core.simulation.going import Going
-from rmfs_core.simulation.packing import Packing
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
-from rmfs_core.simulation.supply import Supply
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station
 from rmfs_core.warehouse.promises import next_request
 from rmfs_core.wording import one_line
@@ -96,8 +93,11 @@ class Simulation:
         coming = scenario.instance.arrivals.backlog is not None
         arrived = self.warehouse.arrived
         self._coming = [order for order in reversed(self.warehouse.orders) if coming and order.id not in arrived]
-        self.supply = Supply(scenario, instance) if instance.restocked else None
-        self.packing = Packing(self.context, opening.services, self._packed) if opening.warehouse.packing else None
+        self.supply, self.packing = None, None
+        if instance.restocked:
+            self.supply = process("supply", "instance.replenishment")(scenario, instance)
+        if opening.warehouse.packing:
+            self.packing = process("packing", "packing")(self.context, opening.services, self._packed)
         self.status, self.interrupted, self._begun = "partial", False, begun
         self.at_horizon: Callable[[Simulation], None] = lambda _: None
         """Is called where ``run.until_s`` ends the run, before robots under way are put anywhere."""
@@ -147,7 +147,7 @@ class Simulation:
             if (upcoming := peek()) > warehouse.now:
                 if upcoming >= end or decisions.alarms_in_a_row > MOST_ALARMS:
                     if upcoming == math.inf or decisions.alarms_in_a_row > MOST_ALARMS:
-                        raise StandstillError(endings.standstill(warehouse, self.rules, self.info.instance.skus))
+                        raise self.standstill()
                     warehouse.advance(int(end) - 1)
                     self.at_horizon(self)
                     self.driving.cut_off()
@@ -159,7 +159,12 @@ class Simulation:
 
     def notes(self) -> Iterator[str]:
         """Yield sentences on what may be a surprise at the end of a run that is not complete."""
-        return endings.notes(self.warehouse, self.hours, self.info.instance.skus)
+        found: Iterator[str] = format_module("endings").notes(self.warehouse, self.hours, self.info.instance.skus)
+        return found
+
+    def standstill(self) -> StandstillError:
+        """Return the error of a run in which nothing will ever happen again."""
+        return StandstillError(format_module("endings").standstill(self.warehouse, self.rules, self.info.instance.skus))
 
     # Processes
 
@@ -182,7 +187,7 @@ class Simulation:
             if any(changed):
                 self.decisions.round()
 
-    def _bundles(self, supply: Supply) -> Process:
+    def _bundles(self, supply: Any) -> Process:
         """Bundles arrive that come whatever happens; what has run low at the start is ordered."""
         for sku in range(self.warehouse.n_skus):
             self._order_bundles(supply, sku)
@@ -391,8 +396,7 @@ class Simulation:
         chargers = robots.battery and robots.battery.charger_outages
         if not (robots.failures or robots.maintenance or stations.outages or chargers):
             return None
-        made: Any = load(chosen(PROCESSES, None, "outages"), "robots.failures", "process")
-        return made(self)
+        return process("outages", "robots.failures")(self)
 
     def send(self, robot: Robot, cell: int) -> None:
         """Send a robot without a task to where it is repaired, or charges on."""
@@ -432,7 +436,7 @@ class Simulation:
                 self.supply.waits_no_more(order.lines)
             self._tell(events.OrderInStock(tick=self.now, order=order.id))
 
-    def _order_bundles(self, supply: Supply, sku: int) -> None:
+    def _order_bundles(self, supply: Any, sku: int) -> None:
         """Let what is ordered of a SKU arrive after the lead time."""
         for items in supply.order(sku):
             self.bundle_comes(Going("bundle", sku=sku, items=items, tick=self.now + supply.lead_ticks))

@@ -1,6 +1,5 @@
 """Passing times of runs, paths with times and cells, what planning knows of a layout, and the reservation table."""
 
-from importlib import import_module
 from itertools import pairwise
 
 import numpy as np
@@ -292,10 +291,3 @@ def test_the_pool_grows() -> None:
     table.settle(8, OPEN, Stop(5, EAST, 0), np.array([(9, 0), (14, 0)]))
     assert [table.reserved(cell)[0][0] for cell in (5, 6, 7, 8, 9, 14)] == [8] * 6
     assert table.arrays.count.sum() == 307
-
-
-def test_the_old_names_lead_here_and_warn() -> None:
-    """Until 0.3.0 plugins may import `rmfs_core.traffic`, and what was its module of paths."""
-    for name in ("rmfs_core.traffic", "rmfs_core.traffic.paths"):
-        with pytest.warns(FutureWarning, match=r"^rmfs_core\.traffic is rmfs_traffic now$"):
-            assert import_module(name).Stop is Stop
