@@ -4,8 +4,8 @@ from attrs import define, field
 
 from rmfs import hookimpl
 from rmfs.events import ItemPicked, RobotMoved
-from rmfs_core.traffic import occupancy
 from rmfs_rules.sipp import Sipp
+from rmfs_traffic import occupancy
 
 
 @define

@@ -236,10 +236,7 @@ def prepare(
             scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
             instance, layout, begun = make_instance(scenario), make_layout(scenario), None
             if scenario.instance.state_file is not None:
-                make: Any = entrypoints.load(
-                    entrypoints.chosen(entrypoints.PROCESSES, None, "state"), "instance.state_file", "process"
-                )
-                begun = make(scenario, instance, layout)
+                begun = entrypoints.process("state", "instance.state_file")(scenario, instance, layout)
                 scenario, instance = begun.scenario, begun.instance
         rows = tables().Tables()
         for observer, name in (*told, (rows, None)):  # whatever another does wrong, the tables have it already

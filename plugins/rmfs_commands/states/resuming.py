@@ -12,8 +12,8 @@ import simpy
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError
 from rmfs_core.simulation.going import Going
-from rmfs_core.traffic import ReservedError
-from rmfs_core.traffic.paths import Stop
+from rmfs_traffic import ReservedError
+from rmfs_traffic.paths import Stop
 
 if TYPE_CHECKING:
     from rmfs_core.simulation.engine import Simulation
