@@ -13,6 +13,7 @@ from rmfs_commands.details.spans import (
     Handlers,
     Number,
     Span,
+    goes_on,
     length,
     merged,
     overlap,
@@ -67,6 +68,7 @@ class Packing:
     def __init__(self, run: RunInfo, begin: int) -> None:
         section = run.scenario.packing
         self.on, self._begin, self._data = section is not None, begin, run.instance.orders
+        self._goes_on = goes_on(run, begin)
         known = run.scenario.instance.arrivals.backlog is None
         self._arrived = {i: order.arrival_tick for i, order in enumerate(self._data)} if known else {}
         self._orders: dict[int, _Order] = {}
@@ -169,7 +171,7 @@ class Packing:
             return {}
         packed = {i: order for i, order in self._orders.items() if order.packed >= 0}
         counted = {i: order for i, order in packed.items() if order.packed >= self._begin}
-        timed = [order.packed - self._arrived[i] for i, order in counted.items() if self._arrived[i] >= self._begin]
+        timed = [order.packed - self._arrived[i] for i, order in counted.items() if self._in_time(i)]
         together = [order.parts[-1] - order.parts[0] for order in counted.values() if order.box is not None]
         waits = [order.begun - order.ready for order in counted.values()]
         last = max([order.packed for order in packed.values()], default=0)
@@ -239,8 +241,10 @@ class Packing:
         return {"late_packed": sum(over)}
 
     def _in_time(self, order: int) -> bool:
-        """Whether an order arrived from the time on from which is counted."""
-        return self._arrived.get(order, -1) >= self._begin
+        """Whether an order arrived from the time on from which is counted, or was there and not packed at a state's."""
+        packed = self._orders[order].packed if order in self._orders else -1
+        there = self._goes_on and not 0 <= packed < self._begin
+        return (arrived := self._arrived.get(order, -1)) >= self._begin or (there and arrived >= 0)
 
 
 def _open(hours: Timetable, begin: int, end: int) -> list[Span]:

@@ -14,7 +14,8 @@ from rmfs_commands.states.mementos import memento_of, time_of
 from rmfs_commands.states.memory import labelled, remind
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.opening import opening_events
-from rmfs_commands.states.plain import Memento, RobotMemento
+from rmfs_commands.states.packed import TASKS, check_stations, fit_packing
+from rmfs_commands.states.plain import Memento, PackingMemento, RobotMemento
 from rmfs_commands.states.rebuilding import layout_of
 from rmfs_commands.states.restoring import ContradictionError, restore
 from rmfs_commands.states.resuming import resume
@@ -103,7 +104,7 @@ class Begun:
         remind(run.rules, told.memory, run.view, self.names)
         services = run.services
         for what, number in told.drawn.items():
-            services.begun[tuple(map(int, what.split(" ")))] = number
+            services.begun[tuple(int(one) if one.isdecimal() else one for one in what.split(" "))] = number
         services.last.update({self.names.stations[name]: tuple(last) for name, last in told.begun.items()})
 
 
@@ -166,6 +167,7 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
         )
     except ContradictionError as error:
         names.wrong(names.path(error.path), error.problem)
+    fit_packing(warehouse, state, names)
     _complete(warehouse, state, names)
     if not instance.restocked:
         _check_stock(warehouse, memento, coming, names)
@@ -324,7 +326,13 @@ def _fitting(memento: Memento, state: State, scenario: Scenario, fresh: Opening,
     places = [robot.cell for robot in robots if robot.cell not in taken]
     places += [cell for cell in fresh.warehouse.travel.layout.storage_locations if cell not in {*taken, *places}]
     found += [RobotMemento(str(len(found) + 1 + i), places[i], NORTH, None) for i in range(number)]
-    return evolve(memento, stations=tuple(told), robots=tuple(found))
+    packing, section = memento.packing, scenario.packing
+    check_stations(state, section, len(fresh.warehouse.packing), names)
+    if section is not None:
+        known = packing or [PackingMemento(section)] * len(fresh.warehouse.packing)
+        zeros = [station.hours.zero for station in fresh.warehouse.packing]
+        packing = tuple(evolve(one, section=section, zero=zero) for one, zero in zip(known, zeros, strict=True))
+    return evolve(memento, stations=tuple(told), robots=tuple(found), packing=packing)
 
 
 def _robot(robot: RobotMemento, scenario: Scenario, fresh: Opening, names: Names) -> RobotMemento:
@@ -376,11 +384,14 @@ def _check_services(told: RunState, warehouse: Warehouse, names: Names) -> None:
         if len(last) != 3 or not all(0 <= one < number for one, number in zip(last, most, strict=True)):
             names.wrong(("run", "begun", name), f"found {[*last]}; expected the ids of a visit, an order and a SKU")
     kinds = ((len(warehouse.pods),), (orders, skus), (orders, skus, 1), (orders, stations, 1, 1))
+    of_packing = ((orders,), (orders, 1))
     for what in told.drawn:
-        ids = what.split(" ")
-        known = next((kind for kind in kinds if len(kind) == len(ids)), ())
+        kind, _, rest = what.partition(" ")
+        ids, among = (rest.split(" "), of_packing) if kind in TASKS else (what.split(" "), kinds)
+        known = next((kind for kind in among if len(kind) == len(ids)), ())
         if not known or not all(map(_is_id, ids, known)):
-            expected = "expected ids: pod, or order and SKU, with 0 of a visit; or order and station, with 0 0"
+            expected = "expected ids: pod, or order and SKU, with 0 of a visit; order and station, with 0 0; or put or "
+            expected += "pack, and order, also with 0"
             names.wrong(("run", "drawn", what), f'found "{what}"; {expected}')
 
 

@@ -6,6 +6,7 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import Any
 
 from rmfs_commands.states.names import Names
+from rmfs_commands.states.packed import packing_events
 from rmfs_commands.states.resuming import AT_STATION
 from rmfs_commands.states.state import RunState, State
 from rmfs_core import events
@@ -25,7 +26,7 @@ def opening_events(
     handled = [*_handled(warehouse, going, told, names)]
     held = {(one.order, one.station) for one in handled}
     found = [*_of_orders(warehouse, told, held, saved=state.run is not None), *_of_bundles(warehouse), *handled]
-    found += _of_robots(warehouse, told, stories, going)
+    found += [*packing_events(warehouse, told, going), *_of_robots(warehouse, told, stories, going)]
     now = warehouse.now
     found += [events.StationClosed(now, station.id) for station in warehouse.stations if not station.open]
     if (number := sum(robot.on_duty for robot in warehouse.robots)) < len(warehouse.robots):

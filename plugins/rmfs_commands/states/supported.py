@@ -10,7 +10,6 @@ def check_supported(scenario: Scenario) -> None:
     """Raise InputError for the first thing in a scenario of which no state tells how far it is."""
     robots, stations = scenario.robots, scenario.stations
     for place, given, what in (
-        ("packing", scenario.packing, "packing stations"),
         ("robots.failures", robots.failures, "failures"),
         ("robots.maintenance", robots.maintenance, "maintenance"),
         ("stations.outages", stations.outages, "outages"),

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from rmfs_commands.states.names import Names
+from rmfs_commands.states.packed import check_packing, on_the_way
 from rmfs_commands.states.resuming import AT_STATION
 from rmfs_commands.states.state import GoingState, State
 from rmfs_core.clock import to_seconds, to_ticks
@@ -26,6 +27,11 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
     "handled": ("station", "order", "sku", "until_s"),
     "bundle": ("sku", "items", "until_s"),
     "alarm": ("until_s",),
+    "tote": ("station", "order", "items"),
+    "totes": ("station", "until_s"),
+    "conveyor": ("order", "items", "tote", "until_s"),
+    **dict.fromkeys(("put", "pack"), ("packing", "order", "tote", "until_s")),
+    "packers": ("packing", "until_s"),
 }
 """Keys that each kind of `rmfs_core.simulation.going.Going` has to have."""
 
@@ -71,25 +77,28 @@ def under_way(
             names.wrong((*path, "robot"), f'names robot "{one.robot}", which the state does not list')
         if one.kind == "bundle" and not restocked:
             names.wrong((*path, "kind"), 'found "bundle", but the scenario has no replenishment')
+        at = None if one.station is None else names.station(one.station, *path, "station")
         going.append(
             Going(
                 one.kind,
                 None if robot is None else robot.id,
-                None if one.station is None else names.station(one.station, *path, "station"),
+                at if one.packing is None else names.packing(one.packing, *path, "packing"),
                 None if one.sku is None else names.sku(one.sku, *path, "sku"),
                 *(one.items, one.visit, one.picks, to_ticks(one.since_s)),
                 tuple((int(cell), to_ticks(wait)) for cell, wait in one.legs),
                 one.overtaken,
                 to_ticks(one.until_s),
+                None if one.order is None else names.order(one.order, *path, "order"),
+                one.tote,
             )
         )
-        if one.order is not None:
-            names.order(one.order, *path, "order")
         _check(one, going[-1], robot, warehouse, names, path)
         if robot is not None and one.story is not None:
             stories[robot.id] = _story(one, robot, warehouse, names, path, reserved)
         if robot is not None:
             _check_robot(one, robot, warehouse, names, path)
+    if state.run is not None:
+        check_packing(state, names, warehouse, going)
     clocks = [] if state.run is not None else [Going("hours"), Going("arrivals"), Going("bundles")]
     cells = iter([*sorted(reserved), *warehouse.free_locations])
     for robot in warehouse.robots:  # of which nothing is told: they set out from where they stand
@@ -104,6 +113,7 @@ def under_way(
             for station in warehouse.stations
             if station.in_hand is not None
         ]
+        going += on_the_way(warehouse, names)
     return [*clocks, *going], stories
 
 

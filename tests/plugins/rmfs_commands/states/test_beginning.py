@@ -85,9 +85,22 @@ WORLDS = {
         "instance.arrivals.orders_per_hour=400",
     ),
 }
+PACKED = ("rules.poa=", "rules.pps=", "rules.poa_pps=pod-index", "packing.stations=2", "packing.packers=1")
+WORLDS |= {
+    "packed": (*PACKED, "packing.boxes=4", "packing.tote=visit"),
+    "sorted": (
+        *(*PACKED, "packing.sorters=1", "packing.boxes=9", "packing.packing_from=picked"),
+        *("rules.packing_task=pack-first", "stations.release=picked"),
+        *(f'packing.{key}={{mean=9,cv=0.5,distribution="lognormal"}}' for key in ("tote_s", "put_s", "pack_s")),
+    ),
+    "packers come": (
+        *(*PACKED, 'packing.open=[["00:05","00:15"],["00:20","23:00"]]', "instance.due.allowance_s=300"),
+        *("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=200"),
+    ),
+}
 SAME = ("charge_lowest_percent", "replenishment_robot_percent")
 """Metrics that know what was before, or what it led to: the lowest charge, and what a trip was for."""
-WITHOUT = ("turnover", "late", "tardiness", "on_time")
+WITHOUT = ("turnover", "late", "tardiness", "on_time", "packed_s", "packed_median_s", "packed_p95_s")
 """Beginnings of metrics of orders that arrived in the time that counts: here, of all that were completed in it."""
 
 
@@ -119,10 +132,13 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
     first, state = stopped(tmp_path_factory.mktemp("run"), at_s, *given)
     if first.status == "complete":
         return
-    whole = simulate(*given, f"run.warmup_s={(at + 1) / 1000}")
-    rest = simulate(*given, f"instance.state_file={state}")
+    folder = state.parent
+    whole = simulate(*given, f"run.warmup_s={(at + 1) / 1000}", out=folder / "whole")
+    rest = simulate(*given, f"instance.state_file={state}", out=folder / "rest")
     assert rest.status == whole.status == "complete"
     assert rest.orders == whole.orders
+    if (folder / "whole/packing.csv").exists():
+        assert (folder / "rest/packing.csv").read_bytes() == (folder / "whole/packing.csv").read_bytes()
     for table, key in (("visits", "end_s"), ("periods", "time_s")):
         assert rows(getattr(rest, table), 0, key) == rows(getattr(whole, table), at_s, key)
     for name, value in whole.metrics.items():
@@ -327,7 +343,6 @@ def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
     ),
     ({"robots": {"r": {"cell": 9, "task": "P1"}}}, (), "robots: found 1; expected the scenario's"),
     ({}, ("run.until_s=60",), "run.until_s=60: found 60, but the state is of 36000 s"),
-    ({}, ("packing.boxes=4",), "packing: a run cannot begin in a state, or save one, with packing stations"),
     ({}, ("robots.failures={mtbf_h=1,mttr_s=60}",), "with failures yet; expected a scenario without failures"),
     ({"run": {"going": [{"kind": "dance"}]}}, (), "run.going[0].kind: expected"),
     (
@@ -373,7 +388,7 @@ def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
     ({"run": {"begun": {"1": [1]}}}, (), "run.begun.1: found [1]; expected the ids of a visit, an order and a SKU"),
     ({"run": {"begun": {"1": [0, 2, 0]}}}, (), "run.begun.1: found [0, 2, 0]; expected the ids of a visit, an order"),
     ({"run": {"drawn": {"": 5}}}, (), 'found ""; expected ids: pod, or order and SKU'),
-    ({"run": {"drawn": {"put 1": 5}}}, (), 'found "put 1"; expected ids: pod, or order and SKU'),
+    ({"run": {"drawn": {"put 9": 5}}}, (), 'found "put 9"; expected ids: pod, or order and SKU'),
     ({"run": {"drawn": {"1 2 0 1": 5}}}, (), 'found "1 2 0 1"; expected ids: pod, or order and SKU'),
     (
         {"run": {"going": [{"kind": "handled", "station": "1", "order": "Z", "sku": "tea", "until_s": 36001}]}},
@@ -410,7 +425,70 @@ def test_what_cannot_be_is_refused(
     assert sentence in str(error.value)
 
 
-STOPPED = (("restocked", "sipp", 362.89), ("low", "whca-n", 382.454), ("times vary", "free-flow", 332.85))
+def task(kind: str, order: str, **more: Any) -> dict[str, Any]:
+    return {"kind": kind, "order": order, "since_s": 35950} | more
+
+
+TEA_AND_MILK, JAM = {"station": "1", "skus": ["milk", "tea"]}, {"station": "2", "skus": ["jam"]}
+BOXED = {
+    "lines": {"milk": 2, "tea": 1, "jam": 2},
+    "arrival_s": 35000,
+    "parts": [TEA_AND_MILK, JAM],
+    "packing": {"station": "1", "box": 0, "first_part_s": 35900, "items_in_box": 1},
+}
+WHOLE = {"lines": {"jam": 2}, "arrival_s": 35500, "parts": [JAM], "packing": {"station": "1", "first_part_s": 35950}}
+AT_WORK = task("pack", "B", items=2, duration_s=40, until_s=36010)
+HALL: dict[str, Any] = {
+    "pods": {"P1": {"contents": {"milk": 9, "tea": 5}}, "P2": {"contents": {"jam": 6}}},
+    "stations": BY_HAND["stations"] | {"2": {"item_capacity": 15}},
+    "orders": {"A": BOXED, "B": WHOLE, "C": WHOLE | {"packing": {"station": "2"}}},
+    "packing": {"stations": [{"tasks": [task("put", "A", duration_s=9)], "working": [AT_WORK]}, {}]},
+}
+
+
+def packs(folder: Path, *overrides: str, tasks: Any = (), working: Any = (), **orders: Any) -> Result:
+    """Return the run of a packing hall by hand, with other orders, and more tasks and work at its first station."""
+    first = HALL["packing"]["stations"][0]
+    stations = [{"tasks": [*first["tasks"], *tasks], "working": [*first["working"], *working]}, {}]
+    state = written(folder, **HALL | {"orders": HALL["orders"] | orders, "packing": {"stations": stations}})
+    return simulate(state, "instance.orders=0", "rules.pp=free-flow", *overrides, scenario="examples/packing")
+
+
+def test_a_packing_hall_by_hand_goes_on(tmp_path: Path) -> None:
+    """What is picked and not at a packing station comes with the next tote; begun tasks end in time."""
+    result = packs(tmp_path)
+    assert (result.status, result.metrics["orders_packed"], result.metrics["totes"]) == ("complete", 3, 2)
+    assert result.metrics["packed_makespan_s"] == pytest.approx(36143, abs=1)
+
+
+@cases(
+    "changes overrides sentence",
+    ({"E": BOXED | {"parts": [JAM, JAM | {"skus": ["milk", "tea"]}]}}, (), "orders: found a box that two orders have"),
+    ({"A": BOXED | {"packing": {"station": "1"}}}, (), "orders.A.packing.box: expected a box for an order that is s"),
+    ({"B": WHOLE | {"packing": {"station": "1", "box": 0}}}, (), "orders.B.packing.box: expected a box for an order"),
+    ({"C": WHOLE | {"packing": None}}, (), "orders.C.packing: is missing; expected the packing station of an order"),
+    ({"A": BOXED | {"packing": BOXED["packing"] | {"items_in_box": 4}}}, (), "found 5 items in the box and in tasks"),
+    ({"C": WHOLE | {"packing": {"station": "3"}}}, (), 'names packing station "3"; the state has 2'),
+    ({"tasks": [task("put", "Z")]}, (), 'tasks[1].order: names order "Z", which the state does not list'),
+    ({"tasks": [task("put", "B")]}, (), 'orders.B.packing: found 1 task of kind "put" for it; expected 0'),
+    ({"tasks": [AT_WORK]}, (), "orders.B.packing: found 4 items in the box and in tasks; expected at most 2"),
+    ({"working": [task("put", "A")]}, (), "working: found 2 tasks of packers; expected at most 1"),
+    ({"A": BOXED | {"packing": BOXED["packing"] | {"packed": True}}}, (), 'names order "A", which is not bound'),
+    ({}, ("packing.stations=3",), "packing.stations: found 2; expected the scenario's packing stations: 3"),
+    ({}, ("packing=", "rules.packing=", "rules.packing_task="), "found 2; expected the scenario's packing stations: 0"),
+)
+def test_a_packing_hall_that_cannot_be_is_refused(
+    tmp_path: Path, changes: dict[str, Any], overrides: tuple[str, ...], sentence: str
+) -> None:
+    with pytest.raises(InputError) as error:
+        packs(tmp_path, *overrides, **changes)
+    assert sentence in str(error.value)
+
+
+STOPPED = (
+    *(("restocked", "sipp", 362.89), ("low", "whca-n", 382.454), ("times vary", "free-flow", 332.85)),
+    *(("packed", "free-flow", 282.5), ("sorted", "free-flow", 282.5)),
+)
 """World, PP rule and time of states with much going on."""
 REMOVED = object()
 WRONG = (REMOVED, None, "nobody", "wait", 1e6, -1, -1.5, 0, 3.5, 10**12, 1e300, float("nan"), True, [], {}, [[]])
@@ -459,7 +537,7 @@ def test_whatever_is_wrong_with_what_goes_on_is_a_sentence(
     try:
         simulate(*WORLDS[world], f"rules.pp={pp}", f"instance.state_file={file}", f"run.until_s={at_s + 5}")
     except InputError as error:
-        assert str(error).startswith((f"{file}, run", "instance.state_file: robots "))
+        assert str(error).startswith((f"{file}, run", f"{file}, packing", f"{file}, orders", "instance.state_file: r"))
     except RunError as error:  # with next to nothing in its battery
         assert "has no charge left" in str(error)
 
@@ -467,7 +545,6 @@ def test_whatever_is_wrong_with_what_goes_on_is_a_sentence(
 @cases(
     "overrides sentence",
     ((), "run.until_s: found none"),
-    (("packing.boxes=4", "run.until_s=60"), "packing: a run cannot begin in a state, or save one"),
     (
         ('rules.ta={rule="switch",cases=[{rule="nearest-robot"}]}', "run.until_s=60"),
         "keeps data that no state holds",
