@@ -68,7 +68,7 @@ class Packing:
     def __init__(self, run: RunInfo, begin: int) -> None:
         section = run.scenario.packing
         self.on, self._begin, self._data = section is not None, begin, run.instance.orders
-        self._goes_on = goes_on(run, begin)
+        self._goes_on, self._began, self._since = goes_on(run, begin), run.began or 0, run.since
         known = run.scenario.instance.arrivals.backlog is None
         self._arrived = {i: order.arrival_tick for i, order in enumerate(self._data)} if known else {}
         self._orders: dict[int, _Order] = {}
@@ -135,7 +135,7 @@ class Packing:
         self._open.pop(event.order, None)
         self._busy[event.packing].append((event.start_tick, event.tick))
         self._unpacked.add(event.tick, -1)
-        self._hourly[event.tick // (3600 * TICKS_PER_S)] += 1
+        self._hourly[event.tick // (3600 * TICKS_PER_S)] += event.tick >= self._since
         if self._section.packing_from == "packed":
             self._free(event)
 
@@ -158,8 +158,8 @@ class Packing:
         Where packers come and go, how many were on duty, too.
         """
         for row in rows if self.on else ():
-            begin = row["hour"] * 3600 * TICKS_PER_S
-            until = max(min(begin + 3600 * TICKS_PER_S, end), begin)
+            begin = max(row["hour"] * 3600 * TICKS_PER_S, self._began)
+            until = max(min((row["hour"] + 1) * 3600 * TICKS_PER_S, end), begin)
             row |= {"orders_packed": self._hourly[row["hour"]], "boxes": round(self._boxes.mean(begin, until), 3)}
             if self._section.open is not None:
                 open_ticks = sum(length(_open(station.hours, begin, until)) for station in self._stations)

@@ -105,7 +105,6 @@ def run(
     overrides = overrides if begin is None else (*overrides, f"instance.state_file={begin}")
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
     resolved = load_checked(scenario, overrides, seed)
-    _check_begin(resolved, "--trace" if "trace" in recorded else "--watch" if watch else None)
     name = scenario_name(scenario)
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
@@ -165,14 +164,6 @@ def _not_saved(save_state: str, result: Result) -> InputError:
     earlier = "; the file there is an earlier one" if Path(save_state).exists() else ""
     problem = f"found {until_s:g}, but the run was over at {over_s:g} s, so {save_state} was not written{earlier}"
     return InputError("run.until_s", f"{problem}; expected an earlier time")
-
-
-def _check_begin(scenario: Scenario, traced: str | None) -> None:
-    """Refuse an option that needs a trace where a run begins in a state."""
-    from rmfs_core.errors import InputError
-
-    if traced is not None and scenario.instance.state_file is not None:
-        raise InputError(traced, "expected it without a state to begin in: a trace begins at time 0")
 
 
 def _failed(notes: Console, error: RunError, folder: Path, *, show_traceback: bool) -> None:
