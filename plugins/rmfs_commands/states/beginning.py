@@ -21,7 +21,6 @@ from rmfs_commands.states.restoring import ContradictionError, restore
 from rmfs_commands.states.resuming import resume
 from rmfs_commands.states.state import LayoutState, PodState, RunState, State
 from rmfs_commands.states.state_json import read_json, state_from_dict
-from rmfs_commands.states.supported import check_supported
 from rmfs_commands.states.under_way import under_way
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
@@ -137,7 +136,6 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout, content: objec
     InputError
         Where the state is none, contradicts itself, or does not fit the scenario.
     """
-    check_supported(scenario)
     (state, name), fresh = read(scenario, content), open_warehouse(scenario, instance, layout)
     names = Names(state, name)
     if not 0 <= (now_s := time_of(state) / TICKS_PER_S) <= MOST_S:
@@ -309,8 +307,9 @@ def _fitting(memento: Memento, state: State, scenario: Scenario, fresh: Opening,
                 active=given.active if scenario.rules.activate is not None else True,
             )
         )
-        if not given.in_service:
-            names.wrong(("stations", given.name, "in_service"), "a run cannot begin with a station that has failed yet")
+        if not given.in_service and scenario.stations.outages is None:
+            expected = "expected stations.outages in the scenario"
+            names.wrong(("stations", given.name, "in_service"), f"found a station that has failed; {expected}")
     found = [_robot(one, scenario, fresh, names) for one in memento.robots]
     if names.tells_robots and len(state.robots or {}) != len(robots):
         names.wrong(
@@ -328,6 +327,10 @@ def _fitting(memento: Memento, state: State, scenario: Scenario, fresh: Opening,
     places = [robot.cell for robot in robots if robot.cell not in taken]
     places += [cell for cell in fresh.warehouse.travel.layout.storage_locations if cell not in {*taken, *places}]
     found += [RobotMemento(str(len(found) + 1 + i), places[i], NORTH, None) for i in range(number)]
+    charges = scenario.robots.battery
+    if memento.chargers_down and (charges is None or charges.charger_outages is None):
+        expected = "expected robots.battery.charger_outages in the scenario"
+        names.wrong(("chargers_down",), f"found chargers that are out of service; {expected}")
     packing, section = memento.packing, scenario.packing
     check_stations(state, section, len(fresh.warehouse.packing), names)
     if section is not None:
@@ -339,8 +342,9 @@ def _fitting(memento: Memento, state: State, scenario: Scenario, fresh: Opening,
 
 def _robot(robot: RobotMemento, scenario: Scenario, fresh: Opening, names: Names) -> RobotMemento:
     """Return a robot as the scenario has robots."""
-    if not robot.in_service:
-        names.wrong(("robots", robot.name, "in_service"), "a run cannot begin with a robot that has failed yet")
+    if not (robot.in_service or scenario.robots.failures or scenario.robots.maintenance):
+        expected = "expected robots.failures or robots.maintenance in the scenario"
+        names.wrong(("robots", robot.name, "in_service"), f"found a robot that is out of service; {expected}")
     if robot.cell < 0:
         names.wrong(("robots", robot.name, "cell"), "is missing; expected the cell where it stands")
     robot = robot if None in fresh.hours else evolve(robot, on_duty=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import simpy
+from attrs import asdict
 
 from rmfs_commands.states.packed import KINDS, begin_tasks, go_on, in_totes, resume_packing
 from rmfs_core.clock import to_seconds
@@ -29,6 +30,7 @@ def going_on(run: Simulation) -> list[Going]:
     driving: Any = run.driving
     found = [one for tick, event in run.env.upcoming if event.callbacks and (one := _told(driving, tick, event))]
     found += [Going("room", robot.id) for waiting in run.waiting_for_slot for _, robot in waiting]
+    found += [] if run.outages is None else run.outages.held
     found += in_totes(run)
     found += [Going("line", robot.id) for line in driving.standing for robot in line]
     busy, robots = {going.robot for going in found}, run.warehouse.robots
@@ -69,12 +71,7 @@ def _legs_left(driving: Any, robot: int) -> Iterable[Sequence[int]]:
 def resume(run: Simulation, begun: Any) -> None:
     """Let all go on that was going on, in that order; what a state does not tell of begins now."""
     warehouse, left = run.warehouse, run.clocks
-    run.visits, run.stories, run.context.asker.period = begun.visits, dict(begun.stories), begun.periods
-    begun.recall(run)
-    run.completed = sum(map(_done, warehouse.orders))
-    resume_packing(run, begun)
-    if run.supply is not None:
-        run.supply.knows(warehouse, [(one.sku, one.items) for one in begun.going if one.kind == "bundle"])
+    _recall(run, begun)
     driving: Any = run.driving
     _take_in(driving, begun.going)
     for going in begun.going:
@@ -101,6 +98,19 @@ def resume(run: Simulation, begun: Any) -> None:
     begin_tasks(run, begun.going)
     for clock in left.values():
         run.env.process(clock())
+
+
+def _recall(run: Simulation, begun: Any) -> None:
+    """Let a run know what was so far."""
+    warehouse = run.warehouse
+    run.visits, run.stories, run.context.asker.period = begun.visits, dict(begun.stories), begun.periods
+    begun.recall(run)
+    run.completed = sum(map(_done, warehouse.orders))
+    resume_packing(run, begun)
+    if run.outages is not None:
+        run.outages.remember([] if begun.state.run is None else [asdict(one) for one in begun.state.run.outages])
+    if run.supply is not None:
+        run.supply.knows(warehouse, [(one.sku, one.items) for one in begun.going if one.kind == "bundle"])
 
 
 def _done(order: Order) -> bool:

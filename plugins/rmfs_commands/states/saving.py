@@ -12,7 +12,6 @@ from rmfs_commands.states.packed import TASKS, told_of
 from rmfs_commands.states.recording import generator_state
 from rmfs_commands.states.resuming import going_on
 from rmfs_commands.states.snapshots import Snapshots
-from rmfs_commands.states.supported import check_supported
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError
 from rmfs_core.events import (
@@ -40,7 +39,6 @@ COUNTED = "items", "tote", "visit", "picks", "overtaken"
 def saver(path: str | Path, scenario: Scenario) -> Saver:
     """Return what writes the state of a run to a file; InputError where that cannot be."""
     with located(scenario):
-        check_supported(scenario)
         if scenario.run.until_s is None:
             raise InputError(
                 "run.until_s", "found none; expected the time at which the run ends and its state is saved"
@@ -124,6 +122,8 @@ class Saver:
         if run.decisions.alarm is not None:
             state["run"]["wakes_s"] = to_seconds(run.decisions.alarm)
         state["run"] |= told_of(run)
+        if run.outages is not None:
+            state["run"]["outages"] = run.outages.memory()
         if run.packing is not None:
             state["run"]["packing"] = {names[order]: told for order, told in self._packing.items()}
         if services.begun:

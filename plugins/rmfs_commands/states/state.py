@@ -38,7 +38,7 @@ FACTS = ("promises", "next", "arrivals", "leaving")
 KINDS = (
     *("leg", "wait", "drive", "room", "line", "lift", "set", "picker", "pick", "stow", "charge"),
     *("release", "handled", "bundle", "alarm", "arrivals", "bundles", "hours"),
-    *("tote", "totes", "conveyor", "put", "pack", "packers"),
+    *("outages", "tote", "totes", "conveyor", "put", "pack", "packers"),
 )
 """Kinds of things that may be going on."""
 
@@ -438,6 +438,21 @@ class PackedState:
 
 
 @frozen
+class OutageState:
+    """When a robot, station or charger fails next, or works again."""
+
+    of: str = key("`robot`, `station` or `charger`", check=_one_of("robot", "station", "charger"))
+    id: int = key("Its number in the order of the state, of chargers in that of their cells, from 0", check=_number(0))
+    number: int = key("How often it has been out of service, and worked again", 0, check=_number(0))
+    planned: bool = key("Whether it is being maintained", False)
+    fails_s: float | None = key("When it fails next; left out: never", None, unit="s", check=within(0, 1e10))
+    repair_s: float = key("How long that repair takes", 0.0, unit="s", check=within(0, 1e10))
+    until_s: float | None = key(
+        "Until when it is out of service; left out: it works, or is maintained for ever", None, unit="s", check=_TIME
+    )
+
+
+@frozen
 class RunState:
     """Facts that only a run that goes on from here needs, as `rmfs run --save-state` writes them."""
 
@@ -460,6 +475,7 @@ class RunState:
     )
     begun: Mapping[str, tuple[int, ...]] = key("Visit, order and SKU of a station's last pick (ids)", factory=dict)
     memory: Mapping[str, Any] = key("What rules remember", factory=dict)
+    outages: tuple[OutageState, ...] = key("Robots, stations and chargers that fail or are maintained", ())
     totes: int = key("Totes sent to packing stations so far", 0, check=_number(0))
     puts_s: Mapping[str, float] = key(
         "How long it takes to put the items of a tote into a box, of those that wait for that",

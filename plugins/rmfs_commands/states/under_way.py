@@ -19,7 +19,8 @@ from rmfs_core.warehouse import Robot, Warehouse
 NEEDS: Mapping[str, tuple[str, ...]] = {
     "leg": ("robot", "legs", "until_s"),
     **dict.fromkeys(("wait", "drive", "room", "line"), ("robot",)),
-    **dict.fromkeys(("lift", "set", "charge"), ("robot", "until_s")),
+    **dict.fromkeys(("lift", "set"), ("robot", "until_s")),
+    "charge": ("robot",),
     "picker": ("robot", "visit"),
     "pick": ("robot", "visit", "sku", "until_s"),
     "stow": ("robot", "visit", "until_s"),
@@ -187,6 +188,8 @@ def _check(
     for key, second in (("since_s", one.since_s), ("visit_since_s", one.visit_since_s)):
         if to_ticks(second) > warehouse.now:
             names.wrong((*path, key), f"found {second:g}, which is later than the state's time")
+    if going.kind == "charge" and not one.until_s and (robot is None or robot.cell in warehouse.chargers):
+        names.wrong((*path, "until_s"), "is missing; expected it where the charger works")
     if going.kind in AT_STATION:
         at = next((station for station in warehouse.stations if station.line[:1] == (robot,)), None)
         if at is None:

@@ -13,6 +13,7 @@ from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.case import Case
 from rmfs_commands.validation.lines import LineCheck
 from rmfs_commands.validation.orders import DecisionCheck, OrderCheck
+from rmfs_commands.validation.outages import OutageCheck
 from rmfs_commands.validation.packing import PackingCheck
 from rmfs_commands.validation.picking import PickCheck
 from rmfs_commands.validation.pods import PodCheck
@@ -27,7 +28,7 @@ from rmfs_core.world import Instance
 
 FOLLOWED = (
     *(events.TaskAssigned, events.PodMoveDecided, events.RobotSent, events.RobotRested, events.VisitStarted),
-    *(events.StationClosed, events.RobotsOnDuty),
+    *(events.StationClosed, events.RobotsOnDuty, events.StationDown),
 )
 """Events of the time before that tell checks what robots and stations are at; of all else the state tells more."""
 
@@ -219,6 +220,12 @@ class Beginning:
             told = self.begun.state.run
             totes = max([0 if told is None else told.totes, *(task.tote for task in self._tasks())])
             packing.begin(self.warehouse, self.begun.going, totes, {} if told is None else told.puts_s)
+
+    def of_outages(self, outages: OutageCheck) -> None:
+        """Set when all fails next, and what is out of service."""
+        told = self.begun.state.run
+        charging = {one.robot for one in self.begun.going if one.kind == "charge"}
+        outages.begin(self.warehouse, None if told is None else told.outages, charging)
 
     def _tasks(self) -> Sequence[Any]:
         working = [task for station in self.warehouse.packing for task, _ in station.working]

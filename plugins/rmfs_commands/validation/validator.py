@@ -104,6 +104,7 @@ def faults_of(
         beginning.of_stock(stock)
         beginning.of_bundles(bundles)
         beginning.of_packing(packing)
+        beginning.of_outages(outages)
     whole = _follow(case, rest, handlers, picks)
     lines.at_end()
     orders.at_end()

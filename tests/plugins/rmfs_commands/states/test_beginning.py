@@ -98,6 +98,18 @@ WORLDS |= {
         *("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=200"),
     ),
 }
+WORLDS |= {
+    "failing": (
+        *("robots.failures={mtbf_h=0.1,mttr_s=40}", "stations.outages={mtbf_h=0.15,mttr_s=60}"),
+        'robots.maintenance={"1"=[["00:02","00:04"]],"3"=[["00:01","00:05"]]}',
+    ),
+    "chargers fail": (
+        *("layout.chargers=2", "rules.idle=charge-when-low", "robots.battery.capacity_wh=40"),
+        *("robots.battery.charger_outages={mtbf_h=0.05,mttr_s=60}", "robots.failures={mtbf_h=0.5,mttr_s=60}"),
+        *("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
+    ),
+    "repaired": ("layout.maintenance_cells=2", "robots.failures={mtbf_h=0.1,mttr_s=40}"),
+}
 SAME = ("charge_lowest_percent", "replenishment_robot_percent")
 """Metrics that know what was before, or what it led to: the lowest charge, and what a trip was for."""
 WITHOUT = ("turnover", "late", "tardiness", "on_time", "packed_s", "packed_median_s", "packed_p95_s")
