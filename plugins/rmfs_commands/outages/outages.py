@@ -167,7 +167,7 @@ class Outages:
     def repaired(self, station: Station, going: Going) -> simpy.Event:
         """Return what happens when a station works again, where a visit goes on then."""
         self._held[station], turned = going, self._states[station].turned
-        turned.callbacks.append(lambda _: self._held.pop(station))
+        turned.callbacks.append(lambda _: self._held.pop(station) and None)
         return turned
 
     @property

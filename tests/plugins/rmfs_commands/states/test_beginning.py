@@ -2,6 +2,7 @@
 
 import copy
 import csv
+import gzip
 import io
 import json
 import operator
@@ -22,6 +23,7 @@ from cases import cases
 from rmfs_commands.advice.cutting import cut
 from rmfs_commands.cli.display import duration
 from rmfs_commands.cli.progress import RunLines
+from rmfs_commands.validation import validate_trace
 from rmfs_core import Result
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.events import Event, PodStored
@@ -146,7 +148,8 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
         return
     folder = state.parent
     whole = simulate(*given, f"run.warmup_s={(at + 1) / 1000}", out=folder / "whole")
-    rest = simulate(*given, f"instance.state_file={state}", out=folder / "rest")
+    rest = simulate(*given, f"instance.state_file={state}", out=folder / "rest", record=["trace"])
+    assert validate_trace(folder / "rest") == []
     assert rest.status == whole.status == "complete"
     assert rest.orders == whole.orders
     if (folder / "whole/packing.csv").exists():
@@ -165,6 +168,28 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
     assert told["completed"] == len(turnover) == rest.metrics["orders_completed"]
     assert told["orders_time_s"] == pytest.approx((sum(turnover) - before) / len(turnover))
     assert min(*told["turnover_parts_s"].values(), *told["causes_percent"].values()) >= 0
+
+
+def test_a_trace_has_the_state_and_is_checked_against_it(tmp_path: Path) -> None:
+    """It needs no state next to it. Another stock or time in the state, another past, or a pick too many: faults."""
+    _, state = stopped(tmp_path, 160.0, *WORLDS["restocked"])
+    simulate(*WORLDS["restocked"], f"instance.state_file={state}", out=tmp_path / "out", record=["trace"])
+    state.unlink()
+    lines = [json.loads(line) for line in gzip.decompress((tmp_path / "out/trace.jsonl.gz").read_bytes()).splitlines()]
+    (tmp_path / "out/trace.jsonl.gz").rename(tmp_path / "trace.jsonl.gz")
+    assert validate_trace(tmp_path / "trace.jsonl.gz") == []
+    pod = next(name for name, one in lines[0]["state"]["content"]["pods"].items() if one["contents"])
+    picked = next(i for i, line in enumerate(lines) if line["e" if i else "format"] == "item_picked" and i > 60)
+    for change, kind in (
+        (lambda one: one[0]["state"]["content"]["pods"][pod].update(contents={}), "header"),
+        (lambda one: one[1].update(tick=1), "header"),
+        (lambda one: one[0]["state"].update(tick=160_001), "header"),
+        (lambda one: one.insert(picked, one[picked]), "picker-busy"),
+    ):
+        change(changed := copy.deepcopy(lines))
+        text = "".join(f"{json.dumps(line)}\n" for line in changed)
+        (tmp_path / "trace.jsonl.gz").write_bytes(gzip.compress(text.encode()))
+        assert kind in {fault.kind for fault in validate_trace(tmp_path / "trace.jsonl.gz")}
 
 
 def test_a_run_that_is_stopped_twice_goes_on(tmp_path: Path) -> None:
@@ -355,7 +380,7 @@ def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
     ),
     ({"robots": {"r": {"cell": 9, "task": "P1"}}}, (), "robots: found 1; expected the scenario's"),
     ({}, ("run.until_s=60",), "run.until_s=60: found 60, but the state is of 36000 s"),
-    ({}, ("robots.failures={mtbf_h=1,mttr_s=60}",), "with failures yet; expected a scenario without failures"),
+    ({"robots": {name: {"cell": 30 + int(name), "in_service": name != "2"} for name in "1234"}}, (), "robots.2.in_s"),
     ({"run": {"going": [{"kind": "dance"}]}}, (), "run.going[0].kind: expected"),
     (
         {"run": {"going": [{"kind": "lift", "robot": "9"}]}},
@@ -581,7 +606,9 @@ def test_commands_begin_in_a_state(
     main([*small, "--from", "s.json", "--out", "b"])
     assert json.loads((tmp_path / "b/result.json").read_text())["status"] == "complete"
     capsys.readouterr()
-    assert "expected it without a state" in refused(capsys, main, [*small, "--from", "s.json", "--trace"])
+    main([*small, "--from", "s.json", "--trace", "--record-decisions", "--out", "t"])
+    assert exit_code("validate", "t") == exit_code("replay", "t", "--frames", "1", "-q") == 0
+    assert "the run has periods 4 to" in refused(capsys, main, ["explain", "t", "--period", "2"])
     state, late = (tmp_path / "s.json").read_text(), (*small, "--set", "run.until_s=9000")
     sentence = "so s.json was not written; the file there is an earlier one; expected an earlier time"
     assert sentence in refused(capsys, main, [*late, "--save-state", "s.json", "--out", "c"])
