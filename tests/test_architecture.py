@@ -20,10 +20,11 @@ RULES, COMMANDS = PLUGINS / "rmfs_rules", PLUGINS / "rmfs_commands"
 TOOLS = ROOT / "tools"
 PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
-MOST_LINES, MOST_FILES, MOST_FOLDERS = 13_720, 86, 8
+MOST_LINES, MOST_FILES, MOST_FOLDERS = 13_745, 86, 8
 """The kernel's budget: round numbers with room, to be lowered when the kernel becomes smaller. The last 200 lines and
-one file let each story of a robot be entered in the middle, where a run begins in a state; the last 20 let a session
-take back what the floor has refused, and count a pod anew."""
+one file let each story of a robot be entered in the middle, where a run begins in a state; 20 let a session take back
+what the floor has refused, and count a pod anew; the last 25 let packing be entered in the middle, too, and tell of
+totes on conveyors, tasks at work and robots at chargers that do not work."""
 MOST_TEST_LINES = 51_450
 """The budget of the tests. A new test first looks for the table of its subject, and for the test that it replaces."""
 

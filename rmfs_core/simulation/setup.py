@@ -11,6 +11,7 @@ import numpy as np
 from attrs import frozen
 
 from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.entrypoints import PROCESSES, chosen, load
 from rmfs_core.errors import InputError
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
@@ -36,6 +37,14 @@ class Opening:
     at_stations: tuple[tuple[int, int], ...]
     hours: Mapping[int | None, Timetable]
     services: Services
+
+
+def begin(scenario: Scenario, instance: Instance, layout: Layout, content: object = None) -> Any:
+    """Return what a run begins in: the state that ``instance.state_file`` names, or that of ``content``; else None."""
+    if scenario.instance.state_file is None:
+        return None
+    state: Any = load(chosen(PROCESSES, None, "state"), "instance.state_file", "process")
+    return state(scenario, instance, layout, content)
 
 
 def unmet_needs(rule: BoundRule, place: str, scenario: Scenario, instance: Instance) -> Iterator[InputError]:

@@ -168,10 +168,6 @@ def _not_saved(save_state: str, result: Result) -> InputError:
 
 def _failed(notes: Console, error: RunError, folder: Path, *, show_traceback: bool) -> None:
     """Print where an error came from, or how to see that, and where what was measured before it is."""
-    begun = error.result is not None and error.result.scenario.instance.state_file is not None
-    if begun and error.problem == "returned None; expected Path.":
-        found = "found no path from where the state has the robots, some of which stand in aisles"
-        error.problem = f"{found}; expected rules.pp=whca-n or free-flow, which go on from there."
     if show_traceback:
         click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
     elif error.__cause__ is not None:

@@ -13,7 +13,7 @@ from attrs import asdict
 
 from rmfs_commands.states.packed import KINDS, begin_tasks, go_on, in_totes, resume_packing
 from rmfs_core.clock import to_seconds
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, RuleError, RunError
 from rmfs_core.simulation.going import Going
 from rmfs_core.traffic import ReservedError
 from rmfs_core.traffic.paths import Stop
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rmfs_core.simulation.engine import Simulation
     from rmfs_core.warehouse import Order, Robot
 
+NO_PATH = "returned None; expected Path."
 AT_STATION = ("picker", "pick", "stow")
 
 
@@ -73,6 +74,7 @@ def resume(run: Simulation, begun: Any) -> None:
     warehouse, left = run.warehouse, run.clocks
     _recall(run, begun)
     driving: Any = run.driving
+    driving.path = _blaming_the_state(driving.path)
     _take_in(driving, begun.going)
     for going in begun.going:
         if going.kind in left:
@@ -98,6 +100,22 @@ def resume(run: Simulation, begun: Any) -> None:
     begin_tasks(run, begun.going)
     for clock in left.values():
         run.env.process(clock())
+
+
+def _blaming_the_state(path: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what asks for paths; without one, the state is to blame, which has robots in each other's way."""
+
+    def asked(*given: Any, **named: Any) -> Any:
+        try:
+            return path(*given, **named)
+        except RuleError as error:
+            if error.problem != NO_PATH:
+                raise
+            found = "found no path from where the state has the robots, some of which stand in aisles"
+            expected = "expected rules.pp=whca-n or free-flow, which go on from there"
+            raise RunError(f"{found}; {expected}", "instance.state_file") from error
+
+    return asked
 
 
 def _recall(run: Simulation, begun: Any) -> None:

@@ -236,7 +236,8 @@ def _check_robot(one: GoingState, robot: Robot, warehouse: Warehouse, names: Nam
     location = None if pod is None else pod.location
     carries, beneath = pod is not None and location is None, location == robot.cell
     at_charger = robot.cell in warehouse.travel.layout.chargers and robot.charge is not None
-    in_line = any(robot in station.line for station in warehouse.stations)
+    lines = [station for station in warehouse.stations if robot in station.line]
+    in_line = any(robot.cell in (station.cell, *station.cells.queue) for station in lines)
     first = any(station.line[:1] == (robot,) and station.cell == robot.cell for station in warehouse.stations)
     there = {
         **dict.fromkeys(AT_STATION, (first, "stands at the station where it is first in line")),
@@ -244,7 +245,7 @@ def _check_robot(one: GoingState, robot: Robot, warehouse: Warehouse, names: Nam
         "room": (beneath, "stands under the stored pod that is its task"),
         "set": (carries and robot.cell == one.cell, "has a pod, and stands in the cell where its story ends"),
         "charge": (at_charger and robot.cell == one.cell, "stands at the charger where its story ends"),
-        "line": (in_line, "stands in a station's line"),
+        "line": (in_line, "stands in the queue of a station whose line it is in"),
     }
     holds, expected = there.get(one.kind, (True, ""))
     if not holds:

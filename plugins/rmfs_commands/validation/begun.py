@@ -20,10 +20,11 @@ from rmfs_commands.validation.pods import PodCheck
 from rmfs_commands.validation.replenishing import BundleCheck
 from rmfs_commands.validation.state import State, Visit
 from rmfs_commands.validation.stock import StockCheck
-from rmfs_core import entrypoints, events
+from rmfs_core import events
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event
 from rmfs_core.scenario import scenario_from_dict
+from rmfs_core.simulation.setup import begin
 from rmfs_core.world import Instance
 
 FOLLOWED = (
@@ -50,11 +51,8 @@ def opened(trace: Trace, instance: Instance | None = None) -> Any:
     """
     if trace.state is None:
         return None
-    make: Any = entrypoints.load(
-        entrypoints.chosen(entrypoints.PROCESSES, None, "state"), "instance.state_file", "process"
-    )
     scenario = scenario_from_dict(trace.scenario, name="header of the trace")
-    return make(scenario, instance or trace.instance, trace.layout, trace.state["content"])
+    return begin(scenario, instance or trace.instance, trace.layout, trace.state["content"])
 
 
 def opening_of(case: Case) -> tuple[Any, Trace]:

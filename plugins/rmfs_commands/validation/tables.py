@@ -257,8 +257,8 @@ def stations_of(trace: Trace) -> list[Row]:
     joined = joined_at(trace)
     backlog = [(tick, 1) for tick in joined.values()]
     backlog += [(tick, -1) for order, tick in cancelled_in(trace).items() if order in joined]
-    for station, robots in enumerate(lines_of(trace)):
-        steps[station]["queue"].append((0, len(robots)))
+    for at, robots in enumerate(lines_of(trace)):
+        steps[at]["queue"].append((0, len(robots)))
     for event in trace.events:
         match event:
             case OrderAssigned():
