@@ -26,7 +26,8 @@ def opening_events(
     handled = [*_handled(warehouse, going, told, names)]
     held = {(one.order, one.station) for one in handled}
     found = [*_of_orders(warehouse, told, held, saved=state.run is not None), *_of_bundles(warehouse), *handled]
-    found += [*packing_events(warehouse, told, going), *_of_robots(warehouse, told, stories, going)]
+    over = warehouse.now if state.run is not None else warehouse.now - 1  # what is not saved counts from now on
+    found += [*packing_events(warehouse, told, going, over), *_of_robots(warehouse, told, stories, going)]
     now = warehouse.now
     found += [events.StationClosed(now, station.id) for station in warehouse.stations if not station.open]
     found += [events.StationDown(now, station.id) for station in warehouse.stations if not station.in_service]

@@ -284,8 +284,8 @@ def begin_tasks(run: Simulation, going: Sequence[Going]) -> None:
             run.packing.begin_tasks(station.id)
 
 
-def packing_events(warehouse: Warehouse, told: RunState, going: Sequence[Going]) -> Iterator[events.Event]:
-    """Yield what has happened at packing stations, of each order in the order of time."""
+def packing_events(warehouse: Warehouse, told: RunState, going: Sequence[Going], over: int) -> Iterator[events.Event]:
+    """Yield what has happened at packing stations, of each order in the order of time; by ``over`` where not told."""
     known = [warehouse.orders[i] for i in _in_order(warehouse, told)]
     ready = {task.order: to_ticks(task.since_s) for at in warehouse.packing for task in at.tasks if task.kind == "pack"}
     begun = {one.order: one.since for one in going if one.kind == "pack"}
@@ -302,12 +302,12 @@ def packing_events(warehouse: Warehouse, told: RunState, going: Sequence[Going])
             yield events.PartArrived(tick, *own, 0, 0)
         if order in ready and at.box is not None:
             yield events.PartPut(ready[order], ready[order], *own, 0, 0)
-        begins = to_ticks(one.begun_s) if one.begun_s is not None else begun.get(order.id)
+        ends = max(over, order.arrival_tick) if one.packed_s is None else to_ticks(one.packed_s)
+        begins = to_ticks(one.begun_s) if one.begun_s is not None else begun.get(order.id, ends if at.packed else None)
         if begins is not None:
             yield events.PackingStarted(begins, *own)
-        if at.packed:
-            ends = warehouse.now if one.packed_s is None else to_ticks(one.packed_s)
-            yield events.OrderPacked(ends, ends if begins is None else begins, *own)
+        if at.packed and begins is not None:
+            yield events.OrderPacked(ends, begins, *own)
     for one_going in going:
         if one_going.kind == "conveyor":
             bound = warehouse.packing_of(warehouse.orders[one_going.order or 0]).station
