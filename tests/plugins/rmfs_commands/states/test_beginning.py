@@ -31,86 +31,42 @@ from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import load_scenario
 from rmfs_core.world import make_instance
 
+PACKED = "rules.poa= rules.pps= rules.poa_pps=pod-index packing.stations=2 packing.packers=1"
+COME = "instance.arrivals.process=poisson instance.arrivals.orders_per_hour={}"
 WORLDS = {
-    "plain": (),
-    "scarce": ("instance.items_per_sku=8", "rules.poa=first-come", "rules.pr=random", "stations.release=picked"),
-    "orders come": (
-        "instance.arrivals.process=poisson",
-        "instance.arrivals.orders_per_hour=300",
-        "instance.due.allowance_s=300",
-    ),
-    "refilled": ("instance.arrivals.process=refill", "instance.arrivals.backlog=6", "rules.ta=nearest-robot"),
-    "times vary": (
-        *(
-            'robots.lift_s={mean=3,cv=0.5,distribution="lognormal"}',
-            'stations.pick_s={mean=7,cv=0.5,distribution="lognormal"}',
-        ),
-        *("stations.line_s=2", "rules.poa=station-queue"),
-    ),
-    "shifts": (
-        *(
-            "instance.arrivals.process=poisson",
-            "instance.arrivals.orders_per_hour=400",
-            "rules.activate=backlog-threshold",
-        ),
-        *('stations.open={1=[["00:00","00:05"]]}', 'robots.available=[["00:00","00:03"],["00:03","23:00",2]]'),
-    ),
-    "pods move": (
-        "rules.move=utility",
-        "rules.idle=charge-when-low",
-        "layout.chargers=1",
-        "robots.battery.capacity_wh=900",
-    ),
-    "split": ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
-    "low": (
-        *("layout.chargers=2", "rules.idle=charge-when-low", "robots.battery.capacity_wh=33"),
-        *("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
-    ),
-    "crowded": (
-        *("layout.block_rows=9", "layout.stations_east=4", "layout.stations_west=3", "robots.count=30"),
-        *("instance.orders=120", 'rules.poa={rule="pod-match",spread=0.5}'),
-    ),
-    "restocked": (
-        *(
-            "instance.items_per_sku=3",
-            "instance.pod_capacity=24",
-            "layout.replenishment_west=1",
-            "rules.roa=first-bundle",
-        ),
-        *(
-            "rules.rps=emptiest-pod",
-            "instance.replenishment.process=reorder-point",
-            "instance.replenishment.lead_s=120",
-        ),
-        *("instance.replenishment.reorder_point=4", "instance.replenishment.order_up_to=12"),
-        *("instance.replenishment.bundle_items=6", "instance.arrivals.process=poisson"),
-        "instance.arrivals.orders_per_hour=400",
-    ),
-}
-PACKED = ("rules.poa=", "rules.pps=", "rules.poa_pps=pod-index", "packing.stations=2", "packing.packers=1")
-WORLDS |= {
-    "packed": (*PACKED, "packing.boxes=4", "packing.tote=visit"),
-    "sorted": (
-        *(*PACKED, "packing.sorters=1", "packing.boxes=9", "packing.packing_from=picked"),
-        *("rules.packing_task=pack-first", "stations.release=picked"),
-        *(f'packing.{key}={{mean=9,cv=0.5,distribution="lognormal"}}' for key in ("tote_s", "put_s", "pack_s")),
-    ),
-    "packers come": (
-        *(*PACKED, 'packing.open=[["00:05","00:15"],["00:20","23:00"]]', "instance.due.allowance_s=300"),
-        *("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=200"),
-    ),
-}
-WORLDS |= {
-    "failing": (
-        *("robots.failures={mtbf_h=0.1,mttr_s=40}", "stations.outages={mtbf_h=0.15,mttr_s=60}"),
+    name: tuple(settings.split())
+    for name, settings in {
+        "plain": "",
+        "scarce": "instance.items_per_sku=8 rules.poa=first-come rules.pr=random stations.release=picked",
+        "orders come": "instance.due.allowance_s=300 " + COME.format(300),
+        "refilled": "instance.arrivals.process=refill instance.arrivals.backlog=6 rules.ta=nearest-robot",
+        "times vary": 'robots.lift_s={mean=3,cv=0.5,distribution="lognormal"} '
+        'stations.pick_s={mean=7,cv=0.5,distribution="lognormal"} stations.line_s=2 rules.poa=station-queue',
+        "shifts": "instance.arrivals.process=poisson instance.arrivals.orders_per_hour=400 "
+        'rules.activate=backlog-threshold stations.open={1=[["00:00","00:05"]]} '
+        'robots.available=[["00:00","00:03"],["00:03","23:00",2]]',
+        "pods move": "rules.move=utility rules.idle=charge-when-low layout.chargers=1 robots.battery.capacity_wh=900",
+        "split": "rules.poa= rules.pps= rules.poa_pps=split-over-time",
+        "low": "layout.chargers=2 rules.idle=charge-when-low robots.battery.capacity_wh=33 " + COME.format(400),
+        "crowded": "layout.block_rows=9 layout.stations_east=4 layout.stations_west=3 robots.count=30 "
+        'instance.orders=120 rules.poa={rule="pod-match",spread=0.5}',
+        "restocked": "instance.items_per_sku=3 instance.pod_capacity=24 layout.replenishment_west=1 "
+        "rules.roa=first-bundle rules.rps=emptiest-pod instance.replenishment.process=reorder-point "
+        "instance.replenishment.lead_s=120 instance.replenishment.reorder_point=4 "
+        "instance.replenishment.order_up_to=12 instance.replenishment.bundle_items=6 " + COME.format(400),
+        "packed": f"{PACKED} packing.boxes=4 packing.tote=visit",
+        "sorted": f"{PACKED} packing.sorters=1 packing.packing_from=picked rules.packing_task=pack-first "
+        "stations.release=picked "
+        + " ".join(f'packing.{key}_s={{mean=9,cv=0.5,distribution="lognormal"}}' for key in ("tote", "put", "pack")),
+        "packers come": f'{PACKED} packing.open=[["00:05","00:15"],["00:20","23:00"]] instance.due.allowance_s=300 '
+        + COME.format(200),
+        "failing": "robots.failures={mtbf_h=0.1,mttr_s=40} stations.outages={mtbf_h=0.15,mttr_s=60} "
         'robots.maintenance={"1"=[["00:02","00:04"]],"3"=[["00:01","00:05"]]}',
-    ),
-    "chargers fail": (
-        *("layout.chargers=2", "rules.idle=charge-when-low", "robots.battery.capacity_wh=40"),
-        *("robots.battery.charger_outages={mtbf_h=0.05,mttr_s=60}", "robots.failures={mtbf_h=0.5,mttr_s=60}"),
-        *("instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
-    ),
-    "repaired": ("layout.maintenance_cells=2", "robots.failures={mtbf_h=0.1,mttr_s=40}"),
+        "chargers fail": "layout.chargers=2 rules.idle=charge-when-low robots.battery.capacity_wh=40 "
+        "robots.battery.charger_outages={mtbf_h=0.05,mttr_s=60} robots.failures={mtbf_h=0.5,mttr_s=60} "
+        + COME.format(400),
+        "repaired": "layout.maintenance_cells=2 robots.failures={mtbf_h=0.1,mttr_s=40}",
+    }.items()
 }
 SAME = ("charge_lowest_percent", "replenishment_robot_percent")
 """Metrics that know what was before, or what it led to: the lowest charge, and what a trip was for."""
@@ -134,7 +90,7 @@ def rows(table: Sequence[dict[str, Any]], after_s: float, key: str) -> list[dict
     return [{name: value for name, value in row.items() if name != "seconds"} for row in left]
 
 
-@settings(max_examples=15)
+@settings(max_examples=20)
 @given(
     st.sampled_from(sorted(WORLDS)), st.sampled_from(["free-flow", "sipp"]), st.integers(1, 900_000), st.integers(1, 9)
 )
@@ -150,6 +106,9 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
     whole = simulate(*given, f"run.warmup_s={(at + 1) / 1000}", out=folder / "whole")
     rest = simulate(*given, f"instance.state_file={state}", out=folder / "rest", record=["trace"])
     assert validate_trace(folder / "rest") == []
+    again = (*given, f"instance.state_file={state}", f"run.until_s={at_s + 60}")
+    if simulate(*again, save_state=folder / "again.json").status == "horizon":  # a state of a run from a state
+        assert simulate(*given, f"instance.state_file={folder / 'again.json'}").orders == whole.orders
     assert rest.status == whole.status == "complete"
     assert rest.orders == whole.orders
     if (folder / "whole/packing.csv").exists():
@@ -192,15 +151,6 @@ def test_a_trace_has_the_state_and_is_checked_against_it(tmp_path: Path) -> None
         assert kind in {fault.kind for fault in validate_trace(tmp_path / "trace.jsonl.gz")}
 
 
-def test_a_run_that_is_stopped_twice_goes_on(tmp_path: Path) -> None:
-    """The second state tells when orders were assigned and completed before the first."""
-    again = tmp_path / "again.json"
-    whole = simulate("rules.pp=free-flow")
-    _, state = stopped(tmp_path, 100, "rules.pp=free-flow")
-    simulate(f"instance.state_file={state}", "run.until_s=300", "rules.pp=free-flow", save_state=again)
-    assert simulate(f"instance.state_file={again}", "rules.pp=free-flow").orders == whole.orders
-
-
 def test_what_was_before_is_not_shown_as_progress(tmp_path: Path) -> None:
     first, state = stopped(tmp_path, 160)
     lines = RunLines("rest", Console(file=(told := io.StringIO()), width=120))
@@ -234,19 +184,13 @@ def test_what_is_said_of_a_run_is_of_its_own_time(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "change",
-    [
-        ("rules.pp=whca-n",),
-        ("rules.pp=whca-n", "stations.open.2=[]"),
-        ("rules.pp=sipp", "rules.poa=first-come", "rules.pps=nearest-pod", "rules.ta=nearest-robot"),
-        ("rules.pp=free-flow",),
-    ],
+    "change", ["whca-n", "whca-n stations.open.2=[]", "free-flow", "sipp rules.poa=first-come rules.pps=nearest-pod"]
 )
 @pytest.mark.parametrize("at_s", [40.25, 160.0, 301.5])
-def test_another_scenario_goes_on(tmp_path: Path, change: tuple[str, ...], at_s: float) -> None:
+def test_another_scenario_goes_on(tmp_path: Path, change: str, at_s: float) -> None:
     """A state does not say under which rules it came about; what was complete stays so."""
     first, state = stopped(tmp_path, at_s, "rules.pp=whca-n")
-    rest = simulate(f"instance.state_file={state}", *change)
+    rest = simulate(f"instance.state_file={state}", *f"rules.pp={change}".split())
     assert rest.status == "complete"
     done = [row for row in first.orders if row["completed_s"] is not None]
     assert [row for row in rest.orders if row["completed_s"] is not None and row["completed_s"] <= at_s] == done
@@ -343,16 +287,8 @@ def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
         (),
         'robots.2.task: found pod "P2", for which none is left; expected a free or reserved storage location',
     ),
-    (
-        {"stations": {"1": BY_HAND["stations"]["1"]}},
-        (),
-        'stations: found 1; expected the scenario\'s 2: "1", "2"',
-    ),
-    (
-        {"orders": BY_HAND["orders"] | {"C": {"lines": {"tea": 1, "ink": 1}}}},
-        (),
-        'orders.C.lines: SKU "ink" is on no pod',
-    ),
+    ({"stations": {"1": BY_HAND["stations"]["1"]}}, (), "stations: found 1; expected the scenario's 2"),
+    ({"orders": BY_HAND["orders"] | {"C": {"lines": {"tea": 1, "ink": 1}}}}, (), 'orders.C.lines: SKU "ink" is on no'),
     (
         {
             "orders": BY_HAND["orders"] | {"B": {"lines": {"jam": 2}}},
@@ -368,11 +304,7 @@ def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
     ),
     ({}, ("stations.item_capacity=12",), "stations.1.item_capacity: found 15; expected the scenario's"),
     ({}, ("stations.item_capacity=[15, 7]",), "stations.2.item_capacity: found 15; expected the scenario's"),
-    (
-        {},
-        ("stations.order_capacity=5",),
-        "stations.1.item_capacity: found 15; expected the scenario's stations.order_c",
-    ),
+    ({}, ("stations.order_capacity=5",), "stations.1.item_capacity: found 15; expected the scenario's stations.ord"),
     (
         {"layout": {"blocks": {"block_rows": 5, "block_columns": 4, "stations_east": 2}}},
         (),
@@ -382,36 +314,16 @@ def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
     ({}, ("run.until_s=60",), "run.until_s=60: found 60, but the state is of 36000 s"),
     ({"robots": {name: {"cell": 30 + int(name), "in_service": name != "2"} for name in "1234"}}, (), "robots.2.in_s"),
     ({"run": {"going": [{"kind": "dance"}]}}, (), "run.going[0].kind: expected"),
-    (
-        {"run": {"going": [{"kind": "lift", "robot": "9"}]}},
-        (),
-        'run.going[0].robot: names robot "9", which the state does not list',
-    ),
+    ({"run": {"going": [{"kind": "lift", "robot": "9"}]}}, (), 'run.going[0].robot: names robot "9", which the state'),
     (
         {"run": {"going": [{"kind": "pick", "robot": "2", "visit": 1, "sku": "tea", "until_s": 36001}], "visits": 1}},
         (),
         'run.going[0].kind: found "pick", but robot "2" is first in no line',
     ),
-    (
-        {"run": {"going": [{"kind": "alarm", "until_s": 5}]}},
-        (),
-        "run.going[0].until_s: found 5, which is not later than the state's time",
-    ),
-    (
-        {"run": {"going": [{"kind": "release", "station": "1", "until_s": 36001}]}},
-        (),
-        'run.going[0].station: found "release" of a station without `in_hand`',
-    ),
-    (
-        {"stations": BY_HAND["stations"] | {"3": {"item_capacity": 15}}},
-        (),
-        'stations: found 3; expected the scenario\'s 2: "1", "2"',
-    ),
-    (
-        {"pods": BY_HAND["pods"] | {f"X{i}": {"contents": {}} for i in range(200)}},
-        (),
-        "pods: found 203; the layout has 120 storage locations",
-    ),
+    ({"run": {"going": [{"kind": "alarm", "until_s": 5}]}}, (), "run.going[0].until_s: found 5, which is not later th"),
+    ({"run": {"going": [{"kind": "release", "station": "1", "until_s": 36001}]}}, (), 'run.going[0].station: found "r'),
+    ({"stations": BY_HAND["stations"] | {"3": {"item_capacity": 15}}}, (), "stations: found 3; expected the scenario'"),
+    ({"pods": BY_HAND["pods"] | {f"X{i}": {"contents": {}} for i in range(200)}}, (), "pods: found 203; the layout ha"),
     (
         {"robots": {name: {"cell": 30} for name in "1234"}},
         (),
@@ -437,11 +349,7 @@ def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
         (),
         'run.going[0].visit: is missing; expected in an entry of kind "picker"',
     ),
-    (
-        {"run": {"going": [PICK | {"until_s": 36010}], "visits": 1}, **BUSY},
-        (),
-        'run.going[0].until_s: found 36010; expected at most 36009, when the picker of station "1" is free',
-    ),
+    ({"run": {"going": [PICK | {"until_s": 36010}], "visits": 1}, **BUSY}, (), "run.going[0].until_s: found 36010; ex"),
     (
         {"run": {"going": [PICK], "visits": 1}, "robots": CARRIED["robots"] | {"2": {"cell": 9}}, **BUSY},
         (),
@@ -582,10 +490,7 @@ def test_whatever_is_wrong_with_what_goes_on_is_a_sentence(
 @cases(
     "overrides sentence",
     ((), "run.until_s: found none"),
-    (
-        ('rules.ta={rule="switch",cases=[{rule="nearest-robot"}]}', "run.until_s=60"),
-        "keeps data that no state holds",
-    ),
+    (('rules.ta={rule="switch",cases=[{rule="nearest-robot"}]}', "run.until_s=60"), "keeps data that no state holds"),
 )
 def test_a_state_that_would_not_be_whole_is_not_written(
     tmp_path: Path, overrides: tuple[str, ...], sentence: str
