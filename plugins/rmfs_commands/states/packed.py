@@ -89,7 +89,7 @@ def _crews(section: PackingSection) -> tuple[tuple[str, Sequence[str], int], ...
 
 
 def on_the_way(warehouse: Warehouse, names: Names) -> list[Going]:
-    """Return what goes on in a state that does not tell: totes leave where all is picked, tasks end in time."""
+    """Return the totes and tasks of a state that tells no more: totes leave where all is picked, tasks end in time."""
     now, found = warehouse.now, list[Going]()
     for station in warehouse.packing:
         for task, end_s in station.working:

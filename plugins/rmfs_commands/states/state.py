@@ -427,7 +427,7 @@ class GoingState:
 
 @frozen
 class PackedState:
-    """What has happened to an order on its way to be packed, and when."""
+    """Times of an order on its way to be packed."""
 
     bound_s: float = key("When it was bound for its packing station", 0.0, unit="s", check=within(0, 1e10))
     parts_s: tuple[float, ...] = key(
@@ -448,7 +448,7 @@ class OutageState:
     fails_s: float | None = key("When it fails next; left out: never", None, unit="s", check=within(0, 1e10))
     repair_s: float = key("How long that repair takes", 0.0, unit="s", check=within(0, 1e10))
     until_s: float | None = key(
-        "Until when it is out of service; left out: it works, or is maintained for ever", None, unit="s", check=_TIME
+        "Until when it is out of service; left out: it works, or is maintained without end", None, unit="s", check=_TIME
     )
 
 

@@ -84,7 +84,7 @@ class Beginning:
     case, state
         The case, and where everything is.
     begun
-        What the run begins in.
+        Opening of the run: warehouse, processes under way, and robots' stories.
     """
 
     def __init__(self, case: Case, state: State, begun: Any) -> None:

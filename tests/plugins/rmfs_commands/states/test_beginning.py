@@ -400,7 +400,7 @@ def packs(folder: Path, *overrides: str, tasks: Any = (), working: Any = (), **o
 
 
 def test_a_packing_hall_by_hand_goes_on(tmp_path: Path) -> None:
-    """What is picked and not at a packing station comes with the next tote; begun tasks end in time."""
+    """Items picked that are not at a packing station come with the next tote; begun tasks end in time."""
     result = packs(tmp_path)
     assert (result.status, result.metrics["orders_packed"], result.metrics["totes"]) == ("complete", 3, 2)
     assert result.metrics["packed_makespan_s"] == pytest.approx(36143, abs=1)
