@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 from attrs import field, frozen, validators
+from numpy.typing import NDArray
+
+Rows = NDArray[np.int64]
 
 
 def _as_tuple(values: Iterable[Any]) -> tuple[Any, ...]:
@@ -183,3 +186,11 @@ class Path:
 
     def __repr__(self) -> str:
         return f"Path(legs={self.legs!r})"
+
+
+def ends_of(legs: Iterable[Leg]) -> Rows:
+    """Return cell and wait of each leg. Shape (legs, 2)."""
+    flat: list[int] = []
+    for leg in legs:
+        flat += leg.to, leg.wait_ticks
+    return np.array(flat, np.int64).reshape(-1, 2)

@@ -31,6 +31,7 @@ INSTANCES = "rmfs.instances"
 LAYOUTS = "rmfs.layouts"
 FORMATS = "rmfs.formats"
 PROCESSES = "rmfs.processes"
+DRIVING = "rmfs.driving"
 SECTIONS = {INSTANCES: "instance", LAYOUTS: "layout"}  # of a scenario, whose key `generator` names an entry point
 
 RENAMED = {RULES: "rmfs"}
@@ -95,6 +96,15 @@ def format_module(name: str) -> Any:
     a layout, ``reaching`` checks that all of it can be reached, ``toml`` finds the line of a key.
     """
     return load(chosen(FORMATS, None, name), f"format {name}", "format")
+
+
+def process(name: str, place: str) -> Any:
+    """Return what a scenario asks for at ``place``, by its name in the entry-point group ``rmfs.processes``.
+
+    ``packing`` makes packing stations and their work, ``supply`` says which bundles come, ``battery`` makes what makes
+    batteries, ``outages`` takes robots, stations and chargers out of service, ``state`` lets a run begin in a state.
+    """
+    return load(chosen(PROCESSES, None, name), place, "process")
 
 
 def _entries(group: str, known: Any) -> list[EntryPoint]:

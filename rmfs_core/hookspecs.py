@@ -19,7 +19,7 @@ Each hook has an example, a whole rule or observer, in the reference of the docu
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pluggy
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     )
     from rmfs_core.events import Event
     from rmfs_core.info import Question, RunInfo
-    from rmfs_core.traffic import FleetTraffic, Query, Traffic
     from rmfs_core.warehouse import Order, PackingStation, PackingTask, Pod, Robot, WarehouseView
 
 hookspec = pluggy.HookspecMarker("rmfs")
@@ -135,7 +134,7 @@ class DecisionHooks:
 
     @hookspec(firstresult=True)
     def plan_path(
-        self, warehouse: WarehouseView, robot: Robot, goal: int, traffic: Traffic | None, rng: np.random.Generator
+        self, warehouse: WarehouseView, robot: Robot, goal: int, traffic: Any, rng: np.random.Generator
     ) -> Path | None:
         """PP: plan a robot's path from where it stands to a cell.
 
@@ -149,9 +148,9 @@ class DecisionHooks:
         goal
             The cell index it has to reach.
         traffic
-            For a rule that ``reserves``: what the other robots have reserved, and from where and when this robot can
-            set out (`rmfs_core.traffic.Traffic`); a robot that is on its way sets out where the leg under way
-            ends. None for a rule that does not.
+            For a rule that ``reserves``, what its way of driving hands it. With full paths and windows this is a
+            `Traffic`: what the other robots have reserved, and from where and when this robot can set out; a robot
+            that is on its way sets out where the leg under way ends. None for a rule that does not.
 
         Returns
         -------
@@ -164,23 +163,23 @@ class DecisionHooks:
 
     @hookspec(firstresult=True)
     def plan_paths(
-        self, warehouse: WarehouseView, queries: Sequence[Query], traffic: FleetTraffic, rng: np.random.Generator
+        self, warehouse: WarehouseView, queries: Sequence[Any], traffic: Any, rng: np.random.Generator
     ) -> dict[int, Path]:
         """PP: plan paths for all robots that need one now, and new paths for robots that have one.
 
         Answered instead of `plan_path` by a rule with ``reserves = "fleet"``; called when robots are given goals.
-        All paths of the answer replace the reservations of these robots at once. The kernel checks them
-        against each other and against all other reservations.
+        All paths of the answer replace the reservations of these robots at once. They are checked against each other
+        and against all other reservations.
 
         Parameters
         ----------
         queries
-            First robots that need a path, in the order in which they were given their goals: if they are planned one
-            after another in this order, while the others keep their paths, each has a path. Then robots on their way,
-            which are in ``traffic.arrives`` and may keep their paths. A robot that was delayed as often as there are
-            robots, since it was given its goal, is not among them.
+            A `Query` each. First robots that need a path, in the order in which they were given their goals: if they
+            are planned one after another in this order, while the others keep their paths, each has a path. Then robots
+            on their way, which are in ``traffic.arrives`` and may keep their paths. A robot that was delayed as often
+            as there are robots, since it was given its goal, is not among them.
         traffic
-            Reservations, and which of them can be given up.
+            Reservations, and which of them can be given up: a `FleetTraffic`.
 
         Returns
         -------

@@ -331,7 +331,7 @@ def test_where_do_i_find_leads_to_what_is_there() -> None:
 OWN = re.compile(r"^\s*(?:from|import) (rmfs_\w+(?:\.\w+)*)", re.MULTILINE)
 INTERNAL = {
     "docs/how-to/score-by-columns.md": {"rmfs_rules.helpers.pairs", "rmfs_rules.helpers.sending"},
-    "docs/reference/hook_examples.py": {"rmfs_core.traffic", "rmfs_rules.sipp"},
+    "docs/reference/hook_examples.py": {"rmfs_traffic", "rmfs_rules.sipp"},
 }
 """Imports of pages besides the façade: rules of ours, and modules that only few need."""
 

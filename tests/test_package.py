@@ -17,7 +17,7 @@ from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parent.parent
 Built = Callable[..., tuple[Path, Path]]
-PACKAGES = ("rmfs", "rmfs_commands", "rmfs_core", "rmfs_rules")
+PACKAGES = ("rmfs", "rmfs_commands", "rmfs_core", "rmfs_rules", "rmfs_traffic")
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
-MUTATED = ("rmfs_core", "plugins/rmfs_rules")
+MUTATED = ("rmfs_core", "plugins/rmfs_rules", "plugins/rmfs_traffic")
 WHOLE_RUNS = ("tests/plugins/rmfs_rules/test_oracles.py", "tests/rmfs_core/simulation", "tests/test_reproducible.py")
 LIMIT_S = 1200
 SWAPPED: dict[type[ast.AST], str] = {

@@ -17,8 +17,8 @@ from rmfs import (
 )
 from rmfs.events import ItemPicked, RobotMoved
 from rmfs.helpers import send_pods
-from rmfs_core.traffic import occupancy
 from rmfs_rules.sipp import Sipp
+from rmfs_traffic import occupancy
 
 
 @define

@@ -32,6 +32,7 @@ from rmfs_core.scenario.rulenames import rule_choices
 from rmfs_core.scenario.source import KeyPath, dotted
 from rmfs_core.scenario.structuring import fields_of
 from rmfs_core.wording import nearest, one_line, shown_short
+from rmfs_core.world.travel import Travel
 
 LIBRARIES = ("attrs", "numba", "numpy", "pluggy", "rmfs", "simpy")
 """Distributions that take part in every run."""
@@ -87,6 +88,12 @@ class BoundRule:
     def describe(self) -> str:
         """Name the rule for a message, as its source does."""
         return self.source.describe()
+
+    def prepare(self, travel: Travel) -> None:
+        """Let the rule load what it has compiled, if it wants to."""
+        if self.traits.prepare is not None:
+            way = self.traits.way if self.role is Role.PP else None
+            self.traits.prepare(travel if way is None else way.prepare_with(travel))
 
 
 class _Registered:

@@ -9,11 +9,11 @@ from typing import Any
 
 from attrs import field, frozen
 
+from rmfs_core.entrypoints import DRIVING, load, offers
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import Scenario
-from rmfs_core.traffic import Roads
 from rmfs_core.wording import listed, shown_short
 from rmfs_core.world import Instance
 
@@ -32,9 +32,6 @@ NEEDS: dict[str, tuple[Callable[[Scenario, Instance], bool], str]] = {
     ),
 }
 """Values of a rule's ``needs``: the test, and the end of the sentence when it fails."""
-
-RESERVES = ("full paths", "windows", "fleet")
-"""Values of a PP rule's ``reserves``, besides None."""
 
 
 def _roles(roles: Iterable[str]) -> tuple[Role, ...]:
@@ -65,14 +62,14 @@ class RuleTraits:
         Number of split orders that may be open at once, or None: a decision that exceeds it is refused. It may be a
         parameter of the rule.
     reserves
-        How a PP rule keeps robots out of each other's way. None: not at all, robots pass through each other. ``"full
-        paths"``: each path ends at the goal and is reserved for its robot, the goal without end. ``"windows"``: a path
-        may end wherever the robot may then stay, and the rule is asked again there. ``"fleet"``: as full paths, for all
-        robots that need one at once; the rule answers `plan_paths`. The kernel makes the reservations and refuses a
-        path that hits one.
+        How a PP rule keeps robots out of each other's way: the name of a way of driving, an entry point in the group
+        ``rmfs.driving``. None: not at all, robots pass through each other. With ``"full paths"`` each path ends at the
+        goal and is reserved for its robot, the goal without end. With ``"windows"`` a path may end wherever the robot
+        may then stay, and the rule is asked again there. ``"fleet"`` is as full paths, for all robots that need one at
+        once; the rule answers `plan_paths`. These make the reservations and refuse a path that hits one.
     prepare
-        Method called with the `rmfs_core.traffic.Roads` before the run starts, for a rule with compiled searches to
-        load them: then no decision's time has it in.
+        Method called with the `Travel` of the run before it starts, for a rule with compiled searches to load them:
+        then no decision's time has it in. A PP rule that ``reserves`` is handed what its way of driving makes of it.
     hears
         Events that it observes: a tuple of classes, or a mapping from these to functions, as `on_event` says.
     """
@@ -84,12 +81,17 @@ class RuleTraits:
     whole_orders: bool = False
     packing_capacity: int | None = None
     reserves: str | None = None
-    prepare: Callable[[Roads], None] | None = None
+    prepare: Callable[[Any], None] | None = None
     hears: tuple[type[Event], ...] | Mapping[type[Event], Sequence[Callable[[Any], object]]] | None = None
+
+    @property
+    def way(self) -> Any:
+        """The way of driving that it plans for, a class; None where robots pass through each other."""
+        return None if self.reserves is None else load(offers(DRIVING)[self.reserves], "rules.pp", "way of driving")
 
     def hook(self, role: Role) -> str:
         """Return the hook that the rule answers in a role."""
-        return role.hooks[-1 if self.reserves == "fleet" else 0]
+        return role.hook if role is not Role.PP or self.reserves is None else self.way.hook
 
     @classmethod
     def of(cls, rule: object, place: str, name: str) -> RuleTraits:
@@ -102,7 +104,8 @@ class RuleTraits:
                 value = error
             if value is not None:
                 if not holds(value):
-                    raise InputError(place, f"{name} has {trait} = {shown_short(value)}; expected {expected}")
+                    wanted = expected if isinstance(expected, str) else expected()
+                    raise InputError(place, f"{name} has {trait} = {shown_short(value)}; expected {wanted}")
                 found[trait] = value
         return cls(**found)
 
@@ -132,14 +135,17 @@ def _heard(value: Any) -> bool:
     return lists and all(isinstance(kind, type) and Event in kind.__mro__[1:] for kind in value)
 
 
-_EXPECTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
+_EXPECTED: dict[str, tuple[str | Callable[[], str], Callable[[Any], bool]]] = {
     "needs": (f"a tuple of {listed(map(repr, NEEDS), 'or')}", lambda value: _texts(value) and {*value} <= NEEDS.keys()),
     "libraries": ("a tuple of installed distributions' names", _installed),
     "decides": ("a tuple of roles", lambda value: _texts(value) and {*value} <= {*Role}),
     "splits_over_time": ("True or False", lambda value: isinstance(value, bool)),
     "whole_orders": ("True or False", lambda value: isinstance(value, bool)),
     "packing_capacity": ("a whole number >= 0, or None", lambda value: type(value) is int and value >= 0),
-    "reserves": (listed(map(repr, (*RESERVES, None)), "or"), lambda value: _texts((value,)) and value in RESERVES),
+    "reserves": (
+        lambda: listed(map(repr, (*offers(DRIVING), None)), "or"),
+        lambda value: _texts((value,)) and value in offers(DRIVING),
+    ),
     "prepare": ("a method", callable),
     "hears": ("a tuple of classes of events, or a mapping from these to lists of functions", _heard),
 }

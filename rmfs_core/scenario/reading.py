@@ -13,9 +13,9 @@ from typing import Any
 from attrs import evolve, frozen
 
 from rmfs_core import entrypoints
+from rmfs_core.entrypoints import format_module
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import PACKING_RULES, Scenario, replaced_keys
-from rmfs_core.scenario.overrides import anchored, apply_overrides, parse_override
 from rmfs_core.scenario.rulenames import check_rule_name, rule_choices
 from rmfs_core.scenario.service import with_times
 from rmfs_core.scenario.source import Source, undotted
@@ -74,13 +74,13 @@ def read_tables(path: str | Path, overrides: Sequence[str] = (), seed: int | Non
     """Read a scenario file and apply overrides, as `load_scenario` does; keys and values are not checked."""
     file = _find(path)
     text = _read(file)
-    parsed = [anchored(parse_override(override), Path.cwd(), file.parent) for override in overrides]
+    parsed = format_module("overrides").parsed(overrides, Path.cwd(), file.parent) if overrides else ()
     source = Source(str(file), text, tuple((override.text, override.path) for override in parsed))
     try:
         data = read_toml(text)
     except ValueError as error:
         raise _syntax_error(source.name, error) from None
-    data = apply_overrides(data, parsed)
+    data = format_module("overrides").apply_overrides(data, parsed) if overrides else data
     return Given(data if seed is None else {**data, "seed": seed}, file.parent, source)
 
 

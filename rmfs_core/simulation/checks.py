@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Container, Iterable, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from rmfs_core import decisions
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.simulation.asking import ImpossibleError
-from rmfs_core.traffic import ReservedError, roads_on
-from rmfs_core.traffic.paths import Rows, ends_of
 from rmfs_core.warehouse import Bundle, Order, PackingStation, Pod, Robot, Station, Warehouse
 from rmfs_core.wording import counted, shown_short
 from rmfs_core.world import Layout
@@ -252,15 +250,13 @@ def wake_tick(now: int, given: object) -> int | None:
     raise ImpossibleError(f"wants to wake at {shown_short(given)}; expected seconds after now, below 1e12, or None")
 
 
-def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, given: decisions.Path) -> Rows:
+def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, given: decisions.Path) -> decisions.Rows:
     """Check that a robot can drive a path from a cell, and that it gets anywhere; return end and wait of each leg."""
     travel, ends, loaded = warehouse.travel, given.given, robot.pod is not None
     if not len(ends) and start != goal:
         raise ImpossibleError(f"gave robot {robot.label} an empty path to {travel.layout.where(goal)}")
-    if not isinstance(ends, tuple):
-        grid = travel.layout.width, travel.layout.moves, travel.passable(start, loaded), travel.passable(goal, loaded)
-        if roads_on(travel).work.wrong_leg(start, goal, ends, LONGEST_WAIT_TICKS, *grid) < 0:
-            return ends  # type: ignore[no-any-return]
+    if not isinstance(ends, tuple) and travel.wrong_leg(start, goal, ends, LONGEST_WAIT_TICKS, loaded) < 0:
+        return ends  # type: ignore[no-any-return]
     cells, at = travel.layout.width * travel.layout.height, start
     checked: list[decisions.Leg] = []
     for leg in given.legs:
@@ -283,10 +279,10 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, given: decis
                 raise ImpossibleError(f"gave robot {robot.label} an impossible path: {problem}")
         checked.append(leg)
         at = to
-    return ends_of(checked)
+    return decisions.ends_of(checked)
 
 
-def hit(layout: Layout, robot: int, error: ReservedError) -> ImpossibleError:
-    """Return what is wrong with a robot's path that hits a reservation."""
+def hit(layout: Layout, robot: int, error: Any) -> ImpossibleError:
+    """Return what is wrong with a robot's path that hits a reservation, whose owner, cell and start an error has."""
     where = f"robot {error.owner + 1} has {layout.where(error.cell)} from {to_seconds(error.since):.3f} s on"
     return ImpossibleError(f"gave robot {robot + 1} a path that hits a reservation: {where}")

@@ -14,22 +14,18 @@ import simpy
 
 from rmfs_core import events
 from rmfs_core.clock import to_ticks
-from rmfs_core.entrypoints import PROCESSES, chosen, load
+from rmfs_core.entrypoints import format_module, process
 from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.info import RunInfo
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, located
-from rmfs_core.simulation import endings
 from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.driving import WAYS
 from rmfs_core.simulation.driving.base import Process
+from rmfs_core.simulation.driving.free import FreeDriving
 from rmfs_core.simulation.going import Going
-from rmfs_core.simulation.packing import Packing
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
-from rmfs_core.simulation.supply import Supply
-from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station
 from rmfs_core.warehouse.promises import next_request
 from rmfs_core.wording import one_line
@@ -74,8 +70,7 @@ class Simulation:
             opening = open_warehouse(scenario, instance, layout) if begun is None else begun.opening
             for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
                 try:
-                    if rule.traits.prepare is not None:
-                        rule.traits.prepare(roads_on(opening.warehouse.travel))
+                    rule.prepare(opening.warehouse.travel)
                 except (Exception, SystemExit) as error:
                     raise InputError(
                         f"rules.{rule.role.key}", f"{rule.describe()}, prepare: {one_line(error)}"
@@ -84,7 +79,7 @@ class Simulation:
         start, self.stories = self._starting, dict[int, tuple[Any, ...]]()
         starts = start("transport"), start("move"), start("rest")
         self.decisions = Decisions(self.context, *starts, self._refill)
-        self.driving = WAYS[rules.pp.traits.reserves](self.context)
+        self.driving = (rules.pp.traits.way or FreeDriving)(self.context)
         # Short names for what the processes use
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
@@ -98,8 +93,11 @@ class Simulation:
         coming = scenario.instance.arrivals.backlog is not None
         arrived = self.warehouse.arrived
         self._coming = [order for order in reversed(self.warehouse.orders) if coming and order.id not in arrived]
-        self.supply = Supply(scenario, instance) if instance.restocked else None
-        self.packing = Packing(self.context, opening.services, self._packed) if opening.warehouse.packing else None
+        self.supply, self.packing = None, None
+        if instance.restocked:
+            self.supply = process("supply", "instance.replenishment")(scenario, instance)
+        if opening.warehouse.packing:
+            self.packing = process("packing", "packing")(self.context, opening.services, self._packed)
         self.status, self.interrupted, self._begun = "partial", False, begun
         self.at_horizon: Callable[[Simulation], None] = lambda _: None
         """Is called where ``run.until_s`` ends the run, before robots under way are put anywhere."""
@@ -149,7 +147,7 @@ class Simulation:
             if (upcoming := peek()) > warehouse.now:
                 if upcoming >= end or decisions.alarms_in_a_row > MOST_ALARMS:
                     if upcoming == math.inf or decisions.alarms_in_a_row > MOST_ALARMS:
-                        raise StandstillError(endings.standstill(warehouse, self.rules, self.info.instance.skus))
+                        raise self.standstill()
                     warehouse.advance(int(end) - 1)
                     self.at_horizon(self)
                     self.driving.cut_off()
@@ -161,7 +159,12 @@ class Simulation:
 
     def notes(self) -> Iterator[str]:
         """Yield sentences on what may be a surprise at the end of a run that is not complete."""
-        return endings.notes(self.warehouse, self.hours, self.info.instance.skus)
+        found: Iterator[str] = format_module("endings").notes(self.warehouse, self.hours, self.info.instance.skus)
+        return found
+
+    def standstill(self) -> StandstillError:
+        """Return the error of a run in which nothing will ever happen again."""
+        return StandstillError(format_module("endings").standstill(self.warehouse, self.rules, self.info.instance.skus))
 
     # Processes
 
@@ -184,7 +187,7 @@ class Simulation:
             if any(changed):
                 self.decisions.round()
 
-    def _bundles(self, supply: Supply) -> Process:
+    def _bundles(self, supply: Any) -> Process:
         """Bundles arrive that come whatever happens; what has run low at the start is ordered."""
         for sku in range(self.warehouse.n_skus):
             self._order_bundles(supply, sku)
@@ -393,8 +396,7 @@ class Simulation:
         chargers = robots.battery and robots.battery.charger_outages
         if not (robots.failures or robots.maintenance or stations.outages or chargers):
             return None
-        made: Any = load(chosen(PROCESSES, None, "outages"), "robots.failures", "process")
-        return made(self)
+        return process("outages", "robots.failures")(self)
 
     def send(self, robot: Robot, cell: int) -> None:
         """Send a robot without a task to where it is repaired, or charges on."""
@@ -434,7 +436,7 @@ class Simulation:
                 self.supply.waits_no_more(order.lines)
             self._tell(events.OrderInStock(tick=self.now, order=order.id))
 
-    def _order_bundles(self, supply: Supply, sku: int) -> None:
+    def _order_bundles(self, supply: Any, sku: int) -> None:
         """Let what is ordered of a SKU arrive after the lead time."""
         for items in supply.order(sku):
             self.bundle_comes(Going("bundle", sku=sku, items=items, tick=self.now + supply.lead_ticks))

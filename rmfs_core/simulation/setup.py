@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from attrs import frozen
 
-from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.entrypoints import PROCESSES, chosen, load
+from rmfs_core.entrypoints import process
 from rmfs_core.errors import InputError
+from rmfs_core.former import former
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
 from rmfs_core.simulation.services import Services
 from rmfs_core.timetable import ALWAYS, Calendar, Timetable, read_spans
-from rmfs_core.warehouse import UNLIMITED, PackingStation, Robot, Station, Warehouse
-from rmfs_core.warehouse.battery import Battery
-from rmfs_core.wording import counted
+from rmfs_core.warehouse import UNLIMITED, Robot, Station, Warehouse
 from rmfs_core.world import NORTH, CellKind, Instance, Layout
 from rmfs_core.world.instance_making import oversize_orders, reader
 from rmfs_core.world.layout_making import queue_length
-from rmfs_core.world.travel import Travel, travel_on
+from rmfs_core.world.travel import travel_on
+
+_PROCESSES = "rmfs_commands.processes"
+__getattr__ = former(__name__, {"packing_of": f"{_PROCESSES}.packing", "battery_of": f"{_PROCESSES}.battery"})
 
 
 @frozen(eq=False)
@@ -43,8 +42,7 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout, content: objec
     """Return what a run begins in: the state that ``instance.state_file`` names, or that of ``content``; else None."""
     if scenario.instance.state_file is None:
         return None
-    state: Any = load(chosen(PROCESSES, None, "state"), "instance.state_file", "process")
-    return state(scenario, instance, layout, content)
+    return process("state", "instance.state_file")(scenario, instance, layout, content)
 
 
 def unmet_needs(rule: BoundRule, place: str, scenario: Scenario, instance: Instance) -> Iterator[InputError]:
@@ -101,11 +99,13 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     travel = travel_on(layout, motion_of(scenario.robots))
     travel.load_searches()
     room = scenario.instance.pod_capacity or UNLIMITED
-    battery, stored = battery_of(scenario, travel), places[:n_pods]
+    section, stored = scenario.robots.battery, places[:n_pods]
+    battery = None if section is None else process("battery", "robots.battery")(scenario, travel)
     waits = scenario.rules.wait_for_stock is not False
     empty = places[n_pods:standing]
     parts = instance, travel, stations, robots, stored, empty, room, battery
-    warehouse = Warehouse(*parts, wait_for_stock=waits, packing=packing_of(scenario, layout))
+    packing = () if scenario.packing is None else process("packing", "packing").stations(scenario, layout)
+    warehouse = Warehouse(*parts, wait_for_stock=waits, packing=packing)
     if instance.restocked and not warehouse.storing:
         expected = "expected `I` in the map, `layout.replenishment_east` or `_west`, or `stations.also_replenish`"
         raise InputError("instance.replenishment", f"found no replenishment station; {expected}")
@@ -115,32 +115,9 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     return Opening(warehouse, at_stations, hours_of(scenario, picking), services)
 
 
-def packing_of(scenario: Scenario, layout: Layout) -> list[PackingStation]:
-    """Return the packing stations of a scenario; InputError where they make no sense."""
-    section, cells = scenario.packing, layout.packing
-    if section is None:
-        return []
-    number, speed = section.stations or len(cells) or 1, section.conveyor_speed_m_per_s
-    if cells and number != len(cells):
-        found = f"found {number}, but the map has {counted(len(cells), 'packing station')} (`P`)"
-        raise InputError("packing.stations", f"{found}; expected as many, or no number")
-    if speed is not None and not cells:
-        raise InputError("packing.conveyor_speed_m_per_s", "expected a map that says where packing stations are (`P`)")
-    hours, fixed_s = _timetables(scenario, "packing.open", section.open, number), section.conveyor_s
-    for at, timetable in hours.items():
-        if not timetable.spans:
-            raise InputError("packing.open", f"found no span for station {(at or 0) + 1}; expected one that opens it")
-    picking, stations = layout.stations[: len(layout.stations) - layout.replenishing], []
-    for at in range(number):
-        ways = [layout.distance(own.station, cells[at]) if cells else 0 for own in picking]
-        seconds = tuple(way / speed if speed else 60.0 if fixed_s is None else fixed_s for way in ways)
-        stations.append(PackingStation(at, section, cells[at] if cells else None, seconds, hours.get(at, ALWAYS)))
-    return stations
-
-
 def hours_of(scenario: Scenario, stations: int) -> dict[int | None, Timetable]:
     """Return the timetables of a scenario with so many picking stations; InputError where they make no sense."""
-    hours = _timetables(scenario, "stations.open", scenario.stations.open, stations)
+    hours = timetables(scenario, "stations.open", scenario.stations.open, stations)
     if hours and not any(hours[number].spans if number in hours else True for number in range(stations)):
         raise InputError("stations.open", "found no span for any station; expected one that opens")
     robots, available = scenario.robots.count, scenario.robots.available
@@ -148,7 +125,7 @@ def hours_of(scenario: Scenario, stations: int) -> dict[int | None, Timetable]:
     return hours if available is None else hours | {None: Timetable(read_spans(available, robots), zero)}
 
 
-def _timetables(scenario: Scenario, place: str, given: Any, stations: int) -> dict[int | None, Timetable]:
+def timetables(scenario: Scenario, place: str, given: Any, stations: int) -> dict[int | None, Timetable]:
     """Return the timetables of stations by id, given one for all of them or some by name."""
     zero, ids = Calendar(scenario.instance.start).time_of_day(), [str(number) for number in range(1, stations + 1)]
     spans = given if isinstance(given, Mapping) else {} if given is None else dict.fromkeys(ids, given)
@@ -161,47 +138,6 @@ def _timetables(scenario: Scenario, place: str, given: Any, stations: int) -> di
 def shifts_of(hours: Mapping[int | None, Timetable], stations: int) -> tuple[list[Timetable], list[Timetable]]:
     """Return the timetables of all picking stations, and that of the robots, given the result of `hours_of`."""
     return [hours.get(number, ALWAYS) for number in range(stations)], [hours.get(None, ALWAYS)]
-
-
-def battery_of(scenario: Scenario, travel: Travel) -> Callable[[Callable[[], int]], Battery] | None:
-    """Return what makes the robots' batteries; they keep what the longest task and the way to a charger take."""
-    battery, layout = scenario.robots.battery, travel.layout
-    if battery is None:
-        return None
-    lacking = [] if layout.chargers else ["a charger (`layout.chargers`, or `C` in a map)"]
-    lacking += [] if scenario.rules.idle else ['a rule that sends robots there (rules.idle = "charge-when-low")']
-    lacking += ["a number of seconds as `robots.lift_s`"] if hasattr(scenario.robots.lift_s, "spread") else []
-    if lacking:
-        raise InputError("robots.battery", f"expected {' and '.join(lacking)}")
-    hub = layout.nearest({*np.flatnonzero(layout.kind == CellKind.FLOOR).tolist()}, layout.storage_locations)[0]
-
-    def ticks(cells: Iterable[int], loaded: bool) -> int:
-        """Longest drive to the hub."""
-        return int(travel.times_to(hub, loaded)[list(cells)].max())
-
-    def on(cell: int, loaded: bool) -> int:
-        """Drive on from the hub."""
-        return int(travel.times_to(cell, loaded)[hub].max())
-
-    stored, chargers, stations = layout.storage_locations, layout.chargers, [cells.station for cells in layout.stations]
-    aside = (*stored, *layout.maintenance)
-    queues = max(len(cells.queue) for cells in layout.stations) * travel.motion.run_ticks(1)  # moving up, cell by cell
-    farthest = [
-        max(int(travel.times_from(hub, h, loaded)[list(cells)].max()) for h in range(4))
-        for loaded, cells in ((False, aside), (True, stored))
-    ]
-    empty = ticks((*aside, *chargers), False) + farthest[0]
-    empty += ticks(aside, False) + min(on(cell, False) for cell in chargers)
-    between = ticks(chargers, False) + max(on(cell, False) for cell in chargers) if battery.charger_outages else 0
-    way_j = battery.detour * battery.empty_w * between / TICKS_PER_S
-    loaded = ticks(stored, True) + max(on(cell, True) for cell in stations) + ticks(stations, True) + farthest[1]
-    watts = battery.empty_w * empty + battery.loaded_w * (loaded + queues)
-    joules = battery.detour * watts / TICKS_PER_S + 2 * battery.lifting_w * scenario.robots.lift_s + way_j
-    if joules >= 3600 * battery.capacity_wh:
-        needed = f"{joules / 3600:,.1f} Wh, which the longest task and the way to a charger may take"
-        found = f"found {battery.capacity_wh:g}; expected more than {needed}"
-        raise InputError("robots.battery.capacity_wh", found)
-    return partial(Battery, battery, joules, way_j=way_j)
 
 
 def _cells(places: Iterable[tuple[int, int, str]], layout: Layout, kinds: set[CellKind], expected: str) -> list[int]:

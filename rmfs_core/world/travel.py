@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import clock
-from rmfs_core.decisions import Leg
+from rmfs_core.decisions import Leg, Rows
 from rmfs_core.motion import Motion
 from rmfs_core.world.grid import RESTING, STEPS, CellKind, Layout
 
@@ -293,6 +293,12 @@ class Travel:
                 carrying = "with a pod" if loaded else "without a pod"
                 return f"a robot {carrying} may not pass {self.layout.where(cell)} on its way"
         return None
+
+    def wrong_leg(self, start: int, goal: int, ends: Rows, longest_wait: int, loaded: bool) -> int:
+        """Number of the first leg that cannot be driven from a cell to a goal, or waits too long; -1 if none is so."""
+        crossed = self.passable(start, loaded), self.passable(goal, loaded)
+        grid = self.layout.width, self.layout.moves, *crossed
+        return self._search.wrong_leg(start, goal, ends, longest_wait, *grid)  # type: ignore[no-any-return]
 
     def heading(self, cell: int, to: int) -> int | None:
         """Heading of a straight run between two cells, None when they are in neither one row nor one column."""

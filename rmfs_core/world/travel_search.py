@@ -327,3 +327,35 @@ def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns):
         if not found:
             raise ValueError("the table of times does not belong to this goal")
     return np.array(ends, dtype=np.int64)
+
+
+@njit(cache=True)
+def straight_run(at, to, width):
+    """Heading and number of cells of a straight run; -1 cells where it is none."""
+    if at // width == to // width:
+        return (0 if to > at else 2), abs(to - at)
+    return (1 if to < at else 3), (abs(to - at) // width if at % width == to % width else -1)
+
+
+@njit(cache=True)
+def wrong_leg(cell, goal, legs, longest, width, moves, from_start, to_goal):
+    """Number of the first leg that a robot cannot drive on its way from a cell to a goal; -1 if it can drive all.
+
+    ``longest`` is the longest wait; ``from_start`` and ``to_goal`` say which cells may be crossed.
+    """
+    at = cell
+    for i in range(len(legs)):
+        to, wait = legs[i, 0], legs[i, 1]
+        if not (0 <= to < len(moves) and 0 <= wait <= longest) or (to == at and wait == 0):
+            return i
+        towards, length = straight_run(at, to, width)
+        if length < 0:
+            return i
+        step = (to - at) // max(length, 1)
+        while at != to:
+            if not moves[at] >> towards & 1:
+                return i
+            at += step
+            if not (from_start[at] or to_goal[at] or at == goal):
+                return i
+    return -1

@@ -20,9 +20,9 @@ import pytest
 
 from rmfs_commands.plan.movingai import open_layout
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import Query, Reservations, Roads, occupancy
 from rmfs_core.world.travel import Travel
 from rmfs_rules.sipp import Sipp
+from rmfs_traffic import Query, Reservations, Roads, occupancy
 
 STEP = 1_000
 UNIT_STEPS = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=1e-9)

@@ -21,9 +21,9 @@ from w9_pathfinding.mapf import ReservationTable, SpaceTimeAStar
 
 import plain_sipp as plain
 from crowds import crowd, newcomer, paper_roads, two_way, with_goal
-from rmfs_core.traffic import FOREVER, Query, Reservations, Roads
 from rmfs_rules.sipp import Sipp
 from rmfs_rules.whca import WhcaN
+from rmfs_traffic import FOREVER, Query, Reservations, Roads
 
 QUERIES = 100
 

@@ -7,9 +7,9 @@ from rmfs_commands.plan.movingai import open_layout
 from rmfs_commands.plan.planning import Planner, roads_of_map
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
-from rmfs_core.traffic import Query, Reservations, Roads, occupancy, roads_on
 from rmfs_core.world import Layout
 from rmfs_core.world.travel import travel_on
+from rmfs_traffic import Query, Reservations, Roads, occupancy, roads_on
 
 _LAYOUTS: dict[str, Layout] = {}
 

@@ -7,7 +7,7 @@ from heapq import heappop, heappush
 
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.decisions import Leg
-from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, TimedPath, timed_path
+from rmfs_traffic import FOREVER, Query, Reservations, Roads, TimedPath, timed_path
 
 Window = tuple[int, int]
 State = tuple[int, int, int]

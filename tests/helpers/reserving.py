@@ -1,7 +1,7 @@
 import numpy as np
 
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import Occupancy, Reservations
+from rmfs_traffic import Occupancy, Reservations
 
 EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0)
 """A second for each cell and each quarter turn: all that happens, happens on whole seconds."""

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
     from rmfs_core.scenario import RuleChoice, Scenario
+    from rmfs_core.world.travel import Travel
 
 LONGEST_S = 300.0
 """How long the other process is waited for."""
@@ -96,7 +97,7 @@ def _whose(module: str) -> str:
     """Return what a module is part of, for people: a rule's package, or all that rules share."""
     package, _, rest = module.partition(".")
     if package != SHIPPED:
-        return "roads and stock" if package == "rmfs_core" else package
+        return "roads and stock" if package in ("rmfs_core", "rmfs_traffic") else package
     name = rest.partition(".")[0]
     return "choice of orders and pods" if name == "helpers" else f"rule {name.replace('_', '-')}"
 
@@ -200,20 +201,18 @@ def compile_told() -> None:
         from rmfs_core.scenario import RuleChoice
 
         rule = single.load_rule(RuleChoice(name, parameters), [next(one for one in Role if one.key == role)])
-        if rule.traits.prepare is not None:
-            rule.traits.prepare(_few_roads())
+        rule.prepare(_few_times())
 
 
-def _few_roads() -> Any:
-    """Return roads that are quick to make; of any, the same functions are compiled."""
+def _few_times() -> Travel:
+    """Return travel times that are quick to make; of any, the same functions are compiled."""
     from rmfs_core.scenario import load_scenario
     from rmfs_core.simulation.setup import motion_of
-    from rmfs_core.traffic import Roads
     from rmfs_core.world import make_layout
     from rmfs_core.world.travel import travel_on
 
     scenario = load_scenario("examples/small")
-    return Roads(travel_on(make_layout(scenario), motion_of(scenario.robots)))
+    return travel_on(make_layout(scenario), motion_of(scenario.robots))
 
 
 def compile_searches(notes: Console, scenario: Scenario) -> None:

@@ -17,10 +17,10 @@ from operator import getitem
 from pathlib import Path
 from typing import Any
 
+from rmfs_commands.instances.overrides import data_files
 from rmfs_commands.results.files import json_ready, to_json
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario, scenario_to_dict
-from rmfs_core.scenario.overrides import data_files
 from rmfs_core.scenario.rulenames import GivenText, is_inline
 
 KEY_LENGTH = 24

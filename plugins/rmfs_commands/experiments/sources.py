@@ -2,9 +2,9 @@
 
 A version says too little: that of an editable install, or of a package that is found by its path, stays when its code
 changes. What takes part is the kernel, what rules share, the packages of the selected rules and of those that they ask
-in turn, of the observers of every run and of the generators of layout and instance, and what these import of their own
-distributions, of this project, or from outside of the folders of installed packages. Other libraries are known by their
-versions.
+in turn, of the way that robots drive, of processes and observers, and of the generators of layout and instance, and
+what these import of their own distributions, of this project, or from outside of the folders of installed packages.
+Other libraries are known by their versions.
 """
 
 from __future__ import annotations
@@ -60,6 +60,9 @@ def sources_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
     selected = {rule.name for rule in bound}
     entries = [entry for name, entry in offered.items() if name in selected or _root(entry.module) in roots]
     entries += [same[0] for same in entrypoints.offers(entrypoints.OBSERVERS).values()]
+    entries += [same[0] for name, same in entrypoints.offers(entrypoints.PROCESSES).items() if name != "state"]
+    ways = entrypoints.offers(entrypoints.DRIVING)
+    entries += [ways[rule.traits.reserves][0] for rule in bound if rule.traits.reserves is not None]
     entries += _makers(scenario)
     names = {*ALWAYS, *(entry.module for entry in entries)}
     names |= {kind.__module__ for cls in classes for kind in cls.__mro__}

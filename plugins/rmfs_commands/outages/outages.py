@@ -12,11 +12,10 @@ from attrs import define
 
 from rmfs_core import events
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.errors import InputError, StandstillError
+from rmfs_core.errors import InputError
 from rmfs_core.randomness import keyed_stream
 from rmfs_core.scenario import located
 from rmfs_core.scenario.model import FailuresSection
-from rmfs_core.simulation import endings
 from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.going import Going
 from rmfs_core.timetable import DAY, Calendar, Timetable, read_spans
@@ -162,7 +161,7 @@ class Outages:
                 self._tried[robot.id, robot.low][part].update(works)
         full = {key for key, tried in self._tried.items() if all(len(tried[one]) == len(others) for one in self._parts)}
         if all((robot.id, False) in full or (robot.id, True) in full for robot in warehouse.robots):
-            raise StandstillError(endings.standstill(warehouse, run.rules, run.info.instance.skus))
+            raise run.standstill()
 
     def repaired(self, station: Station, going: Going) -> simpy.Event:
         """Return what happens when a station works again, where a visit goes on then."""

@@ -14,7 +14,7 @@ from attrs import frozen
 
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import Roads, TimedPath
+from rmfs_traffic import Roads, TimedPath
 
 TOLERANCE_S = 1e-3
 """Two robots that touch a cell one after another within a tick do not collide: runs are rounded to ticks."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from rmfs_commands.plan import Collision, Plan, Trip
     from rmfs_commands.plan.planners import HookPlanner
-    from rmfs_core.traffic import Roads
+    from rmfs_traffic import Roads
 
 SHOWN = 12
 """Robots that the table lists, those with the longest delay first."""

@@ -14,7 +14,9 @@ from rmfs_core.rules import BoundRule
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import Asker, instance_of
-from rmfs_core.traffic import (
+from rmfs_core.warehouse import Robot, Warehouse, WarehouseView
+from rmfs_core.world import Instance
+from rmfs_traffic import (
     FleetTraffic,
     Query,
     Reservations,
@@ -25,8 +27,6 @@ from rmfs_core.traffic import (
     occupancy,
     timed_path,
 )
-from rmfs_core.warehouse import Robot, Warehouse, WarehouseView
-from rmfs_core.world import Instance
 
 
 def find_planner(

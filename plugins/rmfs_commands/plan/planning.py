@@ -21,9 +21,9 @@ from attrs import define, evolve, field, frozen
 from rmfs_commands.plan.movingai import Trip
 from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, occupancy, timed_path
 from rmfs_core.world import NORTH, Layout
 from rmfs_core.world.travel import Travel
+from rmfs_traffic import Query, Reservations, Roads, TimedPath, occupancy, timed_path
 
 RETRY_TICKS = 2000
 PATIENCE_TICKS = 120_000

@@ -32,8 +32,8 @@ from attrs import evolve
 from rmfs_commands.plan.movingai import Trip
 from rmfs_commands.plan.planning import Plan, Planner, plan_trips
 from rmfs_core.decisions import Leg
-from rmfs_core.traffic import Occupancy, Query, Reservations, Roads, TimedPath, occupancy, timed_path
 from rmfs_core.world import NORTH
+from rmfs_traffic import Occupancy, Query, Reservations, Roads, TimedPath, occupancy, timed_path
 
 HOLD_TICKS = 5_000
 """How long others keep off the start of a robot that has no path yet, the first time."""

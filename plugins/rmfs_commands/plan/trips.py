@@ -8,9 +8,9 @@ from rmfs_commands.plan.movingai import Trip
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
-from rmfs_core.traffic import Roads
 from rmfs_core.wording import counted
 from rmfs_core.world import CellKind
+from rmfs_traffic import Roads
 
 
 def random_trips(roads: Roads, robots: int, seed: int, place: str) -> tuple[Trip, ...]:

@@ -9,12 +9,12 @@ from copy import copy
 
 from attrs import define, field
 
+from rmfs_commands.processes.battery import battery_of
 from rmfs_commands.trace import Trace
 from rmfs_core.clock import to_ticks
 from rmfs_core.events import ChargerDown, ChargerUp, Event, PodLifted, PodStored, RobotMoved
 from rmfs_core.scenario import scenario_from_dict
 from rmfs_core.scenario.model import BatterySection
-from rmfs_core.simulation.setup import battery_of
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.world.travel import travel_on
 

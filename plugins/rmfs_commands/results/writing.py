@@ -10,6 +10,7 @@ from os.path import realpath  # which ends where links lead round
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rmfs_commands.instances.overrides import data_files
 from rmfs_commands.instances.tables import TABLE_FILES
 from rmfs_commands.results.figures import by_heading, show
 from rmfs_commands.results.files import (
@@ -28,7 +29,6 @@ from rmfs_core.results import RESULT_FILE
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.results.recorders import files_of_results, load_recorder
 from rmfs_core.scenario import Scenario, scenario_to_dict
-from rmfs_core.scenario.overrides import data_files
 
 if TYPE_CHECKING:
     from rmfs_core.results import Result

@@ -107,7 +107,7 @@ class CorrectedFloor(Floor):
         for order in wait if self.supply is not None else ():
             self.supply.waits(order.lines)  # type: ignore[union-attr]
             for line in order.lines:
-                self._order_bundles(self.supply, line.sku)  # type: ignore[arg-type]
+                self._order_bundles(self.supply, line.sku)
 
     def _check_pick(self, pod: Pod) -> None:
         """Give up the pick from a pod that is under way, if its item is not promised from there any more."""

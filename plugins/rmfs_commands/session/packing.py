@@ -8,8 +8,8 @@ from typing import Any
 import simpy
 from attrs import define
 
+from rmfs_commands.processes.packing import Packing
 from rmfs_core.simulation.driving.base import Process
-from rmfs_core.simulation.packing import Packing
 from rmfs_core.simulation.services import Services
 from rmfs_core.warehouse import Order, PackingTask, Request
 

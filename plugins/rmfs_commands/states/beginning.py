@@ -215,7 +215,7 @@ def _with_data(order: Any, data: OrderData) -> Any:
 
 
 def _battery(scenario: Scenario, fresh: Opening) -> Any:
-    from rmfs_core.simulation.setup import battery_of
+    from rmfs_commands.processes.battery import battery_of
 
     return battery_of(scenario, fresh.warehouse.travel)
 

@@ -10,9 +10,9 @@ from rmfs_core.errors import InputError
 from rmfs_core.rules import BoundRule
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
-from rmfs_core.traffic import Query, Reservations, ReservedError, Traffic, roads_on
-from rmfs_core.traffic.paths import Stop
 from rmfs_core.warehouse import Robot, Warehouse
+from rmfs_traffic import Query, Reservations, ReservedError, Traffic, roads_on
+from rmfs_traffic.paths import Stop
 
 
 def path_wanted(opened: OpenState, rule: BoundRule) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from attrs import asdict, evolve
 
+from rmfs_commands.processes.packing import packing_of
 from rmfs_commands.states.plain import (
     BundleMemento,
     Memento,
@@ -18,7 +19,6 @@ from rmfs_commands.states.plain import (
     TaskMemento,
 )
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
-from rmfs_core.simulation.setup import packing_of
 from rmfs_core.warehouse import Order, PackingStation, PackingTask, Robot, Station, Warehouse
 from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.battery import Battery

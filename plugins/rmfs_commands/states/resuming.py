@@ -15,8 +15,8 @@ from rmfs_commands.states.packed import KINDS, begin_tasks, go_on, in_totes, res
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RuleError, RunError
 from rmfs_core.simulation.going import Going
-from rmfs_core.traffic import ReservedError
-from rmfs_core.traffic.paths import Stop
+from rmfs_traffic import ReservedError
+from rmfs_traffic.paths import Stop
 
 if TYPE_CHECKING:
     from rmfs_core.simulation.engine import Simulation

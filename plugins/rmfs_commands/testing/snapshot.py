@@ -11,7 +11,7 @@ from attrs import frozen
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station, WarehouseView
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Traffic
+    from rmfs_traffic import Traffic
 
 _HELD_BESIDE = ("label", "contents", "backlog_lines", "capacities", "free_items", "lines", "stock")
 """Made of other values, or noted below as a copy, because they follow later changes."""

@@ -18,8 +18,8 @@ from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late
 from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, Station, Stock, WarehouseView
+    from rmfs_core.world.travel import Travel
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -228,7 +228,7 @@ class LaneOptions:
     max_wait_s: float | None = waiting_limit()
     fast_lane: int = places_kept()
 
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+    def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         load()
 

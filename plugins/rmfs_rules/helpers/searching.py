@@ -1,6 +1,6 @@
 """Code shared by compiled searches for paths: looks at a reservation table.
 
-A table is what `rmfs_core.traffic.intervals` describes.
+A table is what `rmfs_traffic.intervals` describes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rmfs_core import clock
 from rmfs_core.jit import inlined
-from rmfs_core.traffic import FOREVER, Intervals, Query, Reservations, Roads
+from rmfs_traffic import FOREVER, Intervals, Query, Reservations, Roads
 
 Ints = NDArray[np.int64]
 
@@ -27,7 +27,7 @@ numba takes twice as long to look at named ones."""
 
 
 class Asked(NamedTuple):
-    """A robot that asks for a path, as `rmfs_core.traffic.Query` has it."""
+    """A robot that asks for a path, as `rmfs_traffic.Query` has it."""
 
     me: int
     cell: int

@@ -16,8 +16,8 @@ from rmfs_core.decisions import PodTrip
 from rmfs_core.warehouse import BUSY, STORED, stock_of
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, Station, Stock, WarehouseView
+    from rmfs_core.world.travel import Travel
 
 Ids = NDArray[np.int64]
 
@@ -25,7 +25,7 @@ Ids = NDArray[np.int64]
 class ByStock:
     """A rule that looks at what pods hold by functions of this file."""
 
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+    def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         load()
 

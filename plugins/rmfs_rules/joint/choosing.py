@@ -20,8 +20,8 @@ from rmfs_rules.joint.order_search import OUT, SCALE, Choice
 from rmfs_rules.joint.pod_search import Pods
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import WarehouseView
+    from rmfs_core.world.travel import Travel
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -44,7 +44,7 @@ class ByPeriods:
 
     whole_orders: ClassVar[bool] = True
 
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+    def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         lines, stock, none, one = columns_of((), 1), stock_of((), 1), _pairs(()), np.ones(1, np.int64)
         choice = Choice(

@@ -23,8 +23,8 @@ from rmfs_rules.mip.proof.steps import proof_of
 from rmfs_rules.mip.proof.ties import break_ties
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, Station, WarehouseView
+    from rmfs_core.world.travel import Travel
 
 
 @define(kw_only=True)
@@ -142,7 +142,7 @@ class _Joint:
         solution = proof_of(period, Model.INTEGRATED, max(self.unused_capacity_weight, 2), limits).run()
         return _decision(period, solution)
 
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+    def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load the compiled searches, or compile them."""
         from rmfs_rules.mip.compiled import warm_up
 

@@ -17,8 +17,8 @@ from rmfs_rules.pod_index.deciding import NOTHING, decision, prepare, quiet, tic
 from rmfs_rules.pod_index.period import NEVER, Ints, Weights
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, Station, WarehouseView
+    from rmfs_core.world.travel import Travel
 
 
 @define(kw_only=True)
@@ -182,11 +182,11 @@ class PodIndex:
             return None if until == NEVER else to_seconds(until)
         return wake_s(warehouse, self._weights)
 
-    def prepare(self, roads: Roads) -> None:
+    def prepare(self, travel: Travel) -> None:
         """Load the compiled period, or compile it, and search for the ways to the stations."""
         prepare(self._weights)
-        for station in roads.layout.stations:
-            roads.travel.times_to(station.station, True)
+        for station in travel.layout.stations:
+            travel.times_to(station.station, True)
 
     def _quiet_until(self, warehouse: WarehouseView) -> int:
         """Return the tick until which nothing can be decided, as far as that is known."""

@@ -12,8 +12,8 @@ from rmfs_rules.helpers.parameters import parameter
 from rmfs_rules.replenishment.pods import POD_RULES
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.world.travel import Travel
 
 
 @define
@@ -43,9 +43,9 @@ class PodFirst:
     def __attrs_post_init__(self) -> None:
         self._rule = POD_RULES[self.pod]()
 
-    def prepare(self, roads: Roads) -> None:
+    def prepare(self, travel: Travel) -> None:
         """Load what is compiled, or compile it."""
-        self._rule.prepare(roads)
+        self._rule.prepare(travel)
 
     @hookimpl
     def assign_bundles_and_pods(self, warehouse: WarehouseView, max_fetches: int) -> BundleDecision:

@@ -14,8 +14,8 @@ from rmfs_rules.helpers.sending import may_send, send
 from rmfs_rules.scorers.scores import SCORES, VALUES, PodScores, Weights, load
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import WarehouseView
+    from rmfs_core.world.travel import Travel
 
 
 def _count_backlog() -> Any:
@@ -37,7 +37,7 @@ class _Scoring:
         pods = PodScores(warehouse, rng, Weights.of(self))
         return send(warehouse, max_fetches, lambda _, station, able: pods.choose(self.scores, station, able))
 
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+    def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         load()
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import inlined, njit
-from rmfs_core.traffic import FOREVER, Intervals, Tracks
 from rmfs_rules.helpers.searching import Asked, Plain, crossed, far, free_for_good, gap_at, narrow
 from rmfs_rules.sipp.backwards import earliest
 from rmfs_rules.sipp.states import (
@@ -33,6 +32,7 @@ from rmfs_rules.sipp.states import (
     take,
     turned,
 )
+from rmfs_traffic import FOREVER, Intervals, Tracks
 
 FAR = UNREACHABLE
 LITTLE = 1_000

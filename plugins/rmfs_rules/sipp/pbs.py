@@ -12,7 +12,7 @@ from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 from rmfs_rules.sipp.rule import Sipp
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import FleetTraffic, Query, Roads
+    from rmfs_traffic import FleetTraffic, Query, Roads
 
 
 @define

@@ -9,7 +9,8 @@ import numpy as np
 from attrs import frozen
 
 from rmfs_core.decisions import Path
-from rmfs_core.traffic import (
+from rmfs_rules.sipp.rule import Sipp
+from rmfs_traffic import (
     FleetTraffic,
     Occupancy,
     Query,
@@ -18,7 +19,6 @@ from rmfs_core.traffic import (
     TimedPath,
     occupancy,
 )
-from rmfs_rules.sipp.rule import Sipp
 
 ANYONE = -1
 """The reservations of all robots that go before another: their paths may still cross."""

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from attrs import define, field
 
 from rmfs_core import Leg, Path, hookimpl
-from rmfs_core.traffic import timed_path
 from rmfs_rules.helpers.searching import Asked, search_once
+from rmfs_traffic import timed_path
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Tracks, Traffic
+    from rmfs_traffic import Query, Reservations, Roads, TimedPath, Tracks, Traffic
 
 LATER_TICKS = 3_000, 15_000, 60_000
 """How much later than without traffic paths arrive of which the times are looked up first; most are in time."""

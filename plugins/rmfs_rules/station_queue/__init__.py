@@ -22,8 +22,8 @@ from rmfs_rules.helpers.pairs import (
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Robot, Station, WarehouseView
+    from rmfs_core.world.travel import Travel
 
 NOWHERE = -1
 
@@ -61,7 +61,7 @@ class StationQueue:
     """Order -> the station that it queues for."""
     _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
 
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+    def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         load()
 

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     import pluggy
 
     from rmfs_core.roles import Role
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, Robot, WarehouseView
+    from rmfs_core.world.travel import Travel
 
 
 @frozen
@@ -171,11 +171,11 @@ class Switch:
         """Where the rules come from, and what they compute with."""
         return tuple(sorted({name for asked in self._asked for name in (asked.distribution, *asked.traits.libraries)}))
 
-    def prepare(self, roads: Roads) -> None:
+    def prepare(self, travel: Travel) -> None:
         """Let each rule prepare."""
         for asked in self._asked:
             if asked.traits.prepare is not None:
-                asked.traits.prepare(roads)
+                asked.traits.prepare(travel)
 
     def _deciding(self, warehouse: WarehouseView) -> _Asked:
         return next(asked for case, asked in zip(self.cases, self._asked, strict=True) if case.holds(warehouse))

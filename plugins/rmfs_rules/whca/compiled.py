@@ -14,8 +14,8 @@ from heapq import heappop, heappush
 import numpy as np
 
 from rmfs_core.jit import inlined, njit
-from rmfs_core.traffic import FOREVER, Intervals, Tracks
 from rmfs_rules.helpers.searching import Asked, Ints, Plain, far, free_for_good, gap_at
+from rmfs_traffic import FOREVER, Intervals, Tracks
 
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 

@@ -10,12 +10,12 @@ from attrs import define
 
 from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
-from rmfs_core.traffic import FOREVER, timed_path
 from rmfs_rules.helpers.parameters import AT_LEAST_1, parameter
 from rmfs_rules.helpers.searching import Asked, search_once
+from rmfs_traffic import FOREVER, timed_path
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Traffic
+    from rmfs_traffic import Query, Reservations, Roads, TimedPath, Traffic
 
 
 def _positive(_instance: object, _attribute: Any, value: float) -> None:

@@ -1,78 +1,31 @@
-"""Code shared by all ways of driving."""
+"""Contract of the ways of driving, and the code that all of them share.
+
+A PP rule says by its attribute ``reserves`` which way it plans for: the name of an entry point in the group
+``rmfs.driving``, which leads to a subclass of `Driving`. Without it, robots drive as in `free`.
+"""
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Generator
-from typing import Any
+from typing import Any, ClassVar
 
 import simpy
-from attrs import define, field
 
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.decisions import Path
+from rmfs_core.decisions import Path, Rows, ends_of
 from rmfs_core.errors import StandstillError
 from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.going import Going
-from rmfs_core.traffic import Traffic
-from rmfs_core.traffic.paths import Rows, Stop, ends_of
 from rmfs_core.warehouse import Robot, Station
+from rmfs_core.world.travel import Travel
 
 Process = Generator[simpy.Event, Any, None]
 NO_LEGS = ends_of(())
 CROSSINGS = 10
 """How many crossings of the layout, in time, a robot may wait for others before it counts as standing still."""
-
-
-@define(eq=False)
-class Course:
-    """A drive of a robot.
-
-    Parameters
-    ----------
-    robot
-        The robot.
-    changed
-        Happens when the legs are replaced.
-    arrived
-        Happens when the robot is at rest in its goal.
-    goal
-        Cell in which its course shall end.
-    station
-        Station whose line it is in or on its way to.
-    legs
-        Legs that are reserved and not yet begun: end and wait of each leg.
-    under_way
-        The leg that it drives: where and when that began, and where and when it ends.
-    since
-        Tick at which it came to rest, or was given a path.
-    joined
-        Whether it stands in the line.
-    reserved, arrives
-        Cells that its path occupies, the leg under way included, and the tick at which it ends.
-    overtaken
-        How many robots have come between it and the head of the line since it took its position there.
-    waits, ready
-        Event that it waits for before its next leg; the tick until which it waits, where a state has told that.
-    """
-
-    robot: Robot
-    changed: simpy.Event
-    arrived: simpy.Event
-    goal: int
-    station: Station | None = None
-    legs: deque[list[int]] = field(factory=deque)
-    under_way: tuple[Stop, Stop] | None = None
-    since: int = 0
-    joined: bool = False
-    reserved: Rows | None = None
-    arrives: int = 0
-    overtaken: int = 0
-    waits: simpy.Event | None = None
-    ready: int | None = None
 
 
 class Driving:
@@ -93,13 +46,21 @@ class Driving:
         The same in words, for messages.
     """
 
+    hook: ClassVar[str] = "plan_path"
+    """The hook of the PP rule that it asks: one of ``Role.PP.hooks``."""
+
+    @classmethod
+    def prepare_with(cls, travel: Travel) -> Any:
+        """Return what the PP rule's `prepare` is handed: the travel times, or what the way makes of them."""
+        return travel
+
     def __init__(self, run: RunContext) -> None:
         self.run = run
         self.rule = run.rules.pp
         travel = run.warehouse.travel
         self._width = travel.layout.width
-        self._turns, self._runs = travel.turns.tolist(), travel.runs.tolist()
-        crossing = self._runs[self._width] + self._runs[travel.layout.height] + 2 * self._turns[2]
+        self.turns, self._runs = travel.turns.tolist(), travel.runs.tolist()
+        crossing = self._runs[self._width] + self._runs[travel.layout.height] + 2 * self.turns[2]
         self.standstill_ticks = max(to_ticks(run.scenario.run.standstill_s), CROSSINGS * crossing)
         self.allowed = f"longer than run.standstill_s and than {CROSSINGS} crossings of the layout take"
         self.under_way: dict[int, tuple[Robot, int, int, int, int, int]] = {}
@@ -127,18 +88,21 @@ class Driving:
 
     # What they share
 
-    def path(self, robot: Robot, goal: int, traffic: Traffic | None = None, *, needed: bool = True) -> Rows:
+    def path(
+        self, robot: Robot, goal: int, traffic: Any = None, start: int | None = None, *, needed: bool = True
+    ) -> Rows:
         """Ask the PP rule for a path, and check that the robot can drive it; no legs where it need not know any.
 
-        A path is an array with end and wait of each leg, as `rmfs_core.traffic.paths.ends_of` makes it.
+        It begins in the cell ``start``, if not where the robot is, and is an array with end and wait of each leg, as
+        `rmfs_core.decisions.ends_of` makes it. ``traffic`` is what the way hands the rule.
         """
         answer, _ = self.run.ask(self.rule, robot=robot, goal=goal, traffic=traffic)
         if answer is None and not needed:
             return NO_LEGS
-        start = robot.cell if traffic is None else traffic.query.cell
 
         def check() -> Rows:
-            return checks.path(self.run.warehouse, robot, start, goal, instance_of(answer, Path))
+            begin = robot.cell if start is None else start
+            return checks.path(self.run.warehouse, robot, begin, goal, instance_of(answer, Path))
 
         return self.run.asker.apply(self.rule, check)
 
@@ -149,7 +113,7 @@ class Driving:
         travel = self.run.warehouse.travel
         towards = travel.heading(robot.cell, to)
         assert towards is not None
-        turn = self._turns[(towards - robot.heading) % 4]
+        turn = self.turns[(towards - robot.heading) % 4]
         return towards, turn, self._runs[travel.layout.distance(robot.cell, to)]
 
     def set_off(

@@ -21,7 +21,18 @@ from rmfs_commands.testing import small_layout, small_world
 from rmfs_core import Path
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import (
+from rmfs_core.warehouse import WarehouseView
+from rmfs_core.world import EAST, NORTH, WEST
+from rmfs_core.world.travel import Travel, travel_on
+from rmfs_rules.free_flow import FreeFlow
+from rmfs_rules.helpers.searching import Asked, gap_at
+from rmfs_rules.sipp import Pbs, Sipp, compiled
+from rmfs_rules.sipp.backwards import earliest
+from rmfs_rules.sipp.priorities import Node, Search
+from rmfs_rules.sipp.states import Problem, memory_for
+from rmfs_rules.whca import WhcaN
+from rmfs_rules.whca.compiled import search
+from rmfs_traffic import (
     FOREVER,
     FleetTraffic,
     Occupancy,
@@ -34,17 +45,6 @@ from rmfs_core.traffic import (
     roads_on,
     timed_path,
 )
-from rmfs_core.warehouse import WarehouseView
-from rmfs_core.world import EAST, NORTH, WEST
-from rmfs_core.world.travel import Travel, travel_on
-from rmfs_rules.free_flow import FreeFlow
-from rmfs_rules.helpers.searching import Asked, gap_at
-from rmfs_rules.sipp import Pbs, Sipp, compiled
-from rmfs_rules.sipp.backwards import earliest
-from rmfs_rules.sipp.priorities import Node, Search
-from rmfs_rules.sipp.states import Problem, memory_for
-from rmfs_rules.whca import WhcaN
-from rmfs_rules.whca.compiled import search
 
 
 def test_the_path_is_the_fastest_for_what_the_robot_carries() -> None:

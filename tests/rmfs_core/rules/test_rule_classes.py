@@ -386,15 +386,6 @@ def test_a_rule_set_knows_its_files(folder: Path, install: Callable[..., None]) 
 
 EVENTS = "a tuple of classes of events, or a mapping from these to lists of functions"
 NEEDED = "a tuple of 'unlimited stock', 'item capacity' or 'no batteries'"
-PATHS = """
-from attrs import define
-from rmfs_core import hookimpl
-@define
-class Mine:
-    reserves = "paths"
-    @hookimpl
-    def plan_path(self): pass
-"""
 
 
 def test_traits_have_defaults() -> None:
@@ -430,7 +421,7 @@ def test_what_is_declared_is_read() -> None:
     ("splits_over_time", 1, "True or False"),
     ("packing_capacity", -1, "a whole number >= 0, or None"),
     ("packing_capacity", True, "a whole number >= 0, or None"),
-    ("reserves", "paths", "'full paths', 'windows', 'fleet' or None"),
+    ("reserves", "paths", "'fleet', 'full paths', 'windows' or None"),
     ("prepare", "warm up", "a method"),
     ("hears", 5, EVENTS),
     ("hears", OrderCompleted, EVENTS),  # a class is no tuple of them
@@ -444,14 +435,6 @@ def test_what_is_declared_is_read() -> None:
 def test_a_wrong_declaration_is_refused(trait: str, value: object, expected: str) -> None:
     problem = said(InputError, RuleTraits.of, SimpleNamespace(**{trait: value}), "here", "it")
     assert problem == f"here: it has {trait} = {value!r}; expected {expected}"
-
-
-def test_a_scenarios_rule_is_held_to_them(refusal: Refusal, tmp_path: Any) -> None:
-    (tmp_path / "mine.py").write_text(PATHS)
-    assert refusal(tmp_path, pp=RuleChoice("./mine.py:Mine")) == (
-        "rules.pp: rule \"./mine.py:Mine\" (mine.py inline) has reserves = 'paths'; "
-        "expected 'full paths', 'windows', 'fleet' or None"
-    )
 
 
 def test_what_a_rule_needs_is_held_against_the_scenario(tiny: RunInfo) -> None:

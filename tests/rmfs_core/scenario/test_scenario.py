@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from cases import cases
 from rmfs_commands.cli.toml_scenario import to_toml
+from rmfs_commands.instances.overrides import DATA_FILES
 from rmfs_core.entrypoints import RULES as GROUP
 from rmfs_core.entrypoints import offers
 from rmfs_core.errors import InputError
@@ -35,7 +36,6 @@ from rmfs_core.scenario.model import (
     StationsSection,
     replaced_keys,
 )
-from rmfs_core.scenario.overrides import DATA_FILES
 from rmfs_core.scenario.rulenames import (
     GivenText,
     check_rule_name,

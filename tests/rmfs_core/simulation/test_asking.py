@@ -30,9 +30,9 @@ from rmfs_core.scenario.model import RunSection
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers, instance_of, sequence_of
 from rmfs_core.simulation.limits import OverdueError, within
-from rmfs_core.traffic import ReservedError
-from rmfs_core.traffic.paths import ends_of
 from rmfs_core.warehouse import Warehouse
+from rmfs_traffic import ReservedError
+from rmfs_traffic.paths import ends_of
 from saying import said
 from scripted import run_of
 from told import Prepare, ToldRun

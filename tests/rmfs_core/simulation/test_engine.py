@@ -172,7 +172,7 @@ def test_queues_have_room_for_so_many_and_block_no_others(tiny_run: Prepare) -> 
 def test_a_rule_that_cannot_be_prepared_is_named(tiny_run: Prepare, tmp_path: Path, body: str) -> None:
     (tmp_path / "bad.py").write_text(
         "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n    @hookimpl\n"
-        f"    def plan_path(self): pass\n    def prepare(self, roads):\n        {body}\n",
+        f"    def plan_path(self): pass\n    def prepare(self, travel):\n        {body}\n",
         encoding="utf-8",
     )
     with pytest.raises(InputError, match=r"rules\.pp: .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"):

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from rmfs_commands.layouts import block_map, parse_map
 from rmfs_commands.layouts.textmap import FLOOR_MOVES, FLOOR_SIGN, QUEUE_MOVES, QUEUE_SIGN
+from rmfs_commands.processes.battery import battery_of
 from rmfs_commands.testing import validate_trace
 from rmfs_commands.trace import TraceWriter
 from rmfs_core import hookimpl
@@ -32,11 +33,11 @@ from rmfs_core.scenario.model import (
     StationsSection,
 )
 from rmfs_core.scenario.service import ServiceTime, Spread
-from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.simulation.setup import Opening, battery_of, motion_of, open_warehouse
+from rmfs_core.simulation.setup import Opening, motion_of, open_warehouse
 from rmfs_core.world import CellKind, Instance, Layout, OrderData, PodData, check_layout, make_instance
 from rmfs_core.world.travel import travel_on
+from rmfs_traffic.reserved import ReservedDriving
 
 
 @st.composite

@@ -13,11 +13,11 @@ from attrs import asdict, frozen
 
 from rmfs_commands.details.catalogue import METRICS
 from rmfs_commands.experiments.report import numbers
+from rmfs_commands.instances.overrides import DATA_FILES
 from rmfs_commands.results.figures import show
 from rmfs_commands.validation.checking import read_result
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
-from rmfs_core.scenario.overrides import DATA_FILES
 
 if TYPE_CHECKING:
     from rich.console import Console

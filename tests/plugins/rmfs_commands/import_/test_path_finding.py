@@ -19,6 +19,7 @@ from rmfs_core.errors import InputError
 OCTILE = "type octile\nheight 3\nwidth 5\nmap\n.@S.T\n.....\nG.@.W\n"
 KIVA = "3,6\n2\n3\n5000\n......\nree.r@\n..@..r\n"
 HEADER = f"Grid size (x, y)\n2,2\n{','.join(COLUMNS)},weight_for_WAIT\n"
+ONCE = "; expected each of 2 x 2 cells once"
 WEIGHTED = HEADER + (
     "0,Induct,i1,0,0,1,inf,inf,2,1\n1,Travel,None,0,1,inf,inf,1,1,1\n"
     "2,Eject,e1,1,0,inf,1,inf,inf,1\n3,Obstacle,None,1,1,inf,inf,inf,inf,1\n"
@@ -94,16 +95,8 @@ def test_every_sign_becomes_the_one_of_its_table(tmp_path_factory: pytest.TempPa
         ", line 3: expected the columns id,type,station,x,y,weight_to_NORTH",
     ),
     (read_weighted, WEIGHTED.replace("2,2\n", "3,2\n"), ": found 4 cells; expected 6, as line 2 says"),
-    (
-        read_weighted,
-        WEIGHTED.replace("None,1,1", "None,1,0"),
-        ", line 7: found the cell x 1, y 0; expected each of 2 x 2 cells once",
-    ),
-    (
-        read_weighted,
-        WEIGHTED.replace("None,1,1", "None,5,1"),
-        ", line 7: found the cell x 5, y 1; expected each of 2 x 2 cells once",
-    ),
+    (read_weighted, WEIGHTED.replace("None,1,1", "None,1,0"), f", line 7: found the cell x 1, y 0{ONCE}"),
+    (read_weighted, WEIGHTED.replace("None,1,1", "None,5,1"), f", line 7: found the cell x 5, y 1{ONCE}"),
     (read_weighted, WEIGHTED.replace("None,1,1", "None,one,1"), ", line 7: expected a whole number, found 'one'"),
     (
         read_weighted,

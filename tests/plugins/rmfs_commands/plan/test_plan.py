@@ -39,10 +39,10 @@ from rmfs_core.clock import UNREACHABLE
 from rmfs_core.decisions import Leg
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import Query, Reservations, ReservedError, Roads, TimedPath, occupancy, roads_on, timed_path
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.sipp import Sipp
+from rmfs_traffic import Query, Reservations, ReservedError, Roads, TimedPath, occupancy, roads_on, timed_path
 
 ROOM = "type octile\nheight 4\nwidth 8\nmap\n........\n.@@..@@.\n........\nTT....OO\n"
 SCEN = "version 1\n0\troom.map\t8\t4\t0\t0\t7\t2\t9\n0\troom.map\t8\t4\t7\t2\t0\t2\t9\n"
@@ -166,7 +166,7 @@ def test_where_the_files_cannot_go_is_said_before_the_search(room, tmp_path, cap
 @cases(
     "reserves problem code",
     ("windows", " a path that hits a reservation: robot ", 1),
-    ("window", "has reserves = 'window'; expected 'full paths', 'windows', 'fleet' or None", 2),
+    ("window", "has reserves = 'window'; expected 'fleet', 'full paths', 'windows' or None", 2),
 )
 def test_a_rule_that_heeds_nobody_is_named(reserves, problem, code, room, capsys, monkeypatch) -> None:
     (room.parent / "mine.py").write_text(

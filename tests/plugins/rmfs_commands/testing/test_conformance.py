@@ -517,7 +517,7 @@ def test_rules_that_send_nobody_to_chargers_are_refused_with_batteries(rule: str
     ("libraries = ('numpy', 3)", "has libraries = ('numpy', 3); expected a tuple of installed distributions' names"),
     ("splits_over_time = 1", "has splits_over_time = 1; expected True or False"),
     ("packing_capacity = -1", "has packing_capacity = -1; expected a whole number >= 0, or None"),
-    ("reserves = 'all'", "has reserves = 'all'; expected 'full paths', 'windows', 'fleet' or None"),
+    ("reserves = 'all'", "has reserves = 'all'; expected 'fleet', 'full paths', 'windows' or None"),
     ("prepare = 'fast'", "has prepare = 'fast'; expected a method"),
 )
 def test_a_trait_of_the_wrong_type_is_refused(install: Callable[..., None], trait: str, sentence: str) -> None:

@@ -20,10 +20,10 @@ from rmfs_core import InputError, Leg, OrderAssignment, hookimpl
 from rmfs_core.events import DecisionMade, Event, OrderCompleted, PodMoveDecided, RobotRested
 from rmfs_core.info import Question, RunInfo
 from rmfs_core.roles import Role
-from rmfs_core.traffic import Query, Reservations, Roads, Traffic
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_core.warehouse.promises import next_request
 from rmfs_core.world import NORTH, CellKind
+from rmfs_traffic import Query, Reservations, Roads, Traffic
 
 WORLD = trial_worlds()[0]
 """One station, ten orders."""

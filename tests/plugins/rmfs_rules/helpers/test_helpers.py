@@ -15,7 +15,6 @@ from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_world
 from rmfs_core import JointDecision, OrderAssignment
 from rmfs_core.decisions import PodTrip
-from rmfs_core.traffic import FOREVER, Reservations, roads_on
 from rmfs_core.warehouse import Pod, Station, Warehouse, WarehouseView
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.helpers import nearest_free_location, send_pods, ticks_to_station
@@ -25,6 +24,7 @@ from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.parameters import parameter
 from rmfs_rules.helpers.searching import free_for_good, gap_at, narrow, search_once
 from rmfs_rules.whca.compiled import last_end
+from rmfs_traffic import FOREVER, Reservations, roads_on
 from standing import put_at_station
 
 

@@ -16,11 +16,11 @@ import rmfs_rules.pod_index
 from cases import cases
 from rmfs_commands.testing import check_rule, small_instance, small_world
 from rmfs_core import JointDecision, run
-from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.joint import Alternating, LargeNeighborhoodSearch, TwoStage
 from rmfs_rules.mip import Integrated
 from rmfs_rules.pod_index import PodIndex
+from rmfs_traffic import roads_on
 from standing import put_at_station
 
 

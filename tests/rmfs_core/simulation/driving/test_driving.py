@@ -1,61 +1,29 @@
-"""Ways of driving: alone, with paths reserved in full, for all robots at once, and in windows."""
+"""Tests of what all ways of driving share, and of robots that are each alone."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
-import numpy as np
 import pytest
-from attrs import define
 
-import rmfs_core
 from cases import cases
-from corridor import CORRIDOR, CORRIDOR_MAP, INSTANCE, inline
-from crowds import paper_roads
-from rmfs_commands.details.loading import load_result
+from corridor import CORRIDOR, INSTANCE
 from rmfs_commands.layouts import parse_map
-from rmfs_commands.testing import small_instance, small_layout, small_world
-from rmfs_core import hookimpl
+from rmfs_commands.testing import small_world
 from rmfs_core.decisions import Leg
 from rmfs_core.decisions import Path as Way
-from rmfs_core.errors import InputError, RuleError, StandstillError
-from rmfs_core.events import (
-    Event,
-    OrderCompleted,
-    PodLifted,
-    PodStored,
-    QueueJoined,
-    RobotMoved,
-    TaskAssigned,
-    VisitEnded,
-    VisitStarted,
-)
+from rmfs_core.errors import RuleError
+from rmfs_core.events import OrderCompleted, PodLifted, QueueJoined, RobotMoved, VisitStarted
 from rmfs_core.scenario.model import RuleChoice, RunSection, Scenario
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import CROSSINGS, Driving, Process
-from rmfs_core.simulation.driving.complete import CompleteDriving
 from rmfs_core.simulation.driving.free import FreeDriving
-from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
-from rmfs_core.simulation.driving.windowed import WindowedDriving
-from rmfs_core.simulation.engine import Simulation
-from rmfs_core.traffic import (
-    FOREVER,
-    FleetTraffic,
-    Occupancy,
-    Query,
-    Reservations,
-    Roads,
-    Traffic,
-    occupancy,
-    roads_on,
-    timed_path,
-)
 from rmfs_core.warehouse import Robot, Warehouse
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, check_layout
-from rmfs_rules.sipp import Pbs, Sipp
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST
 from scripted import run_of, until_nothing_happens
 from told import Prepare
 
+Install = Callable[..., None]
 LAYOUT = parse_map("#....\n.....\n.qO..\n.....", "open")
 
 
@@ -91,16 +59,10 @@ def test_a_wrong_path_is_the_rules_fault(world: Warehouse, tmp_path: Path, answe
         way.path(world.robots[0], 7)
 
 
-def traffic_from(world: Warehouse, cell: int) -> Traffic:
-    """Return an empty table, and the question of a robot that will stand in a cell."""
-    roads = roads_on(world.travel)
-    return Traffic(roads, Reservations(roads.cells), Query(0, cell, EAST, 500, 8))
-
-
 def test_a_robot_on_its_way_is_planned_for_from_where_its_leg_ends(world: Warehouse, tmp_path: Path) -> None:
     way, rule = driving(world, tmp_path, Way([Leg(8)]), Way([Leg(8)]))
-    traffic = traffic_from(world, cell=5)
-    assert way.path(world.robots[0], 8, traffic).tolist() == [[8, 0]]
+    traffic = object()
+    assert way.path(world.robots[0], 8, traffic, 5).tolist() == [[8, 0]]
     assert rule.asked[0][1]["traffic"] is traffic
     with pytest.raises(RuleError, match="row 1, column 1 to row 2, column 4 is no straight run"):
         way.path(world.robots[0], 8)
@@ -108,12 +70,11 @@ def test_a_robot_on_its_way_is_planned_for_from_where_its_leg_ends(world: Wareho
 
 def test_a_path_that_need_not_exist_may_be_none(world: Warehouse, tmp_path: Path) -> None:
     way, _ = driving(world, tmp_path, None, Way([Leg(8)]), Way([Leg(-1)]))
-    traffic = traffic_from(world, cell=5)
     robot = world.robots[0]
-    assert way.path(robot, 8, traffic, needed=False).tolist() == []
-    assert way.path(robot, 8, traffic, needed=False).tolist() == [[8, 0]]
+    assert way.path(robot, 8, None, 5, needed=False).tolist() == []
+    assert way.path(robot, 8, None, 5, needed=False).tolist() == [[8, 0]]
     with pytest.raises(RuleError, match="to cell -1, which is not on the grid"):
-        way.path(robot, 8, traffic, needed=False)
+        way.path(robot, 8, None, 5, needed=False)
 
 
 @cases(
@@ -292,508 +253,48 @@ def test_the_line_is_in_order_of_arrival(tmp_path: Path) -> None:
     assert starts[slow.id] == starts[third.id] + 100_000
 
 
-@pytest.mark.parametrize("pp", ["sipp", "pbs"])
-def test_robots_pass_a_corridor_for_one(tiny_run: Prepare, pp: str) -> None:
-    """Where only one robot at a time can pass, the others wait where they block nobody."""
-    check_layout(CORRIDOR, "corridor")
-    tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp=pp).done()
-    assert len(tiny.of(OrderCompleted)) == 16
+HOP = """
+from rmfs_core.simulation.driving.base import Driving
 
+class Hop(Driving):
+    hook = "plan_paths"
 
-class Overtaking:
-    """Observer of the order in which pods that came straight from storage are served at each station."""
+    @classmethod
+    def prepare_with(cls, travel):
+        return "any distance"
 
-    def __init__(self) -> None:
-        self.lifted: dict[int, int] = {}
-        self.served: dict[int, list[int]] = {}
-        """When each pod was lifted, by station, as they are served."""
+    def to_location(self, robot, cell):
+        told, _ = self.run.ask(self.rule, queries=(robot.id,), traffic="nobody")
+        yield self.run.after(told)
+        self.arrive(robot, cell, 0, robot.heading, self.run.warehouse.now, 0)
 
-    @rmfs_core.hookimpl
-    def on_event(self, event: Event) -> None:
-        if isinstance(event, PodLifted):
-            self.lifted[event.pod] = event.tick
-        elif isinstance(event, VisitStarted) and event.pod in self.lifted:
-            self.served.setdefault(event.station, []).append(self.lifted.pop(event.pod))
-
-
-def test_who_comes_first_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    both = CompleteDriving.both
-    tried = []
-
-    def checked(driving: CompleteDriving, course: Course, first: Query, ahead: Course, second: Query) -> Any:
-        def ahead_of_now() -> list[list[tuple[int, int, int]]]:
-            now = driving.run.warehouse.now
-            cells = range(driving.roads.cells)
-            return [[entry for entry in driving.table.reserved(cell) if entry[2] > now] for cell in cells]
-
-        before = ahead_of_now()
-        paths = both(driving, course, first, ahead, second)
-        tried.append(paths is not None)
-        assert paths is not None or ahead_of_now() == before
-        return paths
-
-    monkeypatch.setattr(CompleteDriving, "both", checked)
-    observer = Overtaking()
-    settings = ["rules.pp=sipp", "robots.count=24", "instance.orders=60", "stations.pick_s=1.0"]
-    result = rmfs_core.run("paper-250", seed=2, overrides=settings, observers=[observer])
-    assert result.status == "complete"
-    assert {True, False} == set(tried)
-    assert any(lifted != sorted(lifted) for lifted in observer.served.values())
-
-
-STRAIGHT = """
-#####@@@@...
-.....@......
-.→→→{}O>>....
-.....@......
-............
+    def to_station(self, robot, station):
+        self.run.warehouse.join_line(robot, station)
+        yield from self.to_location(robot, station.cell)
 """
 
-
-@pytest.mark.parametrize(("sign", "least_ticks"), [("→", 1415 + 2000), ("⇒", 2829)])
-def test_the_next_pod_rolls_in_over_a_clear_cell(tiny_run: Prepare, sign: str, least_ticks: int) -> None:
-    layout = parse_map(STRAIGHT.format(sign), "straight")
-    check_layout(layout, "straight")
-    tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=layout, queue_length=3, pp="sipp").done()
-    begins = [event.tick for event in tiny.of(VisitStarted)][1:]
-    ends = [event.tick for event in tiny.of(VisitEnded)]
-    assert min(begin - end for begin, end in zip(begins, ends, strict=False)) == least_ticks
-
-
-def test_a_full_path_ends_at_the_goal(tiny_run: Prepare, tmp_path: Path) -> None:
-    tiny = tiny_run(INSTANCE, capacity=3, robots=1, pp=inline(tmp_path, "full paths", "legs[:-1]"))
-    with pytest.raises(RuleError, match=r"gave robot 1 a path that ends at row .*, not at its goal row|an empty path"):
-        tiny.simulation.run()
-
-
-FLEET = """
+HOPS = """
 from attrs import define
-from rmfs_core import Leg, Path, hookimpl
-@define
-class Mine:
-    reserves = "fleet"
+from rmfs_core import hookimpl
+
+@define(slots=False)
+class Hops:
+    reserves = "hop"
+
+    def prepare(self, what):
+        self.distance = what
+
     @hookimpl
-    def {hook}(self, warehouse, queries, traffic):
-        found = {{}}
-        for query in queries:
-            loaded = query.loaded
-            found[query.robot] = Path(warehouse.travel.fastest_path(query.cell, query.heading, query.goal, loaded))
-        return {answer}
+    def plan_paths(self, queries, traffic):
+        assert (self.distance, traffic) == ("any distance", "nobody")
+        return 7
 """
 
 
-def mine(folder: Path, answer: str = "found", hook: str = "plan_paths") -> RuleChoice:
-    (folder / "mine.py").write_text(FLEET.format(answer=answer, hook=hook), encoding="utf-8")
-    return RuleChoice("./mine.py:Mine")
-
-
-@cases(
-    "answer problem",
-    ("{}", r"left out robot \d, which needs a path"),
-    ("list(found.values())", r"returned list .*; expected dict"),
-    ("{robot: path.legs for robot, path in found.items()}", r"returned tuple .*; expected Path"),
-    ("{**found, 17: Path(())}", "answered for 17, a robot that it was not asked for"),
-    ("{robot: Path(one.legs[:1]) for robot, one in found.items()}", "a path that ends at row .*, not at its goal"),
-)
-def test_answers_that_cannot_be_driven_are_refused(answer, problem, tiny_run, tmp_path) -> None:
-    tiny = tiny_run(INSTANCE, capacity=3, robots=1, pp=mine(tmp_path, answer))
-    with pytest.raises(RuleError, match=rf"mine.py.*, plan_paths, at 0\.000 s: .*{problem}"):
-        tiny.simulation.run()
-
-
-def test_fleets_plan_as_their_rule_says(tiny_run: Prepare, tmp_path: Path) -> None:
-    tiny = tiny_run(INSTANCE, capacity=3, robots=4, layout=CORRIDOR, queue_length=1, pp=mine(tmp_path))
-    with pytest.raises(RuleError, match=r"plan_paths, .* a path that hits a reservation: robot \d has row \d+"):
-        tiny.simulation.run()
-    (tmp_path / "mine.py").write_text(FLEET.format(answer="found", hook="plan_path").replace("queries, ", ""))
-    expected = r"rules.pp: rule .* has reserves = 'fleet' and no hook `plan_paths`; expected both"
-    with pytest.raises(InputError, match=expected):
-        tiny_run(INSTANCE, capacity=3, robots=1, pp=RuleChoice("./mine.py:Mine"))
-
-
-@define
-class LetsOthersWait:
-    """Plans as `pbs`, and lets whoever may keep its path wait a second longer each time."""
-
-    reserves: ClassVar[str] = "fleet"
-    put_off: ClassVar[dict[int, int]] = {}
-    most: ClassVar[list[int]] = []
-
-    @hookimpl
-    def plan_paths(self, queries: Sequence[Query], traffic: FleetTraffic) -> dict[int, Path]:
-        table, paths = traffic.table.copy(), Pbs(most_nodes=0).plan_paths(queries, traffic)
-        for query in queries:
-            if query.robot in paths:
-                self.put_off[query.robot] = 0
-                path = Sipp().search(traffic.roads, table, query)
-                assert path is not None
-                table.release(query.robot)
-                if query.robot in traffic.under_way:
-                    table.add(query.robot, traffic.under_way[query.robot])
-                table.add(query.robot, occupancy(traffic.roads, path))
-        for query in queries:
-            if query.robot in traffic.arrives:
-                later = Sipp().search(traffic.roads, table, query)
-                assert later is not None
-                first, *rest = later.legs
-                waits = Way((Leg(first.to, first.wait_ticks + 1000), *rest))
-                taken = occupancy(traffic.roads, timed_path(traffic.roads, query, waits.legs))
-                if table.is_free(query.robot, taken):
-                    paths[query.robot] = waits
-                    table.release(query.robot)
-                    if query.robot in traffic.under_way:
-                        table.add(query.robot, traffic.under_way[query.robot])
-                    table.add(query.robot, taken)
-                    self.put_off[query.robot] += 1
-                    self.most.append(self.put_off[query.robot])
-        return paths
-
-
-def test_nobody_is_put_off_for_ever() -> None:
-    LetsOthersWait.put_off.clear()
-    LetsOthersWait.most.clear()
-    overrides = ["robots.count=3", "stations.pick_s=1"]
-    result = rmfs_core.run("examples/small", rules={"pp": LetsOthersWait()}, overrides=overrides)
-    assert (result.status, max(LetsOthersWait.most)) == ("complete", 3)
-
-
-@pytest.fixture(params=["sipp", "whca-n"])
-def pp(request: pytest.FixtureRequest) -> str:
-    return str(request.param)
-
-
-def test_pods_are_served_in_line(tiny_run: Prepare, pp: str) -> None:
-    tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp).done()
-    joined = [event.pod for event in tiny.of(QueueJoined)]
-    assert [event.pod for event in tiny.of(VisitStarted)] == joined
-    tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp, at_stations={"1": ("2", "3")}).done()
-    assert [event.pod for event in tiny.of(VisitStarted)][:2] == [1, 2]
+def test_a_way_of_driving_can_come_from_elsewhere(tiny_run: Prepare, install: Install, tmp_path: Path) -> None:
+    """The rule that names it is prepared with, and asked for, whatever the two have agreed on."""
+    (tmp_path / "hops.py").write_text(HOPS)
+    install("acme", {"hop": "acme_hop:Hop"}, "rmfs.driving", acme_hop=HOP)
+    tiny = tiny_run(INSTANCE, capacity=3, pp="./hops.py:Hops").done()
     assert len(tiny.of(OrderCompleted)) == 16
-
-
-def moved_without_a_task(events: list[Event]) -> bool:
-    busy: set[int] = set()
-    for event in events:
-        if isinstance(event, TaskAssigned):
-            busy.add(event.robot)
-        elif isinstance(event, PodStored):
-            busy.discard(event.robot)
-        elif isinstance(event, RobotMoved) and event.robot not in busy:
-            return True
-    return False
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_idle_robots_step_aside(tiny_run: Prepare, pp: str, seed: int) -> None:
-    layout = small_layout(1, block_columns=1, queue_length=1)
-    tiny = tiny_run(
-        INSTANCE, capacity=3, robots=len(layout.storage_locations) - 1, queue_length=1, layout=layout, pp=pp, seed=seed
-    ).done()
-    assert len(tiny.of(OrderCompleted)) == 16
-    assert moved_without_a_task(tiny.events)
-
-
-@pytest.mark.parametrize("reserves", ["full paths", "windows"])
-def test_a_path_that_hits_a_reservation_is_refused(tiny_run: Prepare, tmp_path: Path, reserves: str) -> None:
-    tiny = tiny_run(INSTANCE, capacity=3, robots=4, layout=CORRIDOR, queue_length=1, pp=inline(tmp_path, reserves))
-    with pytest.raises(RuleError, match=r"mine.py.*a path that hits a reservation: robot \d has row \d+, column \d+"):
-        tiny.simulation.run()
-
-
-def test_one_location_is_left_for_who_steps_aside(tiny_run: Prepare, pp: str) -> None:
-    layout = small_layout(1, block_columns=1, queue_length=1)
-    count = len(layout.storage_locations)
-    with pytest.raises(InputError, match=rf"robots.count: found {count} robots and {count} storage locations"):
-        tiny_run(INSTANCE, capacity=3, robots=count, queue_length=1, layout=layout, pp=pp)
-
-
-@pytest.mark.parametrize("pp", ["sipp", "whca-n", "free-flow"])
-def test_who_finds_nobody_in_line_takes_the_shortcut(pp: str) -> None:
-    def visits_and_metres(queue: str) -> tuple[float, float]:
-        settings = [f"rules.pp={pp}", f"layout.queue={queue}", "robots.count=1", "stations.queue_length=12"]
-        # At a pick the robot is at the station in both, so that the same is decided; 6 s later it would not be.
-        metrics = rmfs_core.run("examples/small", overrides=[*settings, "stations.release=picked"]).metrics
-        return metrics["pod_station_visits"], metrics["loaded_distance_m"]
-
-    (visits, plain), (same, short) = visits_and_metres("plain"), visits_and_metres("shortcut")
-    assert visits == same
-    assert 6 * visits <= plain - short <= 8 * visits
-
-
-def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Prepare) -> None:
-    simulation = tiny_run(INSTANCE, capacity=3, robots=4, pp="whca-n", at_stations={"1": ("2", "3")}).simulation
-    simulation.start()
-    registered = simulation.driving.registered
-    for robot in simulation.warehouse.robots:
-        assert registered.reserved(robot.cell) == [(robot.id, 0, FOREVER)]
-    assert registered.arrays.count.sum() == 4
-
-
-@cases("motion seconds waiting", ("", r"5\d\d", 2), (", top_speed_m_per_s = 0.01", r"6\d{4}", 1))
-def test_a_standstill_says_who_waits_for_whom(tmp_path: Path, motion: str, seconds: str, waiting: int) -> None:
-    (tmp_path / "map.txt").write_text(CORRIDOR_MAP + "\n")
-    (tmp_path / "s.toml").write_text(
-        'rules = { poa = "pod-match", pps = "demand", pp = "whca-n" }\n'
-        "instance = { orders = 20, skus = 4, pods = 4, skus_per_pod = 1 }\n"
-        'layout = { map_file = "map.txt", pod_fill = 0.1 }\nrobots = { count = 3'
-        f"{motion} }}\n"
-        "stations = { queue_length = 1, item_capacity = 4 }\nrun = { standstill_s = 300.0 }\n"
-    )
-    message = rf"The run stands still at .* for {seconds} s \(longer than run\.standstill_s and than 10 crossings"
-    with pytest.raises(StandstillError, match=message) as caught:
-        rmfs_core.run(tmp_path / "s.toml", out=tmp_path / "out")
-    text = str(caught.value)
-    assert text.count(" waits for row 1, column ") >= waiting
-    assert "which robot " in text
-    assert 'rule "whca-n" (rmfs' in text
-    kept = load_result(tmp_path / "out")
-    assert (kept.status, kept.error) == ("failed", text)
-    assert kept.metrics["distance_m"] > 0
-
-
-def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: Prepare) -> None:
-    simulation = tiny_run(INSTANCE, layout=CORRIDOR, queue_length=1, pp="whca-n").simulation
-    driving = simulation.driving
-    course = driving.courses[0]
-    simulation.start()
-    while course.under_way is None:
-        simulation.warehouse.advance(int(simulation.env.peek()))
-        simulation.env.step()
-    left, reached = course.robot.cell, course.under_way[1].cell
-    course.goal = left
-    sentence = driving.who_waits_for_whom(course)
-    assert f"robot 1 at {CORRIDOR.where(reached)} waits for " in sentence
-    assert f"on its way to {CORRIDOR.where(left)}" in sentence
-
-
-class Moves:
-    def __init__(self) -> None:
-        self.moves: list[RobotMoved] = []
-
-    @rmfs_core.hookimpl
-    def on_event(self, event: Event) -> None:
-        if isinstance(event, RobotMoved):
-            self.moves.append(event)
-
-
-def overlapping(moves: list[RobotMoved], roads: Roads) -> int:
-    """Runs that, when they begin, overlap what another robot has until it begins its next run, or for ever."""
-    quarter = int(roads.travel.turns[1])
-    begun: dict[int, dict[int, dict[int, tuple[int, int]]]] = {}
-    now: dict[int, dict[int, tuple[int, int]]] = {}
-    for move in moves:
-        now.setdefault(move.robot, {move.origin: (0, FOREVER)})
-        heading = (move.heading - move.turn_ticks // quarter) % 4  # turns to the left take as long
-        begin = move.tick - move.turn_ticks - int(roads.travel.runs[move.distance_m])
-        path = timed_path(roads, Query(move.robot, move.origin, heading, begin, move.to), (Leg(move.to),))
-        has = occupancy(roads, path)
-        cells = zip(has.cells.tolist(), zip(has.since.tolist(), has.until.tolist(), strict=True), strict=True)
-        begun.setdefault(begin, {})[move.robot] = dict(cells)
-    found = 0
-    for begin, beginning in sorted(begun.items()):
-        if begin > moves[-1].tick - 60_000:
-            break  # runs under way at the end are not told, so that it is not known who has what
-        now |= beginning
-        for robot, run in beginning.items():
-            others = (has for other, has in now.items() if other != robot)
-            found += any(
-                cell in has and has[cell][0] < until and since < has[cell][1]
-                for has in others
-                for cell, (since, until) in run.items()
-            )
-    return found
-
-
-@pytest.mark.parametrize("robots", [8, 32])
-def test_a_run_across_a_stop_is_refused(monkeypatch: pytest.MonkeyPatch, robots: int) -> None:
-    def overlapping_runs(queue: str) -> int:
-        observer = Moves()
-        settings = ["rules.pp=whca-n", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
-        settings += ["run.until_s=10_000.0", f"layout.queue={queue}"]
-        result = rmfs_core.run("paper-250", overrides=settings, observers=[observer])
-        assert result.status == "complete"
-        return overlapping(observer.moves, paper_roads())
-
-    assert overlapping_runs("plain") == overlapping_runs("shortcut") == 0
-    monkeypatch.setattr(WindowedDriving, "register", ReservedDriving.register)
-    monkeypatch.setattr(WindowedDriving, "leave_station", leaves_at_once)
-    assert overlapping_runs("plain") > 0  # with shortcuts, such runs would stand still
-
-
-def leaves_at_once(driving: WindowedDriving, course: Course) -> None:
-    station = driving.leave_line(course)
-    if station is not None:
-        driving.let_move_up(station)
-
-
-def blocked(simulation: Simulation) -> tuple[Course, int]:
-    driving = simulation.driving
-    assert isinstance(driving, WindowedDriving)
-    first, last = driving.courses[0], driving.courses[-1]
-    ahead = driving.roads.layout.neighbour(first.robot.cell, 1)
-    assert ahead is not None
-    driving.registered.hold(last.robot.id, ahead, 0)
-    return first, ahead
-
-
-def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Prepare) -> None:
-    simulation = tiny_run(INSTANCE, robots=3, queue_length=1, layout=CORRIDOR, pp="whca-n").simulation
-    driving, table = simulation.driving, simulation.driving.table
-    first, ahead = blocked(simulation)
-    second = driving.courses[1]
-    table.commit(first.robot.id, table_row((first.robot.cell, 0, 100)))
-    table.commit(second.robot.id, table_row((second.robot.cell, 0, FOREVER), (first.robot.cell, 500, 600)))
-    assert not driving.register(first, ahead)
-    assert [owner for owner, _, _ in table.reserved(first.robot.cell)] == [first.robot.id]
-    assert [owner for owner, _, _ in table.reserved(second.robot.cell)] == [second.robot.id]
-    assert set(driving.asking) == {first.robot.id, second.robot.id}
-    sentence = driving.waits_for(first)
-    assert f"waits for {CORRIDOR.where(ahead)}, which robot {driving.courses[-1].robot.name} has" in sentence
-
-
-def table_row(*intervals: tuple[int, int, int]) -> Occupancy:
-    return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
-
-
-class Ghost:
-    """Observer that reserves the cell ahead of a robot for the other, idle robot; the planner does not see it."""
-
-    simulation: Simulation
-    cell: int | None = None
-
-    @rmfs_core.hookimpl
-    def on_event(self, event: Event) -> None:
-        if isinstance(event, TaskAssigned):
-            driving, robot = self.simulation.driving, self.simulation.warehouse.robots[event.robot]
-            location = self.simulation.warehouse.pods[event.pod].location
-            self.cell = driving.ahead(Query(robot.id, robot.cell, robot.heading, 0, location))
-            driving.registered.hold(1 - robot.id, self.cell, 0)
-
-
-def test_who_is_refused_for_long_steps_aside(tiny_run: Prepare) -> None:
-    tiny = tiny_run(small_instance({"1": ["a"]}, {"1": ["a"]}), robots=2, pp="whca-n", run=RunSection(until_s=600.0))
-    ghost = Ghost()
-    ghost.simulation = tiny.simulation
-    tiny.simulation.rules.register_observer(ghost)
-    tiny.simulation.run()
-    assert len(tiny.of(OrderCompleted)) == 1
-    moves = tiny.of(RobotMoved)
-    assert 30_000 <= moves[0].start_tick < 33_000
-    assert moves[0].distance_m == 1
-    assert ghost.cell not in {move.to for move in moves}
-
-
-def test_who_is_shut_in_is_not_planned_for(tiny_run: Prepare, monkeypatch: pytest.MonkeyPatch) -> None:
-    simulation = tiny_run(INSTANCE, robots=2, pp="whca-n").simulation
-    driving, layout, asked = simulation.driving, simulation.driving.roads.layout, []
-    course, other = driving.courses[0], driving.courses[1].robot.id
-    course.goal = next(cell for cell in layout.storage_locations if cell != course.robot.cell)
-    beside = [cell for heading in range(4) if (cell := layout.neighbour(course.robot.cell, heading)) is not None]
-
-    def path(robot: Robot, goal: int, traffic: Traffic, *, needed: bool) -> Any:
-        assert (robot, goal, needed) == (course.robot, course.goal, False)
-        asked.append(traffic.query.start_tick)
-        return []
-
-    monkeypatch.setattr(driving, "path", path)
-    for first_from, plans in ((0, {1999: True, 2000: False, 4000: False}), (4001, {4000: True, 4001: False})):
-        driving.table.release(other)
-        for cell in beside:
-            driving.table.hold(other, cell, first_from if cell == beside[0] else 0)
-        for tick, asks in plans.items():
-            asked.clear()
-            simulation.warehouse.advance(tick)
-            driving.plan(course)
-            assert asked == [tick] * asks
-
-
-def on_its_way(tiny: Any, legs: int) -> tuple[WindowedDriving, Course]:
-    """Run until the first robot is on a leg with so many more to come, and return it."""
-    simulation = tiny.simulation
-    driving, course = simulation.driving, simulation.driving.courses[0]
-    simulation.start()
-    while course.under_way is None or len(course.legs) < legs:
-        simulation.warehouse.advance(int(simulation.env.peek()))
-        simulation.env.step()
-    return driving, course
-
-
-def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Prepare) -> None:
-    tiny = tiny_run(INSTANCE, robots=2, pp="whca-n")
-    driving, course = on_its_way(tiny, legs=1)
-    end, other = course.under_way[1], driving.courses[1]
-    leaves = next(until for who, _, until in driving.table.reserved(end.cell) if who == course.robot.id)
-    driving.table.hold(other.robot.id, end.cell, leaves)
-    driving.own(course, end.cell)
-    driving.plan(course)
-    assert not course.legs
-    assert [who for who, _, _ in driving.table.reserved(end.cell)] == [course.robot.id]
-    arrived = course.arrived
-    tiny.simulation.env.run(until=arrived)
-    assert (course.robot.cell, tiny.simulation.env.now) == (end.cell, end.start_tick)
-
-
-def test_a_robot_that_has_just_left_a_cell_has_not_arrived_there(tiny_run: Prepare) -> None:
-    driving, course = on_its_way(tiny_run(INSTANCE, robots=2, pp="whca-n"), legs=1)
-    driving.stop(course)
-    assert next(driving.to_location(course.robot, course.robot.cell)) is course.arrived
-
-
-@cases(
-    "settings",
-    ["robots.top_speed_m_per_s=0.001"],
-    ["robots.acceleration_m_per_s2=0.001"],
-    ["robots.full_turn_s=3600.0"],
-    ["robots.lift_s=3600.0"],
-    ["stations.pick_s=3600.0", "stations.handle_s=3600.0"],
-    ['robots.available=[["06:00", "06:01"]]'],
-)
-@pytest.mark.parametrize("pp", ["whca-n", "free-flow"])
-def test_what_takes_long_is_no_standstill(settings: list[str], pp: str) -> None:
-    result = rmfs_core.run("examples/small", overrides=[*settings, f"rules.pp={pp}", "instance.orders=20"])
-    assert result.status == "complete"
-    assert max(row["completed_s"] for row in result.orders) > 3600
-
-
-SHORTCUT = parse_map("..........\n.v........\n.→→→→→↓...\n.↓←←←←╗...\n.→→→→→→O..\n.##.##....\n..........", "shortcut")
-
-
-def test_nobody_gets_ahead_of_those_ahead_in_line(tiny_run: Prepare) -> None:
-    simulation = tiny_run(INSTANCE, robots=2, queue_length=3, layout=SHORTCUT, pp="whca-n").simulation
-    driving, station = simulation.driving, simulation.warehouse.stations[0]
-    first, second = driving.courses
-    slots = (station.cell, *station.cells.queue)
-
-    def stand(course: Course, cell: int) -> None:
-        simulation.warehouse.move(course.robot, cell, 3)
-        course.station = station
-        driving.registered.release(course.robot.id)
-        driving.registered.hold(course.robot.id, cell, 0)
-
-    driving.lines[0] = [first, second]
-    stand(second, SHORTCUT.neighbour(slots[1], NORTH))
-    for place in (2, 7, 16):
-        stand(first, slots[place])
-        assert not driving.register(second, slots[1])
-    stand(first, station.cell)
-    assert driving.register(second, slots[1])
-
-
-def test_without_that_order_robots_stand_in_each_others_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Under `whca-n` RAWSim-O's queues work; they would not if robots could get ahead of those ahead in line."""
-
-    def status() -> str:
-        settings = ["rules.pp=whca-n", "layout.queue=shortcut", "run.standstill_s=300.0", "instance.orders=100"]
-        return rmfs_core.run("paper-250", overrides=settings).status
-
-    assert status() == "complete"
-    monkeypatch.setattr(WindowedDriving, "gets_ahead", lambda *_, **__: None)
-    with pytest.raises(StandstillError, match="waits for row"):
-        status()
-
-
-@pytest.mark.slow
-def test_nobody_joins_a_line_ahead_of_one_who_came_into_the_lane_past_it() -> None:
-    """At 1,624 s a robot enters by the second entrance while another, still on its way to the first, would be ahead."""
-    settings = ["instance.orders=150", "instance.pods=50", "run.standstill_s=200.0", "run.until_s=2500.0"]
-    assert rmfs_core.run("paper-250-integrated", overrides=settings).status == "complete"
+    assert tiny.of(PodLifted)[0].start_tick == 7

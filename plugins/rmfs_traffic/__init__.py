@@ -1,9 +1,10 @@
 """Robots in each other's way: when a path occupies which cell, and the table of who has reserved what."""
 
-from rmfs_core.traffic.passing import PassingTimes, passing_s
-from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, TimedPath, drive, occupancy, run_between, timed_path
-from rmfs_core.traffic.reservations import FleetTraffic, Intervals, Reservations, ReservedError, Traffic
-from rmfs_core.traffic.roads import Roads, Tracks, roads_on
+from rmfs_core.decisions import Rows, ends_of
+from rmfs_traffic.passing import PassingTimes, passing_s
+from rmfs_traffic.paths import FOREVER, Occupancy, Query, Stop, TimedPath, drive, occupancy, run_between, timed_path
+from rmfs_traffic.reservations import FleetTraffic, Intervals, Reservations, ReservedError, Traffic
+from rmfs_traffic.roads import Roads, Tracks, roads_on
 
 __all__ = [
     "FOREVER",
@@ -15,10 +16,13 @@ __all__ = [
     "Reservations",
     "ReservedError",
     "Roads",
+    "Rows",
+    "Stop",
     "TimedPath",
     "Tracks",
     "Traffic",
     "drive",
+    "ends_of",
     "occupancy",
     "passing_s",
     "roads_on",

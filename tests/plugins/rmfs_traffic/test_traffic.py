@@ -13,7 +13,9 @@ from rmfs_commands.layouts import parse_map
 from rmfs_core.clock import UNREACHABLE, far, to_seconds
 from rmfs_core.decisions import Leg, Path
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import (
+from rmfs_core.world import EAST, NORTH, WEST, CellKind
+from rmfs_core.world.travel import Travel, travel_on
+from rmfs_traffic import (
     FOREVER,
     Occupancy,
     PassingTimes,
@@ -27,9 +29,7 @@ from rmfs_core.traffic import (
     roads_on,
     timed_path,
 )
-from rmfs_core.traffic.paths import Stop, run_between
-from rmfs_core.world import EAST, NORTH, WEST, CellKind
-from rmfs_core.world.travel import Travel, travel_on
+from rmfs_traffic.paths import Stop, run_between
 
 MOTIONS = st.builds(
     Motion, acceleration_m_per_s2=st.floats(0.1, 5), top_speed_m_per_s=st.floats(0.3, 5), full_turn_s=st.floats(0.4, 8)

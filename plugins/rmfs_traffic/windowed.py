@@ -39,14 +39,15 @@ import numpy as np
 from attrs import define, evolve
 
 from rmfs_core.clock import UNREACHABLE, far, to_seconds
+from rmfs_core.decisions import Rows
 from rmfs_core.errors import StandstillError
 from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.driving.base import NO_LEGS, Course, Process
-from rmfs_core.simulation.driving.reserved import ReservedDriving
-from rmfs_core.traffic import FOREVER, Query, Reservations, ReservedError, drive
-from rmfs_core.traffic.paths import Rows, Stop
+from rmfs_core.simulation.driving.base import NO_LEGS, Process
 from rmfs_core.warehouse import Robot, Station
+from rmfs_traffic import FOREVER, Query, Reservations, ReservedError, drive
+from rmfs_traffic.paths import Stop
+from rmfs_traffic.reserved import Course, ReservedDriving
 
 ROUND_TICKS = 1000
 RETRY_TICKS = 2000

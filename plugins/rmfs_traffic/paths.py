@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from rmfs_core.decisions import Leg, Path
-from rmfs_core.traffic.roads import Roads
+from rmfs_core.decisions import Leg, Path, Rows, ends_of
+from rmfs_traffic.roads import Roads
 
-Rows = NDArray[np.int64]
 FOREVER = 1 << 50
 """End, in ticks, of what has no end."""
 
@@ -96,14 +95,6 @@ class Occupancy:
 def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
     """Return a path with its times, from its legs alone: wait, turn, run, and on."""
     return TimedPath(query.cell, query.heading, query.start_tick, legs, *drive(roads, query, legs)[1])
-
-
-def ends_of(legs: Iterable[Leg]) -> Rows:
-    """Return cell and wait of each leg. Shape (legs, 2)."""
-    flat: list[int] = []
-    for leg in legs:
-        flat += leg.to, leg.wait_ticks
-    return np.array(flat, np.int64).reshape(-1, 2)
 
 
 def drive(

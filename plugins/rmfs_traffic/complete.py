@@ -38,12 +38,12 @@ from __future__ import annotations
 from attrs import evolve
 
 from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.decisions import Rows
 from rmfs_core.simulation.asking import ImpossibleError
-from rmfs_core.simulation.driving.base import NO_LEGS, Course, Process
-from rmfs_core.simulation.driving.reserved import ReservedDriving
-from rmfs_core.traffic import Occupancy, Query
-from rmfs_core.traffic.paths import Rows
+from rmfs_core.simulation.driving.base import NO_LEGS, Process
 from rmfs_core.warehouse import Robot, Station
+from rmfs_traffic import Occupancy, Query
+from rmfs_traffic.reserved import Course, ReservedDriving
 
 
 class CompleteDriving(ReservedDriving):

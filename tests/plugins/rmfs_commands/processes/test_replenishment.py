@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import rmfs_core
 from cases import cases
 from replenished import prepared, replenished_world, scenario_of
+from rmfs_commands.processes.supply import Supply
 from rmfs_commands.states.plain import BundleMemento, Memento
 from rmfs_commands.states.restoring import ContradictionError, restore
 from rmfs_commands.testing import small_instance, validate_trace
@@ -36,7 +37,6 @@ from rmfs_core.scenario.model import RuleChoice, RunSection
 from rmfs_core.simulation.applying import apply_replenishment
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.setup import open_warehouse
-from rmfs_core.simulation.supply import Supply
 from rmfs_core.warehouse import Bundle, Warehouse, WarehouseView
 from rmfs_core.warehouse.parts import OrderLine
 from rmfs_core.world import BundleData, Instance, OrderData, PodData, make_instance, make_layout

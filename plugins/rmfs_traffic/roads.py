@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.traffic.passing import PassingTimes
 from rmfs_core.world.travel import Table, Travel
+from rmfs_traffic.passing import PassingTimes
 
 Ints = NDArray[np.int64]
 
@@ -73,7 +73,7 @@ class Roads:
     @cached_property
     def work(self) -> Any:
         """The compiled work: imported when needed, for it takes its time."""
-        from rmfs_core.traffic import intervals
+        from rmfs_traffic import intervals
 
         return intervals
 

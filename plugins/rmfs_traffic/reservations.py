@@ -10,8 +10,9 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, Rows, Stop, run_between
-from rmfs_core.traffic.roads import Roads
+from rmfs_core.decisions import Rows
+from rmfs_traffic.paths import FOREVER, Occupancy, Query, Stop, run_between
+from rmfs_traffic.roads import Roads
 
 ROOM = 4
 """Entries set aside for each cell at first."""
@@ -40,7 +41,7 @@ class ReservedError(ValueError):
 
 
 class Intervals(NamedTuple):
-    """The table's arrays for a compiled search; `rmfs_core.traffic.intervals` says how they are laid out."""
+    """The table's arrays for a compiled search; `rmfs_traffic.intervals` says how they are laid out."""
 
     first: NDArray[np.int64]
     count: NDArray[np.int64]  # type: ignore[assignment]  # instead of the method of tuples
@@ -59,7 +60,7 @@ class Reservations:
     """
 
     def __init__(self, cells: int) -> None:
-        from rmfs_core.traffic import intervals  # compiled: imported when needed, for it takes its time
+        from rmfs_traffic import intervals  # compiled: imported when needed, for it takes its time
 
         self._work = intervals
         first, count = np.arange(cells, dtype=np.int64) * ROOM, np.zeros(cells, dtype=np.int64)

@@ -9,19 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rmfs_core.decisions import Path
+from rmfs_core.decisions import Path, Rows
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.driving.base import NO_LEGS, Course, Process
-from rmfs_core.simulation.driving.complete import CompleteDriving
-from rmfs_core.traffic import FleetTraffic, Occupancy, Query
-from rmfs_core.traffic.paths import Rows
+from rmfs_core.simulation.driving.base import NO_LEGS, Process
 from rmfs_core.warehouse import Station
+from rmfs_traffic import FleetTraffic, Occupancy, Query
+from rmfs_traffic.complete import CompleteDriving
+from rmfs_traffic.reserved import Course
 
 
 class FleetDriving(CompleteDriving):
     """For PP rules that plan for all robots that need a path at once."""
+
+    hook = "plan_paths"
 
     def __init__(self, run: RunContext) -> None:
         super().__init__(run)

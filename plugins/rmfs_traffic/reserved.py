@@ -10,20 +10,71 @@ from collections import deque
 
 import numpy as np
 import simpy
+from attrs import define, field
 
+from rmfs_core.decisions import Rows
 from rmfs_core.errors import InputError
 from rmfs_core.events import QueueJoined
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.driving.base import NO_LEGS, Course, Driving, Process
+from rmfs_core.simulation.driving.base import NO_LEGS, Driving, Process
 from rmfs_core.simulation.going import Going
-from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, Traffic, drive, roads_on
-from rmfs_core.traffic.paths import Rows, Stop
 from rmfs_core.warehouse import Robot, Station
 from rmfs_core.world.grid import RESTING
+from rmfs_core.world.travel import Travel
+from rmfs_traffic import Occupancy, Query, Reservations, ReservedError, Roads, Traffic, drive, roads_on
+from rmfs_traffic.paths import Stop
 
 FORGET_TICKS = 10_000
 """How often reservations of the past are removed from the table."""
+
+
+@define(eq=False)
+class Course:
+    """A drive of a robot.
+
+    Parameters
+    ----------
+    robot
+        The robot.
+    changed
+        Happens when the legs are replaced.
+    arrived
+        Happens when the robot is at rest in its goal.
+    goal
+        Cell in which its course shall end.
+    station
+        Station whose line it is in or on its way to.
+    legs
+        Legs that are reserved and not yet begun: end and wait of each leg.
+    under_way
+        The leg that it drives: where and when that began, and where and when it ends.
+    since
+        Tick at which it came to rest, or was given a path.
+    joined
+        Whether it stands in the line.
+    reserved, arrives
+        Cells that its path occupies, the leg under way included, and the tick at which it ends.
+    overtaken
+        How many robots have come between it and the head of the line since it took its position there.
+    waits, ready
+        Event that it waits for before its next leg; the tick until which it waits, where a state has told that.
+    """
+
+    robot: Robot
+    changed: simpy.Event
+    arrived: simpy.Event
+    goal: int
+    station: Station | None = None
+    legs: deque[list[int]] = field(factory=deque)
+    under_way: tuple[Stop, Stop] | None = None
+    since: int = 0
+    joined: bool = False
+    reserved: Rows | None = None
+    arrives: int = 0
+    overtaken: int = 0
+    waits: simpy.Event | None = None
+    ready: int | None = None
 
 
 def _either(one: simpy.Event, other: simpy.Event) -> simpy.Event:
@@ -47,6 +98,11 @@ class ReservedDriving(Driving):
     InputError
         When no storage location would be left for a robot to step aside.
     """
+
+    @classmethod
+    def prepare_with(cls, travel: Travel) -> Roads:
+        """Return the roads of the travel times."""
+        return roads_on(travel)
 
     def __init__(self, run: RunContext) -> None:
         super().__init__(run)
@@ -127,7 +183,7 @@ class ReservedDriving(Driving):
     def _ask(self, query: Query, *, needed: bool = True) -> Rows:
         """Ask the PP rule for a path among what is reserved."""
         robot, traffic = self.run.warehouse.robots[query.robot], Traffic(self.roads, self.table, query)
-        return self.path(robot, query.goal, traffic, needed=needed)
+        return self.path(robot, query.goal, traffic, query.cell, needed=needed)
 
     def _commit(self, course: Course, legs: Rows) -> Rows:
         """Reserve a path instead of what the robot has not begun; return what it occupies."""
@@ -190,7 +246,7 @@ class ReservedDriving(Driving):
         """Drive a leg to its end."""
         assert course.under_way is not None
         ((_, before, begun), (to, heading, arrival)), robot = course.under_way, course.robot
-        since, turn = course.since, self._turns[(heading - before) % 4]
+        since, turn = course.since, self.turns[(heading - before) % 4]
         yield self.set_off(robot, to, begun - since, heading, since, turn, arrival)
         self.arrive(*self.under_way.pop(robot.id))
         course.under_way, course.since = None, arrival

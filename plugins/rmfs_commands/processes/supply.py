@@ -9,8 +9,7 @@ import numpy as np
 from rmfs_core.clock import to_ticks
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import Replenishment, Scenario
-from rmfs_core.warehouse import Warehouse
-from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
+from rmfs_core.warehouse import UNLIMITED, OrderLine, Warehouse
 from rmfs_core.world import BundleData, Instance
 
 

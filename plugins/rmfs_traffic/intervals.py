@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_core.jit import njit
+from rmfs_core.world.travel_search import straight_run
 
 FOREVER = 1 << 50
 """End, in ticks, of what has no end."""
@@ -30,38 +31,6 @@ def conflict(cells, begins, ends, me, first, count, since, until, owner):
 
 
 @njit(cache=True)
-def _run(at, to, width):
-    """Heading and number of cells of a straight run; -1 cells where it is none."""
-    if at // width == to // width:
-        return (0 if to > at else 2), abs(to - at)
-    return (1 if to < at else 3), (abs(to - at) // width if at % width == to % width else -1)
-
-
-@njit(cache=True)
-def wrong_leg(cell, goal, legs, longest, width, moves, from_start, to_goal):
-    """Number of the first leg that a robot cannot drive on its way from a cell to a goal; -1 if it can drive all.
-
-    ``longest`` is the longest wait; ``from_start`` and ``to_goal`` say which cells may be crossed.
-    """
-    at = cell
-    for i in range(len(legs)):
-        to, wait = legs[i, 0], legs[i, 1]
-        if not (0 <= to < len(moves) and 0 <= wait <= longest) or (to == at and wait == 0):
-            return i
-        towards, length = _run(at, to, width)
-        if length < 0:
-            return i
-        step = (to - at) // max(length, 1)
-        while at != to:
-            if not moves[at] >> towards & 1:
-                return i
-            at += step
-            if not (from_start[at] or to_goal[at] or at == goal):
-                return i
-    return -1
-
-
-@njit(cache=True)
 def drive(cell, heading, tick, since, legs, width, kinematics, passing):
     """Rows of cells that legs occupy, from when, until when; and cell, heading and tick of the end.
 
@@ -71,7 +40,7 @@ def drive(cell, heading, tick, since, legs, width, kinematics, passing):
     cells = 1
     at = cell
     for i in range(len(legs)):
-        length = _run(at, legs[i, 0], width)[1]
+        length = straight_run(at, legs[i, 0], width)[1]
         if length < 0:
             return np.empty((3, 0), np.int64), at, i, tick
         cells += length
@@ -83,7 +52,7 @@ def drive(cell, heading, tick, since, legs, width, kinematics, passing):
         tick += legs[i, 1]
         if to == at:
             continue
-        towards, length = _run(at, to, width)
+        towards, length = straight_run(at, to, width)
         step = (to - at) // length
         tick += kinematics[(towards - heading) % 4]
         for k in range(length):

@@ -1,0 +1,172 @@
+"""Packing, after the last pick: totes on conveyors, parts put into boxes, orders packed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import simpy
+from attrs import evolve
+
+from rmfs_core import events
+from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.errors import InputError
+from rmfs_core.scenario import Scenario
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.context import RunContext
+from rmfs_core.simulation.driving.base import Process
+from rmfs_core.simulation.going import Going
+from rmfs_core.simulation.services import Services
+from rmfs_core.simulation.setup import timetables
+from rmfs_core.timetable import ALWAYS
+from rmfs_core.warehouse import Order, PackingStation, PackingTask, Request
+from rmfs_core.wording import counted
+from rmfs_core.world import Layout
+
+
+class Packing:
+    """Conveyors and packing stations at work; ``packed`` is called when an order is, with whether that frees a box.
+
+    Nothing here waits for a free box: an order that needs one has had it since its first part was assigned. And a
+    conveyor holds any number of totes.
+    """
+
+    @staticmethod
+    def stations(scenario: Scenario, layout: Layout) -> list[PackingStation]:
+        """Return the packing stations of a scenario, as `packing_of` does."""
+        return packing_of(scenario, layout)
+
+    def __init__(self, run: RunContext, services: Services, packed: Callable[[bool], None]) -> None:
+        self._run, self._warehouse, self._services, self._packed = run, run.warehouse, services, packed
+        self._section = run.warehouse.packing[0].section
+        self.totes: list[dict[Order, int]] = [{} for _ in run.warehouse.picking]  # how many items are in each so far
+        self.number, self.puts = 0, dict[int, int]()  # totes sent, and what putting takes (ticks) of those that wait
+
+    def released(self, request: Request, handled_tick: int) -> None:
+        """Put an item into its order's tote, which leaves with the last of its part once that is handled."""
+        order, totes = request.order, self.totes[request.station]
+        totes[order] = totes.get(order, 0) + 1
+        if not (order.has_place_at(request.station) or (self._section.tote == "visit" and order.split)):
+            self._run.env.process(self.send(order, totes.pop(order), request.station, handled_tick))
+
+    def visit_ended(self, station: int, handled_tick: int) -> Process:
+        """Let totes leave that take what is picked in one visit, once the last item of this one is handled."""
+        yield self._until(handled_tick, Going("totes", station=station))
+        totes = self.totes[station]
+        for order in [order for order in totes if order.split and self._section.tote == "visit"]:
+            self._run.env.process(self.send(order, totes.pop(order), station, handled_tick))
+
+    def _until(self, tick: int, going: Going) -> simpy.Event:
+        return self._run.after(tick - self._warehouse.now, going)
+
+    def _ticks(self, kind: str, items: int) -> int:
+        """Return what a task is expected to take."""
+        section = self._section
+        base, each = (section.tote_s, section.put_s) if kind == "put" else (section.pack_s, section.pack_item_s)
+        return to_ticks(base + each * items)
+
+    def send(self, order: Order, items: int, picking: int, handled_tick: int) -> Process:
+        """Let a tote leave for its order's packing station, once its last item is handled."""
+        yield self._until(handled_tick, Going("tote", station=picking, order=order.id, items=items))
+        self.number += 1
+        packing, tote, put = self._warehouse.packing_of(order), self.number, self._ticks("put", items)
+        ticks = to_ticks(self._warehouse.packing[packing.station].conveyor_s[picking])
+        packed = handled_tick + ticks + (0 if packing.box is None else put) + self._ticks("pack", order.items)
+        expected_s = max(packing.expected_s or 0, to_seconds(packed))
+        self._warehouse.pack(order, expected_s=expected_s)
+        self._run.tell(events.PartSent(handled_tick, order.id, packing.station, picking, tote, items))
+        yield from self.convey(order, items, tote, handled_tick, handled_tick + ticks)
+
+    def convey(self, order: Order, items: int, tote: int, since: int, arrives: int) -> Process:
+        """Take a tote to its order's packing station."""
+        yield self._until(arrives, Going("conveyor", order=order.id, items=items, tote=tote, since=since))
+        packing = self._warehouse.packing_of(order)
+        if packing.first_part_s is None:
+            self._warehouse.pack(order, first_part_s=to_seconds(self._warehouse.now))
+        self.puts[tote] = self._services.packs("put", order.id, items)
+        self._run.tell(events.PartArrived(self._warehouse.now, order.id, packing.station, tote, items))
+        self._wait(order, "pack" if packing.box is None else "put", tote, items)
+
+    def _wait(self, order: Order, kind: str, tote: int, items: int) -> None:
+        """Let a task wait for a packer, one who is free if there is one."""
+        at = self._warehouse.packing_of(order).station
+        seconds, since_s = to_seconds(self._ticks(kind, items)), to_seconds(self._warehouse.now)
+        task = PackingTask(kind, order, tote, items, seconds, since_s)
+        self._change(at, tasks=(*self._warehouse.packing[at].tasks, task))
+        self.begin_tasks(at)
+
+    def _change(self, at: int, **changes: Any) -> None:
+        self._warehouse.packing[at] = evolve(self._warehouse.packing[at], **changes)
+
+    def begin_tasks(self, at: int) -> None:
+        """Start waiting tasks with the free packers of a packing station; if it is closed, when it opens."""
+        now = self._warehouse.now
+        while (station := self._warehouse.packing[at]).hours.at(now) and (tasks := station.next_tasks):
+            task = self._chosen(station, tasks)
+            working = (*station.working, (task, to_seconds(now) + task.duration_s))
+            self._change(at, tasks=tuple(other for other in station.tasks if other is not task), working=working)
+            self._run.env.process(self._work(at, task))
+        if station.tasks and not station.hours.at(now) and (opens := station.hours.next_change(now)) is not None:
+            self.open_later(at, opens)
+
+    def open_later(self, at: int, tick: int) -> None:
+        """Start waiting tasks when a packing station opens."""
+        self._until(tick, Going("packers", station=at)).callbacks.append(lambda _: self.begin_tasks(at))
+
+    def _chosen(self, station: PackingStation, tasks: Sequence[PackingTask]) -> PackingTask:
+        if (rule := self._run.rules.packing_task) is None or len(tasks) == 1:
+            return tasks[0]
+        answer, _ = self._run.ask(rule, station=station, tasks=tasks)
+        return self._run.asker.apply(rule, lambda: checks.known("task", answer, tasks))
+
+    def _work(self, at: int, task: PackingTask) -> Process:
+        """Put a part into its box, or pack an order."""
+        start, order = self._warehouse.now, task.order
+        ticks = self._services.packs("pack", order.id, task.items) if task.kind == "pack" else self.puts.pop(task.tote)
+        if task.kind == "pack":
+            self._warehouse.pack(order, expected_s=to_seconds(start + to_ticks(task.duration_s)))
+            self._run.tell(events.PackingStarted(start, order.id, at))
+        yield from self.work(at, task, start, start + ticks)
+
+    def work(self, at: int, task: PackingTask, start: int, ends: int) -> Process:
+        """Be at a task until it is done."""
+        order = task.order
+        yield self._until(ends, Going(task.kind, station=at, order=order.id, tote=task.tote, since=start))
+        station, end = self._warehouse.packing[at], self._warehouse.now
+        self._change(at, working=tuple(one for one in station.working if one[0] is not task))
+        if task.kind == "pack":
+            self._change(at, orders=tuple(other for other in station.orders if other is not order))
+            self._warehouse.pack(order, packed=True)
+            self._run.tell(events.OrderPacked(end, start, order.id, at))
+            self._packed(order.split and self._section.packing_from == "packed")
+        else:
+            there = self._warehouse.packing_of(order).items_in_box + task.items
+            self._warehouse.pack(order, items_in_box=there)
+            self._run.tell(events.PartPut(end, start, order.id, at, task.tote, task.items))
+            if there == order.items:
+                self._run.tell(events.OrderConsolidated(end, order.id, at))
+                self._wait(order, "pack", task.tote, order.items)
+        self.begin_tasks(at)
+
+
+def packing_of(scenario: Scenario, layout: Layout) -> list[PackingStation]:
+    """Return the packing stations of a scenario; InputError where they make no sense."""
+    section, cells = scenario.packing, layout.packing
+    if section is None:
+        return []
+    number, speed = section.stations or len(cells) or 1, section.conveyor_speed_m_per_s
+    if cells and number != len(cells):
+        found = f"found {number}, but the map has {counted(len(cells), 'packing station')} (`P`)"
+        raise InputError("packing.stations", f"{found}; expected as many, or no number")
+    if speed is not None and not cells:
+        raise InputError("packing.conveyor_speed_m_per_s", "expected a map that says where packing stations are (`P`)")
+    hours, fixed_s = timetables(scenario, "packing.open", section.open, number), section.conveyor_s
+    for at, timetable in hours.items():
+        if not timetable.spans:
+            raise InputError("packing.open", f"found no span for station {(at or 0) + 1}; expected one that opens it")
+    picking, stations = layout.stations[: len(layout.stations) - layout.replenishing], []
+    for at in range(number):
+        ways = [layout.distance(own.station, cells[at]) if cells else 0 for own in picking]
+        seconds = tuple(way / speed if speed else 60.0 if fixed_s is None else fixed_s for way in ways)
+        stations.append(PackingStation(at, section, cells[at] if cells else None, seconds, hours.get(at, ALWAYS)))
+    return stations
