@@ -20,6 +20,7 @@ from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import NO_LEGS, Driving, Process
 from rmfs_core.simulation.going import Going
 from rmfs_core.warehouse import Robot, Station
+from rmfs_core.world.grid import RESTING
 from rmfs_core.world.travel import Travel
 from rmfs_traffic import Occupancy, Query, Reservations, ReservedError, Roads, Traffic, drive, roads_on
 from rmfs_traffic.paths import Stop
@@ -257,17 +258,19 @@ class ReservedDriving(Driving):
     def _make_way(self) -> Process:
         """Send robots that begin in queues on through the station, and those on the floor to storage locations.
 
-        On the floor the one with the fewest cells to go is next: no other stands in its way.
+        Those at chargers and in maintenance cells rest there. On the floor the one with the fewest cells to go is next:
+        no other stands in its way.
         """
         resting = (course for course in self.courses if course.robot.task is None and course.robot.goal is None)
         idle = {course.robot.cell: course for course in resting if self.rests(course)}
+        kind = self.roads.layout.kind
         for station, line in zip(self.run.warehouse.stations, self.lines, strict=True):
             for cell in (station.cell, *station.cells.queue):
                 if cell in idle:
                     self._send(idle[cell], station.cells.slot(len(line)))
                     idle[cell].station = station
                     line.append(idle.pop(cell))
-        while strays := idle.keys() - set(self._locations.tolist()):
+        while strays := {cell for cell in idle if kind[cell] not in RESTING}:
             free = [location for location in self._locations.tolist() if location not in self.owner]
             cell, location = self.roads.layout.nearest(strays, free)
             self._send(idle.pop(cell), location)

@@ -22,6 +22,7 @@ from rmfs_core.results.result import Result, tables
 from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
+from rmfs_core.simulation.setup import begin
 from rmfs_core.wording import one_line
 from rmfs_core.world import make_instance, make_layout
 from rmfs_core.world.instance_making import generator_of
@@ -234,9 +235,8 @@ def prepare(
         failing.callback(rules.sources.close)
         with located(scenario):
             scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
-            instance, layout, begun = make_instance(scenario), make_layout(scenario), None
-            if scenario.instance.state_file is not None:
-                begun = entrypoints.process("state", "instance.state_file")(scenario, instance, layout)
+            instance, layout = make_instance(scenario), make_layout(scenario)
+            if (begun := begin(scenario, instance, layout)) is not None:
                 scenario, instance = begun.scenario, begun.instance
         rows = tables().Tables()
         for observer, name in (*told, (rows, None)):  # whatever another does wrong, the tables have it already

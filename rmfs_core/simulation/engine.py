@@ -87,7 +87,7 @@ class Simulation:
         self.services, self.hours = opening.services, opening.hours
         self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
-        self._at_stations, self._outages = opening.at_stations, self._make_outages()
+        self._at_stations, self.outages = opening.at_stations, self._make_outages()
         self.waiting_for_slot: list[list[tuple[simpy.Event, Robot]]] = [[] for _ in self.warehouse.stations]
         self.visits = self.completed = 0
         coming = scenario.instance.arrivals.backlog is not None
@@ -127,7 +127,7 @@ class Simulation:
     def clocks(self) -> dict[str, Callable[[], Process]]:
         """Processes that go on whatever robots do, in the order in which they begin."""
         found = {"hours": self._follow_hours} if self.hours else {}
-        found |= {} if self._outages is None else {"outages": self._outages.follow}
+        found |= {} if self.outages is None else {"outages": self.outages.follow}
         found["arrivals"] = self._arrivals
         return found if self.supply is None else found | {"bundles": partial(self._bundles, self.supply)}
 
@@ -206,8 +206,8 @@ class Simulation:
             self._keep_hours()
             self.decisions.round(by_clock=True)
             alone = alone + 1 if self.env.peek() == math.inf else 0
-            if self._outages is not None:
-                self._outages.check()
+            if self.outages is not None:
+                self.outages.check()
 
     def _keep_hours(self) -> None:
         """Open and close stations, and send robots on and off duty, as the timetables have it now."""
@@ -274,7 +274,7 @@ class Simulation:
                 if (free := self.warehouse.picker_free(station)) > self.now:
                     yield self._until(free, at)
                 if not station.in_service:
-                    yield self._outages.repaired(station)
+                    yield self.outages.repaired(station, at)
                 going = None
             if request is not None:
                 picked = yield from self._pick(request, pod, station, at if going is None else going)
@@ -378,11 +378,11 @@ class Simulation:
             if cell not in self.warehouse.reserved:  # else PR has chosen it at the same moment, and the robot stays
                 yield from self.driving.to_location(robot, cell)
             self._tell(events.RobotRested(tick=self.now, robot=robot.id, cell=robot.cell))
-            if self._outages is not None:
-                yield from self._outages.charge(robot, share)
-            elif ticks := self.warehouse.ticks_to_charge(robot, share):
+            if self.outages is None and (ticks := self.warehouse.ticks_to_charge(robot, share)):
                 going = Going("charge", robot.id, tick=self.now + ticks)
-        if going is not None:
+        if self.outages is not None:
+            yield from self.outages.charge(robot, share, going)
+        elif going is not None:
             yield self._until(going.tick, going)
         self.warehouse.send(robot, None)
         self._is_free(robot)
@@ -402,12 +402,12 @@ class Simulation:
         """Send a robot without a task to where it is repaired, or charges on."""
         self.warehouse.send(robot, cell)
         self._tell(events.RobotSent(tick=self.now, robot=robot.id, cell=cell))
-        self.env.process(self.rest(robot, cell, 0.0))
+        self._starting("rest")(robot, cell, 0.0)
 
     def _is_free(self, robot: Robot) -> None:
         """Let a robot without a task be out of service, if it has failed or shall be maintained."""
-        if self._outages is not None:
-            self._outages.update(robot)
+        if self.outages is not None:
+            self.outages.update(robot)
 
     def _arrive(self, order: Order) -> bool:
         self.warehouse.order_arrives(order, self.now)

@@ -18,6 +18,9 @@ class Going(NamedTuple):
     ``picker``, ``pick``, ``stow``: in a ``visit`` with so many ``picks`` so far, it waits for the picker, an item of
     ``sku`` is picked, a bundle is stored. ``release``: the item in hand at a station is handled. ``bundle``: items
     are ordered. ``alarm``: rules wake up. ``arrivals``, ``bundles``, ``hours``: the next of these happens.
+    ``tote``: the last of the ``items`` of an ``order`` in a tote at a station is handled; 0: it takes more.
+    ``totes``: the last item of a visit is handled. ``conveyor``: a tote comes to its packing station. ``put``,
+    ``pack``: such a task of a tote ends at a packing ``station``. ``packers``: that opens.
     """
 
     kind: str
@@ -31,3 +34,5 @@ class Going(NamedTuple):
     legs: tuple[tuple[int, int], ...] = ()
     overtaken: int = 0
     tick: int = 0
+    order: int | None = None
+    tote: int = 0

@@ -38,6 +38,13 @@ class Opening:
     services: Services
 
 
+def begin(scenario: Scenario, instance: Instance, layout: Layout, content: object = None) -> Any:
+    """Return what a run begins in: the state that ``instance.state_file`` names, or that of ``content``; else None."""
+    if scenario.instance.state_file is None:
+        return None
+    return process("state", "instance.state_file")(scenario, instance, layout, content)
+
+
 def unmet_needs(rule: BoundRule, place: str, scenario: Scenario, instance: Instance) -> Iterator[InputError]:
     """Yield what a rule, selected at ``place``, needs and the scenario does not have."""
     for lacking in rule.traits.lacks(scenario, instance):

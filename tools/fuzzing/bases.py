@@ -282,6 +282,21 @@ def _made(folder: Path, compiled: bool) -> Bases:
     _call("run", "tiny.toml", "--out", "run", "--quiet", "--trace", "--record-decisions")
     _call("run", "day.toml", "--out", "day", "--quiet", "--trace", "--record-decisions")
     _call("run", "packed.toml", "--out", "packed", "--quiet", "--trace", "--record-decisions")
+    for name in ("day", "packed"):  # in whose states runs begin
+        state = ("--set", "run.until_s=60", "--save-state", f"{name}-at-60.json")
+        _call("run", f"{name}.toml", "--out", "earlier", "--quiet", *state)
+    _call(
+        "run",
+        "packed.toml",
+        "--from",
+        "packed-at-60.json",
+        "--out",
+        "begun",
+        "--quiet",
+        "--trace",
+        "--record-decisions",
+    )
+    _call("validate", "begun")
     for run in ("packed", "day", "run"):  # a state of each kind, where both have one that of the second
         with gzip.open(folder / run / "decisions.jsonl.gz") as lines:
             asked = {json.loads(line).get("decides"): number for number, line in enumerate(lines)}
@@ -302,7 +317,7 @@ def _made(folder: Path, compiled: bool) -> Bases:
         compiling = get_context("fork").Process(target=_call, args=("run", "tiny.toml", "--quiet", *choices))
         compiling.start()  # apart: threads that solvers leave do not survive a copy of the process
         compiling.join()
-    recorded = [file for run in ("run", "day", "packed") for file in (folder / run).iterdir()]
+    recorded = [file for run in ("run", "day", "packed", "begun") for file in (folder / run).iterdir()]
     kept = [*folder.glob("*.*"), *recorded]
     files = {file.relative_to(folder).as_posix(): file.read_bytes() for file in sorted(kept)}
     unpacked = {name: gzip.decompress(data) if name.endswith(".gz") else data for name, data in files.items()}

@@ -258,11 +258,20 @@ def of_state(draft: Draft) -> None:
     draft.arguments = [possible_argument(word) for word in draft.arguments]
 
 
+def of_begun(draft: Draft) -> None:
+    """States that runs begin in."""
+    name = draft.random.choice(("day", "packed"))
+    draft.need(f"{name}.toml")
+    draft.need(f"{name}-at-60.json")
+    draft.change(f"{name}-at-60.json", json_file)
+    draft.arguments = ["run", f"{name}.toml", "--from", f"{name}-at-60.json", "--quiet", "--trace"]
+
+
 def _run_folder(draft: Draft, names: tuple[str, ...]) -> None:
     """Add a recorded run as folder `run`, and change a file of it."""
-    run = draft.random.choice(("run", "day", "packed"))
+    run = draft.random.choice(("run", "day", "packed", "begun"))
     if names == RUN_FILES:
-        names += {"run": (), "day": ("bundles.csv", "stock.csv"), "packed": ("packing.csv",)}[run]
+        names += {"run": (), "day": ("bundles.csv", "stock.csv")}.get(run, ("packing.csv",))
     draft.files |= {f"run/{name}": draft.bases.files[f"{run}/{name}"] for name in names}
     chosen = names[0] if draft.random.random() < 0.7 else draft.random.choice(names)
     mutations: dict[str, Mutation] = {"csv": mutate_table, "json": json_file, "gz": json_lines}
@@ -463,6 +472,7 @@ SURFACES: tuple[tuple[int, Callable[[Draft], None]], ...] = (
     (6, of_map),
     (6, of_movingai),
     (12, of_state),
+    (6, of_begun),
     (8, of_recording),
     (8, of_trace),
     (3, of_experiment),

@@ -226,9 +226,10 @@ def caption(result: ExperimentResult) -> str:
         f"Visits: pod-station visits per order. {what}",
         *([f"{listed(marked)}: of {done} orders only."] if marked else []),
         "Front: no other rule set has lower means in both.",
-        f"A figure with {AS_GOOD}: the best, or these seeds show no difference from it.",
-        "Intervals: 95 % for all rule sets at once.",
     ]
+    if result.comparison().tested:
+        sentences.append(f"A figure with {AS_GOOD}: the best, or these seeds show no difference from it.")
+        sentences.append("Intervals: 95 % for all rule sets at once.")
     return " ".join(sentences)
 
 

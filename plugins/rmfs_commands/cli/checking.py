@@ -28,7 +28,7 @@ from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.scenario.source import KeyPath, dotted, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.simulation.setup import hours_of, open_warehouse, shifts_of, unmet_needs
+from rmfs_core.simulation.setup import begin, hours_of, open_warehouse, shifts_of, unmet_needs
 from rmfs_core.timetable import DAY, Calendar, first_common
 from rmfs_core.wording import counted, first_few, sentence
 from rmfs_core.world import Instance, Layout, make_layout
@@ -291,13 +291,9 @@ class _Check:
         """Make all that a run makes: nothing may be left that only this would find."""
         try:
             rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=self.allow_inline)
-            if scenario.instance.state_file is None:
-                Simulation(scenario, instance, layout, rules)
-            else:
-                process = entrypoints.chosen(entrypoints.PROCESSES, None, "state")
-                begin: Any = entrypoints.load(process, "instance.state_file", "process")
-                begun = begin(scenario, instance, layout)
-                Simulation(begun.scenario, begun.instance, layout, rules, begun=begun)
+            begun = begin(scenario, instance, layout)
+            of, own = (scenario, instance) if begun is None else (begun.scenario, begun.instance)
+            Simulation(of, own, layout, rules, begun=begun)
         except InputError as error:
             self.note(error.place, error.problem)
             return

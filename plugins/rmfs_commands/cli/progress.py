@@ -49,8 +49,9 @@ EVENTS_PER_LOOK = 16
 """The clock is looked at only once in so many events: that is what keeps the display from costing anything."""
 NARROW = 100
 MOST_NAMED = 3
-COUNT_FROM_BEFORE = VisitStarted, VisitEnded, PodMoveDecided, PodStored
-"""Events told of what was before a run began that say what stands at stations, and which robots move pods, now."""
+COUNT_FROM_BEFORE = VisitStarted, VisitEnded, PodMoveDecided, PodStored, PartSent, PartArrived
+"""Events told of what was before a run began that say what stands at stations, which robots move pods, and which totes
+are on conveyors, now."""
 
 
 @define
@@ -138,7 +139,7 @@ class RunCounts:
     def add(self, event: Event) -> None:
         """Count an event."""
         if (before := event.tick < self.since) and not isinstance(event, COUNT_FROM_BEFORE):
-            self.total -= isinstance(event, OrderCompleted | OrderCancelled)
+            self.total -= isinstance(event, OrderCancelled | (OrderCompleted if self.packed is None else OrderPacked))
             return
         match event:
             case ItemPicked():

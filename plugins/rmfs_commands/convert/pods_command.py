@@ -37,12 +37,12 @@ def pods(table: Path, out: Path, **given: Any) -> None:
     from rmfs_commands.convert.shares import check_share
     from rmfs_commands.convert.stock_table import StockColumns, StockTable
     from rmfs_commands.convert.tables import Table, check_there
-    from rmfs_commands.convert.writing import check_start, write_pods
+    from rmfs_commands.convert.writing import checked_start, write_pods
     from rmfs_commands.results.files import removed_if_empty
 
     needs(given, "row", "column", "both, or neither")
     needs(given, "column", "row", "both, or neither")
-    check_start(given["start"])
+    start = checked_start(given["start"])
     check_there(table)
     columns = StockColumns(*(given[name] for name in ("pod", "sku", "quantity", "row", "column")))
     stock = StockTable(columns, quantities_of(given))
@@ -50,4 +50,4 @@ def pods(table: Path, out: Path, **given: Any) -> None:
         folder = writable_folder(out, ("pods.csv",), force=given["force"])
         stock.read(Table(table, given["separator"], given["encoding"]))
         check_share(table, stock, force=given["force"])
-        write_pods(stock, folder, given["start"], given["open"] or ())
+        write_pods(stock, folder, start, given["open"] or ())

@@ -6,6 +6,7 @@ import csv
 import io
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
 
 from attrs import frozen
@@ -79,12 +80,13 @@ class Stock:
     learned: Learned
 
 
-def check_start(start: str | None) -> None:
-    """Raise an `InputError` for a time 0 that no scenario takes."""
+def checked_start(start: str | None) -> str | None:
+    """Return a time 0 as `rmfs convert orders` writes it; raise an `InputError` for one that no scenario takes."""
     try:
         Calendar(start).zero()
     except InputError as error:
         raise InputError("--start", error.problem) from None
+    return None if start is None else datetime.fromisoformat(start).isoformat()
 
 
 def write_pods(stock: StockTable, folder: Path, start: str | None = None, opens: Sequence[Opens] = ()) -> None:

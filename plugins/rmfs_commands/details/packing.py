@@ -13,6 +13,7 @@ from rmfs_commands.details.spans import (
     Handlers,
     Number,
     Span,
+    goes_on,
     length,
     merged,
     overlap,
@@ -67,6 +68,7 @@ class Packing:
     def __init__(self, run: RunInfo, begin: int) -> None:
         section = run.scenario.packing
         self.on, self._begin, self._data = section is not None, begin, run.instance.orders
+        self._goes_on, self._began, self._since = goes_on(run, begin), run.began or 0, run.since
         known = run.scenario.instance.arrivals.backlog is None
         self._arrived = {i: order.arrival_tick for i, order in enumerate(self._data)} if known else {}
         self._orders: dict[int, _Order] = {}
@@ -133,7 +135,7 @@ class Packing:
         self._open.pop(event.order, None)
         self._busy[event.packing].append((event.start_tick, event.tick))
         self._unpacked.add(event.tick, -1)
-        self._hourly[event.tick // (3600 * TICKS_PER_S)] += 1
+        self._hourly[event.tick // (3600 * TICKS_PER_S)] += event.tick >= self._since
         if self._section.packing_from == "packed":
             self._free(event)
 
@@ -156,8 +158,8 @@ class Packing:
         Where packers come and go, how many were on duty, too.
         """
         for row in rows if self.on else ():
-            begin = row["hour"] * 3600 * TICKS_PER_S
-            until = max(min(begin + 3600 * TICKS_PER_S, end), begin)
+            begin = max(row["hour"] * 3600 * TICKS_PER_S, self._began)
+            until = max(min((row["hour"] + 1) * 3600 * TICKS_PER_S, end), begin)
             row |= {"orders_packed": self._hourly[row["hour"]], "boxes": round(self._boxes.mean(begin, until), 3)}
             if self._section.open is not None:
                 open_ticks = sum(length(_open(station.hours, begin, until)) for station in self._stations)
@@ -169,7 +171,7 @@ class Packing:
             return {}
         packed = {i: order for i, order in self._orders.items() if order.packed >= 0}
         counted = {i: order for i, order in packed.items() if order.packed >= self._begin}
-        timed = [order.packed - self._arrived[i] for i, order in counted.items() if self._arrived[i] >= self._begin]
+        timed = [order.packed - self._arrived[i] for i, order in counted.items() if self._in_time(i)]
         together = [order.parts[-1] - order.parts[0] for order in counted.values() if order.box is not None]
         waits = [order.begun - order.ready for order in counted.values()]
         last = max([order.packed for order in packed.values()], default=0)
@@ -239,8 +241,10 @@ class Packing:
         return {"late_packed": sum(over)}
 
     def _in_time(self, order: int) -> bool:
-        """Whether an order arrived from the time on from which is counted."""
-        return self._arrived.get(order, -1) >= self._begin
+        """Whether an order arrived from the time on from which is counted, or was there and not packed at a state's."""
+        packed = self._orders[order].packed if order in self._orders else -1
+        there = self._goes_on and not 0 <= packed < self._begin
+        return (arrived := self._arrived.get(order, -1)) >= self._begin or (there and arrived >= 0)
 
 
 def _open(hours: Timetable, begin: int, end: int) -> list[Span]:

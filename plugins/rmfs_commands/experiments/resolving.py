@@ -13,9 +13,10 @@ from rmfs_commands.instances.overrides import Override, apply_overrides, data_fi
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
 from rmfs_core.scenario.model import replaced_keys
-from rmfs_core.scenario.rulenames import given_in, is_inline, rule_choices
+from rmfs_core.scenario.rulenames import file_name_from, given_in, is_inline, rule_choices
 from rmfs_core.scenario.tomltext import shown
 
+STATE = "instance.state_file"
 Changes = Mapping[str, Any]
 """Dotted scenario keys (``rules.poa``) and their values."""
 
@@ -33,7 +34,7 @@ def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenar
         Dotted keys and values.
     folder
         Where files that the changes name are looked up; files that the base names are next to the base. Files of data
-        and code all have to be in one folder.
+        and code all have to be in one folder, except for a state that the changes name.
     place
         Its name in messages.
 
@@ -58,6 +59,10 @@ def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenar
         if rest and rest[0] in replaced:
             raise InputError(f"{place}, {'.'.join(override.path)}", f"has no effect with `{section}.{file}`")
     folders = {os.path.realpath(named_in): named_in for named_in in _folders(scenario, changes, folder)}
+    if isinstance(state := changes.get(STATE), str):
+        folders = folders or {folder: folder}
+        own = file_name_from(state, folder, next(iter(folders.values())))
+        scenario = evolve(scenario, instance=evolve(scenario.instance, state_file=own))
     if len(folders) > 1:
         raise InputError(
             place, f"names files in {' and in '.join(folders.values())}; expected the scenario next to the experiment"
@@ -77,6 +82,8 @@ def located_in(place: str) -> Iterator[None]:
 def _folders(scenario: Scenario, changes: Changes, folder: str) -> Iterator[str]:
     """Yield the folder of every file that the scenario names: the experiment's where the changes name it."""
     for path in data_files(scenario):
+        if ".".join(path) == STATE and STATE in changes:
+            continue  # it may be anywhere
         named = (".".join(path[:length]) for length in range(1, len(path) + 1))
         yield folder if any(key in changes for key in named) else scenario.folder
     for (role, *_), choice in rule_choices(scenario.rules):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Generator
+from collections.abc import Generator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import simpy
 from attrs import define
 
 from rmfs_core import events
-from rmfs_core.clock import to_ticks
+from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import keyed_stream
 from rmfs_core.scenario import located
@@ -38,6 +38,7 @@ class _Charger:
 
 
 _One = Robot | Station | _Charger
+_KINDS: Mapping[type, str] = {Robot: "robot", Station: "station", _Charger: "charger"}
 
 
 @define(eq=False)
@@ -94,6 +95,7 @@ class Outages:
         self._hours = [*run.hours.values(), *(state.hours for state in self._states.values())]
         changes = {(tick - hours.zero) % DAY for hours in self._hours for span in hours.spans for tick in span[:2]}
         self._parts = {tuple(hours.at(tick) for hours in self._hours) for tick in changes or {0}}  # of the day
+        self._held: dict[Station, Going] = {}
         self._tried: defaultdict[tuple[int, bool], defaultdict[Any, set[_One | None]]]
         self._tried, self._done = defaultdict(lambda: defaultdict(set)), tuple[int, ...]()
 
@@ -161,17 +163,57 @@ class Outages:
         if all((robot.id, False) in full or (robot.id, True) in full for robot in warehouse.robots):
             raise run.standstill()
 
-    def repaired(self, station: Station) -> simpy.Event:
-        """Return what happens when a station works again."""
-        return self._states[station].turned
+    def repaired(self, station: Station, going: Going) -> simpy.Event:
+        """Return what happens when a station works again, where a visit goes on then."""
+        self._held[station], turned = going, self._states[station].turned
+        turned.callbacks.append(lambda _: self._held.pop(station) and None)
+        return turned
 
-    def charge(self, robot: Robot, share: float) -> Generator[simpy.Event, Any, None]:
+    @property
+    def held(self) -> list[Going]:
+        """Visits that go on when their stations work again, and robots at chargers that do not work."""
+        found = [*self._held.values()]
+        chargers = {one.cell for one in self._chargers if not one.in_service}
+        robots = [robot for robot in self._warehouse.robots if robot.goal == robot.cell and robot.cell in chargers]
+        return found + [Going("charge", robot.id) for robot in robots]
+
+    def memory(self) -> list[dict[str, Any]]:
+        """Return when each robot, station and charger fails next, or works again, as a state has it."""
+        return [
+            {
+                "of": _KINDS[type(one)],
+                "id": one.id,
+                "number": state.number,
+                "planned": state.planned,
+                **({"fails_s": to_seconds(int(state.fails))} if state.fails < math.inf else {}),
+                "repair_s": to_seconds(state.repair),
+                **({"until_s": to_seconds(int(state.until))} if state.until not in (None, math.inf) else {}),
+            }
+            for one, state in self._states.items()
+        ]
+
+    def remember(self, told: Sequence[Mapping[str, Any]]) -> None:
+        """Take back what a state has; what is out of service and of which it tells nothing has failed just now."""
+        known, now = {(one["of"], one["id"]): one for one in told}, self._warehouse.now
+        for charger in self._chargers:
+            charger.in_service = charger.cell in self._warehouse.chargers
+        for one, state in self._states.items():
+            if (kept := known.get((_KINDS[type(one)], one.id))) is not None:
+                state.number, state.planned, state.repair = kept["number"], kept["planned"], to_ticks(kept["repair_s"])
+                state.fails = math.inf if kept["fails_s"] is None else to_ticks(kept["fails_s"])
+            if not one.in_service:
+                ends = None if kept is None else kept["until_s"]
+                state.until = now + max(state.repair, 1) if kept is None else math.inf
+                state.until = state.until if ends is None else to_ticks(ends)
+
+    def charge(self, robot: Robot, share: float, going: Going | None = None) -> Generator[simpy.Event, Any, None]:
         """Let a robot charge; end when its charger fails, unless it might reach no other one."""
+        left = None if going is None else going.tick and going.tick - self._warehouse.now
         warehouse, charger = self._warehouse, next((one for one in self._chargers if one.cell == robot.cell), None)
         state = None if charger is None else self._states.get(charger)
         while True:
-            if ticks := warehouse.ticks_to_charge(robot, share):
-                charged = self._env.timeout(ticks)
+            if ticks := warehouse.ticks_to_charge(robot, share) if left is None else left:
+                charged = self._env.timeout(ticks, Going("charge", robot.id))
                 yield charged if state is None else charged | state.turned
                 if charged.processed:
                     return
@@ -179,6 +221,7 @@ class Outages:
                 return
             assert state is not None
             yield state.turned
+            left = None
 
     def _charge_on(self) -> None:
         """Let robots charge that are low and stand at chargers which work again."""

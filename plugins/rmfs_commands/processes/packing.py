@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import simpy
 from attrs import evolve
 
 from rmfs_core import events
@@ -14,6 +15,7 @@ from rmfs_core.scenario import Scenario
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Process
+from rmfs_core.simulation.going import Going
 from rmfs_core.simulation.services import Services
 from rmfs_core.simulation.setup import timetables
 from rmfs_core.timetable import ALWAYS
@@ -37,22 +39,25 @@ class Packing:
     def __init__(self, run: RunContext, services: Services, packed: Callable[[bool], None]) -> None:
         self._run, self._warehouse, self._services, self._packed = run, run.warehouse, services, packed
         self._section = run.warehouse.packing[0].section
-        self._totes: list[dict[Order, int]] = [{} for _ in run.warehouse.picking]  # how many items are in each so far
-        self._number, self._puts = 0, dict[int, int]()
+        self.totes: list[dict[Order, int]] = [{} for _ in run.warehouse.picking]  # how many items are in each so far
+        self.number, self.puts = 0, dict[int, int]()  # totes sent, and what putting takes (ticks) of those that wait
 
     def released(self, request: Request, handled_tick: int) -> None:
         """Put an item into its order's tote, which leaves with the last of its part once that is handled."""
-        order, totes = request.order, self._totes[request.station]
+        order, totes = request.order, self.totes[request.station]
         totes[order] = totes.get(order, 0) + 1
         if not (order.has_place_at(request.station) or (self._section.tote == "visit" and order.split)):
-            self._run.env.process(self._convey(order, totes.pop(order), request.station, handled_tick))
+            self._run.env.process(self.send(order, totes.pop(order), request.station, handled_tick))
 
     def visit_ended(self, station: int, handled_tick: int) -> Process:
         """Let totes leave that take what is picked in one visit, once the last item of this one is handled."""
-        yield self._run.after(handled_tick - self._warehouse.now)
-        totes = self._totes[station]
+        yield self._until(handled_tick, Going("totes", station=station))
+        totes = self.totes[station]
         for order in [order for order in totes if order.split and self._section.tote == "visit"]:
-            self._run.env.process(self._convey(order, totes.pop(order), station, handled_tick))
+            self._run.env.process(self.send(order, totes.pop(order), station, handled_tick))
+
+    def _until(self, tick: int, going: Going) -> simpy.Event:
+        return self._run.after(tick - self._warehouse.now, going)
 
     def _ticks(self, kind: str, items: int) -> int:
         """Return what a task is expected to take."""
@@ -60,20 +65,25 @@ class Packing:
         base, each = (section.tote_s, section.put_s) if kind == "put" else (section.pack_s, section.pack_item_s)
         return to_ticks(base + each * items)
 
-    def _convey(self, order: Order, items: int, picking: int, handled_tick: int) -> Process:
-        """Take a tote to its order's packing station."""
-        yield self._run.after(handled_tick - self._warehouse.now)
-        self._number += 1
-        packing, tote, put = self._warehouse.packing_of(order), self._number, self._ticks("put", items)
+    def send(self, order: Order, items: int, picking: int, handled_tick: int) -> Process:
+        """Let a tote leave for its order's packing station, once its last item is handled."""
+        yield self._until(handled_tick, Going("tote", station=picking, order=order.id, items=items))
+        self.number += 1
+        packing, tote, put = self._warehouse.packing_of(order), self.number, self._ticks("put", items)
         ticks = to_ticks(self._warehouse.packing[packing.station].conveyor_s[picking])
         packed = handled_tick + ticks + (0 if packing.box is None else put) + self._ticks("pack", order.items)
         expected_s = max(packing.expected_s or 0, to_seconds(packed))
         self._warehouse.pack(order, expected_s=expected_s)
         self._run.tell(events.PartSent(handled_tick, order.id, packing.station, picking, tote, items))
-        yield self._run.after(ticks)
-        if self._warehouse.packing_of(order).first_part_s is None:
+        yield from self.convey(order, items, tote, handled_tick, handled_tick + ticks)
+
+    def convey(self, order: Order, items: int, tote: int, since: int, arrives: int) -> Process:
+        """Take a tote to its order's packing station."""
+        yield self._until(arrives, Going("conveyor", order=order.id, items=items, tote=tote, since=since))
+        packing = self._warehouse.packing_of(order)
+        if packing.first_part_s is None:
             self._warehouse.pack(order, first_part_s=to_seconds(self._warehouse.now))
-        self._puts[tote] = self._services.packs("put", order.id, items)
+        self.puts[tote] = self._services.packs("put", order.id, items)
         self._run.tell(events.PartArrived(self._warehouse.now, order.id, packing.station, tote, items))
         self._wait(order, "pack" if packing.box is None else "put", tote, items)
 
@@ -83,12 +93,12 @@ class Packing:
         seconds, since_s = to_seconds(self._ticks(kind, items)), to_seconds(self._warehouse.now)
         task = PackingTask(kind, order, tote, items, seconds, since_s)
         self._change(at, tasks=(*self._warehouse.packing[at].tasks, task))
-        self._begin_tasks(at)
+        self.begin_tasks(at)
 
     def _change(self, at: int, **changes: Any) -> None:
         self._warehouse.packing[at] = evolve(self._warehouse.packing[at], **changes)
 
-    def _begin_tasks(self, at: int) -> None:
+    def begin_tasks(self, at: int) -> None:
         """Start waiting tasks with the free packers of a packing station; if it is closed, when it opens."""
         now = self._warehouse.now
         while (station := self._warehouse.packing[at]).hours.at(now) and (tasks := station.next_tasks):
@@ -97,7 +107,11 @@ class Packing:
             self._change(at, tasks=tuple(other for other in station.tasks if other is not task), working=working)
             self._run.env.process(self._work(at, task))
         if station.tasks and not station.hours.at(now) and (opens := station.hours.next_change(now)) is not None:
-            self._run.after(opens - now).callbacks.append(lambda _: self._begin_tasks(at))
+            self.open_later(at, opens)
+
+    def open_later(self, at: int, tick: int) -> None:
+        """Start waiting tasks when a packing station opens."""
+        self._until(tick, Going("packers", station=at)).callbacks.append(lambda _: self.begin_tasks(at))
 
     def _chosen(self, station: PackingStation, tasks: Sequence[PackingTask]) -> PackingTask:
         if (rule := self._run.rules.packing_task) is None or len(tasks) == 1:
@@ -108,11 +122,16 @@ class Packing:
     def _work(self, at: int, task: PackingTask) -> Process:
         """Put a part into its box, or pack an order."""
         start, order = self._warehouse.now, task.order
-        ticks = self._services.packs("pack", order.id, task.items) if task.kind == "pack" else self._puts.pop(task.tote)
+        ticks = self._services.packs("pack", order.id, task.items) if task.kind == "pack" else self.puts.pop(task.tote)
         if task.kind == "pack":
             self._warehouse.pack(order, expected_s=to_seconds(start + to_ticks(task.duration_s)))
             self._run.tell(events.PackingStarted(start, order.id, at))
-        yield self._run.after(ticks)
+        yield from self.work(at, task, start, start + ticks)
+
+    def work(self, at: int, task: PackingTask, start: int, ends: int) -> Process:
+        """Be at a task until it is done."""
+        order = task.order
+        yield self._until(ends, Going(task.kind, station=at, order=order.id, tote=task.tote, since=start))
         station, end = self._warehouse.packing[at], self._warehouse.now
         self._change(at, working=tuple(one for one in station.working if one[0] is not task))
         if task.kind == "pack":
@@ -127,7 +146,7 @@ class Packing:
             if there == order.items:
                 self._run.tell(events.OrderConsolidated(end, order.id, at))
                 self._wait(order, "pack", task.tote, order.items)
-        self._begin_tasks(at)
+        self.begin_tasks(at)
 
 
 def packing_of(scenario: Scenario, layout: Layout) -> list[PackingStation]:

@@ -145,6 +145,7 @@ class ColumnsBuilder:
         self._texts: dict[str, int] = {}
         self._order = array("b")
         self._last: dict[str, int] = {}
+        self._bundles: dict[int, int] = {}  # by the ids of events, in the order of their arrival
         self._codes = {kind: code for code, kind in enumerate(KINDS)}
         self._ids = KnownIds(start)
         self._charges = Charges(start)
@@ -173,7 +174,9 @@ class ColumnsBuilder:
         self._order.append(self._codes[kind])
         name = KINDS[kind]
         for column, values in self._columns[name].items():
-            if column != "skus_n":
+            if column == "bundle":  # of a run that begins in a state, others may have been stored before
+                values.append(self._bundles.setdefault(getattr(event, column), len(self._bundles)))
+            elif column != "skus_n":
                 self._put(name, column, values, getattr(event, column), event.tick)
         self._last[name] = event.tick
 

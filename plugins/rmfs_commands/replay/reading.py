@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
@@ -92,6 +93,33 @@ def read_replay(path: str | Path, follower: Follower | None = None) -> Replay:
     decisions = recorded_decisions(file.parent, stream.start, columns.bundles())
     name = file.resolve().parent.name
     return Replay(name, stream.start, stream.tick, stream.status, columns, metrics, says, decisions)
+
+
+def picked_before(start: Trace) -> list[tuple[int, int, int]]:
+    """Return order, SKU and number of items that were picked before a run that begins in a state; else nothing.
+
+    Items in hand count as not picked: the events of the trace tell of them.
+    """
+    if start.state is None:
+        return []
+    told, skus = start.state["content"], {name: i for i, name in enumerate(start.instance.skus)}
+    ids = {order.name: i for i, order in enumerate(start.instance.orders)}
+    left: Counter[tuple[str, str]] = Counter()
+    for station in told["stations"].values():
+        asked = [*station.get("requests", ()), *([] if station.get("in_hand") is None else [station["in_hand"]])]
+        left.update((one["order"], one["sku"]) for one in asked)
+    begun = {order for order, _ in left}
+    handled = [one for one in (told.get("run") or {}).get("going", ()) if one["kind"] == "handled"]
+    left.update((one["order"], one["sku"]) for one in handled)
+    found = []
+    for name, order in told["orders"].items():
+        parts = order.get("parts")
+        whole = order.get("cancelled") or (parts is None and name not in begun)
+        assigned = {sku for part in parts or () for sku in part["skus"]}
+        for sku, quantity in () if whole else order["lines"].items():
+            kept = quantity if sku not in assigned and not left[name, sku] else left[name, sku]
+            found.append((ids[name], skus[sku], quantity - kept))
+    return [one for one in found if one[2] > 0]
 
 
 def _result(file: Path, start: Trace) -> tuple[Mapping[str, Any], Sequence[str]]:

@@ -11,7 +11,7 @@ from typing import Any
 from rmfs_commands.details.catalogue import METRICS, PACKING
 from rmfs_commands.replay.charges import Line
 from rmfs_commands.replay.columns import COLUMNS_OF_LEGS, Columns
-from rmfs_commands.replay.reading import Replay
+from rmfs_commands.replay.reading import Replay, picked_before
 from rmfs_commands.results.figures import show
 from rmfs_commands.trace import Trace
 from rmfs_commands.trace.reader import packing_stations
@@ -37,6 +37,7 @@ def told(replay: Replay) -> dict[str, Any]:
         "name": replay.name,
         "status": replay.status,
         "tick": replay.tick,
+        **({} if start.state is None else {"begin": start.began, "picked": picked_before(start)}),
         "seed": start.scenario.get("seed"),
         "rules": rules,
         "about": summaries(set(rules.values())),

@@ -8,7 +8,7 @@ from itertools import accumulate
 from typing import Any
 
 from rmfs_commands.replay.columns import KINDS
-from rmfs_commands.replay.reading import Replay
+from rmfs_commands.replay.reading import Replay, picked_before
 
 _KINDS = tuple(KINDS.values())
 
@@ -43,6 +43,8 @@ class WarehouseAt:
         self._replay = replay
         self._contents = [dict(pod.contents) for pod in start.instance.pods]
         self._demand: Counter[int] = Counter()
+        for _, sku, items in picked_before(start):
+            self._demand[sku] -= items
         self._events = replay.columns.events
         self._ticks = {kind: list(accumulate(columns["tick"])) for kind, columns in self._events.items()}
         self._next = 0
@@ -163,7 +165,8 @@ class WarehouseAt:
         self.open[station] += Counter()  # without those of which nothing is left
         self._demand[sku] -= 1
         self.picks += 1
-        if number := self._contents[pod].get(sku):
+        before = self._replay.start.state is not None and self._ticks["item_picked"][i] <= self._replay.start.began
+        if not before and (number := self._contents[pod].get(sku)):  # else the state has what is left
             self._contents[pod][sku] = number - 1
 
     def _completed(self, event: Mapping[str, Any], i: int) -> None:  # noqa: ARG002

@@ -105,7 +105,6 @@ def run(
     overrides = overrides if begin is None else (*overrides, f"instance.state_file={begin}")
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
     resolved = load_checked(scenario, overrides, seed)
-    _check_begin(resolved, "--trace" if "trace" in recorded else "--watch" if watch else None)
     name = scenario_name(scenario)
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
@@ -167,20 +166,8 @@ def _not_saved(save_state: str, result: Result) -> InputError:
     return InputError("run.until_s", f"{problem}; expected an earlier time")
 
 
-def _check_begin(scenario: Scenario, traced: str | None) -> None:
-    """Refuse an option that needs a trace where a run begins in a state."""
-    from rmfs_core.errors import InputError
-
-    if traced is not None and scenario.instance.state_file is not None:
-        raise InputError(traced, "expected it without a state to begin in: a trace begins at time 0")
-
-
 def _failed(notes: Console, error: RunError, folder: Path, *, show_traceback: bool) -> None:
     """Print where an error came from, or how to see that, and where what was measured before it is."""
-    begun = error.result is not None and error.result.scenario.instance.state_file is not None
-    if begun and error.problem == "returned None; expected Path.":
-        found = "found no path from where the state has the robots, some of which stand in aisles"
-        error.problem = f"{found}; expected rules.pp=whca-n or free-flow, which go on from there."
     if show_traceback:
         click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
     elif error.__cause__ is not None:

@@ -27,9 +27,9 @@ class _Run:
     def __getattr__(self, name: str) -> Any:
         return getattr(self.given, name)
 
-    def after(self, ticks: int) -> simpy.Event:
+    def after(self, ticks: int, value: object = None) -> simpy.Event:
         """Return what happens so many ticks later, or nothing that ever happens."""
-        event: simpy.Event = self.given.env.event() if self.silent else self.given.after(ticks)
+        event: simpy.Event = self.given.env.event() if self.silent else self.given.after(ticks, value)
         return event
 
 
@@ -78,12 +78,12 @@ class FloorPacking(Packing):
         self.waits[kind, who] = event, self._real.warehouse.now
         return event
 
-    def _convey(self, order: Order, items: int, picking: int, handled_tick: int) -> Process:
-        story = super()._convey(order, items, picking, handled_tick)
+    def send(self, order: Order, items: int, picking: int, handled_tick: int) -> Process:
+        story = super().send(order, items, picking, handled_tick)
         self._step(story)
         yield self._real.after(0)
         self._step(story)
-        tote, packing = self._number, self._real.warehouse.packing_of(order).station
+        tote, packing = self.number, self._real.warehouse.packing_of(order).station
         self._command("send_part", order=order.id, tote=tote, station=picking, packing=packing, items=items)
         yield self._wait_for("convey", tote)
         self._step(story)
@@ -98,9 +98,9 @@ class FloorPacking(Packing):
         yield self._wait_for(task.kind, task.tote if task.kind == "put" else task.order.id)
         self._step(story)
 
-    def _begin_tasks(self, at: int) -> None:
+    def begin_tasks(self, at: int) -> None:
         was, self._silent.silent = self._silent.silent, False  # packing stations open by the clock
-        super()._begin_tasks(at)
+        super().begin_tasks(at)
         self._silent.silent = was
 
     def _step(self, story: Iterator[Any]) -> None:

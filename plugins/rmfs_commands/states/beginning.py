@@ -14,13 +14,13 @@ from rmfs_commands.states.mementos import memento_of, time_of
 from rmfs_commands.states.memory import labelled, remind
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.opening import opening_events
-from rmfs_commands.states.plain import Memento, RobotMemento
+from rmfs_commands.states.packed import TASKS, check_stations, fit_packing
+from rmfs_commands.states.plain import Memento, PackingMemento, RobotMemento
 from rmfs_commands.states.rebuilding import layout_of
 from rmfs_commands.states.restoring import ContradictionError, restore
 from rmfs_commands.states.resuming import resume
 from rmfs_commands.states.state import LayoutState, PodState, RunState, State
 from rmfs_commands.states.state_json import read_json, state_from_dict
-from rmfs_commands.states.supported import check_supported
 from rmfs_commands.states.under_way import under_way
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
@@ -103,15 +103,15 @@ class Begun:
         remind(run.rules, told.memory, run.view, self.names)
         services = run.services
         for what, number in told.drawn.items():
-            services.begun[tuple(map(int, what.split(" ")))] = number
+            services.begun[tuple(int(one) if one.isdecimal() else one for one in what.split(" "))] = number
         services.last.update({self.names.stations[name]: tuple(last) for name, last in told.begun.items()})
 
 
-def read(scenario: Scenario) -> tuple[State, str]:
-    """Return the state that a scenario names, and what messages call it."""
+def read(scenario: Scenario, content: object = None) -> tuple[State, str]:
+    """Return the state that a scenario names, or that of a ``content``, and what messages call it."""
     path = Path(scenario.folder) / (scenario.instance.state_file or "")
     name = str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
-    return state_from_dict(read_json(path), name), name
+    return state_from_dict(read_json(path) if content is None else content, name), name
 
 
 def begins_at(scenario: Scenario) -> int:
@@ -119,7 +119,7 @@ def begins_at(scenario: Scenario) -> int:
     return 0 if scenario.instance.state_file is None else time_of(read(scenario)[0])
 
 
-def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
+def begin(scenario: Scenario, instance: Instance, layout: Layout, content: object = None) -> Begun:
     """Return what a run begins in: the state that ``instance.state_file`` names.
 
     Parameters
@@ -128,14 +128,15 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
         Stations, robots and the grid; the state has to fit them.
     instance
         The scenario's own, of which the orders are used that arrive later.
+    content
+        The state as JSON's objects, lists and values; None: that of the file.
 
     Raises
     ------
     InputError
         Where the state is none, contradicts itself, or does not fit the scenario.
     """
-    check_supported(scenario)
-    (state, name), fresh = read(scenario), open_warehouse(scenario, instance, layout)
+    (state, name), fresh = read(scenario, content), open_warehouse(scenario, instance, layout)
     names = Names(state, name)
     if not 0 <= (now_s := time_of(state) / TICKS_PER_S) <= MOST_S:
         expected = f"expected seconds since a run's time 0, not more than {MOST_S:,}"
@@ -166,6 +167,7 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
         )
     except ContradictionError as error:
         names.wrong(names.path(error.path), error.problem)
+    fit_packing(warehouse, state, names)
     _complete(warehouse, state, names)
     if not instance.restocked:
         _check_stock(warehouse, memento, coming, names)
@@ -305,8 +307,9 @@ def _fitting(memento: Memento, state: State, scenario: Scenario, fresh: Opening,
                 active=given.active if scenario.rules.activate is not None else True,
             )
         )
-        if not given.in_service:
-            names.wrong(("stations", given.name, "in_service"), "a run cannot begin with a station that has failed yet")
+        if not given.in_service and scenario.stations.outages is None:
+            expected = "expected stations.outages in the scenario"
+            names.wrong(("stations", given.name, "in_service"), f"found a station that has failed; {expected}")
     found = [_robot(one, scenario, fresh, names) for one in memento.robots]
     if names.tells_robots and len(state.robots or {}) != len(robots):
         names.wrong(
@@ -324,13 +327,24 @@ def _fitting(memento: Memento, state: State, scenario: Scenario, fresh: Opening,
     places = [robot.cell for robot in robots if robot.cell not in taken]
     places += [cell for cell in fresh.warehouse.travel.layout.storage_locations if cell not in {*taken, *places}]
     found += [RobotMemento(str(len(found) + 1 + i), places[i], NORTH, None) for i in range(number)]
-    return evolve(memento, stations=tuple(told), robots=tuple(found))
+    charges = scenario.robots.battery
+    if memento.chargers_down and (charges is None or charges.charger_outages is None):
+        expected = "expected robots.battery.charger_outages in the scenario"
+        names.wrong(("chargers_down",), f"found chargers that are out of service; {expected}")
+    packing, section = memento.packing, scenario.packing
+    check_stations(state, section, len(fresh.warehouse.packing), names)
+    if section is not None:
+        known = packing or [PackingMemento(section)] * len(fresh.warehouse.packing)
+        zeros = [station.hours.zero for station in fresh.warehouse.packing]
+        packing = tuple(evolve(one, section=section, zero=zero) for one, zero in zip(known, zeros, strict=True))
+    return evolve(memento, stations=tuple(told), robots=tuple(found), packing=packing)
 
 
 def _robot(robot: RobotMemento, scenario: Scenario, fresh: Opening, names: Names) -> RobotMemento:
     """Return a robot as the scenario has robots."""
-    if not robot.in_service:
-        names.wrong(("robots", robot.name, "in_service"), "a run cannot begin with a robot that has failed yet")
+    if not (robot.in_service or scenario.robots.failures or scenario.robots.maintenance):
+        expected = "expected robots.failures or robots.maintenance in the scenario"
+        names.wrong(("robots", robot.name, "in_service"), f"found a robot that is out of service; {expected}")
     if robot.cell < 0:
         names.wrong(("robots", robot.name, "cell"), "is missing; expected the cell where it stands")
     robot = robot if None in fresh.hours else evolve(robot, on_duty=True)
@@ -376,11 +390,14 @@ def _check_services(told: RunState, warehouse: Warehouse, names: Names) -> None:
         if len(last) != 3 or not all(0 <= one < number for one, number in zip(last, most, strict=True)):
             names.wrong(("run", "begun", name), f"found {[*last]}; expected the ids of a visit, an order and a SKU")
     kinds = ((len(warehouse.pods),), (orders, skus), (orders, skus, 1), (orders, stations, 1, 1))
+    of_packing = ((orders,), (orders, 1))
     for what in told.drawn:
-        ids = what.split(" ")
-        known = next((kind for kind in kinds if len(kind) == len(ids)), ())
+        kind, _, rest = what.partition(" ")
+        ids, among = (rest.split(" "), of_packing) if kind in TASKS else (what.split(" "), kinds)
+        known = next((kind for kind in among if len(kind) == len(ids)), ())
         if not known or not all(map(_is_id, ids, known)):
-            expected = "expected ids: pod, or order and SKU, with 0 of a visit; or order and station, with 0 0"
+            expected = "expected ids: pod, or order and SKU, with 0 of a visit; order and station, with 0 0; or put or "
+            expected += "pack, and order, also with 0"
             names.wrong(("run", "drawn", what), f'found "{what}"; {expected}')
 
 

@@ -197,9 +197,10 @@ def _find(recording: Recording, period: int | None, number: int | None) -> tuple
 
     found: Recorded | None = None
     others: list[Recorded] = []
-    last, periods = 0, 0
+    last, periods, first = 0, 0, 0
     for recorded in recording:
         last, periods = recorded.number, max(periods, recorded.period)
+        first = first or (recorded.period if recorded.decides.assigns else 0)
         if recorded.number == number or (recorded.period == period and recorded.decides.assigns):
             found = recorded
         elif recorded.period == period and recorded.decides is Role.PPS:
@@ -209,12 +210,12 @@ def _find(recording: Recording, period: int | None, number: int | None) -> tuple
     if found is not None:
         return found, others
     if period is not None:
-        raise InputError(f"--period {period}", f"there is none; the run has {_numbered('period', periods)}")
+        raise InputError(f"--period {period}", f"there is none; the run has {_numbered('period', periods, first)}")
     raise InputError(f"--decision {number}", f"there is none; the run has {_numbered('decision', last)}")
 
 
-def _numbered(what: str, last: int) -> str:
-    return f"{what}s 1 to {last}" if last else f"no {what}"
+def _numbered(what: str, last: int, first: int = 1) -> str:
+    return f"{what}s {first or 1} to {last}" if last else f"no {what}"
 
 
 def _know(recording: Recording, kind: str, name: str) -> None:

@@ -48,7 +48,8 @@ def print_overview(console: Console, recording: Recording) -> None:
     for row in counted["by_rule"]:
         table.add_row(row["decides"], row["rule"], f"{row['decisions']:,}")
     console.print(table)
-    ranges = f"Periods 1 to {counted['periods']}, decisions 1 to {counted['decisions']}"
+    first = next((one.period for one in recording if one.decides.assigns), 1)
+    ranges = f"Periods {first} to {counted['periods']}, decisions 1 to {counted['decisions']}"
     say(console, f"{ranges}: see --period, --decision, --order, --pod.")
 
 

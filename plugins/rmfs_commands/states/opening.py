@@ -6,6 +6,7 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import Any
 
 from rmfs_commands.states.names import Names
+from rmfs_commands.states.packed import packing_events
 from rmfs_commands.states.resuming import AT_STATION
 from rmfs_commands.states.state import RunState, State
 from rmfs_core import events
@@ -25,9 +26,16 @@ def opening_events(
     handled = [*_handled(warehouse, going, told, names)]
     held = {(one.order, one.station) for one in handled}
     found = [*_of_orders(warehouse, told, held, saved=state.run is not None), *_of_bundles(warehouse), *handled]
-    found += _of_robots(warehouse, told, stories, going)
+    over = warehouse.now if state.run is not None else warehouse.now - 1  # what is not saved counts from now on
+    found += [*packing_events(warehouse, told, going, over), *_of_robots(warehouse, told, stories, going)]
     now = warehouse.now
     found += [events.StationClosed(now, station.id) for station in warehouse.stations if not station.open]
+    found += [events.StationDown(now, station.id) for station in warehouse.stations if not station.in_service]
+    planned = {one.id for one in told.outages if one.of == "robot" and one.planned}
+    down = [robot.id for robot in warehouse.robots if not robot.in_service]
+    found += [events.RobotDown(now, robot, robot in planned) for robot in down]
+    chargers = warehouse.travel.layout.chargers
+    found += [events.ChargerDown(now, cell) for cell in chargers if cell not in warehouse.chargers]
     if (number := sum(robot.on_duty for robot in warehouse.robots)) < len(warehouse.robots):
         found.append(events.RobotsOnDuty(now, number))
     return sorted(found, key=lambda event: event.tick)

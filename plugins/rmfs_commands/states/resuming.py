@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import simpy
+from attrs import asdict
 
+from rmfs_commands.states.packed import KINDS, begin_tasks, go_on, in_totes, resume_packing
 from rmfs_core.clock import to_seconds
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, RuleError, RunError
 from rmfs_core.simulation.going import Going
 from rmfs_traffic import ReservedError
 from rmfs_traffic.paths import Stop
 
 if TYPE_CHECKING:
     from rmfs_core.simulation.engine import Simulation
-    from rmfs_core.warehouse import Robot
+    from rmfs_core.warehouse import Order, Robot
 
+NO_PATH = "returned None; expected Path."
 AT_STATION = ("picker", "pick", "stow")
 
 
@@ -27,6 +31,8 @@ def going_on(run: Simulation) -> list[Going]:
     driving: Any = run.driving
     found = [one for tick, event in run.env.upcoming if event.callbacks and (one := _told(driving, tick, event))]
     found += [Going("room", robot.id) for waiting in run.waiting_for_slot for _, robot in waiting]
+    found += [] if run.outages is None else run.outages.held
+    found += in_totes(run)
     found += [Going("line", robot.id) for line in driving.standing for robot in line]
     busy, robots = {going.robot for going in found}, run.warehouse.robots
     found += [Going("drive", r.id) for r in robots if r.id not in busy and (r.task is not None or r.goal is not None)]
@@ -66,12 +72,9 @@ def _legs_left(driving: Any, robot: int) -> Iterable[Sequence[int]]:
 def resume(run: Simulation, begun: Any) -> None:
     """Let all go on that was going on, in that order; what a state does not tell of begins now."""
     warehouse, left = run.warehouse, run.clocks
-    run.visits, run.stories, run.context.asker.period = begun.visits, dict(begun.stories), begun.periods
-    begun.recall(run)
-    run.completed = sum(order.complete and (run.packing is None or order.cancelled) for order in warehouse.orders)
-    if run.supply is not None:
-        run.supply.knows(warehouse, [(one.sku, one.items) for one in begun.going if one.kind == "bundle"])
+    _recall(run, begun)
     driving: Any = run.driving
+    driving.path = _blaming_the_state(driving.path)
     _take_in(driving, begun.going)
     for going in begun.going:
         if going.kind in left:
@@ -79,11 +82,14 @@ def resume(run: Simulation, begun: Any) -> None:
         elif going.kind == "release":
             held = warehouse.request_in_hand(warehouse.stations[going.station or 0])
             assert held is not None  # it was looked at
-            run.release_later(held, going)
+            run.env.process(_once(partial(run.release_later, held, going)))
         elif going.kind == "bundle":
-            run.bundle_comes(going)
+            run.env.process(_once(partial(run.bundle_comes, going)))
         elif going.kind == "alarm":
-            run.decisions.ring_at(going.tick, wanted=going.tick == begun.wakes)
+            run.env.process(_once(partial(run.decisions.ring_at, going.tick, wanted=going.tick == begun.wakes)))
+        elif going.kind in KINDS:
+            if (process := go_on(run, going)) is not None:
+                run.env.process(_once(process) if callable(process) else process)
         elif going.robot is not None:
             robot = warehouse.robots[going.robot]
             if hasattr(driving, "courses"):
@@ -91,8 +97,50 @@ def resume(run: Simulation, begun: Any) -> None:
             if robot.id in run.stories:
                 run.env.process(_story(run, robot, going))
     run.driving.begin()
+    begin_tasks(run, begun.going)
     for clock in left.values():
         run.env.process(clock())
+
+
+def _blaming_the_state(path: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what asks for paths; without one, the state is to blame, which has robots in each other's way."""
+
+    def asked(*given: Any, **named: Any) -> Any:
+        try:
+            return path(*given, **named)
+        except RuleError as error:
+            if error.problem != NO_PATH:
+                raise
+            found = "found no path from where the state has the robots, some of which stand in aisles"
+            expected = "expected rules.pp=whca-n or free-flow, which go on from there"
+            raise RunError(f"{found}; {expected}", "instance.state_file") from error
+
+    return asked
+
+
+def _recall(run: Simulation, begun: Any) -> None:
+    """Let a run know what was so far."""
+    warehouse = run.warehouse
+    run.visits, run.stories, run.context.asker.period = begun.visits, dict(begun.stories), begun.periods
+    begun.recall(run)
+    run.completed = sum(map(_done, warehouse.orders))
+    resume_packing(run, begun)
+    if run.outages is not None:
+        run.outages.remember([] if begun.state.run is None else [asdict(one) for one in begun.state.run.outages])
+    if run.supply is not None:
+        run.supply.knows(warehouse, [(one.sku, one.items) for one in begun.going if one.kind == "bundle"])
+
+
+def _done(order: Order) -> bool:
+    """Whether nothing is left to do of an order: it is packed where it is bound for a packing station, or complete."""
+    return order.complete if order.packing is None else order.packing.packed
+
+
+def _once(act: Callable[[], object]) -> Generator[Any, Any, None]:
+    """Do something when those have begun that are told of before: what ends together does so in that order."""
+    act()
+    return
+    yield
 
 
 def _story(run: Simulation, robot: Robot, going: Going) -> Generator[Any, Any, None]:

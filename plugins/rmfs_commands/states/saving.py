@@ -8,24 +8,37 @@ from typing import TYPE_CHECKING, Any
 
 from rmfs_commands.results.files import AtomicFile, to_json, write_text
 from rmfs_commands.states.memory import labelled, memories
+from rmfs_commands.states.packed import TASKS, told_of
 from rmfs_commands.states.recording import generator_state
 from rmfs_commands.states.resuming import going_on
 from rmfs_commands.states.snapshots import Snapshots
-from rmfs_commands.states.supported import check_supported
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError
-from rmfs_core.events import Event, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
+from rmfs_core.events import (
+    Event,
+    ItemPicked,
+    OrderArrived,
+    OrderAssigned,
+    OrderCompleted,
+    OrderPacked,
+    PackingAssigned,
+    PackingStarted,
+    PartArrived,
+    VisitStarted,
+)
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import Scenario, located
 
 if TYPE_CHECKING:
     from rmfs_core.simulation.engine import Simulation
 
+COUNTED = "items", "tote", "visit", "picks", "overtaken"
+"""Numbers of what is going on that have the same name in a state."""
+
 
 def saver(path: str | Path, scenario: Scenario) -> Saver:
     """Return what writes the state of a run to a file; InputError where that cannot be."""
     with located(scenario):
-        check_supported(scenario)
         if scenario.run.until_s is None:
             raise InputError(
                 "run.until_s", "found none; expected the time at which the run ends and its state is saved"
@@ -51,6 +64,7 @@ class Saver:
         self._completed: dict[int, int] = {}
         self._visits: dict[int, int] = {}
         self._picked: dict[int, ItemPicked] = {}
+        self._packing: dict[int, dict[str, Any]] = {}
 
     @hookimpl
     def on_event(self, event: Event) -> None:
@@ -63,6 +77,13 @@ class Saver:
             self._completed[event.order] = event.tick
         elif isinstance(event, VisitStarted):
             self._visits[event.visit] = event.tick
+        elif isinstance(event, PackingAssigned):
+            self._packing[event.order] = {"bound_s": to_seconds(event.tick), "parts_s": []}
+        elif isinstance(event, PartArrived):
+            self._packing[event.order]["parts_s"].append(to_seconds(event.tick))
+        elif isinstance(event, PackingStarted | OrderPacked):
+            began = isinstance(event, PackingStarted)
+            self._packing[event.order]["begun_s" if began else "packed_s"] = to_seconds(event.tick)
 
     def save(self, run: Simulation) -> None:
         """Write the state of a run that stands between two ticks."""
@@ -100,7 +121,12 @@ class Saver:
         }
         if run.decisions.alarm is not None:
             state["run"]["wakes_s"] = to_seconds(run.decisions.alarm)
-        if services.vary or hasattr(run.scenario.robots.lift_s, "spread"):
+        state["run"] |= told_of(run)
+        if run.outages is not None:
+            state["run"]["outages"] = run.outages.memory()
+        if run.packing is not None:
+            state["run"]["packing"] = {names[order]: told for order, told in self._packing.items()}
+        if services.begun:
             state["run"]["drawn"] = {" ".join(map(str, what)): number for what, number in services.begun.items()}
             state["run"]["begun"] = {warehouse.stations[at].name: last for at, last in services.last.items()}
         return state
@@ -112,9 +138,13 @@ class Saver:
             if one.robot is not None:
                 robot = warehouse.robots[one.robot]
                 told |= {"robot": robot.name, **_story(run.stories.get(robot.id), robot.task, robot.goal)}
-            told |= {} if one.station is None else {"station": warehouse.stations[one.station].name}
+            if one.station is not None and one.kind in (*TASKS, "packers"):
+                told["packing"] = warehouse.packing[one.station].label
+            elif one.station is not None:
+                told["station"] = warehouse.stations[one.station].name
+            told |= {} if one.order is None else {"order": names[one.order]}
             told |= {} if one.sku is None else {"sku": skus[one.sku]}
-            told |= {name: value for name in ("items", "visit", "picks", "overtaken") if (value := getattr(one, name))}
+            told |= {name: value for name in COUNTED if (value := getattr(one, name))}
             if one.visit:
                 told["visit_since_s"] = to_seconds(self._visits[one.visit])
             told |= {"since_s": to_seconds(one.since)} if one.since else {}

@@ -38,6 +38,7 @@ FACTS = ("promises", "next", "arrivals", "leaving")
 KINDS = (
     *("leg", "wait", "drive", "room", "line", "lift", "set", "picker", "pick", "stow", "charge"),
     *("release", "handled", "bundle", "alarm", "arrivals", "bundles", "hours"),
+    *("outages", "tote", "totes", "conveyor", "put", "pack", "packers"),
 )
 """Kinds of things that may be going on."""
 
@@ -385,6 +386,10 @@ _JOULES = Check(
     "pairs of the joules in a battery, 0 or more, and a time",
     lambda held: all(len(one) == 2 and one[0] >= 0 and abs(one[1]) <= 1e10 for one in held.values()),
 )
+_PUTS = Check(
+    "seconds from 0 to 1e10, by numbers of totes",
+    lambda puts: all(tote.isdecimal() and len(tote) < 19 and 0 <= put_s <= 1e10 for tote, put_s in puts.items()),
+)
 _DRAWN = Check(
     f"numbers from 0 to {MOST:,}, by words and numbers below 2^63",
     lambda drawn: all(
@@ -401,10 +406,12 @@ class GoingState:
 
     kind: str = key("What it is", check=_one_of(*KINDS))
     robot: str | None = key("Robot that does it", None)
-    station: str | None = key("Station where an item is handled", None)
-    order: str | None = key("Order of an item that is handled, and done when it was picked", None)
+    station: str | None = key("Station where an item is handled, or a tote is", None)
+    packing: str | None = key("Packing station of a task, or that opens: its number, from 1", None)
+    order: str | None = key("Order of a tote, or of an item that is handled, and done when it was picked", None)
+    tote: int = key("Number of a tote on a conveyor, or of a task at work", 0, check=_number(0))
     sku: str | None = key("SKU of an item or a bundle", None)
-    items: int = key("Items of a bundle that is ordered", 0, check=_number(0))
+    items: int = key("Items of a bundle that is ordered, or in a tote", 0, check=_number(0))
     visit: int = key("Number of the visit", 0, check=_number(0))
     visit_since_s: float = key("When that began", 0.0, unit="s", check=within(0, 1e10))
     picks: int = key("Picks in it so far", 0, check=_number(0))
@@ -415,6 +422,33 @@ class GoingState:
     story: str | None = key("What the robot does: `transport`, `store`, `move`, `rest`", None, check=_one_of(*STORIES))
     cell: int | None = key("Cell where that ends", None, check=_number(0))
     charge: float = key("Share of the battery's capacity until which it rests", 0.0, check=within(0, 1))
+
+
+@frozen
+class PackedState:
+    """Times of an order on its way to be packed."""
+
+    bound_s: float = key("When it was bound for its packing station", 0.0, unit="s", check=within(0, 1e10))
+    parts_s: tuple[float, ...] = key(
+        "When its parts came there (s)", (), check=Check("times up to 1e10", lambda at: all(0 <= s <= 1e10 for s in at))
+    )
+    begun_s: float | None = key("When packing began", None, unit="s", check=within(0, 1e10))
+    packed_s: float | None = key("When it was packed", None, unit="s", check=within(0, 1e10))
+
+
+@frozen
+class OutageState:
+    """When a robot, station or charger fails next, or works again."""
+
+    of: str = key("`robot`, `station` or `charger`", check=_one_of("robot", "station", "charger"))
+    id: int = key("Its number in the order of the state, of chargers in that of their cells, from 0", check=_number(0))
+    number: int = key("How often it has been out of service, and worked again", 0, check=_number(0))
+    planned: bool = key("Whether it is being maintained", False)
+    fails_s: float | None = key("When it fails next; left out: never", None, unit="s", check=within(0, 1e10))
+    repair_s: float = key("How long that repair takes", 0.0, unit="s", check=within(0, 1e10))
+    until_s: float | None = key(
+        "Until when it is out of service; left out: it works, or is maintained without end", None, unit="s", check=_TIME
+    )
 
 
 @frozen
@@ -440,6 +474,16 @@ class RunState:
     )
     begun: Mapping[str, tuple[int, ...]] = key("Visit, order and SKU of a station's last pick (ids)", factory=dict)
     memory: Mapping[str, Any] = key("What rules remember", factory=dict)
+    outages: tuple[OutageState, ...] = key("Robots, stations and chargers that fail or are maintained", ())
+    totes: int = key("Totes sent to packing stations so far", 0, check=_number(0))
+    puts_s: Mapping[str, float] = key(
+        "How long it takes to put the items of a tote into a box, of those that wait for that",
+        factory=dict,
+        check=_PUTS,
+    )
+    packing: Mapping[str, PackedState] = key(
+        "Orders that are bound for packing stations, as that was decided", factory=dict
+    )
 
 
 @frozen

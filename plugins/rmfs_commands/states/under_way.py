@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from rmfs_commands.states.names import Names
+from rmfs_commands.states.packed import check_packing, on_the_way
 from rmfs_commands.states.resuming import AT_STATION
 from rmfs_commands.states.state import GoingState, State
 from rmfs_core.clock import to_seconds, to_ticks
@@ -18,7 +19,8 @@ from rmfs_core.warehouse import Robot, Warehouse
 NEEDS: Mapping[str, tuple[str, ...]] = {
     "leg": ("robot", "legs", "until_s"),
     **dict.fromkeys(("wait", "drive", "room", "line"), ("robot",)),
-    **dict.fromkeys(("lift", "set", "charge"), ("robot", "until_s")),
+    **dict.fromkeys(("lift", "set"), ("robot", "until_s")),
+    "charge": ("robot",),
     "picker": ("robot", "visit"),
     "pick": ("robot", "visit", "sku", "until_s"),
     "stow": ("robot", "visit", "until_s"),
@@ -26,6 +28,11 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
     "handled": ("station", "order", "sku", "until_s"),
     "bundle": ("sku", "items", "until_s"),
     "alarm": ("until_s",),
+    "tote": ("station", "order", "items"),
+    "totes": ("station", "until_s"),
+    "conveyor": ("order", "items", "tote", "until_s"),
+    **dict.fromkeys(("put", "pack"), ("packing", "order", "tote", "until_s")),
+    "packers": ("packing", "until_s"),
 }
 """Keys that each kind of `rmfs_core.simulation.going.Going` has to have."""
 
@@ -71,25 +78,28 @@ def under_way(
             names.wrong((*path, "robot"), f'names robot "{one.robot}", which the state does not list')
         if one.kind == "bundle" and not restocked:
             names.wrong((*path, "kind"), 'found "bundle", but the scenario has no replenishment')
+        at = None if one.station is None else names.station(one.station, *path, "station")
         going.append(
             Going(
                 one.kind,
                 None if robot is None else robot.id,
-                None if one.station is None else names.station(one.station, *path, "station"),
+                at if one.packing is None else names.packing(one.packing, *path, "packing"),
                 None if one.sku is None else names.sku(one.sku, *path, "sku"),
                 *(one.items, one.visit, one.picks, to_ticks(one.since_s)),
                 tuple((int(cell), to_ticks(wait)) for cell, wait in one.legs),
                 one.overtaken,
                 to_ticks(one.until_s),
+                None if one.order is None else names.order(one.order, *path, "order"),
+                one.tote,
             )
         )
-        if one.order is not None:
-            names.order(one.order, *path, "order")
         _check(one, going[-1], robot, warehouse, names, path)
         if robot is not None and one.story is not None:
             stories[robot.id] = _story(one, robot, warehouse, names, path, reserved)
         if robot is not None:
             _check_robot(one, robot, warehouse, names, path)
+    if state.run is not None:
+        check_packing(state, names, warehouse, going)
     clocks = [] if state.run is not None else [Going("hours"), Going("arrivals"), Going("bundles")]
     cells = iter([*sorted(reserved), *warehouse.free_locations])
     for robot in warehouse.robots:  # of which nothing is told: they set out from where they stand
@@ -104,6 +114,7 @@ def under_way(
             for station in warehouse.stations
             if station.in_hand is not None
         ]
+        going += on_the_way(warehouse, names)
     return [*clocks, *going], stories
 
 
@@ -177,6 +188,8 @@ def _check(
     for key, second in (("since_s", one.since_s), ("visit_since_s", one.visit_since_s)):
         if to_ticks(second) > warehouse.now:
             names.wrong((*path, key), f"found {second:g}, which is later than the state's time")
+    if going.kind == "charge" and not one.until_s and (robot is None or robot.cell in warehouse.chargers):
+        names.wrong((*path, "until_s"), "is missing; expected it where the charger works")
     if going.kind in AT_STATION:
         at = next((station for station in warehouse.stations if station.line[:1] == (robot,)), None)
         if at is None:
@@ -223,7 +236,8 @@ def _check_robot(one: GoingState, robot: Robot, warehouse: Warehouse, names: Nam
     location = None if pod is None else pod.location
     carries, beneath = pod is not None and location is None, location == robot.cell
     at_charger = robot.cell in warehouse.travel.layout.chargers and robot.charge is not None
-    in_line = any(robot in station.line for station in warehouse.stations)
+    lines = [station for station in warehouse.stations if robot in station.line]
+    in_line = any(robot.cell in (station.cell, *station.cells.queue) for station in lines)
     first = any(station.line[:1] == (robot,) and station.cell == robot.cell for station in warehouse.stations)
     there = {
         **dict.fromkeys(AT_STATION, (first, "stands at the station where it is first in line")),
@@ -231,7 +245,7 @@ def _check_robot(one: GoingState, robot: Robot, warehouse: Warehouse, names: Nam
         "room": (beneath, "stands under the stored pod that is its task"),
         "set": (carries and robot.cell == one.cell, "has a pod, and stands in the cell where its story ends"),
         "charge": (at_charger and robot.cell == one.cell, "stands at the charger where its story ends"),
-        "line": (in_line, "stands in a station's line"),
+        "line": (in_line, "stands in the queue of a station whose line it is in"),
     }
     holds, expected = there.get(one.kind, (True, ""))
     if not holds:

@@ -57,6 +57,8 @@ class Trace:
         Of the code that drew layout, orders and locations; empty where the header does not say.
     map_text
         Text of the scenario's map file; None where there is none.
+    state
+        State that the run begins in: ``file``, ``sha256``, ``tick``, ``lines``, ``content``; None: it begins at time 0.
     """
 
     scenario: Mapping[str, Any]
@@ -72,6 +74,12 @@ class Trace:
     status: str
     versions: Mapping[str, str] = attrs.field(factory=dict)
     map_text: str | None = None
+    state: Mapping[str, Any] | None = None
+
+    @property
+    def began(self) -> int:
+        """Tick at which the run begins: that of its state, or 0."""
+        return 0 if self.state is None else int(self.state["tick"])
 
 
 class TraceStream:
@@ -278,7 +286,7 @@ def _refuse_booleans(value: object, where: str) -> None:
 
 def _trace(path: str, first: Mapping[str, Any]) -> Trace:
     try:
-        _refuse_booleans({key: value for key, value in first.items() if key != "scenario"}, "the header")
+        _refuse_booleans({key: value for key, value in first.items() if key not in ("scenario", "state")}, "the header")
         return Trace(
             scenario=first["scenario"],
             layout=_layout(first["layout"], f"{path}, line 1"),
@@ -293,11 +301,18 @@ def _trace(path: str, first: Mapping[str, Any]) -> Trace:
             status="",
             versions=dict(first.get("versions", {})),
             map_text=first.get("map"),
+            state=_state(first.get("state")),
         )
     except KeyError as error:
         raise InputError(f"{path}, line 1", f"the header lacks {error}") from error
     except (TypeError, ValueError) as error:
         raise InputError(f"{path}, line 1", f"the header is not as the format has it: {error}") from error
+
+
+def _state(told: Any) -> Mapping[str, Any] | None:
+    if told is not None and not (_is_int(told["tick"]) and told["tick"] >= 0 and isinstance(told["content"], dict)):
+        raise ValueError(f"found the state {shown_short(told)}; expected a tick from 0, and a content")
+    return None if told is None else dict(told)
 
 
 def _layout(table: Mapping[str, Any], place: str) -> Layout:

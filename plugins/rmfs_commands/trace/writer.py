@@ -35,6 +35,10 @@ First line, the header::
     stations          name, capacity, counts_orders (capacity in orders instead of items); bundle_capacity where bundles
                       are stored
     blocked           storage locations that hold an empty pod for the whole run
+    state             of a run that begins in a state: file, sha256, tick, content: the state (`rmfs-state`), lines:
+                      robots in line at each station. Pods and robots of the header are as it has them, and the events
+                      begin with what observers are told of the time before (times up to ``tick``); left out: the run
+                      begins at time 0
 
 Then one line an event, in the order in which they happened: ``e``, the event's class in lower case with underscores,
 and the fields of that class in `rmfs_core.events` (where each is documented), ``tick`` first. Left out is ``wall_s``
@@ -55,6 +59,8 @@ Last line: ``{"e": "end", "tick": ..., "status": ...}`` with the status ``comple
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 from importlib.metadata import version
 from pathlib import Path
@@ -67,7 +73,6 @@ from rmfs_commands.results.files import json_ready
 from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results
 from rmfs_core import events
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.errors import InputError
 from rmfs_core.events import DecisionMade, Event
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import scenario_to_dict
@@ -134,8 +139,6 @@ class TraceWriter:
 
 def header(run: RunInfo) -> dict[str, Any]:
     """Return the first line of a run's trace."""
-    if run.scenario.instance.state_file is not None:
-        raise InputError("instance.state_file", "a trace begins at time 0; expected no state to begin in")
     warehouse, instance = run.warehouse, run.instance
     return {
         "format": FORMAT,
@@ -157,7 +160,7 @@ def header(run: RunInfo) -> dict[str, Any]:
                 "name": pod.name,
                 "contents": data.contents,
                 "cell": pod.cell,
-                "robot": pod.robot,
+                "robot": pod.robot if pod.location is None else None,
                 "bound_for": pod.bound_for,
                 **({} if data.place is None else {"place": data.place[:2]}),
             }
@@ -166,7 +169,21 @@ def header(run: RunInfo) -> dict[str, Any]:
         "robots": [{"cell": robot.cell, "heading": robot.heading} for robot in warehouse.robots],
         "stations": [_station(warehouse.station(i)) for i in range(len(run.layout.stations))],
         "blocked": warehouse.blocked_locations,
+        **_state(run),
     }
+
+
+def _state(run: RunInfo) -> dict[str, Any]:
+    """Return the state that a run begins in, whole: a trace needs no file next to it."""
+    name = run.scenario.instance.state_file
+    if name is None:
+        return {}
+    content = (Path(run.scenario.folder) / name).read_bytes()
+    digest = hashlib.sha256(content).hexdigest()
+    robots = {robot.pod: robot.id for robot in run.warehouse.robots if robot.pod is not None}
+    lines = [[robots[pod] for pod in run.warehouse.station(i).pods_in_line] for i in range(len(run.layout.stations))]
+    told = {"file": name, "sha256": digest, "tick": run.began, "lines": lines}
+    return {"state": {**told, "content": json.loads(content)}}
 
 
 def _map(run: RunInfo) -> dict[str, str]:

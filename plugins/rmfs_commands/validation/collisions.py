@@ -91,7 +91,8 @@ def _known_until(case: Case, state: State) -> list[int]:
 
 def _holds(case: Case, known_until: list[int]) -> list[Hold]:
     """Every hold of every robot."""
-    holds = [Hold(i, robot["cell"], 0.0) for i, robot in enumerate(case.trace.robots)]
+    began = float(case.trace.began)
+    holds = [Hold(i, robot["cell"], began) for i, robot in enumerate(case.trace.robots)]
     resting = list(holds)
 
     @cache
@@ -119,6 +120,8 @@ def _holds(case: Case, known_until: list[int]) -> list[Hold]:
         resting[event.robot] = last
     for hold, tick in zip(resting, known_until, strict=True):
         hold.end = tick
+    for hold in holds if began else ():  # a leg under way holds what it has left no more
+        hold.start = max(hold.start, began)
     return holds
 
 

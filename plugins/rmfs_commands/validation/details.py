@@ -16,6 +16,7 @@ from rmfs_commands.validation.tables import (
     Row,
     arrivals_of,
     cancelled_in,
+    goes_on,
     has_batteries,
     has_hours,
     may_cancel,
@@ -58,7 +59,7 @@ def recompute_details(trace: Trace) -> dict[str, float | None]:
     done = {event.order: event.tick for event in trace.events if isinstance(event, OrderCompleted)}
     assigned = {event.order: event.tick for event in trace.events if isinstance(event, OrderAssigned)}
     after = [order for order in done if done[order] >= begin]
-    timed = [order for order in after if arrivals.get(order, done[order]) >= begin]
+    timed = [order for order in after if goes_on(trace) or arrivals.get(order, done[order]) >= begin]
     times = {
         "turnover": [done[i] - arrivals.get(i, done[i]) for i in timed],
         "turnover_backlog": [assigned.get(i, done[i]) - arrivals.get(i, done[i]) for i in timed],
@@ -124,7 +125,8 @@ def _lateness(trace: Trace, begin: int, done: dict[int, int]) -> dict[str, float
     if not due:
         return {}
     arrivals, cancelled = arrivals_of(trace), cancelled_in(trace)
-    counted = {i: tick for i, tick in due.items() if arrivals.get(i, -1) >= begin and i not in cancelled}
+    there = {i for i in due if goes_on(trace) and done.get(i, begin) >= begin}  # not complete when the run began
+    counted = {i: t for i, t in due.items() if (i in there or arrivals.get(i, -1) >= begin) and i not in cancelled}
     end, until_s = max(trace.tick, begin), trace.scenario.get("run", {}).get("until_s")
     last = [] if until_s is None else [to_ticks(until_s)]  # what is due later nobody knows but of early orders
     if counted.keys() - done.keys():

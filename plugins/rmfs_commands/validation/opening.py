@@ -12,6 +12,7 @@ from attrs import evolve
 from rmfs_commands.instances.departures import departing
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.trace.writer import MADE_BY
+from rmfs_commands.validation.begun import opened
 from rmfs_commands.validation.case import Case
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
@@ -40,6 +41,8 @@ def check_opening(case: Case) -> None:
         files = given.orders_file, given.skus_file, supply and supply.file
         drawn = files == (None,) * 3 and not isinstance(given.arrivals.profile, str)
         instance = make_instance(scenario) if drawn else None
+        if instance is not None and trace.state is not None:
+            instance = opened(trace, instance).instance
         undated = tuple(evolve(order, due_tick=None) for order in trace.instance.orders)
         due = departing(evolve(trace.instance, orders=undated), scenario)  # also of orders that are not made anew
     except InputError as error:
@@ -51,7 +54,8 @@ def check_opening(case: Case) -> None:
         _compare_instances(case, instance)
     elif given.departures is not None:
         _compare(case, "the orders", trace.instance.orders, due.orders)
-    _compare_places(case, scenario)
+    if trace.state is None:
+        _compare_places(case, scenario)
 
 
 def _layout(scenario: Scenario, trace: Trace) -> Layout | None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Container, Sequence
+from typing import Any
 
 from attrs import define
 
 from rmfs_commands.validation.case import Case, Handlers, seconds
 from rmfs_commands.validation.state import State
 from rmfs_commands.validation.tables import has_batteries
-from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import (
     BundleStored,
     ChargerDown,
@@ -29,6 +30,7 @@ from rmfs_core.events import (
 )
 from rmfs_core.randomness import keyed_stream
 from rmfs_core.timetable import Calendar, Timetable, read_spans
+from rmfs_core.warehouse import Warehouse
 
 
 @define
@@ -99,6 +101,31 @@ class OutageCheck:
             ItemPicked: self.works,
             BundleStored: self.works,
         }
+
+    def begin(self, warehouse: Warehouse, told: Sequence[Any] | None, charging: Container[int]) -> None:
+        """Take note of when all fails next, and what is out of service, where a run begins in a state.
+
+        None: that does not tell, so that all begins to work, or has failed, just now.
+        """
+        now, known = self.case.trace.began, {} if told is None else {(f"{one.of}s", one.id): one for one in told}
+        busy = {robot.id for robot in warehouse.robots if robot.task is not None or robot.goal is not None}
+        down = {"robots": {robot.id for robot in warehouse.robots if not robot.in_service}}
+        down["stations"] = {station.id for station in warehouse.stations if not station.in_service}
+        down["chargers"] = {i for i, cell in enumerate(self.cells) if cell not in warehouse.chargers}
+        for kind, ones in self.ones.items():
+            for i, one in enumerate(ones):
+                one.up, kept = now, known.get((kind, i))
+                if kept is None:
+                    self._draw(kind, i)
+                else:
+                    one.number, one.repair = kept.number, to_ticks(kept.repair_s)
+                    one.fails = math.inf if kept.fails_s is None else to_ticks(kept.fails_s)
+                one.down = i in down[kind]
+                if one.down:
+                    ends = now + one.repair if kept is None else math.inf
+                    one.out = now, to_ticks(kept.until_s) if kept is not None and kept.until_s is not None else ends
+                if kind == "robots":
+                    one.free, one.charges = None if i in busy else now, i in charging
 
     def charger(self, event: ChargerDown | ChargerUp, check: Callable[..., None], **more: bool) -> None:
         """Check that a charger fails, or is in service again, when it is due."""

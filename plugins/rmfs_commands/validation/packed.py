@@ -16,6 +16,7 @@ from rmfs_commands.validation.tables import (
     boxes_of,
     cancelled_in,
     changes_of,
+    goes_on,
     measured_from,
     packing_hours,
 )
@@ -87,7 +88,9 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
     come = {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)}
     done = {i: one.packed for i, one in times.items() if one.packed is not None}
     after = [i for i, tick in done.items() if tick >= begin]
-    timed = [done[i] - arrivals[i] for i in after if arrivals.get(i, -1) >= begin]
+    there = {i for i in come if goes_on(trace) and done.get(i, begin) >= begin}  # not packed when the run began
+    own = there | {i for i, tick in arrivals.items() if tick >= begin}
+    timed = [done[i] - arrivals[i] for i in after if i in own]
     together = [times[i].come[-1] - times[i].come[0] for i in after if times[i].box is not None]
     waits = [(times[i].begun or 0) - times[i].ready for i in after]
     steps = [*boxes_of(trace), (end, 0)]
@@ -96,7 +99,7 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
     totes = sum(isinstance(event, PartSent) and event.tick >= begin for event in trace.events)
     left = [trace.tick - tick for i, tick in come.items() if i not in done.keys() | cancelled.keys()]
     due = {i: order.due_tick for i, order in enumerate(orders) if order.due_tick is not None}
-    late = [done.get(i, end) > tick for i, tick in due.items() if arrivals.get(i, -1) >= begin and i not in cancelled]
+    late = [done.get(i, end) > tick for i, tick in due.items() if i in own and i not in cancelled]
     return {
         "orders_packed": len(after),
         "packed_s": _mean(timed),

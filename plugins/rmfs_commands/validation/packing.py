@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from attrs import Factory, define
@@ -23,6 +24,8 @@ from rmfs_core.events import (
     PartPut,
     PartSent,
 )
+from rmfs_core.simulation.going import Going
+from rmfs_core.warehouse import Warehouse
 from rmfs_core.wording import counted
 
 
@@ -74,6 +77,7 @@ class PackingCheck:
         self.work: dict[tuple[int, str], list[tuple[int, int]]] = defaultdict(list)
         self.parts: dict[int, set[tuple[int, int]]] = defaultdict(set)
         self.open: dict[int, bool] = {}  # whether lines are left in the backlog
+        self.known: dict[tuple[str, int], int] = {}  # ticks of what was under way in the state that the run begins in
         self.hours = packing_hours(case.trace)
         self.handlers: Handlers = {}
         if self.section:
@@ -90,6 +94,72 @@ class PackingCheck:
                 PackingStarted: self.started,
                 OrderPacked: self.packed,
             }
+
+    def begin(self, warehouse: Warehouse, going: Sequence[Going], totes: int, puts_s: Mapping[str, float]) -> None:
+        """Take note of how far orders are in a state, whose totes are so many, and what putting them takes."""
+        now = self.case.trace.began
+        self.totes = {tote: PartSent(now, 0, 0, 0, tote, 0) for tote in range(1, totes + 1)}
+        self.puts = {int(tote): to_ticks(put_s) for tote, put_s in puts_s.items()}
+        for order in warehouse.arrived.values():
+            self.cancelled |= {order.id} if order.cancelled else set()
+            self.parts[order.id] = {(part.station, part.period) for part in order.parts}
+            self.open[order.id] = bool(order.open_lines)
+            for part in order.parts:
+                there, picked = self.at[order.id, part.station], part.items - part.unpicked_items
+                there.assigned.append((-1, part.items))
+                there.picks += [_Pick(0, now, now)] * picked
+                there.sent += picked
+            if (at := order.packing) is not None:
+                whole = at.items_in_box == order.items
+                own = _Packed(at.station, at.box, at.items_in_box, at.items_in_box, whole, None, at.packed)
+                self.orders[order.id] = own
+                if at.box is not None and not at.packed:
+                    self.boxes[at.station, at.box] = order.id
+                    self.counted |= {order.id} if self._has_box(order.complete) else set()
+        visits = {one.robot: one.visit for one in going if one.visit and one.picks}
+        at_work = {s.id: visits.get(s.line[0].id, -1 - s.id) if s.line else -1 - s.id for s in warehouse.stations}
+        for one in going:  # what is in hand was picked last
+            if one.kind == "release" and (held := warehouse.stations[one.station or 0].in_hand) is not None:
+                there, visit = self.at[held[0], one.station or 0], at_work[one.station or 0]
+                there.sent, there.picks[-1] = there.sent - 1, _Pick(visit, one.tick, one.tick)
+                self.in_visit[visit] = one.tick
+        for one in going:
+            self._goes_on(one, at_work)
+        for station in warehouse.packing:
+            begun = [(task, task.since_s) for task in station.tasks]
+            for task, since_s in begun + [(task, task.since_s) for task, _ in station.working]:
+                if task.kind == "put":
+                    self.come[task.tote] = to_ticks(since_s), False
+                    self.totes[task.tote] = PartSent(now, task.order.id, station.id, 0, task.tote, task.items)
+                if task.kind == "put" or task.order.packing is None or task.order.packing.box is None:
+                    self.orders[task.order.id].come += task.items
+
+    def _has_box(self, picked: bool) -> bool:
+        """Whether an order that is not packed has its box."""
+        return self.section["packing_from"] == "packed" or not picked
+
+    def _goes_on(self, one: Going, at_work: Mapping[int, int]) -> None:
+        """Take note of a tote on its way, or of a task at work."""
+        number, at = one.order or 0, one.station or 0
+        if one.kind == "tote":
+            there, visit = self.at[number, at], at_work[at]
+            there.sent -= one.items
+            there.picks[there.sent : there.sent + one.items] = [_Pick(visit, one.tick, one.tick)] * one.items
+            self.in_visit.setdefault(visit, one.tick)
+        elif one.kind == "totes":
+            self.in_visit[-1 - at] = one.tick
+        elif one.kind == "conveyor":
+            packing = self.orders[number].packing
+            self.totes[one.tote] = PartSent(one.since, number, packing, 0, one.tote, one.items)
+            self.known["conveyor", one.tote] = one.tick - one.since
+        elif one.kind in ("put", "pack"):
+            crew = "sorter" if one.kind == "put" and self.section["sorters"] else "packer"
+            if one.kind == "pack":
+                self.orders[number].begun = one.since
+                self.known["pack", number] = one.tick - one.since
+                self.work[at, crew].append((one.since, 1))
+            else:
+                self.puts[one.tote] = one.tick - one.since
 
     def _add(self, kind: str, event: Any, what: str) -> None:
         self.case.add(kind, event.tick, f"{self.case.order(event.order)} {what}")
@@ -179,7 +249,8 @@ class PackingCheck:
         self.come[event.tote] = event.tick, False
         self.puts[event.tote] = self.case.services.packs("put", event.order, event.items)
         order.come += event.items
-        taken, ticks = event.tick - sent.tick, self._conveyor(sent.station, event.packing)
+        taken, ticks = event.tick - sent.tick, self.known.pop(("conveyor", event.tote), None)
+        ticks = self._conveyor(sent.station, event.packing) if ticks is None else ticks
         if taken != ticks:
             self._add("conveyor-time", event, f"is on a conveyor for {seconds(taken)}; expected {seconds(ticks)}")
 
@@ -230,7 +301,9 @@ class PackingCheck:
 
     def packed(self, event: OrderPacked) -> None:
         """Check that packing took as long as it does; the box is free then."""
-        order, ticks = self._order(event), self.case.services.packs("pack", event.order, self._items(event.order))
+        order, ticks = self._order(event), self.known.pop(("pack", event.order), None)
+        if ticks is None:
+            ticks = self.case.services.packs("pack", event.order, self._items(event.order))
         if order.packed or order.begun != event.start_tick or event.tick - event.start_tick != ticks:
             begun = "never" if order.begun is None else seconds(order.begun)
             told = f"is packed{' again' if order.packed else ''} from {seconds(event.start_tick)}"

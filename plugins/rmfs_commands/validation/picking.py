@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 
 from rmfs_commands.validation.case import Case, Handlers, seconds
 from rmfs_commands.validation.state import State
@@ -20,7 +21,22 @@ class PickCheck:
         self._handled_tick = 0  # of the item that is being checked
         self._items, self._visits = Counter[tuple[int, int]](), Counter[tuple[int, int]]()  # of each line, so far
         self._begun: set[tuple[int, int]] = set()  # orders at stations
-        self._last: dict[int, tuple[int, int, int]] = {}  # visit and line of the last pick at each station
+        self._last: dict[int, tuple[int, ...]] = {}  # visit and line of the last pick at each station
+        self._under_way: dict[int, list[int]] = {}  # ticks of picking and handling what was in hand when the run began
+
+    def begin(
+        self, drawn: Mapping[tuple[int, ...], int], last: Mapping[int, tuple[int, ...]], under_way: dict[int, list[int]]
+    ) -> None:
+        """Take note of what was drawn before a run began in a state, by what it was for, and of picks under way."""
+        for what, number in drawn.items():
+            if len(what) == 2:
+                self._items[what[0], what[1]] = number
+            elif len(what) == 3:
+                self._visits[what[0], what[1]] = number
+            elif len(what) == 4:
+                self._begun.add((what[0], what[1]))
+        self._last.update(last)
+        self._under_way = under_way
 
     def picked(self, event: ItemPicked) -> None:
         """Check a pick."""
@@ -69,6 +85,8 @@ class PickCheck:
 
     def _expected(self, event: ItemPicked) -> list[int]:
         """Return the ticks of picking and of handling an item, as the seed draws them."""
+        if (known := self._under_way.pop(event.station, None)) is not None:
+            return known
         services, line, before_s = self.case.services, (event.order, event.sku), 0.0
         seconds = services.item_s(*line, self._items[line])
         self._items[line] += 1

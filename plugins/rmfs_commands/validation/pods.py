@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from rmfs_commands.validation.case import Case, Handlers, seconds
 from rmfs_commands.validation.state import PodState, RobotState, State
 from rmfs_core.events import PodLifted, PodMoveDecided, PodStored, TaskAssigned
@@ -20,6 +22,10 @@ class PodCheck:
             PodLifted: self.lifted,
             PodStored: self.stored,
         }
+
+    def bring(self, going: Mapping[int, int]) -> None:
+        """Note pods that are carried elsewhere without a visit, and where to."""
+        self._going.update(going)
 
     def task(self, event: TaskAssigned) -> None:
         """Check that a robot has no other task, and that the pod stands and waits for it."""

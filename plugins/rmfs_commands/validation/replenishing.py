@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from attrs import define
@@ -22,6 +23,7 @@ from rmfs_core.events import (
     TripDecided,
     VisitEnded,
 )
+from rmfs_core.warehouse import Bundle
 
 Came = tuple[int, int, int]  # tick, SKU, items
 
@@ -75,12 +77,32 @@ class BundleCheck:
             VisitEnded: self.left,
         }
 
+    def begin(self, now: int, there: Sequence[Bundle], number: int, ordered: Iterable[Came], waits: list[int]) -> None:
+        """Take note of the bundles of a state, on order and of those there, and of the orders that wait for stock."""
+        self.bundles = [_Bundle("", 0, 0, stored=True) for _ in range(number)]
+        self.expected = Counter({came: n for came, n in self.expected.items() if came[0] > now})
+        self.expected.update(ordered)
+        self.position.update({sku: 0 for _, sku, _ in ordered})
+        for _, sku, items in ordered:
+            self.position[sku] += items
+        for bundle in there:
+            self.position[bundle.sku] += bundle.items
+            at, pod = bundle.station, bundle.pod
+            self.bundles[bundle.id] = _Bundle(bundle.name, bundle.sku, bundle.items, at, pod)
+            self.at.update([] if at is None else [at])
+            if pod is not None:
+                self.promised[pod] += bundle.size
+        self.wanting.update(waits)
+        for order in waits:
+            for sku, items in self.case.trace.instance.orders[order].lines:
+                self.position[sku] -= items
+
     def _begin(self) -> None:
-        """Expect what is ordered at time 0, after the orders that arrive then."""
+        """Expect what is ordered when the run begins, after the orders that arrive then."""
         if not self.begun:
             self.begun = True
             for sku in range(len(self.case.trace.instance.levels)):
-                self._order(sku, 0)
+                self._order(sku, self.case.trace.began)
 
     def _order(self, sku: int, tick: int) -> None:
         """Expect what is ordered where the inventory position is at the reorder point."""
@@ -209,7 +231,7 @@ class BundleCheck:
 
     def order_arrived(self, event: OrderArrived) -> None:
         """Expect what is ordered for an order that waits for stock."""
-        if event.tick:
+        if event.tick > self.case.trace.began:
             self._begin()
         if self.state.orders[event.order].waits:
             self.wanting.add(event.order)

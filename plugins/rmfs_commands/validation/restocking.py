@@ -104,7 +104,7 @@ def recompute_replenishment(trace: Trace) -> dict[str, float | None]:
     stock, outs = _Stock(trace), 0
     ticks, levels = [0], [(stock.items, stock.skus)]
     for event in trace.events:
-        if isinstance(event, BundleStored | ItemPicked):
+        if isinstance(event, BundleStored | ItemPicked) and (trace.state is None or event.tick > trace.began):
             outs += stock.change(event) and event.tick >= begin
             ticks.append(event.tick)
             levels.append((stock.items, stock.skus))

@@ -56,9 +56,12 @@ def visits_of(trace: Trace) -> list[Row]:
     """Return the rows of visits.csv."""
     rows: dict[int, Row] = {}
     picks: dict[int, int] = {}
+    begun: dict[int, int] = {}
     for event in trace.events:
         match event:
             case VisitStarted():
+                if trace.state is not None:
+                    begun[event.visit] = event.tick
                 rows[event.visit] = {
                     "visit": event.visit,
                     "pod": trace.instance.pods[event.pod].name,
@@ -69,6 +72,8 @@ def visits_of(trace: Trace) -> list[Row]:
                 }
             case VisitEnded() if event.visit in rows:
                 rows[event.visit]["end_s"] = to_seconds(event.tick)
+                if begun.get(event.visit, event.tick) <= trace.began:  # some were picked before the run began
+                    picks[event.visit] = event.picks
             case ItemPicked():
                 picks[event.visit] = picks.get(event.visit, 0) + 1
     return [row | {"picks": picks.get(visit, 0)} for visit, row in rows.items()]

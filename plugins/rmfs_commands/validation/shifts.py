@@ -87,7 +87,7 @@ class ShiftCheck:
     def at_end(self) -> None:
         """Check that whatever the timetables say has been told."""
         for whose, hours in self.hours.items():
-            tick: int | None = 0
+            tick: int | None = self.case.trace.began
             while tick is not None and tick < self.case.trace.tick:
                 number = next(number for told, number in reversed(self.told[whose]) if told <= tick)
                 if self._fails(whose, tick):

@@ -43,10 +43,14 @@ class Claims:
         if self._served(order):
             self.claim(order)
         else:
-            self.waiting[order] = self._waited
-            self._waited += 1
-            for sku, quantity in self._orders[order].lines:
-                self._wanting[sku][quantity].add(order)
+            self.wait(order)
+
+    def wait(self, order: int) -> None:
+        """Let an order wait for what it wants."""
+        self.waiting[order] = self._waited
+        self._waited += 1
+        for sku, quantity in self._orders[order].lines:
+            self._wanting[sku][quantity].add(order)
 
     def claim(self, order: int) -> None:
         """Let an order claim what it wants, whether or not that is there, and wait no more."""

@@ -57,6 +57,22 @@ def measured_from(trace: Trace) -> int:
     return to_ticks(trace.scenario.get("run", {}).get("warmup_s") or 0)
 
 
+def goes_on(trace: Trace) -> bool:
+    """Whether orders count that were open in the state in which a run begins: what counts begins there."""
+    return trace.state is not None and measured_from(trace) <= trace.began + 1
+
+
+def lines_of(trace: Trace) -> list[list[int]]:
+    """Return the robots in line at each station when a run begins."""
+    if trace.state is not None:
+        return [list(line) for line in trace.state["lines"]]
+    lines: list[list[int]] = [[] for _ in trace.stations]
+    for pod in trace.pods:
+        if pod["robot"] is not None:
+            lines[pod["bound_for"][0]].append(pod["robot"])
+    return lines
+
+
 def refilled(trace: Trace) -> int | None:
     """Return how many orders are kept in the backlog, as long as there are any; None where they come at their times."""
     backlog = trace.scenario.get("instance", {}).get("arrivals", {}).get("backlog")
@@ -89,9 +105,10 @@ def has_hours(trace: Trace) -> bool:
 def hours_of(trace: Trace) -> Iterator[Row]:
     """Yield the rows of hours.csv, which a trace of few events may have any number of."""
     counted: Counter[tuple[int, str]] = Counter()
-    last = max(trace.tick - 1, 0) // HOUR
+    last, began = max(trace.tick - 1, 0) // HOUR, trace.began
+    since = 0 if trace.state is None else min(measured_from(trace), began + 1)
     for event in trace.events:
-        number, hour = 1, event.tick // HOUR
+        number, hour = 1, max(event.tick, began) // HOUR
         match event:
             case OrderArrived():
                 what = "orders_in"
@@ -113,16 +130,18 @@ def hours_of(trace: Trace) -> Iterator[Row]:
                 what = "orders_packed"
             case _:
                 continue
-        counted[hour, what] += number
+        counted[hour, what] += number * (event.tick >= since)
+        counted[hour, "backlog"] += number * {"orders_in": 1, "left": -1, "orders_cancelled": -1}.get(what, 0)
         last = max(last, hour)
     backlog, there = 0, _there(trace)
-    for hour in range(last + 1):
-        backlog += counted[hour, "orders_in"] - counted[hour, "left"] - counted[hour, "orders_cancelled"]
+    for hour in range(began // HOUR, last + 1):
+        backlog += counted[hour, "backlog"]
         counts = ["orders_in", "orders_out", "picks", "visits", "distance_m"]
         counts += ["orders_cancelled"] * may_cancel(trace)
         counts += ["orders_packed"] * bool(trace.scenario.get("packing"))
         numbers = {what: counted[hour, what] for what in counts}
-        begin, end = hour * HOUR, max(min((hour + 1) * HOUR, trace.tick), hour * HOUR)
+        begin = max(hour * HOUR, began)
+        end = max(min((hour + 1) * HOUR, trace.tick), begin)
         means = {column: round(_mean(steps, begin, end), 3) for column, steps in there.items()}
         yield {"hour": hour, "start_s": hour * 3600, **numbers, "backlog": backlog, **means}
 
@@ -238,9 +257,8 @@ def stations_of(trace: Trace) -> list[Row]:
     joined = joined_at(trace)
     backlog = [(tick, 1) for tick in joined.values()]
     backlog += [(tick, -1) for order, tick in cancelled_in(trace).items() if order in joined]
-    for pod in trace.pods:
-        if pod["robot"] is not None:
-            steps[pod["bound_for"][0]]["queue"].append((0, 1))
+    for at, robots in enumerate(lines_of(trace)):
+        steps[at]["queue"].append((0, len(robots)))
     for event in trace.events:
         match event:
             case OrderAssigned():
@@ -442,6 +460,8 @@ def waiting_ticks(trace: Trace) -> Counter[tuple[int, str]]:
         match event:
             case TaskAssigned():
                 since[event.robot] = (event.tick, "to_pod")
+            case PodLifted() if trace.state is not None and event.tick <= trace.began:
+                since[event.robot] = (event.tick, "to_station")
             case RobotMoved() | PodLifted() | PodStored():
                 if event.robot in since:
                     free, state = since[event.robot]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rmfs_commands.trace.reader import KnownIds, Trace
 from rmfs_commands.trace.writer import EVENTS
+from rmfs_commands.validation.begun import FOLLOWED, Beginning, opening_of
 from rmfs_commands.validation.case import Case, seconds
 from rmfs_commands.validation.collisions import find_collisions
 from rmfs_commands.validation.fault import Fault
@@ -63,6 +64,7 @@ def faults_of(
     if made_alike(trace, result):
         check_opening(case)
     state = State(trace)
+    begun, rest = opening_of(case)
     if collisions is None:
         collisions = case.avoids_collisions
     packing = PackingCheck(case)
@@ -91,7 +93,19 @@ def faults_of(
     for check in checks:
         for kind, handler in check.handlers.items():
             handlers[kind].append(handler)
-    whole = _follow(case, handlers, picks)
+    if begun is not None:
+        past = trace.events[: len(trace.events) - len(rest.events)]
+        _begin(case, handlers, past)
+        beginning = Beginning(case, state, begun)
+        beginning.of_lines(lines)
+        beginning.of_pods(pods)
+        beginning.of_picks(picks)
+        beginning.of_orders(orders, decisions)
+        beginning.of_stock(stock)
+        beginning.of_bundles(bundles)
+        beginning.of_packing(packing)
+        beginning.of_outages(outages)
+    whole = _follow(case, rest, handlers, picks)
     lines.at_end()
     orders.at_end()
     pods.at_end()
@@ -110,11 +124,22 @@ def faults_of(
     return sorted(case.faults, key=lambda fault: fault.tick)
 
 
-def _follow(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None]]], picks: PickCheck) -> bool:
+def _begin(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None]]], past: Sequence[Event]) -> None:
+    """Let checks know what a run that begins in a state tells of robots and stations; it is not checked."""
+    faults = [*case.faults]
+    for event in past:
+        for handle in handlers[type(event)] if isinstance(event, FOLLOWED) else ():
+            handle(event)
+    case.faults[:] = faults
+
+
+def _follow(
+    case: Case, rest: Trace, handlers: Mapping[type[Event], list[Callable[[Any], None]]], picks: PickCheck
+) -> bool:
     """Hand each event to its checks; return whether all of them name only what exists."""
     ids = KnownIds(case.trace)
-    now, whole = 0, True
-    for event in case.trace.events:
+    now, whole = case.trace.began, True
+    for event in rest.events:
         unknown = ids.unknown(event)
         if unknown is not None:
             case.add("unknown-id", event.tick, f"{type(event).__name__} names {unknown}, which does not exist")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +22,7 @@ from rmfs_core.results import RESULT_FILE
 if TYPE_CHECKING:
     from rich.console import Console
 
+STATE = "instance.state_file"
 WORLD = ("seed", "instance", "layout")
 """Keys of a result's scenario that say which orders, pods and stations there are."""
 
@@ -105,7 +108,10 @@ def compare_runs(first: str, second: str) -> TwoRuns:
     results = [_read(folder) for folder in (first, second)]
     flat = [_flat({**one["scenario"], "seed": one["seed"], "versions": one["versions"]}) for one in results]
     keys = dict.fromkeys([*flat[0], *flat[1]])
-    differs = {key: (flat[0].get(key), flat[1].get(key)) for key in keys if flat[0].get(key) != flat[1].get(key)}
+    pairs = {key: (flat[0].get(key), flat[1].get(key)) for key in keys}
+    differs = {key: pair for key, pair in pairs.items() if _plain(key, pair[0]) != _plain(key, pair[1])}
+    if (flat[0].get(STATE) is None) != (flat[1].get(STATE) is None):  # what counts begins at the state's time
+        differs.pop("run.warmup_s", None)
     files = tuple(key for key, value in flat[0].items() if _names_file(key, value))
     one, other = (result["metrics"] for result in results)
     both = {name: (value, other[name]) for name, value in one.items() if name in other}
@@ -128,6 +134,14 @@ def _names_file(key: str, value: object) -> bool:
     """Whether the value of a scenario's key names, or may name, a file of orders, pods or stations."""
     path = tuple(key.split("."))
     return path[0] in WORLD and isinstance(value, str) and (path in DATA_FILES or "parameters" in path)
+
+
+def _plain(key: str, value: Any) -> Any:
+    """Return a value in one spelling: `2024-03-01` is the midnight `2024-03-01T00:00:00`."""
+    if key == "instance.start" and isinstance(value, str):
+        with suppress(ValueError):
+            return datetime.fromisoformat(value)
+    return value
 
 
 def _is_number(value: object) -> bool:

@@ -3,13 +3,14 @@
 
 export const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200];
 
-/** Times of 1 ms from 0 to `end`, that pass `speed` times as fast as those of the person who watches. */
+/** Times of 1 ms from `begin` to `end`, that pass `speed` times as fast as those of the person who watches. */
 export class Clock {
   /** @param {number} end */
-  constructor(end) {
+  constructor(end, begin = 0) {
     this.end = end;
-    this.start = 0; // when there is something to see
-    this.tick = 0;
+    this.begin = begin;
+    this.start = begin; // when there is something to see
+    this.tick = begin;
     this.speed = 10;
     this.playing = false;
     this.waits = false; // at the end, for more to come
@@ -27,7 +28,7 @@ export class Clock {
 
   /** @param {number} tick */
   seek(tick) {
-    this.tick = Math.min(Math.max(tick, 0), this.end);
+    this.tick = Math.min(Math.max(tick, this.begin), this.end);
   }
 
   /** Play or pause; at the end, play from the start. */

@@ -5,7 +5,7 @@ import { Clock, clockTime, SPEEDS, spokenTime } from "./clock.mjs";
 import { paletteOf } from "./draw.mjs";
 import { HEAT_NAMES, HEATS } from "./heat.mjs";
 import { brief, legend, numbers, suggestions, thingNamed } from "./labels.mjs";
-import { nextOf } from "./series.mjs";
+import { beginOf, nextOf } from "./series.mjs";
 import { make, Panel } from "./panel.mjs";
 import { setHeat, viewsOf } from "./views.mjs";
 /** @import { Figure, HeatName, Run, Thing, View } from "./types.d.ts" */
@@ -48,7 +48,7 @@ export class Page {
   /** @param {Run[]} runs */
   constructor(runs) {
     this.end = Math.max(...runs.map((run) => run.tick));
-    this.clock = new Clock(this.end);
+    this.clock = new Clock(this.end, beginOf(runs));
     const figures = runs.map((run) => this.figure(run));
     this.views = viewsOf(runs, figures, this.end, paletteOf(document.documentElement));
     this.clock.start = Math.min(...this.views.map(({ timeline }) => timeline.series.first));
@@ -247,6 +247,7 @@ export class Page {
   // Buttons, pointer, keys
 
   controls() {
+    this.seekBar.min = String(this.clock.begin);
     this.speedBox.append(...SPEEDS.map((speed) => make("option", { value: speed }, `${speed} ×`)));
     this.speedBox.value = String(this.clock.speed);
     this.heatBox.append(...HEAT_NAMES.map((name) => make("option", { value: name }, HEATS[name].label)));

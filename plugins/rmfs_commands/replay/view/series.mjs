@@ -17,24 +17,34 @@ export function binTicks(end) {
 }
 
 /**
+ * The earliest time at which one of some runs begins: in its state, or at 0.
+ * @param {Run[]} runs
+ */
+export function beginOf(runs) {
+  return Math.min(...runs.map((run) => run.begin ?? 0));
+}
+
+/**
  * Picks per hour in each bin, orders in the backlog at the end of each, and the times of decisions.
  * @param {Run} run
  * @returns {Series}
  */
-export function seriesOf(run, end = run.tick) {
-  const width = binTicks(end);
-  const n = Math.max(Math.ceil(run.tick / width), 1);
+export function seriesOf(run, end = run.tick, begin = 0) {
+  const width = binTicks(end - begin);
+  const n = Math.max(Math.ceil((run.tick - begin) / width), 1);
+  /** @param {number} tick */
+  const bin = (tick) => Math.max(Math.min(Math.floor((tick - begin) / width), n - 1), 0);
   const picks = new Float64Array(n);
-  for (const tick of run.events.item_picked.tick) picks[Math.min(Math.floor(tick / width), n - 1)]++;
-  const perHour = picks.map((number, i) => (number * 3600000) / Math.max(Math.min(width, run.tick - i * width), 1));
+  for (const tick of run.events.item_picked.tick) if (tick >= begin) picks[bin(tick)]++;
+  const perHour = picks.map((number, i) => (number * 3600000) / Math.max(Math.min(width, run.tick - begin - i * width), 1));
   const change = new Float64Array(n);
-  for (const tick of run.events.order_arrived.tick) change[Math.min(Math.floor(tick / width), n - 1)]++;
+  for (const tick of run.events.order_arrived.tick) change[bin(tick)]++;
   const { tick: assigned, complete } = run.events.order_assigned;
-  assigned.forEach((tick, i) => complete[i] && change[Math.min(Math.floor(tick / width), n - 1)]--);
-  for (const tick of run.events.order_cancelled.tick) change[Math.min(Math.floor(tick / width), n - 1)]--;
+  assigned.forEach((tick, i) => complete[i] && change[bin(tick)]--);
+  for (const tick of run.events.order_cancelled.tick) change[bin(tick)]--;
   let sum = 0;
   const backlog = change.map((number) => (sum += number));
-  const first = run.events.order_arrived.tick[0] ?? 0;
+  const first = Math.max(run.events.order_arrived.tick[0] ?? 0, run.begin ?? 0);
   return { width, perHour, backlog, rounds: roundsOf(run), events: eventsOf(run), first };
 }
 

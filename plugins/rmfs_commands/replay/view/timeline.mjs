@@ -21,10 +21,11 @@ export class Timeline {
    * @param {string} label
    * @param {Palette} palette
    */
-  constructor(canvas, series, end, label, palette) {
+  constructor(canvas, series, end, label, palette, begin = 0) {
     this.canvas = canvas;
     this.series = series;
     this.end = end;
+    this.begin = begin;
     this.label = label;
     this.palette = palette;
     this.still = document.createElement("canvas");
@@ -48,7 +49,7 @@ export class Timeline {
   }
 
   /** @param {number} tick */
-  toX = (tick) => (tick / Math.max(this.end, 1)) * this.width;
+  toX = (tick) => (Math.max(tick - this.begin, 0) / Math.max(this.end - this.begin, 1)) * this.width;
 
   drawStill() {
     const { series, palette: p, height } = this;
@@ -59,16 +60,16 @@ export class Timeline {
     const tall = floor - TOP;
     pen.fillStyle = p.levels[1];
     series.perHour.forEach((value, i) => {
-      const x = this.toX(i * series.width);
+      const x = this.toX(this.begin + i * series.width);
       const bar = (value / Math.max(this.mostPicks, 1)) * tall;
-      pen.fillRect(x, floor - bar, Math.max(this.toX(series.width) - 1, 1), bar);
+      pen.fillRect(x, floor - bar, Math.max(this.toX(this.begin + series.width) - 1, 1), bar);
     });
     pen.beginPath();
     pen.strokeStyle = p.ink;
     pen.lineWidth = 1.5;
     pen.lineJoin = "round";
     series.backlog.forEach((value, i) => {
-      pen.lineTo(this.toX(Math.min((i + 1) * series.width, this.end)), floor - (value / Math.max(this.mostBacklog, 1)) * tall);
+      pen.lineTo(this.toX(Math.min(this.begin + (i + 1) * series.width, this.end)), floor - (value / Math.max(this.mostBacklog, 1)) * tall);
     });
     pen.stroke();
     pen.fillStyle = p.soft;
@@ -123,7 +124,7 @@ export class Timeline {
    */
   tickAt(clientX) {
     const box = this.canvas.getBoundingClientRect();
-    return ((clientX - box.left) / box.width) * this.end;
+    return this.begin + ((clientX - box.left) / box.width) * (this.end - this.begin);
   }
 
   /**
@@ -131,7 +132,7 @@ export class Timeline {
    * @param {number} tick
    */
   says(tick) {
-    const bin = Math.min(Math.floor(tick / this.series.width), this.series.perHour.length - 1);
+    const bin = Math.min(Math.floor((tick - this.begin) / this.series.width), this.series.perHour.length - 1);
     return `${clockTime(tick)}: ${Math.round(this.series.perHour[bin])} picks per hour, backlog ${this.series.backlog[bin]}`;
   }
 }

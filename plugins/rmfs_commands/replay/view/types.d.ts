@@ -71,6 +71,8 @@ export type ToldRun = {
   name: string;
   status: string;
   tick: number;
+  begin?: number;
+  picked?: [number, number, number][];
   seed: number | null;
   rules: Record<string, string>;
   about: Record<string, string>;

@@ -3,7 +3,7 @@
 
 import { edgesFor, Scene } from "./draw.mjs";
 import { heatEdges, heatOf } from "./heat.mjs";
-import { seriesOf } from "./series.mjs";
+import { beginOf, seriesOf } from "./series.mjs";
 import { histories, Names } from "./story.mjs";
 import { Timeline } from "./timeline.mjs";
 import { World } from "./world.mjs";
@@ -52,6 +52,7 @@ function odometer(run) {
  * @returns {View[]}
  */
 export function viewsOf(runs, figures, end, palette) {
+  const begin = beginOf(runs);
   const worlds = runs.map((run) => new World(run));
   const edges = edgesFor(Math.max(...runs.map((run, i) => mostOpen(worlds[i], run.tick)), 1));
   return runs.map((run, i) => {
@@ -63,7 +64,7 @@ export function viewsOf(runs, figures, end, palette) {
       names: new Names(run),
       world: worlds[i],
       scene: new Scene(figures[i].canvas, run, history, edges, palette),
-      timeline: new Timeline(figures[i].timeline, seriesOf(run, end), end, letter, palette),
+      timeline: new Timeline(figures[i].timeline, seriesOf(run, end, begin), end, letter, palette, begin),
       figure: figures[i],
       distance: odometer(run),
     };

@@ -77,6 +77,10 @@ export class World {
     this.stations = run.stations.name.map((_, i) => ({ line: this.lineAtStart(i), visit: null, open: new Map(), items: 0, bundles: new Set() }));
     this.orders = new Uint8Array(run.orders.name.length);
     this.left = Int32Array.from(run.lines, (lines) => lines.reduce((sum, [, quantity]) => sum + quantity, 0));
+    for (const [order, sku, items] of run.picked ?? []) {
+      this.left[order] -= items; // before the run
+      this.demand[sku] -= items;
+    }
     this.unassigned = Int32Array.from(this.left);
     this.backlog = this.done = this.cancelled = this.picks = this.visits = this.moves = 0;
     this.bundles = [];
@@ -240,7 +244,8 @@ export class World {
     this.demand[sku[i]]--;
     this.picks++;
     const stock = this.stock[pod[i]].get(sku[i]) ?? 0;
-    if (stock > 0) this.stock[pod[i]].set(sku[i], stock - 1);
+    const before = this.run.begin !== undefined && this.run.events.item_picked.tick[i] <= this.run.begin;
+    if (stock > 0 && !before) this.stock[pod[i]].set(sku[i], stock - 1);
   }
 
   bundle_arrived() {

@@ -219,6 +219,9 @@ def test_orders_that_a_horizon_leaves_open_count(small: Scenario) -> None:
     assert "Time: mean of turn-over time (order lead time) so far in s" in caption(counted)
     assert "95th*: of completed orders only." in caption(counted)
     assert "*: of" not in caption(result)
+    first = [row for row in result.rows if row["seed"] == result.rows[0]["seed"]]
+    assert "Intervals: 95 %" in caption(result)
+    assert "Intervals" not in caption(evolve(result, rows=first))
 
 
 def test_orders_that_are_not_packed_count() -> None:

@@ -98,7 +98,7 @@ def test_time_0_of_orders_with_dates_is_given(tmp_path: Path, capsys: pytest.Cap
     convert(tmp_path, "--force", "--start", "2024-03-01T06:00+01:00")
     assert "midnight" not in capsys.readouterr().out
     (out / "orders.csv").write_text("order,arrival_s,sku,quantity\n1,0,tea,1\n", encoding="utf-8")
-    assert load_scenario(out / "scenario.toml").instance.start == "2024-03-01T06:00+01:00"
+    assert load_scenario(out / "scenario.toml").instance.start == "2024-03-01T06:00:00+01:00"
     told = refused(capsys, convert, tmp_path, "--force", "--start", "2024-03-01")
     assert "scenario.toml is there already; expected no --start" in told
 

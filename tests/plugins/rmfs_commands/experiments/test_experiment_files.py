@@ -392,6 +392,8 @@ def test_files_in_two_folders_are_refused(folder: Path) -> None:
     shipped = load_scenario("examples/from-csv")
     with pytest.raises(InputError, match=r"names files in .* and in "):
         resolve(shipped, {"rules.pr": "./bad.py:Raising"}, str(folder), "test")
+    begun = resolve(shipped, {"instance.state_file": "s.json"}, str(folder), "test")  # but for a state
+    assert (begun.folder, begun.instance.state_file) == (shipped.folder, str((folder / "s.json").resolve()))
 
 
 def test_keys_that_would_be_ignored_are_refused() -> None:

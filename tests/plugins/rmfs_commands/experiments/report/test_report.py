@@ -638,14 +638,19 @@ def test_another_seed_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 
 def test_of_files_only_the_names_are_known(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folders = runs(tmp_path, "robots.count=2")
-    for folder in folders:
+    for folder, start in zip(folders, ("2024-03-01", "2024-03-01T00:00:00"), strict=True):
         file = Path(folder) / "result.json"
         told = json.loads(file.read_text(encoding="utf-8"))
-        told["scenario"]["instance"] |= {"orders_file": "orders.csv", "arrivals": {"profile": "day.csv"}}
+        told["scenario"]["instance"] |= {"orders_file": "o.csv", "arrivals": {"profile": "day.csv"}, "start": start}
         file.write_text(json.dumps(told), encoding="utf-8")
     assert exit_code("compare", *folders) == 0
     shown = " ".join(capsys.readouterr().out.split())
     assert "same files in instance.arrivals.profile, instance.orders_file; their contents are not compared." in shown
+    assert "instance.start" not in shown
+    told["scenario"]["instance"]["state_file"], told["scenario"]["run"]["warmup_s"] = "s.json", 60
+    file.write_text(json.dumps(told), encoding="utf-8")
+    assert exit_code("compare", *folders, "--json") == 0  # the state's time is no warm-up that was asked for
+    assert {*json.loads(capsys.readouterr().out)["differs"]} == {"robots.count", "instance.state_file"}
     assert "the same orders" not in shown
 
 
