@@ -251,15 +251,16 @@ class TestSchedules:
         """Two orders at one station: pod 0 has SKU 0, pod 1 SKU 1; fetching and carrying take 10 s each."""
         work = Work(
             order=np.array([0, 1, 1]), sku=np.array([0, 0, 1]), orders=2, stations=1, robots=1, capacity=5,
-            stock=np.array([[9, 0], [0, 9]]), carry=np.full((2, 1), 10.0), store=5.0, swap=4.0, pick=7.0, handle=13.0,
-            weights=np.array([1.0, 100.0, 0.0]),
+            stock=np.array([[9, 0], [0, 9]]), first=np.full((1, 2), 10.0), carry=np.full((2, 1), 10.0), store=5.0,
+            swap=4.0, pick=7.0, handle=13.0, weights=np.array([1.0, 100.0, 0.0]),
         )  # fmt: skip
         # Pod 0 is there at 20, its two items are handled at 33 and 46; it leaves at 40, its robot is free at 45, and
         # the other pod is there at 65: its item is handled at 78.
         by_hand = getattr(cost, "py_func", cost)
         assert by_hand(np.array([0, 1, 2]), np.array([0, 0, 1]), work) == (33 + 78) / 2 + 200
-        two = work._replace(robots=2)  # the second pod is there in time, and waits for the picker
-        assert by_hand(np.array([0, 1, 2]), np.array([0, 0, 1]), two) == (33 + 59) / 2 + 200
+        two = work._replace(robots=2, first=np.array([[20.0, 0.0], [4.0, 5.0]]))
+        # The second robot is nearer to pod 0, and there at 14; the other pod is there then, and waits for the picker.
+        assert by_hand(np.array([0, 1, 2]), np.array([0, 0, 1]), two) == (27 + 53) / 2 + 200
 
     @pytest.mark.slow  # it compiles the search
     def test_a_schedule_serves_each_line_once_and_annealing_keeps_that(self) -> None:
