@@ -140,10 +140,10 @@ def left_out(comparison: Comparison, shown: Sequence[str]) -> list[str]:
     for (instances, rule_set, reasons), titles in metrics.items():
         alike.setdefault((instances, reasons, tuple(titles)), []).append(rule_set)
     sentences = []
-    for (instances, reasons, titles), names in alike.items():
-        of = names[0] if len(names) == 1 else f"from each of {len(names)} rule sets ({first_few(names)})"
-        of_metrics = "" if len(titles) == len(comparison.metrics) else f" (in {listed(titles)})"
-        sentences.append(f"Left out, {instances}, {of}: {reasons}{of_metrics}.")
+    for (instances, reasons, of), names in alike.items():
+        whose = names[0] if len(names) == 1 else f"from each of {len(names)} rule sets ({first_few(names)})"
+        of_metrics = "" if len(of) == len(comparison.metrics) else f" (in {listed(of)})"
+        sentences.append(f"Left out, {instances}, {whose}: {reasons}{of_metrics}.")
     return sentences
 
 
