@@ -2,12 +2,12 @@
 
 A schedule is one array: the lines (ids) of station after station, in the order in which they are picked, `STOP` between
 two stations. Lines side by side from one pod are one visit. The evaluator knows no roads: it takes fetching, carrying
-and storing a pod for fixed times, robots for alike, and pods for there as soon as their robot can be.
+and storing a pod for fixed times, and pods for there as soon as their robot can be. Robots differ in where they start.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +36,10 @@ class Work(NamedTuple):
         Their numbers; items that a station takes at a time.
     stock
         Items on each pod, many where unlimited. Shape (pods, SKUs).
+    first
+        Seconds from where each robot starts to each pod. Shape (robots, pods).
     carry
-        Seconds from each pod to each station, and as much to fetch it. Shape (pods, stations).
+        Seconds from each pod to each station, and as much to fetch it the next time. Shape (pods, stations).
     store, swap
         Seconds to bring a pod back, and between two pods at a station.
     pick, handle
@@ -53,6 +55,7 @@ class Work(NamedTuple):
     robots: int
     capacity: int
     stock: Ints
+    first: Floats
     carry: Floats
     store: float
     swap: float
@@ -83,7 +86,7 @@ def cost(sequence: Ints, pod_of: Ints, work: Work) -> float:
             at[station] = begin[station] = place + 1
     handled = np.zeros(n)
     picker, gone = np.zeros(work.stations), np.full(work.stations, -work.swap)
-    robots, free_pod = np.zeros(work.robots), np.zeros(len(work.stock))
+    robots, free_pod, begun = np.zeros(work.robots), np.zeros(len(work.stock)), np.zeros(work.robots, np.bool_)
     done = np.zeros(work.orders)
     visits, stolen, last = 0, 0, 0.0
     while True:
@@ -98,21 +101,17 @@ def cost(sequence: Ints, pod_of: Ints, work: Work) -> float:
         if chosen < 0:
             break
         place = at[chosen]
-        pod, robot = pod_of[sequence[place]], np.argmin(robots)
+        pod = pod_of[sequence[place]]
+        robot = _fetcher(robots, begun, work.first[:, pod])
+        fetch = work.carry[pod, chosen] if begun[robot] else work.first[robot, pod]
+        begun[robot] = True
         leaves = max(asked, robots[robot], free_pod[pod])
-        now = max(leaves + 2 * work.carry[pod, chosen], picker[chosen], gone[chosen] + work.swap)
+        now = max(leaves + fetch + work.carry[pod, chosen], picker[chosen], gone[chosen] + work.swap)
         visits += 1
         while place < n and sequence[place] != STOP and pod_of[sequence[place]] == pod:
             line = sequence[place]
             since = place - begin[chosen] - work.capacity
-            one = at[chosen] - 1
-            while one >= max(begin[chosen], place - work.capacity):  # pods that are there yet when it is taken
-                other = pod_of[sequence[one]]
-                if work.stock[other, work.sku[line]] > 0:
-                    stolen += 1
-                    break
-                while one >= begin[chosen] and pod_of[sequence[one]] == other:
-                    one -= 1
+            stolen += _stolen(line, sequence, pod_of, at[chosen], max(begin[chosen], place - work.capacity), work)
             if since >= 0:
                 now = max(now, handled[begin[chosen] + since])
             handled[place] = now + work.handle
@@ -126,6 +125,29 @@ def cost(sequence: Ints, pod_of: Ints, work: Work) -> float:
         last = max(last, now)
     given = work.weights[0] * done.mean() + work.weights[1] * visits + work.weights[2] * last
     return float(given + STOLEN * stolen)
+
+
+@njit(cache=True)
+def _fetcher(free: Floats, begun: Any, ways: Floats) -> int:
+    """Return the robot with the shortest way of those that have not begun; if all have, the first to be free."""
+    nearest = int(np.argmin(free))
+    for robot in range(len(ways)):
+        if not begun[robot] and (begun[nearest] or ways[robot] < ways[nearest]):
+            nearest = robot
+    return nearest
+
+
+@njit(cache=True)
+def _stolen(line: int, sequence: Ints, pod_of: Ints, visit: int, least: int, work: Work) -> bool:
+    """Whether a pod before that of a ``visit`` has a line's SKU, and is there yet when the line is taken."""
+    one = visit - 1
+    while one >= least:
+        other = pod_of[sequence[one]]
+        if work.stock[other, work.sku[line]] > 0:
+            return True
+        while one >= least and pod_of[sequence[one]] == other:
+            one -= 1
+    return False
 
 
 @njit(cache=True)

@@ -139,6 +139,7 @@ def run(
     from rmfs_commands.benchmark.running import FIGURES_FILE, figures_of, rules_given, run_on
     from rmfs_commands.benchmark.sets import benchmark_set
     from rmfs_commands.benchmark.table import own_grid, write_table
+    from rmfs_commands.cli.compiling import compile_searches
     from rmfs_commands.experiments.progress import experiment_display
     from rmfs_commands.results.files import to_json, write_text
     from rmfs_core.errors import RunError
@@ -146,6 +147,8 @@ def run(
     chosen, notes = benchmark_set(), notes_console(quiet=quiet)
     instances, rules, known = chosen.chosen(names), rules_given(given), _known(claims)
     folder = out or Path("rmfs-runs") / "benchmark"
+    for one in {one.roads: one for one in reversed(instances)}.values():
+        compile_searches(notes, one.scenario)
     result = run_on(
         instances,
         rules,

@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rmfs_commands.benchmark.claims import Claim, check_result, run_rules
-from rmfs_commands.benchmark.plans import REPLAY
+from rmfs_commands.benchmark.plans import REPLAY, Plan
 from rmfs_commands.benchmark.sets import BenchmarkSet, Frozen
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, RuleError
 from rmfs_core.rules import RuleSet
 
 if TYPE_CHECKING:
     from rmfs_commands.experiments import Watcher
-    from rmfs_core import Result
 
 Tell = Callable[[str], None]
 PACES = (0.8, 1.1, 0.95, 1.25)
@@ -30,7 +29,8 @@ def improve_schedule(
 ) -> Claim:
     """Return the claim of the best schedule that a search finds; its run is in a folder.
 
-    In each round a schedule is annealed under a fast evaluator, and then run: what the run reaches counts.
+    In each round a schedule is annealed under a fast evaluator, for longer than in the round before, and then run: what
+    the run reaches counts.
 
     Parameters
     ----------
@@ -48,21 +48,22 @@ def improve_schedule(
     InputError
         When there are no schedules of the instance.
     """
-    from rmfs_commands.benchmark.scheduling import HOT_S, Problem
+    from rmfs_commands.benchmark.scheduling import HOT_S, STEPS, Problem
 
     until = time.monotonic() + 60 * minutes
     problem = Problem.of(one, objective)
     schedule = first = problem.first(objective)
     best: tuple[float, float] | None = None
-    plan: Any = None
+    plan: Plan | None = None
     for number in range(1_000_000):
         tried = schedule
         if number:
             again = number % 2 == 0
             pace, heat = PACES[number % len(PACES)], HOT_S * (COOLER if again else 1)
-            tried = problem.improved(schedule if again else first, seed + number, pace, hot=heat)
+            begun = schedule if again else first
+            tried = problem.improved(begun, seed + number, pace, steps=number * STEPS, hot=heat)
         given = problem.plan(tried)
-        reached = _reached(run_rules(one, _replaying(given)), objective)
+        reached = _reached(one, given, objective)
         if reached is not None and (best is None or reached < best):
             best, plan, schedule = reached, given, tried
             tell(f"{one.name}, round {number}: {objective} {reached[0]:,.6g}")
@@ -74,12 +75,19 @@ def improve_schedule(
     return check_result(out, chosen)
 
 
-def _replaying(plan: Any) -> dict[str, Any]:
+def _replaying(plan: Plan) -> dict[str, Any]:
     return {"poa_pps": {"rule": REPLAY, "plan": plan}}
 
 
-def _reached(result: Result, objective: str) -> tuple[float, float] | None:
-    """Return what a complete run reached, the turn-over time behind it: of equal ones the sooner is better."""
+def _reached(one: Frozen, plan: Plan, objective: str) -> tuple[float, float] | None:
+    """Return what the run of a plan reached, the turn-over time behind it: of equal ones the sooner is better.
+
+    None if it is not complete, or a pod has no item left that the plan takes from it: another line got it.
+    """
+    try:
+        result = run_rules(one, _replaying(plan))
+    except RuleError:
+        return None
     if result.status != "complete":
         return None
     return float(result.metrics[objective]), float(result.metrics["turnover_s"])

@@ -18,7 +18,7 @@ from rmfs_core.world import Instance, make_instance, make_layout
 
 MANY = 1 << 40
 STEPS = 1_000_000
-"""Changes that annealing tries in a round."""
+"""Changes that annealing tries in the first round; in the next one twice as many, then three times."""
 HOT_S, COLD_S = 3.0, 0.02
 MOST_NODES = 20_000
 """Nodes of branch and bound for the pods of the first schedule."""
@@ -78,6 +78,8 @@ class Problem:
             robots=scenario.robots.count,
             capacity=picking[0].capacity,
             stock=stock,
+            first=np.array([travel.times_from(r.cell, r.heading, False)[cells] for r in warehouse.robots])
+            / TICKS_PER_S,
             carry=np.array(to).T / TICKS_PER_S,
             store=15.0,
             swap=4.0,
@@ -123,7 +125,9 @@ class Problem:
         seed, steps, hot
             As `anneal` has them.
         """
-        work = self.work._replace(carry=self.work.carry * pace, store=self.work.store * pace)
+        work = self.work._replace(
+            carry=self.work.carry * pace, first=self.work.first * pace, store=self.work.store * pace
+        )
         sequence, pod_of, _ = anneal(*schedule, work, steps, hot, COLD_S, seed)
         return sequence, pod_of
 

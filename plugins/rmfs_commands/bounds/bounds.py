@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.bounds.cover import cheapest_cover
@@ -106,7 +106,6 @@ class _Start:
     def __init__(self, opening: Opening, instance: Instance, *, moved: bool) -> None:
         warehouse = opening.warehouse
         self.picking, self.known = len(warehouse.picking), not (moved or instance.restocked)
-        self.ways: Ways = find_ways(warehouse.travel)
         self.packing, self.services = tuple(warehouse.packing), opening.services
         self.lift_ticks = np.array([self.services.lift(pod) for pod in range(len(warehouse.homes))])  # once
         self.cells = list(warehouse.homes)
@@ -116,6 +115,9 @@ class _Start:
             self.cells[pod] = warehouse.stations[station].cells.slot(in_line[station])
             self.carried[pod] = True
             in_line[station] += 1
+        robots = [robot.cell for robot in warehouse.robots]
+        at = [cell for cell, there in zip(self.cells, self.carried, strict=True) if there]  # robots that hold them
+        self.ways: Ways = find_ways(warehouse.travel, robots + at)
         ordered = {sku for order in instance.orders for sku, _ in order.lines}
         self.wanted = [any(sku in ordered for sku, _ in pod.contents) for pod in instance.pods]
 
@@ -125,12 +127,13 @@ class _Start:
 
     def opens(self, first_arrival: int) -> NDArray[np.int64]:
         """Tick before which nothing can be picked at each station, ascending. A pod is sent for an open order."""
-        carried, cells = np.array(self.carried), np.array(self.cells)
+        carried, cells, wanted = np.array(self.carried), np.array(self.cells), np.array(self.wanted)
         if not self.known:  # whatever is wanted may be near by then
             return np.full(self.picking, first_arrival)
         ticks = self.ways.ticks[: self.picking, cells]
-        there = np.where(carried, np.maximum(ticks, first_arrival), first_arrival + self.lift_ticks + ticks)
-        return np.sort(there[:, np.array(self.wanted)].min(axis=1))
+        lifted = np.maximum(self.ways.fetch_ticks[cells], first_arrival) + self.lift_ticks
+        there = np.where(carried, np.maximum(ticks, first_arrival), lifted + ticks)
+        return np.sort(there[:, wanted].min(axis=1))
 
 
 def _of_pods(scenario: Scenario, instance: Instance, start: _Start) -> Iterator[Bound]:
@@ -179,15 +182,19 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
     if refilled := scenario.instance.arrivals.backlog is not None:
         arrivals[:] = 0  # or later
     opens = start.opens(int(arrivals.min()))
-    workers = at_work(scenario, instance.orders, start.services, opens, scenario.robots.count)
+    workers = [*at_work(scenario, instance.orders, start.services, opens, scenario.robots.count)]
+    if not start.services.vary:
+        (pickers, _), (robots, _) = workers
+        spacing = min(robots.spacing + start.ways.again_ticks, pickers.spacing)
+        workers.append((evolve(robots, spacing=spacing), items))
     counted = arrivals >= to_ticks(scenario.run.warmup_s or 0)
     turnover, p95, least = None, None, "none: no order arrives after run.warmup_s"
     if refilled:
         least = "none: when orders arrive, with instance.arrivals.process = refill, depends on the rules"
     elif counted.any():
         pairs = [(one, units[counted], arrivals[counted]) for one, units in workers]
-        alone = np.maximum(*(one.last_done(*of) for one, *of in pairs)) - arrivals[counted]
-        done = np.maximum(*(one.completions(*of) for one, *of in pairs))
+        alone = np.max([one.last_done(*of) for one, *of in pairs], axis=0) - arrivals[counted]
+        done = np.max([one.completions(*of) for one, *of in pairs], axis=0)
         since = np.sort(arrivals[counted])
         turnover = int((done - since).sum()) / (len(done) * TICKS_PER_S)
         within = 95 * (len(done) - 1) // 100 + 1  # orders whose turn-over time the 95th percentile is no less than

@@ -131,16 +131,16 @@ def tune(
         rules = RuleSet.load(loaded.rules, loaded.folder, allow_inline=not no_inline_rules)
     keys = [key.strip() for key in searched.split(",") if key.strip()] if searched else []
     axes = axes_of(varied)
+    space = make_space(rules, loaded.rules, keys, given)
+    wanted = objectives_of(objectives or ["turnover_s" if loaded.packing is None else "packed_s"])
     _check_runs(runs, seeds, prod(len(axis.points) for axis in axes))
     searching, judging = _seeds(loaded.seed, seeds, held_back_from, held_back)
-    space = make_space(rules, loaded.rules, keys, given)
     notes, name = notes_console(quiet=quiet), scenario_name(scenario)
     for file in rules.inline_files:
         say(notes, f"Loading code from {file}.")
     for line in answer.space_lines(space):
         say(notes, line)
     folder = out or Path("rmfs-runs") / f"tune-{name}"
-    wanted = objectives_of(objectives or ["turnover_s" if loaded.packing is None else "packed_s"])
     compile_searches(notes, loaded)
     try:
         with closing(open_workers(jobs, dask)) as workers:

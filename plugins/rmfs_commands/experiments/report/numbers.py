@@ -131,16 +131,20 @@ def why(one: Paired) -> str | None:
 
 
 def left_out(comparison: Comparison, shown: Sequence[str]) -> list[str]:
-    """Return a sentence for each rule set with pairs left out, and why: once for all metrics of which it is so."""
+    """Return a sentence on pairs left out, and why: once for all rule sets and metrics of which it is so."""
     metrics: dict[tuple[str, str, str], list[str]] = {}
     for one in (one for metric in comparison.metrics for name in shown for one in comparison.of(name, metric)):
         if one.rule_set != comparison.baseline and (reasons := why(one)):
             metrics.setdefault((one.instances, one.rule_set, reasons), []).append(heading(comparison, one.metric))
-    return [
-        f"Left out, {instances}, {rule_set}: {reasons}"
-        + ("." if len(titles) == len(comparison.metrics) else f" (in {listed(titles)}).")
-        for (instances, rule_set, reasons), titles in metrics.items()
-    ]
+    alike: dict[tuple[str, str, tuple[str, ...]], list[str]] = {}
+    for (instances, rule_set, reasons), titles in metrics.items():
+        alike.setdefault((instances, reasons, tuple(titles)), []).append(rule_set)
+    sentences = []
+    for (instances, reasons, of), names in alike.items():
+        whose = names[0] if len(names) == 1 else f"from each of {len(names)} rule sets ({first_few(names)})"
+        of_metrics = "" if len(of) == len(comparison.metrics) else f" (in {listed(of)})"
+        sentences.append(f"Left out, {instances}, {whose}: {reasons}{of_metrics}.")
+    return sentences
 
 
 def value(metric: Metric, number: float | None) -> str:

@@ -29,7 +29,7 @@ from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.experiments import Experiment, Watcher, run_experiment, shipped_experiments
 from rmfs_commands.experiments.compare import holm, interval, intervals, summary
 from rmfs_commands.experiments.keys import digest_of, rules_of
-from rmfs_commands.experiments.report.numbers import aim, seeds
+from rmfs_commands.experiments.report.numbers import aim, left_out, seeds
 from rmfs_commands.experiments.report.plots import make_plots
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import scenario_from_dict
@@ -51,6 +51,16 @@ def test_differences_are_paired_by_instance_and_seed() -> None:
     assert other.relative.mean == pytest.approx(0.1)
     assert other.difference.p == pytest.approx(0.0741799, abs=1e-6)
     assert other.p_holm == other.difference.p
+
+
+def test_rule_sets_with_the_same_pairs_left_out_share_a_sentence() -> None:
+    lacking = {"a": (1, 2), "b": (1, 2), "c": (3,)}
+    rows = [row(name, seed, None if seed in lacking.get(name, ()) else 5.0) for name in "zabc" for seed in range(5)]
+    reason = "as a run has no such figure"
+    assert left_out(summary(rows, "z", ["m"]), ["one"]) == [
+        f"Left out, one, from each of 2 rule sets (a and b): 2 pairs, {reason}.",
+        f"Left out, one, c: 1 pair, {reason}.",
+    ]
 
 
 def test_p_values_are_corrected_over_the_rule_sets() -> None:

@@ -102,7 +102,7 @@ def test_ranges_that_are_known(scenario: Path) -> None:
 @cases(
     "given said",
     (("--parameter", "poa.good"), "expected RULE.NAME=LOW..HIGH or RULE.NAME=A,B,C"),
-    (("--parameter", "poa.godo=0..1"), "the rule has no parameter `godo` (did you mean `good`?)"),
+    (("--parameter", "poa.godo=0..1", "--runs", "1"), "the rule has no parameter `godo` (did you mean `good`?)"),
     (("--parameter", "pr.x=0..1"), "the rule has no parameter `x`"),
     (
         ("--parameter", "poaa.good=0..1"),
@@ -130,7 +130,10 @@ def test_ranges_that_are_known(scenario: Path) -> None:
     ),
     (("--rules", "poa", "--objective", "decision_s_later"), "expected a metric of the simulation"),
     (("--rules", "poa", "--objective", "turnover=less"), 'there is no metric "turnover"'),
-    (("--rules", "poa", "--objective", "periods"), "of `periods` is better; expected periods=less or periods=more"),
+    (
+        ("--rules", "poa", "--objective", "periods", "--runs", "1"),
+        "of `periods` is better; expected periods=less or",
+    ),
 )
 def test_what_is_refused(scenario: Path, given: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("tune", str(scenario), *given, "-j", "1", "--out", str(scenario.parent / "out")) == 2
