@@ -147,6 +147,7 @@ class Floor(Simulation):
         self.waits: dict[tuple[str, int], Wait] = {}
         self.command = command
         self.wanted: dict[int, tuple[Any, Any]] = {}
+        self._seen: dict[int, int] = {}  # by robot, when its cell was told last
         self.book = self.warehouse.orders = OrderBook()
         self.warehouse.arrived = Arrived()
         if self.packing is not None:
@@ -229,12 +230,16 @@ class Floor(Simulation):
     def drive(self, robot: Robot, cell: int, heading: int, charge: float | None = None) -> None:
         """Let a robot be in a cell, with a share of its battery's capacity left."""
         origin, warehouse = robot.cell, self.warehouse
+        in_line = any(robot in station.line for station in warehouse.stations)
         metres = warehouse.travel.layout.distance(origin, cell)
         warehouse.move(robot, cell, heading)
         if (battery := warehouse.battery_of(robot)) is not None and charge is not None:
             battery.joules, battery.since = charge * battery.capacity_j, self.now
-        self._tell(RobotMoved(self.now, self.now, robot.id, origin, cell, heading, 0, 0, metres, robot.pod))
         wait = self.waits.get(("drive", robot.id))
+        on_its_way = wait or (None if in_line else self.waits.get(("queue", robot.id)))
+        start = self.now if on_its_way is None else max(on_its_way.since, self._seen.get(robot.id, 0))
+        self._seen[robot.id] = self.now
+        self._tell(RobotMoved(self.now, start, robot.id, origin, cell, heading, 0, 0, metres, robot.pod))
         if wait is not None and wait.what == cell:
             self.happens("drive", robot.id)
 

@@ -70,6 +70,8 @@ class Hall(Handling):
         Whether rules may be loaded from files.
     replayed
         Called for each batch of a journal that is taken again.
+    read_only
+        Whether the journal is read and not written, also while another session writes it.
 
     Raises
     ------
@@ -86,6 +88,7 @@ class Hall(Handling):
         *,
         allow_inline: bool = True,
         replayed: Callable[[], None] = lambda: None,
+        read_only: bool = False,
     ) -> None:
         self._scenario, self._observers, self._allow_inline = scenario, observers, allow_inline
         self._dead = None if dead_s is None else to_ticks(dead_s)
@@ -94,9 +97,9 @@ class Hall(Handling):
             self._instance, self._layout = make_instance(scenario), make_layout(scenario)
         self.replayed = replayed
         self._begin()
-        self._journal = Journal(journal, self._made_from())
+        self._journal = Journal(journal, self._made_from(), read_only=read_only)
         try:
-            self._again()
+            self._replay()
         except BaseException:
             self.close()
             raise
@@ -130,21 +133,35 @@ class Hall(Handling):
         self._begun = False
         self._done: deque[Order] = deque()  # orders that are complete, and packed where orders are
         self._snapshots: Snapshots | None = None
-        for observer in self._observers():
-            rules.register_observer(observer)
-        rules.register_observer(self)
-        self._floor = CorrectedFloor(scenario, self._instance, self._layout, rules, self._command)
+        self._floor = self._open(scenario, rules)
         self._begin_to_handle()
         self._floor.start()
         self._floor.settle()
 
+    def _open(self, scenario: Scenario, rules: RuleSet) -> CorrectedFloor:
+        """Return the floor, of which observers are told; the session itself first."""
+        for observer in self._observers():
+            rules.register_observer(observer)
+        rules.register_observer(self)
+        return CorrectedFloor(scenario, self._instance, self._layout, rules, self._command)
+
     def _again(self) -> None:
-        """Take all batches of the journal again; each has to be answered as it was."""
+        """Let the hall be as the journal has it."""
         self._begin()
-        for number, (given, answer) in enumerate(self._journal.batches(), 1):
+        self._replay()
+
+    def _replay(self) -> None:
+        """Take all batches of the journal again; each has to be answered as it was."""
+        for number, (given, answer) in enumerate(self._journal.batches(), 2):
             self.replayed()
-            if to_json(self._apply(batch_of(given))) != to_json(answer):
-                where = f"{self._journal.name}, line {number + 1}"
+            where = f"{self._journal.name}, line {number}"
+            try:
+                batch = batch_of(given)
+            except InputError as error:
+                raise InputError(where, f"{error.place}: {error.problem}") from None
+            if batch.after != self.seq or batch.tick < self._floor.now:
+                raise InputError(where, f"expected a batch after {self.seq}, and not earlier than that")
+            if to_json(self._apply(batch)) != to_json(answer):
                 raise InputError(where, "is not answered as it was; expected the rules that wrote the journal")
             self._last = given, answer
 
@@ -255,10 +272,7 @@ class Hall(Handling):
     def state(self) -> dict[str, Any]:
         """The whole state: that of `rmfs decide`, and ``session`` with what only a session has."""
         assert self._snapshots is not None
-        orders, pods = self._floor.corrected
-        self._snapshots.corrected(orders, pods)
-        orders.clear()
-        pods.clear()
+        self._floor.tell_corrected()
         self._snapshots.look({})
         doubtful = [{kind: name, "why": why, **self._held(kind, name)} for (kind, name), why in self._doubtful.items()]
         waits: list[dict[str, Any]] = [
@@ -313,6 +327,7 @@ class Hall(Handling):
     def run_started(self, run: RunInfo) -> None:
         """Follow the state."""
         self._snapshots = Snapshots(run)
+        self._floor.followers.append(self._snapshots)
 
     @hookimpl
     def on_event(self, event: events.Event) -> None:

@@ -57,6 +57,8 @@ class Trace:
         Of the code that drew layout, orders and locations; empty where the header does not say.
     map_text
         Text of the scenario's map file; None where there is none.
+    floor
+        Of a real day: counts of facts, and when the floor first corrected what was known; None: a simulated run.
     """
 
     scenario: Mapping[str, Any]
@@ -72,6 +74,7 @@ class Trace:
     status: str
     versions: Mapping[str, str] = attrs.field(factory=dict)
     map_text: str | None = None
+    floor: Mapping[str, float | None] | None = None
 
 
 class TraceStream:
@@ -293,6 +296,7 @@ def _trace(path: str, first: Mapping[str, Any]) -> Trace:
             status="",
             versions=dict(first.get("versions", {})),
             map_text=first.get("map"),
+            floor=None if "floor" not in first else dict(first["floor"]),
         )
     except KeyError as error:
         raise InputError(f"{path}, line 1", f"the header lacks {error}") from error

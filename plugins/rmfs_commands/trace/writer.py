@@ -35,6 +35,8 @@ First line, the header::
     stations          name, capacity, counts_orders (capacity in orders instead of items); bundle_capacity where bundles
                       are stored
     blocked           storage locations that hold an empty pod for the whole run
+    floor             of a real day: batches, facts, dropped ones, and corrected_s, when the floor first corrected what
+                      was known, or null
 
 Then one line an event, in the order in which they happened: ``e``, the event's class in lower case with underscores,
 and the fields of that class in `rmfs_core.events` (where each is documented), ``tick`` first. Left out is ``wall_s``
@@ -166,6 +168,7 @@ def header(run: RunInfo) -> dict[str, Any]:
         "robots": [{"cell": robot.cell, "heading": robot.heading} for robot in warehouse.robots],
         "stations": [_station(warehouse.station(i)) for i in range(len(run.layout.stations))],
         "blocked": warehouse.blocked_locations,
+        **({"floor": run.summary["floor"]} if "floor" in run.summary else {}),
     }
 
 

@@ -39,7 +39,7 @@ def check_opening(case: Case) -> None:
         given, supply = scenario.instance, scenario.instance.replenishment
         files = given.orders_file, given.skus_file, supply and supply.file
         drawn = files == (None,) * 3 and not isinstance(given.arrivals.profile, str)
-        instance = make_instance(scenario) if drawn else None
+        instance = make_instance(scenario) if drawn and trace.floor is None else None
         undated = tuple(evolve(order, due_tick=None) for order in trace.instance.orders)
         due = departing(evolve(trace.instance, orders=undated), scenario)  # also of orders that are not made anew
     except InputError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from rmfs_commands.trace.reader import KnownIds, Trace
 from rmfs_commands.trace.writer import EVENTS
 from rmfs_commands.validation.case import Case, seconds
 from rmfs_commands.validation.collisions import find_collisions
-from rmfs_commands.validation.fault import Fault
+from rmfs_commands.validation.fault import OF_FIGURES, OF_FLOOR, Fault
 from rmfs_commands.validation.files import check_files
 from rmfs_commands.validation.header import check_header, check_readable
 from rmfs_commands.validation.lines import LineCheck
@@ -62,6 +63,8 @@ def faults_of(
     check_header(case)
     if made_alike(trace, result):
         check_opening(case)
+    if trace.floor is not None:
+        collisions = False
     state = State(trace)
     if collisions is None:
         collisions = case.avoids_collisions
@@ -107,7 +110,15 @@ def faults_of(
             compare(case, result)
         if tables is not None:
             check_files(case, tables)
-    return sorted(case.faults, key=lambda fault: fault.tick)
+    return sorted(filter(partial(_counts, trace), case.faults), key=lambda fault: fault.tick)
+
+
+def _counts(trace: Trace, fault: Fault) -> bool:
+    """Whether a fault is one: of a real day only what its floor did not decide, until it corrected what was known."""
+    if trace.floor is None or fault.kind in OF_FIGURES:
+        return True
+    corrected_s = trace.floor["corrected_s"]
+    return fault.kind not in OF_FLOOR and (corrected_s is None or fault.tick < to_ticks(corrected_s))
 
 
 def _follow(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None]]], picks: PickCheck) -> bool:
@@ -144,5 +155,5 @@ def _check_end(case: Case, last: int) -> None:
         case.add("end", tick, f"{ends}; run.until_s is {until}")
     elif case.trace.status == "horizon" and (until is None or tick < to_ticks(until)):
         case.add("end", tick, f"{ends} with the status horizon; run.until_s is {until}")
-    elif case.trace.status == "complete" and case.trace.instance.orders and tick > last:
+    elif case.trace.status == "complete" and case.trace.instance.orders and tick > last and not case.trace.floor:
         case.add("end", tick, f"{ends}, complete, but nothing has happened since {seconds(last)}")

@@ -16,6 +16,8 @@ from rmfs_commands.cli.main import main
 from rmfs_commands.instances.tables import ORDER_COLUMNS, VISIT_COLUMNS
 from rmfs_commands.results.files import to_csv, to_json
 from rmfs_commands.session import Hall, StaleBatchError
+from rmfs_commands.session.day import run_day
+from rmfs_commands.validation import check_trace
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.info import RunInfo
@@ -103,6 +105,46 @@ def test_a_session_has_the_tables_of_the_run_byte_for_byte(
     rows = Rows(run)
     sent(Hall(run.scenario, observers=lambda: (rows,)), run)
     assert tables_of(rows) == {name: (tmp_path / name).read_text() for name in ("orders.csv", "visits.csv")}
+
+
+@cases("name overrides", ("small.toml", ("rules.pp=sipp",)), ("packing.toml", ("instance.orders=40",)))
+def test_a_day_is_a_run(name: str, overrides: tuple[str, ...], journal: Path, tmp_path: Path) -> None:
+    run = Told(EXAMPLES / name, overrides)
+    run.run()
+    hall = hall_of(run, journal)
+    sent(hall, run)
+    settings = [text for override in overrides for text in ("--set", override)]
+    out = tmp_path / "day"
+    recorded = ["--out", str(out), "--quiet", "--trace", "--record-decisions"]
+    main(["run", str(EXAMPLES / name), *settings, "--journal", str(journal), *recorded])
+    hall.close()  # it was still writing
+    assert {file: (out / file).read_text() for file in ("orders.csv", "visits.csv")} == tables_of(run.tables)
+    report = check_trace(out)
+    assert (report.faults, report.metrics_checked) == ([], True)
+    main(["replay", str(out)])
+    main(["explain", str(out), "--decision", "9"])
+
+
+@cases(
+    "line problem",
+    (b"x", "line 3: found no JSON"),
+    (b"[1]", "line 3: expected a batch and its answer"),
+    (b'{"batch":{"after":1},"answer":{}}', "line 3: batch.time_s: is missing"),
+    (b'{"batch":{"after":5,"time_s":9,"events":[]},"answer":{}}', "line 3: expected a batch after 1"),
+    (b'{"batch":{"after":1,"time_s":0,"events":[]},"answer":{}}', "line 3: expected a batch after 1, and not earlier"),
+    (b'{"batch":{"after":1,"time_s":9,"events":[]},"answer":{}}', "line 3: is not answered as it was"),
+)
+def test_a_damaged_journal_makes_no_day(small: Told, line: bytes, problem: str, journal: Path, tmp_path: Path) -> None:
+    hall = hall_of(small, journal)
+    hall.take({"after": 0, "time_s": 5, "events": []})
+    hall.close()
+    with journal.open("ab") as lines:
+        lines.write(line + b"\n")
+    with pytest.raises(InputError, match=problem):
+        run_day(small.scenario, journal, tmp_path / "day")
+    with pytest.raises(InputError, match=problem):
+        hall_of(small, journal)
+    assert not (tmp_path / "day").exists()
 
 
 @pytest.mark.slow

@@ -11,7 +11,10 @@ from cases import cases
 from hall_trial import BACK, RULES, OwnHall, scenario_of, trouble
 from rmfs_commands.results.files import to_json
 from rmfs_commands.session import Hall
+from rmfs_commands.session.day import run_day
 from rmfs_commands.session.facts import FACTS
+from rmfs_commands.states import decide, read_recording
+from rmfs_commands.validation import check_trace
 from rmfs_core.scenario import load_scenario
 
 
@@ -73,6 +76,13 @@ def test_every_order_in_stock_is_done(name: str, seed: int, tmp_path: Path, monk
     again = Hall(scenario, tmp_path / "hall.jsonl", dead_s=300)
     assert to_json(again.state) == to_json(session.state)
     again.close()
+    day = run_day(scenario, tmp_path / "hall.jsonl", tmp_path / "day", ("trace", "decisions"))
+    assert (day.status, day.metrics["orders_completed"] >= 36) == ("complete", True)
+    report = check_trace(tmp_path / "day")
+    assert (report.faults, report.floor["corrected_s"] > 0) == ([], True)
+    recording = read_recording(tmp_path / "day")
+    asked = [one for one in recording if one.decides.label in ("PPS", "PR") and one.decision is not None][9::9]
+    assert [decide(one.state(), recording.choice_of(one)).decision for one in asked] == [one.decision for one in asked]
 
 
 @cases("kind concerns", *((kind, what) for kind, (_, what) in BACK.items() if kind not in ("go_on", "move_robot")))
