@@ -6,6 +6,7 @@ import asyncio
 import json
 from collections.abc import AsyncIterator, Awaitable, Callable, Container, Mapping
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from attrs import frozen
@@ -65,6 +66,7 @@ class HallApp:
             at("/v1/halls", self._names),
             at(one, self._make, "POST"),
             at(one, self._state),
+            at(one, self._replace, "PUT"),
             at(one, self._end, "DELETE"),
             at(f"{one}/events", self._events, "POST"),
             at(f"{one}/commands", self._commands),
@@ -101,8 +103,14 @@ class HallApp:
             shown.headers["ETag"] = f'"{json.loads(reply.content)["session"]["seq"]}"'
         return shown
 
+    async def _replace(self, request: Request) -> Response:
+        said = _matched(request)
+        if not _is_number(said):
+            return response(problem(422, "If-Match: expected the number of the last batch"))
+        return await self._posted(request, partial(self._halls.replace, int(said)))
+
     async def _end(self, request: Request) -> Response:
-        said = request.headers.get("if-match", "").strip().strip('"')
+        said = _matched(request)
         if said and not _is_number(said):
             return response(problem(422, "If-Match: expected the number of the last batch, or no such header"))
         return response(await _told(self._halls.end(request.path_params["hall"], int(said) if said else None)))
@@ -151,6 +159,10 @@ class HallApp:
                 return reply
             with suppress(TimeoutError):
                 await asyncio.wait_for(news.wait(), until - time())
+
+
+def _matched(request: Request) -> str:
+    return request.headers.get("if-match", "").strip().strip('"')
 
 
 def _is_number(text: str) -> bool:

@@ -96,6 +96,13 @@ class HallProcesses:
             self._news.pop(hall).set()
         return reply
 
+    async def replace(self, after: int, hall: str, content: bytes) -> Reply:
+        """Put a state into the place of a hall's own, if the last batch that it has taken is this one."""
+        state = content.strip()
+        if not (state.startswith(b"{") and state.endswith(b"}")):
+            return problem(422, "expected a state, a JSON object")
+        return await self.ask(hall, b'{"after":%d,"state":%b}' % (after, state))
+
     async def make(self, hall: str, content: bytes) -> Reply:
         """Make a hall of the tables of a scenario, ``{"scenario": {...}}``."""
         try:

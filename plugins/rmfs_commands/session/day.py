@@ -10,8 +10,11 @@ from typing import Any
 from attrs import evolve
 
 from rmfs_commands.session.correcting import CorrectedFloor
+from rmfs_commands.session.facts import Batch
 from rmfs_commands.session.hall import Hall
 from rmfs_commands.session.journal import header_of
+from rmfs_commands.session.replacing import Replacement
+from rmfs_commands.states.beginning import Begun
 from rmfs_core import entrypoints, events
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError
@@ -55,7 +58,10 @@ class _Noting(Hall):
         self.corrected: int | None = None
         super()._begin()
 
-    def _apply(self, batch: Any) -> dict[str, Any]:
+    def _apply(self, batch: Batch | Replacement) -> dict[str, Any]:
+        if isinstance(batch, Replacement):
+            problem = f"the state was replaced at {to_seconds(batch.tick):g} s; expected a day that nobody replaced"
+            raise InputError(f"{self._journal.name}, line {self.seq + 2}", problem)
         answer = super()._apply(batch)
         self.facts += len(batch.facts)
         self.dropped += len(answer["dropped"])
@@ -123,10 +129,10 @@ class _Telling(Hall):
         self._noted, self._told, self._out = noted, told, out
         super().__init__(*given, **options)
 
-    def _open(self, scenario: Scenario, rules: RuleSet) -> CorrectedFloor:
+    def _open(self, scenario: Scenario, rules: RuleSet, begun: Begun | None = None) -> CorrectedFloor:
         for observer, name in self._told:
             rules.register_observer(observer, name)
-        floor, noted = super()._open(scenario, rules), self._noted
+        floor, noted = super()._open(scenario, rules, begun), self._noted
         context: Any = floor.context
         context.tell = self._corrected_of(context.tell)
         floor._tell = context.tell

@@ -132,6 +132,8 @@ class Floor(Simulation):
         As for a run; orders and bundles of the instance are left out, because they arrive as facts.
     command
         Takes each command: its kind and its fields, with ids.
+    begun
+        The state in which it begins; None: with nothing under way.
 
     Attributes
     ----------
@@ -141,15 +143,26 @@ class Floor(Simulation):
         By robot, ids of the order and SKU to be picked from its pod; or None, and the bundle to be stored on it.
     """
 
-    def __init__(self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet, command: Order_) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        instance: Instance,
+        layout: Layout,
+        rules: RuleSet,
+        command: Order_,
+        begun: Any = None,
+    ) -> None:
         check_supported(scenario)
-        super().__init__(scenario, evolve(instance, orders=(), bundles=()), layout, rules)
+        super().__init__(scenario, evolve(instance, orders=(), bundles=()), layout, rules, None, begun)
         self.waits: dict[tuple[str, int], Wait] = {}
         self.command = command
         self.wanted: dict[int, tuple[Any, Any]] = {}
         self._seen: dict[int, int] = {}  # by robot, when its cell was told last
-        self.book = self.warehouse.orders = OrderBook()
-        self.warehouse.arrived = Arrived()
+        there, self.book, self.warehouse.arrived = self.warehouse.orders, OrderBook(), Arrived()
+        for order in there:
+            self.book.append(order)
+            self.warehouse.arrived[order.id] = order
+        self.warehouse.orders = self.book
         if self.packing is not None:
             self.packing = FloorPacking(self.context, self.services, self._packed, command)
         self.closed: set[int] = set()

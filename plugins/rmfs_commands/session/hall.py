@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 from collections import OrderedDict, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ from rmfs_commands.session.floor import AWAITED, check_supported
 from rmfs_commands.session.handling import Handling
 from rmfs_commands.session.journal import Journal
 from rmfs_commands.session.packing import ENDS, FloorPacking
+from rmfs_commands.session.replacing import Replacement, replacement_of
+from rmfs_commands.states.beginning import Begun
 from rmfs_commands.states.snapshots import Snapshots
 from rmfs_core import events
 from rmfs_core.clock import to_seconds, to_ticks
@@ -94,7 +96,7 @@ class Hall(Handling):
         self._dead = None if dead_s is None else to_ticks(dead_s)
         with located(scenario):
             check_supported(scenario)
-            self._instance, self._layout = make_instance(scenario), make_layout(scenario)
+            self._given_instance, self._layout = make_instance(scenario), make_layout(scenario)
         self.replayed = replayed
         self._begin()
         self._journal = Journal(journal, self._made_from(), read_only=read_only)
@@ -108,7 +110,7 @@ class Hall(Handling):
 
     def _made_from(self) -> dict[str, Any]:
         digest = hashlib.sha256(to_json(plain(self._scenario)).encode("utf-8", "backslashreplace"))
-        data = hashlib.sha256(repr((self._instance.skus, self._instance.pods)).encode())
+        data = hashlib.sha256(repr((self._given_instance.skus, self._given_instance.pods)).encode())
         versions = versions_of(self._floor.rules, self._floor.scenario)
         dead_s = None if self._dead is None else to_seconds(self._dead)
         return {
@@ -121,29 +123,35 @@ class Hall(Handling):
 
     def _begin(self) -> None:
         """Let the hall be as it is before the first batch."""
-        scenario = self._scenario
-        with located(scenario):
-            rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=self._allow_inline)
-            scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
         self.seq = 0
         self._numbers = itertools.count(1)
-        self._commands: list[dict[str, Any]] = []
         self._last: tuple[Any, dict[str, Any]] | None = None
         self._ids: OrderedDict[str, None] = OrderedDict()
         self._begun = False
+        self._begin_floor()
+
+    def _begin_floor(self, begun: Begun | None = None) -> None:
+        """Let the floor be new: with nothing under way, or as a state has it."""
+        scenario = self._scenario
+        self._instance = self._given_instance if begun is None else begun.instance
+        with located(scenario):
+            rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=self._allow_inline)
+            scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
+        self._commands: list[dict[str, Any]] = []
         self._done: deque[Order] = deque()  # orders that are complete, and packed where orders are
         self._snapshots: Snapshots | None = None
-        self._floor = self._open(scenario, rules)
+        self._floor = self._open(scenario, rules, begun)
         self._begin_to_handle()
         self._floor.start()
+        self._commands.clear()  # what robots do already in a state is no command
         self._floor.settle()
 
-    def _open(self, scenario: Scenario, rules: RuleSet) -> CorrectedFloor:
+    def _open(self, scenario: Scenario, rules: RuleSet, begun: Begun | None = None) -> CorrectedFloor:
         """Return the floor, of which observers are told; the session itself first."""
         for observer in self._observers():
             rules.register_observer(observer)
         rules.register_observer(self)
-        return CorrectedFloor(scenario, self._instance, self._layout, rules, self._command)
+        return CorrectedFloor(scenario, self._instance, self._layout, rules, self._command, begun)
 
     def _again(self) -> None:
         """Let the hall be as the journal has it."""
@@ -156,7 +164,7 @@ class Hall(Handling):
             self.replayed()
             where = f"{self._journal.name}, line {number}"
             try:
-                batch = batch_of(given)
+                batch = self._read(given)
             except InputError as error:
                 raise InputError(where, f"{error.place}: {error.problem}") from None
             if batch.after != self.seq or batch.tick < self._floor.now:
@@ -177,7 +185,8 @@ class Hall(Handling):
         Parameters
         ----------
         given
-            ``{"after": seq, "time_s": seconds, "events": [{"id": ..., "kind": ..., ...}]}``, as JSON has it.
+            ``{"after": seq, "time_s": seconds, "events": [{"id": ..., "kind": ..., ...}]}``, as JSON has it; or, with
+            ``{"after": seq, "state": {...}}``, a state that replaces the session's own.
 
         Returns
         -------
@@ -193,14 +202,15 @@ class Hall(Handling):
         RmfsError
             When a rule or the journal fails. In all cases nothing has changed.
         """
-        batch = batch_of(given)
-        if self._last is not None and batch.after == self.seq - 1 and given == self._last[0]:
+        if self._last is not None and given == self._last[0] and given["after"] == self.seq - 1:
             return self._last[1]
+        batch = self._read(given)
         if batch.after != self.seq:
-            raise StaleBatchError("batch.after", f"found {batch.after}; expected {self.seq}, the last batch", self.seq)
+            raise self._stale(batch.after)
         if batch.tick < self._floor.now:
             now = to_seconds(self._floor.now)
-            raise InputError("batch.time_s", f"found {given['time_s']}; expected no time before {now}, the last one")
+            place = "batch.time_s" if isinstance(batch, Batch) else "batch.state.time_s"
+            raise InputError(place, f"found {to_seconds(batch.tick)}; expected no time before {now}, the last one")
         try:
             answer = self._apply(batch)
             self._journal.append({"batch": given, "answer": answer})
@@ -214,7 +224,39 @@ class Hall(Handling):
         """Return the answers that were given after the batch of a number, the first `MOST_ANSWERS` of them."""
         return [answer for _, answer in itertools.islice(self._journal.batches(seq), MOST_ANSWERS)]
 
-    def _apply(self, batch: Batch) -> dict[str, Any]:
+    def _read(self, given: Any) -> Batch | Replacement:
+        """Return a batch from JSON's objects, or the state in place of one."""
+        if not isinstance(given, Mapping) or "state" not in given:
+            return batch_of(given)
+        if given.get("after") != self.seq and type(given.get("after")) is int:  # whatever the state is like
+            raise self._stale(given["after"])
+        return replacement_of(given, self._scenario, evolve(self._given_instance, orders=(), bundles=()), self._layout)
+
+    def _stale(self, after: int) -> StaleBatchError:
+        return StaleBatchError("batch.after", f"found {after}; expected {self.seq}, the last batch", self.seq)
+
+    def _replace(self, new: Replacement) -> None:
+        """Let the floor be as a state has it; rules begin afresh, and are asked at once."""
+        self._begin_floor(new.begun)
+        floor, self._begun = self._floor, True
+        self._orders = {order.name: order for order in floor.book}
+        for (kind, name), why in new.doubtful:
+            if kind == "cell":
+                if name.isdecimal() and int(name) in floor.warehouse.free_locations:
+                    self._cell_blocked(int(name))
+            else:
+                self._doubt((kind, name), why)
+        for station in new.closed:
+            if ("station", station) not in self._doubtful and self._by_name["station"][station].id not in floor.hours:
+                self._station_closed(station)
+        for robot in new.failed:
+            self._robot_failed(robot)
+        floor.round()
+
+    def _apply(self, batch: Batch | Replacement) -> dict[str, Any]:
+        if isinstance(batch, Replacement):
+            self._replace(batch)
+            return self._answer([], {"replaced": True, **batch.own})
         floor, dropped = self._floor, list[dict[str, Any]]()
         floor.advance(batch.tick)
         if not self._begun and not (batch.facts and batch.facts[0].kind in ARRIVALS and not floor.now):
@@ -233,6 +275,10 @@ class Hall(Handling):
                         changed = True
             if changed:
                 floor.round()
+        return self._answer(dropped, batch.own)
+
+    def _answer(self, dropped: list[dict[str, Any]], own: Mapping[str, Any]) -> dict[str, Any]:
+        floor = self._floor
         self.seq += 1
         overdue = self._overdue()
         self._forget()
@@ -244,7 +290,7 @@ class Hall(Handling):
             "dropped": dropped,
             "overdue": overdue,
             "ask_again_s": None if (tick := floor.next_tick) is None else to_seconds(tick),
-            **batch.own,
+            **own,
         }
 
     def _new(self, fact: Fact) -> bool:

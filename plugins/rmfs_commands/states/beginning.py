@@ -119,8 +119,8 @@ def begins_at(scenario: Scenario) -> int:
     return 0 if scenario.instance.state_file is None else time_of(read(scenario)[0])
 
 
-def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
-    """Return what a run begins in: the state that ``instance.state_file`` names.
+def begin(scenario: Scenario, instance: Instance, layout: Layout, told: tuple[State, str] | None = None) -> Begun:
+    """Return what a run begins in.
 
     Parameters
     ----------
@@ -128,6 +128,8 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
         Stations, robots and the grid; the state has to fit them.
     instance
         The scenario's own, of which the orders are used that arrive later.
+    told
+        A state, and what messages call it; None: the one that ``instance.state_file`` names.
 
     Raises
     ------
@@ -135,7 +137,7 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout) -> Begun:
         Where the state is none, contradicts itself, or does not fit the scenario.
     """
     check_supported(scenario)
-    (state, name), fresh = read(scenario), open_warehouse(scenario, instance, layout)
+    (state, name), fresh = told or read(scenario), open_warehouse(scenario, instance, layout)
     names = Names(state, name)
     if not 0 <= (now_s := time_of(state) / TICKS_PER_S) <= MOST_S:
         expected = f"expected seconds since a run's time 0, not more than {MOST_S:,}"
