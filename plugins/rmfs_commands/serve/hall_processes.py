@@ -58,6 +58,10 @@ class HallProcesses:
         """Names of the halls."""
         return tuple(self._processes)
 
+    def restarts(self, hall: str) -> int:
+        """Return how often a hall's process had to be replaced."""
+        return self._processes[hall].restarts if hall in self._processes else 0
+
     @property
     def there(self) -> bool:
         """Whether all halls have their process now."""

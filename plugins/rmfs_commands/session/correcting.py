@@ -167,6 +167,7 @@ class CorrectedFloor(Floor):
             return False
         self._coming.remove(order)
         self.forget(order)
+        self.completed += 1
         return True
 
     def _arrive(self, order: Order) -> bool:

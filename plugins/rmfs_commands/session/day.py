@@ -22,7 +22,6 @@ from rmfs_core.hookspecs import hookimpl
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import described_by
 from rmfs_core.results.recorders import files_of, make_observers, make_recorders
-from rmfs_core.results.result import tables
 from rmfs_core.results.running import PreparedRun, versions_of
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario
@@ -54,7 +53,6 @@ class _Noting(Hall):
         self.assigned: dict[tuple[int, int, int], int] = {}
         self.refused: set[tuple[int, int, int]] = set()
         self._in_hand: dict[int, int] = {}  # by station, its pick that is not handled
-        self.facts = self.dropped = 0
         self.corrected: int | None = None
         super()._begin()
 
@@ -62,10 +60,7 @@ class _Noting(Hall):
         if isinstance(batch, Replacement):
             problem = f"the state was replaced at {to_seconds(batch.tick):g} s; expected a day that nobody replaced"
             raise InputError(f"{self._journal.name}, line {self.seq + 2}", problem)
-        answer = super()._apply(batch)
-        self.facts += len(batch.facts)
-        self.dropped += len(answer["dropped"])
-        return answer
+        return super()._apply(batch)
 
     def _order_arrived(self, order: str, *given: Any, **named: Any) -> bool:
         super()._order_arrived(order, *given, **named)
@@ -133,9 +128,7 @@ class _Telling(Hall):
         for observer, name in self._told:
             rules.register_observer(observer, name)
         floor, noted = super()._open(scenario, rules, begun), self._noted
-        context: Any = floor.context
-        context.tell = self._corrected_of(context.tell)
-        floor._tell = context.tell
+        floor.tell_through(self._corrected_of)
         tick, status = noted.ended
         if scenario.instance.orders_file is None:
             scenario = evolve(scenario, instance=evolve(scenario.instance, orders=len(noted.orders)))
@@ -224,7 +217,7 @@ def run_day(
     noted.close()
     if not noted.seq:
         raise InputError(str(journal), "has no batch; expected the journal of a session that was told facts")
-    recorders, standing, rows = make_recorders(record), make_observers(), tables().Tables()
+    recorders, standing, rows = make_recorders(record), make_observers(), entrypoints.format_module("tables").Tables()
     told = [*((observer, None) for observer in observers), *recorders, *reversed(standing), (rows, None)]
     started = time.perf_counter()
     writing: Any = entrypoints.format_module("results").writing(out, scenario, files_of(one for one, _ in standing))

@@ -12,7 +12,7 @@ from attrs import evolve, frozen
 
 from rmfs_commands.session.packing import FloorPacking
 from rmfs_core.errors import InputError
-from rmfs_core.events import QueueJoined, RobotMoved
+from rmfs_core.events import Event, QueueJoined, RobotMoved
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import RuleChoice, Scenario
 from rmfs_core.scenario.model import RulesSection
@@ -172,6 +172,12 @@ class Floor(Simulation):
         if rules.poa_pps is not None:  # it looks at no request that was covered once; this is asked where one is left
             repair = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
             self.decisions.rules = evolve(rules, pps=RuleSet.load(repair, scenario.folder).pps)
+
+    def tell_through(self, changed: Callable[[Callable[[Event], None]], Callable[[Event], None]]) -> None:
+        """Tell observers events as they are ``changed``: given how to tell one, that returns how to tell it instead."""
+        context: Any = self.context
+        context.tell = changed(context.tell)
+        self._tell = context.tell
 
     # What the stories wait for
 

@@ -128,6 +128,7 @@ class Hall(Handling):
         self._last: tuple[Any, dict[str, Any]] | None = None
         self._ids: OrderedDict[str, None] = OrderedDict()
         self._begun = False
+        self.facts = self.dropped = self.overdue = 0
         self._begin_floor()
 
     def _begin_floor(self, begun: Begun | None = None) -> None:
@@ -263,6 +264,7 @@ class Hall(Handling):
             floor.round()
         self._begun = True
         facts = [(i, fact) for i, fact in enumerate(batch.facts) if self._new(fact)]
+        self.facts += len(facts)
         for _, group in itertools.groupby(facts, lambda one: one[1].kind in ARRIVALS or one[1].id):
             changed = False  # so that rules have something to decide
             for i, fact in group:
@@ -281,6 +283,7 @@ class Hall(Handling):
         floor = self._floor
         self.seq += 1
         overdue = self._overdue()
+        self.dropped, self.overdue = self.dropped + len(dropped), len(overdue)
         self._forget()
         commands, self._commands = self._commands, []
         return {
@@ -313,6 +316,19 @@ class Hall(Handling):
                 self._snapshots.forget(order.id)
         if len(self._floor.services.begun) > MOST_IDS:  # of orders that are over, most of them
             self._floor.services.begun.clear()
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How much there is of what a session is watched by."""
+        return {
+            "seq": self.seq,
+            "facts": self.facts,
+            "dropped": self.dropped,
+            "open_orders": len(self._floor.book) - self._floor.completed,
+            "awaited": len(self._floor.waits) + sum(1 for _ in self._packing()),
+            "overdue": self.overdue,
+            "quarantined": len(self._doubtful),
+        }
 
     @property
     def state(self) -> dict[str, Any]:

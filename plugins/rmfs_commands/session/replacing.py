@@ -30,9 +30,9 @@ class Replacement:
     after
         Number of the batch before.
     begun
-        What a floor begins in.
+        State in which a floor begins.
     doubtful
-        Kind and name of what is in doubt, and why.
+        Kind and name of each thing in doubt, and why.
     failed, closed
         Robots that have failed, and stations that are closed, by name.
     own

@@ -99,7 +99,13 @@ def test_halls_over_http(serve: Serve, tmp_path: Path) -> None:
         with pytest.raises(HallError) as caught:
             client.replace(told)
         assert caught.value.status == status
-    assert b.send(4.0, [])["seq"] == 5
+    assert b.send(4.0, [{"id": "?", "kind": "handled", "station": "9"}])["seq"] == 5
+    with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
+        connection.request("GET", "/metrics")
+        figures = connection.getresponse().read().decode().splitlines()
+    expected = {"seq": 5, "facts_total": 2, "dropped_total": 1, "open_orders": 1, "overdue": 0, "quarantined": 0}
+    assert {f'rmfs_hall_{name}{{hall="b"}} {value:.1f}' for name, value in expected.items()} <= {*figures}
+    assert 'rmfs_answers_total{hall="b",status="200"} 5.0' in figures
 
 
 @pytest.mark.slow
