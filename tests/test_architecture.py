@@ -24,7 +24,7 @@ MOST_LINES, MOST_FILES, MOST_FOLDERS = 13_720, 86, 8
 """The kernel's budget: round numbers with room, to be lowered when the kernel becomes smaller. The last 200 lines and
 one file let each story of a robot be entered in the middle, where a run begins in a state; the last 20 let a session
 take back what the floor has refused, and count a pod anew."""
-MOST_TEST_LINES = 51_450
+MOST_TEST_LINES = 51_550
 """The budget of the tests. A new test first looks for the table of its subject, and for the test that it replaces."""
 
 NAMES_A_PLUGIN = {

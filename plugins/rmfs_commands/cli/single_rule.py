@@ -60,6 +60,7 @@ def load_rule(
     if len(playable) > 1:
         raise InputError(
             place,
-            f"{source.describe()} decides {decided(playable)}; say which of them is asked (`--decides`; in Python `decides`)",
+            f"{source.describe()} decides {decided(playable)}; say which of them is asked "
+            "(`--decides`; in Python `decides`)",
         )
     return bind(sources, [(playable[0], choice, place)])[1][0]

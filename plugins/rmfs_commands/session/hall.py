@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -126,7 +126,8 @@ class Hall(Handling):
         self.seq = 0
         self._numbers = itertools.count(1)
         self._last: tuple[Any, dict[str, Any]] | None = None
-        self._ids: OrderedDict[str, None] = OrderedDict()
+        self._ids: set[str] = set()
+        self._latest_ids: deque[str] = deque()
         self._begun = False
         self.facts = self.dropped = self.overdue = 0
         self._begin_floor()
@@ -299,9 +300,10 @@ class Hall(Handling):
     def _new(self, fact: Fact) -> bool:
         if fact.id in self._ids:
             return False
-        self._ids[fact.id] = None
+        self._ids.add(fact.id)
+        self._latest_ids.append(fact.id)
         if len(self._ids) > MOST_IDS:
-            self._ids.popitem(last=False)
+            self._ids.remove(self._latest_ids.popleft())
         return True
 
     def _forget(self) -> None:

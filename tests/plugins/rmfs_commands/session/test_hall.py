@@ -96,33 +96,27 @@ def journal(tmp_path: Path) -> Path:
     ("charging.toml", ("instance.orders=400",)),  # all 1,200 take four times as long
 )
 def test_a_session_has_the_tables_of_the_run_byte_for_byte(
-    name: str, overrides: tuple[str, ...], tmp_path: Path
+    name: str, overrides: tuple[str, ...], tmp_path: Path, journal: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """And so has the run that its journal is made into, while it is still open."""
+    monkeypatch.setattr("os.fsync", lambda _: None)
     settings = [text for override in overrides for text in ("--set", override)]
     main(["run", str(EXAMPLES / name), "--out", str(tmp_path), "--quiet", *settings])
     run = Told(EXAMPLES / name, overrides)
     run.run()
     rows = Rows(run)
-    sent(Hall(run.scenario, observers=lambda: (rows,)), run)
-    assert tables_of(rows) == {name: (tmp_path / name).read_text() for name in ("orders.csv", "visits.csv")}
-
-
-@cases("name overrides", ("small.toml", ("rules.pp=sipp",)), ("packing.toml", ("instance.orders=40",)))
-def test_a_day_is_a_run(name: str, overrides: tuple[str, ...], journal: Path, tmp_path: Path) -> None:
-    run = Told(EXAMPLES / name, overrides)
-    run.run()
-    hall = hall_of(run, journal)
+    hall = Hall(run.scenario, journal, observers=lambda: (rows,))
     sent(hall, run)
-    settings = [text for override in overrides for text in ("--set", override)]
-    out = tmp_path / "day"
-    recorded = ["--out", str(out), "--quiet", "--trace", "--record-decisions"]
-    main(["run", str(EXAMPLES / name), *settings, "--journal", str(journal), *recorded])
-    hall.close()  # it was still writing
-    assert {file: (out / file).read_text() for file in ("orders.csv", "visits.csv")} == tables_of(run.tables)
-    report = check_trace(out)
+    assert tables_of(rows) == {name: (tmp_path / name).read_text() for name in ("orders.csv", "visits.csv")}
+    day = ["--out", str(tmp_path / "day"), "--quiet", "--trace", "--record-decisions"]
+    main(["run", str(EXAMPLES / name), *settings, "--journal", str(journal), *day])
+    hall.close()
+    for table in ("orders.csv", "visits.csv", "stations.csv", "delays.csv", "hours.csv"):
+        assert (tmp_path / "day" / table).read_text() == (tmp_path / table).read_text(), table
+    report = check_trace(tmp_path / "day")
     assert (report.faults, report.metrics_checked) == ([], True)
-    main(["replay", str(out)])
-    main(["explain", str(out), "--decision", "9"])
+    main(["replay", str(tmp_path / "day")])
+    main(["explain", str(tmp_path / "day"), "--decision", "9"])
 
 
 @cases(
