@@ -96,7 +96,8 @@ class OrderCheck:
 
     def decided(self, event: DecisionMade) -> None:
         """Check that a backlog that is kept filled was filled when a rule was asked."""
-        wanted = min(self.refilled or 0, len(self.state.orders) - self.come + self.waiting + self.closed)
+        there = 0 if self.case.trace.floor is not None else self.refilled or 0  # nobody knows when a floor is told
+        wanted = min(there, len(self.state.orders) - self.come + self.waiting + self.closed)
         if self.refilled is not None and self.waiting + self.closed < wanted:
             there = (
                 f"{counted(self.waiting + self.closed, 'order')} in the backlog when {event.decides.label} is decided"
