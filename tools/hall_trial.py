@@ -82,6 +82,35 @@ class OwnHall:
         self._due: list[tuple[float, int, Callable[[], Iterator[dict[str, Any]]]]] = []
         self._count, self._ids = itertools.count(), itertools.count()
 
+    def take_over(self, state: Mapping[str, Any]) -> None:
+        """Put a state into the session's place, and go on from there: with what robots do, and pickers have in hand."""
+        answer = self._take({"after": self.seq, "state": dict(state)})
+        self._due.clear()
+        self.seq = answer["seq"]
+        commanded = {one["robot"] for one in answer["commands"] if "robot" in one}
+        self.on = {told["task"]: robot for robot, told in state["robots"].items() if "task" in told}
+        self.on = {pod: robot for pod, robot in self.on.items() if "cell" not in state["pods"][pod]}
+        self.lines = defaultdict(list, {name: [*told["line"]] for name, told in state["stations"].items()})
+        bound = {pod: name for name, told in state["stations"].items() for pod in told["inbound"]}
+        self.tasks = {}
+        for robot, told in state["robots"].items():
+            pod = told.get("task")
+            if pod is None or pod not in bound:
+                continue
+            self.tasks[robot] = pod, state["pods"][pod].get("bound_for", [bound[pod]])[0]
+            if any(pod in line for line in self.lines.values()) or robot in commanded or robot in self.lost:
+                continue
+            if pod in self.on:
+                self._to(robot, *self.tasks[robot])
+            elif told["cell"] != state["pods"][pod]["cell"]:
+                self._drive(robot, state["pods"][pod]["cell"], lambda: iter(()))
+        for station, line in self.lines.items():
+            if line:
+                self.at(3, partial(self._moves_up, station, line[0]))
+            if "in_hand" in state["stations"][station]:
+                self.at(HANDLE_S, lambda station=station: iter([{"kind": "handled", "station": station}]))  # type: ignore[misc]
+        self._follow(answer)
+
     # Time
 
     def at(self, seconds: float, does: Callable[[], Iterator[dict[str, Any]]]) -> None:
@@ -105,6 +134,9 @@ class OwnHall:
         self.cpu.append(time.process_time() - started)
         self.seq, self.events = answer["seq"], self.events + len(told)
         self.dropped += answer["dropped"]
+        self._follow(answer)
+
+    def _follow(self, answer: Mapping[str, Any]) -> None:
         refusing = set[str]()  # robots, which do nothing further then
         for command in answer["commands"]:
             if command.get("robot") in refusing:

@@ -59,6 +59,8 @@ def load_rule(
         raise InputError(place, f"{source.describe()} decides {decided(able)}; expected a rule for {wanted}")
     if len(playable) > 1:
         raise InputError(
-            place, f"{source.describe()} decides {decided(playable)}; say which of them is asked (`decides`)"
+            place,
+            f"{source.describe()} decides {decided(playable)}; say which of them is asked "
+            "(`--decides`; in Python `decides`)",
         )
     return bind(sources, [(playable[0], choice, place)])[1][0]

@@ -189,7 +189,8 @@ class Delays:
         robot = none_asked - none_free if asked > last else 0
         asked, begun, ended, lifted, joined, started = [tick if tick > last else last for tick in (asked, *way)]
         room = ended - begun
-        joins, first = self.since(self.in_stock.get(order, arrival)), self.since(self._first.pop(order))
+        joins = self.since(self.in_stock.get(order, arrival)) if self._waits else arrival
+        first = self.since(self._first.pop(order))
         times = [] if self.began is None else [arrival - self.arrival[order]]
         times += [joins - arrival] if self._waits else []
         times += first - joins, last - first, robot, asked - last - robot, lifted - asked - room, room

@@ -6,6 +6,7 @@ import re
 import traceback
 from collections.abc import Sequence
 from contextlib import closing, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -51,6 +52,12 @@ LONGEST_SUFFIX = 60
 )
 @click.option("--from", "begin", type=click.Path(), metavar="STATE", help="Begin in a state, a JSON file.")
 @click.option("--save-state", type=click.Path(), metavar="FILE", help="Write the state at run.until_s to a file.")
+@click.option(
+    "--journal",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Take the journal of a hall (`rmfs serve --hall`) again, in place of a simulation: a real day as a run.",
+)
 @click.option("--trace", is_flag=True, help="Record every event in DIR/trace.jsonl.gz too.")
 @click.option("--record-decisions", is_flag=True, help="Record what each rule saw and decided, for `rmfs explain`.")
 @click.option(
@@ -73,6 +80,7 @@ def run(
     out: Path | None,
     begin: str | None,
     save_state: str | None,
+    journal: Path | None,
     trace: bool,
     record_decisions: bool,
     record: tuple[str, ...],
@@ -96,15 +104,18 @@ def run(
     from rmfs_commands.cli.progress import run_display
     from rmfs_commands.cli.summary import print_bottleneck, print_profile, print_summary
     from rmfs_commands.cli.waiting import StockWaits
+    from rmfs_commands.serve.halls import POSTED, posted
+    from rmfs_commands.session.day import run_day
     from rmfs_core import run as simulate
     from rmfs_core.errors import RunError
     from rmfs_core.scenario import located
     from rmfs_core.world import make_layout
 
     _check_recorders(record)
+    _check_journal(journal)
     overrides = overrides if begin is None else (*overrides, f"instance.state_file={begin}")
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
-    resolved = load_checked(scenario, overrides, seed)
+    resolved = posted(scenario) if journal and scenario.endswith(POSTED) else load_checked(scenario, overrides, seed)
     name = scenario_name(scenario)
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
@@ -114,18 +125,17 @@ def run(
                 say(notes, note)
     if not no_inline_rules:
         _announce_inline_rules(notes, resolved)
-    progress: RunDisplay | None = None if quiet else run_display(notes, name)
+    progress: RunDisplay | None = None if quiet or journal is not None else run_display(notes, name)
     viewer = _viewer(name) if watch else None
     waits, told = StockWaits(), ToldLoads(notes)
     try:
         with nullcontext() if progress is None else closing(progress), compiling_announced(notes, resolved):
-            result = simulate(
+            result = (partial(run_day, journal=journal) if journal else partial(simulate, save_state=save_state))(
                 resolved,
                 out=folder,
                 record=recorded,
                 observers=[one for one in (waits, progress, viewer, told) if one is not None],
                 allow_inline_rules=not no_inline_rules,
-                save_state=save_state,
             )
     except RunError as error:
         _failed(notes, error, folder, show_traceback=show_traceback)
@@ -142,6 +152,15 @@ def run(
             print_profile(console, result)
         _report(console, result, waits.sentence, folder, recorded)
     _finish(notes, save_state, result, viewer)
+
+
+def _check_journal(journal: Path | None) -> None:
+    """Refuse options that have no meaning for a real day."""
+    ctx = click.get_current_context()
+    for name in ("seed", "begin", "save_state", "watch") if journal is not None else ():
+        if ctx.params[name]:
+            option = {"begin": "from", "save_state": "save-state"}.get(name, name)
+            raise click.UsageError(f"found --{option} with --journal; expected one without the other.", ctx)
 
 
 def _finish(notes: Console, save_state: str | None, result: Result, viewer: Watch | None) -> None:

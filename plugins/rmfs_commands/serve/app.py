@@ -36,19 +36,32 @@ class Metrics:
 
     Parameters
     ----------
-    process
-        The rules' process.
+    labels
+        Labels of answers besides their status.
     """
 
-    def __init__(self, process: RuleProcess) -> None:
+    def __init__(self, *labels: str) -> None:
         self.registry = registry = CollectorRegistry()
-        self.answers = Counter("rmfs_answers", "Requests for decisions, by status", ["status"], registry=registry)
-        self.seconds = Histogram("rmfs_answer_seconds", "From request to answer", buckets=SECONDS, registry=registry)
+        self._answers = Counter("rmfs_answers", "Requests, by status", [*labels, "status"], registry=registry)
+        told = "From request to answer"
+        self.seconds = Histogram("rmfs_answer_seconds", told, labels, buckets=SECONDS, registry=registry)
         self.waiting = Gauge("rmfs_waiting", "Requests that have no answer yet", registry=registry)
-        restarts = Gauge("rmfs_restarts", "How often the rules' process was replaced", registry=registry)
-        restarts.set_function(lambda: process.restarts)
         ProcessCollector(registry=registry)
-        ProcessCollector(namespace="rmfs_rules", pid=lambda: process.pid or 0, registry=registry)
+
+    def follow(self, process: RuleProcess) -> None:
+        """Measure the rules' process, too."""
+        restarts = Gauge("rmfs_restarts", "How often the rules' process was replaced", registry=self.registry)
+        restarts.set_function(lambda: process.restarts)
+        ProcessCollector(namespace="rmfs_rules", pid=lambda: process.pid or 0, registry=self.registry)
+
+    def answered(self, status: int, seconds: float, *labels: str) -> None:
+        """Count an answer."""
+        self._answers.labels(*labels, str(status)).inc()
+        (self.seconds.labels(*labels) if labels else self.seconds).observe(seconds)
+
+    def page(self) -> Response:
+        """Return all figures in the one format that every reader knows, whatever a request accepts."""
+        return Response(generate_latest(self.registry), headers={"Content-Type": CONTENT_TYPE_PLAIN_0_0_4})
 
 
 class OfHosts:
@@ -92,7 +105,8 @@ def app_of(process: RuleProcess, most_bytes: int, hosts: Container[str] | None =
     hosts
         Names by which requests may call this host; None: any.
     """
-    metrics = Metrics(process)
+    metrics = Metrics()
+    metrics.follow(process)
     waiting = 0
 
     async def decide(request: Request) -> Response:
@@ -105,8 +119,7 @@ def app_of(process: RuleProcess, most_bytes: int, hosts: Container[str] | None =
         finally:
             waiting -= 1
             metrics.waiting.set(waiting)
-        metrics.answers.labels(str(reply.status)).inc()
-        metrics.seconds.observe(time.perf_counter() - started)
+        metrics.answered(reply.status, time.perf_counter() - started)
         return response(reply)
 
     async def health(_request: Request) -> Response:
@@ -114,8 +127,7 @@ def app_of(process: RuleProcess, most_bytes: int, hosts: Container[str] | None =
         return JSONResponse({"status": "ok" if there else "starting", "rules": process.names}, 200 if there else 503)
 
     async def measured(_request: Request) -> Response:
-        # In the one format that every reader knows, whatever the request accepts: the library fails on some of that.
-        return Response(generate_latest(metrics.registry), headers={"Content-Type": CONTENT_TYPE_PLAIN_0_0_4})
+        return metrics.page()
 
     routes = [at("/decide", decide, "POST"), at("/health", health), at("/metrics", measured)]
     return around(routes, hosts, lambda: openapi(process.names), "POST /decide, or one of GET /docs, /health, /metrics")

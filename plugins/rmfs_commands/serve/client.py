@@ -67,6 +67,12 @@ class HallClient:
         self.seq = int(answer["seq"])
         return answer
 
+    def replace(self, state: Mapping[str, Any]) -> dict[str, Any]:
+        """Put a state into the place of the hall's own, and return the answer; raises as `send`."""
+        answer = self._ask("PUT", "", state)
+        self.seq = int(answer["seq"])
+        return answer
+
     def answers(self, after: int, wait_s: float = 25.0) -> Iterator[dict[str, Any]]:
         """Yield the answers after a batch, without end, as they are given."""
         while True:
@@ -80,7 +86,7 @@ class HallClient:
 
     def _ask(self, method: str, path: str, body: Mapping[str, Any] | None = None) -> dict[str, Any]:
         content = None if body is None else json.dumps(body).encode()
-        headers = {"Content-Type": "application/json"}
+        headers = {"Content-Type": "application/json"} | ({"If-Match": f'"{self.seq}"'} if method == "PUT" else {})
         for tried in range(1, self._tries + 1):
             try:
                 request = urllib.request.Request(self._url + path, content, headers, method=method)

@@ -51,6 +51,8 @@ def openapi_of_halls() -> dict[str, Any]:
         "parameters": [hall],
         "post": _asked("Make a hall of the tables of a scenario", "201", in_json("Made"), "Make"),
         "get": _asked("The whole state, as `rmfs decide` reads it", "200", in_json("State")),
+        "put": _asked("Replace the whole state", "200", in_json("Answer"), "State")
+        | {"parameters": [{**match, "required": True}]},
         "delete": _asked("End a hall", "200", in_json("Seq")) | {"parameters": [match]},
     }
     paths = {
@@ -110,7 +112,7 @@ def _schemas() -> dict[str, Any]:
         **facts,
         **commands,
         "Batch": _object({"after": WHOLE, "time_s": NUMBER, "events": events}),
-        "Answer": _object(answer),
+        "Answer": _answer(answer),
         "Answers": _object({"seq": WHOLE, "answers": _list({"$ref": "#/components/schemas/Answer"})}),
         "Make": _object({"scenario": OBJECT}),
         "Made": _object({"session": TEXT, "seq": WHOLE}),
@@ -119,6 +121,13 @@ def _schemas() -> dict[str, Any]:
         "State": OBJECT,
         "Problem": _object({"title": TEXT, "status": WHOLE, "detail": TEXT}) | {"description": "RFC 9457"},
     }
+
+
+def _answer(needed: Mapping[str, Any]) -> dict[str, Any]:
+    answer = _object(needed)
+    replaced = {"type": "boolean", "description": "The state was replaced; no command before counts"}
+    answer["properties"] |= {"replaced": replaced}
+    return answer
 
 
 def _fact(kind: str) -> dict[str, Any]:

@@ -58,6 +58,10 @@ class HallProcesses:
         """Names of the halls."""
         return tuple(self._processes)
 
+    def restarts(self, hall: str) -> int:
+        """Return how often a hall's process had to be replaced."""
+        return self._processes[hall].restarts if hall in self._processes else 0
+
     @property
     def there(self) -> bool:
         """Whether all halls have their process now."""
@@ -95,6 +99,13 @@ class HallProcesses:
         if isinstance(request, bytes) and reply.status == 200 and hall in self._news:
             self._news.pop(hall).set()
         return reply
+
+    async def replace(self, after: int, hall: str, content: bytes) -> Reply:
+        """Put a state into the place of a hall's own, if the last batch that it has taken is this one."""
+        state = content.strip()
+        if not (state.startswith(b"{") and state.endswith(b"}")):
+            return problem(422, "expected a state, a JSON object")
+        return await self.ask(hall, b'{"after":%d,"state":%b}' % (after, state))
 
     async def make(self, hall: str, content: bytes) -> Reply:
         """Make a hall of the tables of a scenario, ``{"scenario": {...}}``."""

@@ -16,7 +16,7 @@ from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem
 from rmfs_core.wording import listed, nearest, shown_short
 
-GET = ("state", "answers", "seq")
+GET = ("state", "answers", "seq", "counts")
 POSTED = ".hall.json"
 """End of the names of files with halls that were made over HTTP."""
 
@@ -78,6 +78,8 @@ class Halls:
             raise InputError("request.get", f"found {shown_short(data['get'])}; expected {listed(GET, 'or')}")
         if data["get"] == "state":
             return hall.state
+        if data["get"] == "counts":
+            return hall.counts
         if data["get"] == "seq":
             return {"seq": hall.seq}
         after = data.get("after", 0)

@@ -27,6 +27,8 @@ class CorrectedFloor(Floor):
         Orders that no rule is shown, by id.
     corrected
         Ids of orders and of pods that are other than events have told.
+    followers
+        Objects whose method ``corrected`` is told of these before rules are asked again.
     """
 
     def __init__(self, *given: Any) -> None:
@@ -34,6 +36,25 @@ class CorrectedFloor(Floor):
         self.locked: dict[int, tuple[Mapping[int, int], int]] = {}
         self.hidden: dict[int, Order] = {}
         self.corrected: tuple[set[int], set[int]] = set(), set()
+        self.followers: list[Any] = []
+
+    def tell_corrected(self) -> None:
+        """Tell those who follow the state what no event tells of."""
+        if any(self.corrected):
+            for one in self.followers:
+                one.corrected(*self.corrected)
+            for ids in self.corrected:
+                ids.clear()
+
+    def settle(self) -> None:
+        """Let everything happen that takes no time."""
+        self.tell_corrected()
+        super().settle()
+
+    def round(self) -> None:
+        """Let rules decide."""
+        self.tell_corrected()
+        super().round()
 
     # What pods hold
 
@@ -146,6 +167,7 @@ class CorrectedFloor(Floor):
             return False
         self._coming.remove(order)
         self.forget(order)
+        self.completed += 1
         return True
 
     def _arrive(self, order: Order) -> bool:

@@ -12,7 +12,7 @@ from attrs import evolve, frozen
 
 from rmfs_commands.session.packing import FloorPacking
 from rmfs_core.errors import InputError
-from rmfs_core.events import QueueJoined, RobotMoved
+from rmfs_core.events import Event, QueueJoined, RobotMoved
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import RuleChoice, Scenario
 from rmfs_core.scenario.model import RulesSection
@@ -132,6 +132,8 @@ class Floor(Simulation):
         As for a run; orders and bundles of the instance are left out, because they arrive as facts.
     command
         Takes each command: its kind and its fields, with ids.
+    begun
+        The state in which it begins; None: with nothing under way.
 
     Attributes
     ----------
@@ -141,14 +143,26 @@ class Floor(Simulation):
         By robot, ids of the order and SKU to be picked from its pod; or None, and the bundle to be stored on it.
     """
 
-    def __init__(self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet, command: Order_) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        instance: Instance,
+        layout: Layout,
+        rules: RuleSet,
+        command: Order_,
+        begun: Any = None,
+    ) -> None:
         check_supported(scenario)
-        super().__init__(scenario, evolve(instance, orders=(), bundles=()), layout, rules)
+        super().__init__(scenario, evolve(instance, orders=(), bundles=()), layout, rules, None, begun)
         self.waits: dict[tuple[str, int], Wait] = {}
         self.command = command
         self.wanted: dict[int, tuple[Any, Any]] = {}
-        self.book = self.warehouse.orders = OrderBook()
-        self.warehouse.arrived = Arrived()
+        self._seen: dict[int, int] = {}  # by robot, when its cell was told last
+        there, self.book, self.warehouse.arrived = self.warehouse.orders, OrderBook(), Arrived()
+        for order in there:
+            self.book.append(order)
+            self.warehouse.arrived[order.id] = order
+        self.warehouse.orders = self.book
         if self.packing is not None:
             self.packing = FloorPacking(self.context, self.services, self._packed, command)
         self.closed: set[int] = set()
@@ -160,6 +174,12 @@ class Floor(Simulation):
             self.decisions.rules = evolve(
                 rules, others={**rules.others, "pps": RuleSet.load(repair, scenario.folder).pps}
             )
+
+    def tell_through(self, changed: Callable[[Callable[[Event], None]], Callable[[Event], None]]) -> None:
+        """Tell observers events as they are ``changed``: given how to tell one, that returns how to tell it instead."""
+        context: Any = self.context
+        context.tell = changed(context.tell)
+        self._tell = context.tell
 
     # What the stories wait for
 
@@ -231,12 +251,16 @@ class Floor(Simulation):
     def drive(self, robot: Robot, cell: int, heading: int, charge: float | None = None) -> None:
         """Let a robot be in a cell, with a share of its battery's capacity left."""
         origin, warehouse = robot.cell, self.warehouse
+        in_line = any(robot in station.line for station in warehouse.stations)
         metres = warehouse.travel.layout.distance(origin, cell)
         warehouse.move(robot, cell, heading)
         if (battery := warehouse.battery_of(robot)) is not None and charge is not None:
             battery.joules, battery.since = charge * battery.capacity_j, self.now
-        self._tell(RobotMoved(self.now, self.now, robot.id, origin, cell, heading, 0, 0, metres, robot.pod))
         wait = self.waits.get(("drive", robot.id))
+        on_its_way = wait or (None if in_line else self.waits.get(("queue", robot.id)))
+        start = self.now if on_its_way is None else max(on_its_way.since, self._seen.get(robot.id, 0))
+        self._seen[robot.id] = self.now
+        self._tell(RobotMoved(self.now, start, robot.id, origin, cell, heading, 0, 0, metres, robot.pod))
         if wait is not None and wait.what == cell:
             self.happens("drive", robot.id)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections import OrderedDict, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ from rmfs_commands.session.floor import AWAITED, check_supported
 from rmfs_commands.session.handling import Handling
 from rmfs_commands.session.journal import Journal
 from rmfs_commands.session.packing import ENDS, FloorPacking
+from rmfs_commands.session.replacing import Replacement, replacement_of
+from rmfs_commands.states.beginning import Begun
 from rmfs_commands.states.snapshots import Snapshots
 from rmfs_core import events
 from rmfs_core.clock import to_seconds, to_ticks
@@ -70,6 +72,8 @@ class Hall(Handling):
         Whether rules may be loaded from files.
     replayed
         Called for each batch of a journal that is taken again.
+    read_only
+        Whether the journal is read and not written, also while another session writes it.
 
     Raises
     ------
@@ -86,17 +90,18 @@ class Hall(Handling):
         *,
         allow_inline: bool = True,
         replayed: Callable[[], None] = lambda: None,
+        read_only: bool = False,
     ) -> None:
         self._scenario, self._observers, self._allow_inline = scenario, observers, allow_inline
         self._dead = None if dead_s is None else to_ticks(dead_s)
         with located(scenario):
             check_supported(scenario)
-            self._instance, self._layout = make_instance(scenario), make_layout(scenario)
+            self._given_instance, self._layout = make_instance(scenario), make_layout(scenario)
         self.replayed = replayed
         self._begin()
-        self._journal = Journal(journal, self._made_from())
+        self._journal = Journal(journal, self._made_from(), read_only=read_only)
         try:
-            self._again()
+            self._replay()
         except BaseException:
             self.close()
             raise
@@ -105,7 +110,7 @@ class Hall(Handling):
 
     def _made_from(self) -> dict[str, Any]:
         digest = hashlib.sha256(to_json(plain(self._scenario)).encode("utf-8", "backslashreplace"))
-        data = hashlib.sha256(repr((self._instance.skus, self._instance.pods)).encode())
+        data = hashlib.sha256(repr((self._given_instance.skus, self._given_instance.pods)).encode())
         versions = versions_of(self._floor.rules, self._floor.scenario)
         dead_s = None if self._dead is None else to_seconds(self._dead)
         return {
@@ -118,33 +123,55 @@ class Hall(Handling):
 
     def _begin(self) -> None:
         """Let the hall be as it is before the first batch."""
+        self.seq = 0
+        self._numbers = itertools.count(1)
+        self._last: tuple[Any, dict[str, Any]] | None = None
+        self._ids: set[str] = set()
+        self._latest_ids: deque[str] = deque()
+        self._begun = False
+        self.facts = self.dropped = self.overdue = 0
+        self._begin_floor()
+
+    def _begin_floor(self, begun: Begun | None = None) -> None:
+        """Let the floor be new: with nothing under way, or as a state has it."""
         scenario = self._scenario
+        self._instance = self._given_instance if begun is None else begun.instance
         with located(scenario):
             rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=self._allow_inline)
             scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
-        self.seq = 0
-        self._numbers = itertools.count(1)
         self._commands: list[dict[str, Any]] = []
-        self._last: tuple[Any, dict[str, Any]] | None = None
-        self._ids: OrderedDict[str, None] = OrderedDict()
-        self._begun = False
         self._done: deque[Order] = deque()  # orders that are complete, and packed where orders are
         self._snapshots: Snapshots | None = None
+        self._floor = self._open(scenario, rules, begun)
+        self._begin_to_handle()
+        self._floor.start()
+        self._commands.clear()  # what robots do already in a state is no command
+        self._floor.settle()
+
+    def _open(self, scenario: Scenario, rules: RuleSet, begun: Begun | None = None) -> CorrectedFloor:
+        """Return the floor, of which observers are told; the session itself first."""
         for observer in self._observers():
             rules.register_observer(observer)
         rules.register_observer(self)
-        self._floor = CorrectedFloor(scenario, self._instance, self._layout, rules, self._command)
-        self._begin_to_handle()
-        self._floor.start()
-        self._floor.settle()
+        return CorrectedFloor(scenario, self._instance, self._layout, rules, self._command, begun)
 
     def _again(self) -> None:
-        """Take all batches of the journal again; each has to be answered as it was."""
+        """Let the hall be as the journal has it."""
         self._begin()
-        for number, (given, answer) in enumerate(self._journal.batches(), 1):
+        self._replay()
+
+    def _replay(self) -> None:
+        """Take all batches of the journal again; each has to be answered as it was."""
+        for number, (given, answer) in enumerate(self._journal.batches(), 2):
             self.replayed()
-            if to_json(self._apply(batch_of(given))) != to_json(answer):
-                where = f"{self._journal.name}, line {number + 1}"
+            where = f"{self._journal.name}, line {number}"
+            try:
+                batch = self._read(given)
+            except InputError as error:
+                raise InputError(where, f"{error.place}: {error.problem}") from None
+            if batch.after != self.seq or batch.tick < self._floor.now:
+                raise InputError(where, f"expected a batch after {self.seq}, and not earlier than that")
+            if to_json(self._apply(batch)) != to_json(answer):
                 raise InputError(where, "is not answered as it was; expected the rules that wrote the journal")
             self._last = given, answer
 
@@ -160,7 +187,8 @@ class Hall(Handling):
         Parameters
         ----------
         given
-            ``{"after": seq, "time_s": seconds, "events": [{"id": ..., "kind": ..., ...}]}``, as JSON has it.
+            ``{"after": seq, "time_s": seconds, "events": [{"id": ..., "kind": ..., ...}]}``, as JSON has it; or, with
+            ``{"after": seq, "state": {...}}``, a state that replaces the session's own.
 
         Returns
         -------
@@ -176,14 +204,15 @@ class Hall(Handling):
         RmfsError
             When a rule or the journal fails. In all cases nothing has changed.
         """
-        batch = batch_of(given)
-        if self._last is not None and batch.after == self.seq - 1 and given == self._last[0]:
+        if self._last is not None and given == self._last[0] and given["after"] == self.seq - 1:
             return self._last[1]
+        batch = self._read(given)
         if batch.after != self.seq:
-            raise StaleBatchError("batch.after", f"found {batch.after}; expected {self.seq}, the last batch", self.seq)
+            raise self._stale(batch.after)
         if batch.tick < self._floor.now:
             now = to_seconds(self._floor.now)
-            raise InputError("batch.time_s", f"found {given['time_s']}; expected no time before {now}, the last one")
+            place = "batch.time_s" if isinstance(batch, Batch) else "batch.state.time_s"
+            raise InputError(place, f"found {to_seconds(batch.tick)}; expected no time before {now}, the last one")
         try:
             answer = self._apply(batch)
             self._journal.append({"batch": given, "answer": answer})
@@ -197,13 +226,46 @@ class Hall(Handling):
         """Return the answers that were given after the batch of a number, the first `MOST_ANSWERS` of them."""
         return [answer for _, answer in itertools.islice(self._journal.batches(seq), MOST_ANSWERS)]
 
-    def _apply(self, batch: Batch) -> dict[str, Any]:
+    def _read(self, given: Any) -> Batch | Replacement:
+        """Return a batch from JSON's objects, or the state in place of one."""
+        if not isinstance(given, Mapping) or "state" not in given:
+            return batch_of(given)
+        if given.get("after") != self.seq and type(given.get("after")) is int:  # whatever the state is like
+            raise self._stale(given["after"])
+        return replacement_of(given, self._scenario, evolve(self._given_instance, orders=(), bundles=()), self._layout)
+
+    def _stale(self, after: int) -> StaleBatchError:
+        return StaleBatchError("batch.after", f"found {after}; expected {self.seq}, the last batch", self.seq)
+
+    def _replace(self, new: Replacement) -> None:
+        """Let the floor be as a state has it; rules begin afresh, and are asked at once."""
+        self._begin_floor(new.begun)
+        floor, self._begun = self._floor, True
+        self._orders = {order.name: order for order in floor.book}
+        for (kind, name), why in new.doubtful:
+            if kind == "cell":
+                if name.isdecimal() and int(name) in floor.warehouse.free_locations:
+                    self._cell_blocked(int(name))
+            else:
+                self._doubt((kind, name), why)
+        for station in new.closed:
+            if ("station", station) not in self._doubtful and self._by_name["station"][station].id not in floor.hours:
+                self._station_closed(station)
+        for robot in new.failed:
+            self._robot_failed(robot)
+        floor.round()
+
+    def _apply(self, batch: Batch | Replacement) -> dict[str, Any]:
+        if isinstance(batch, Replacement):
+            self._replace(batch)
+            return self._answer([], {"replaced": True, **batch.own})
         floor, dropped = self._floor, list[dict[str, Any]]()
         floor.advance(batch.tick)
         if not self._begun and not (batch.facts and batch.facts[0].kind in ARRIVALS and not floor.now):
             floor.round()
         self._begun = True
         facts = [(i, fact) for i, fact in enumerate(batch.facts) if self._new(fact)]
+        self.facts += len(facts)
         for _, group in itertools.groupby(facts, lambda one: one[1].kind in ARRIVALS or one[1].id):
             changed = False  # so that rules have something to decide
             for i, fact in group:
@@ -216,8 +278,13 @@ class Hall(Handling):
                         changed = True
             if changed:
                 floor.round()
+        return self._answer(dropped, batch.own)
+
+    def _answer(self, dropped: list[dict[str, Any]], own: Mapping[str, Any]) -> dict[str, Any]:
+        floor = self._floor
         self.seq += 1
         overdue = self._overdue()
+        self.dropped, self.overdue = self.dropped + len(dropped), len(overdue)
         self._forget()
         commands, self._commands = self._commands, []
         return {
@@ -227,15 +294,16 @@ class Hall(Handling):
             "dropped": dropped,
             "overdue": overdue,
             "ask_again_s": None if (tick := floor.next_tick) is None else to_seconds(tick),
-            **batch.own,
+            **own,
         }
 
     def _new(self, fact: Fact) -> bool:
         if fact.id in self._ids:
             return False
-        self._ids[fact.id] = None
+        self._ids.add(fact.id)
+        self._latest_ids.append(fact.id)
         if len(self._ids) > MOST_IDS:
-            self._ids.popitem(last=False)
+            self._ids.remove(self._latest_ids.popleft())
         return True
 
     def _forget(self) -> None:
@@ -252,13 +320,23 @@ class Hall(Handling):
             self._floor.services.begun.clear()
 
     @property
+    def counts(self) -> dict[str, int]:
+        """How much there is of what a session is watched by."""
+        return {
+            "seq": self.seq,
+            "facts": self.facts,
+            "dropped": self.dropped,
+            "open_orders": len(self._floor.book) - self._floor.completed,
+            "awaited": len(self._floor.waits) + sum(1 for _ in self._packing()),
+            "overdue": self.overdue,
+            "quarantined": len(self._doubtful),
+        }
+
+    @property
     def state(self) -> dict[str, Any]:
         """The whole state: that of `rmfs decide`, and ``session`` with what only a session has."""
         assert self._snapshots is not None
-        orders, pods = self._floor.corrected
-        self._snapshots.corrected(orders, pods)
-        orders.clear()
-        pods.clear()
+        self._floor.tell_corrected()
         self._snapshots.look({})
         doubtful = [{kind: name, "why": why, **self._held(kind, name)} for (kind, name), why in self._doubtful.items()]
         waits: list[dict[str, Any]] = [
@@ -313,6 +391,7 @@ class Hall(Handling):
     def run_started(self, run: RunInfo) -> None:
         """Follow the state."""
         self._snapshots = Snapshots(run)
+        self._floor.followers.append(self._snapshots)
 
     @hookimpl
     def on_event(self, event: events.Event) -> None:

@@ -15,6 +15,28 @@ from rmfs_commands.results.files import to_json
 from rmfs_core.errors import InputError
 
 FORMAT, VERSION = "rmfs-session", 1
+NO_JOURNAL = "is no journal of a session; expected one"
+
+
+def header_of(path: Path) -> Mapping[str, Any]:
+    """Return the first line of a journal: what its session was made from.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, or is no journal.
+    """
+    try:
+        with path.open("rb") as lines:
+            found = json.loads(lines.readline())
+    except OSError as error:
+        raise InputError(str(path), f"cannot be read: {error.strerror or error}") from error
+    except ValueError:
+        raise InputError(str(path), NO_JOURNAL) from None
+    dead_s = found.get("dead_s") if isinstance(found, dict) else ""
+    if not isinstance(dead_s, float | int | None) or found.get("format") != FORMAT:
+        raise InputError(str(path), NO_JOURNAL)
+    return found  # type: ignore[no-any-return]
 
 
 class Journal:
@@ -27,12 +49,15 @@ class Journal:
         None: one that is gone with the process.
     made_from
         Scenario and versions of the session. A file that another session wrote is refused.
+    read_only
+        Whether the file stays as it is, and another session may be writing it: whole lines are read.
     """
 
-    def __init__(self, path: Path | None, made_from: Mapping[str, Any]) -> None:
-        self.path, self.name = path, str(path or "memory")
+    def __init__(self, path: Path | None, made_from: Mapping[str, Any], *, read_only: bool = False) -> None:
+        self.path, self.name, self._read_only = path, str(path or "memory"), read_only
+        mode = "rb" if read_only else "a+b"
         try:
-            self._file: Any = tempfile.TemporaryFile() if path is None else path.open("a+b")  # noqa: SIM115
+            self._file: Any = tempfile.TemporaryFile() if path is None else path.open(mode)  # noqa: SIM115
         except OSError as error:
             raise InputError(self.name, f"cannot be used as the journal: {error.strerror or error}") from error
         weakref.finalize(self, self._file.close)
@@ -46,17 +71,20 @@ class Journal:
 
     def _check(self, header: Mapping[str, Any]) -> None:
         """Write the first line, or check that it is this one."""
-        if len(self._begins) == 1:
+        if len(self._begins) == 1 and not self._read_only:
             self.append(header)
             return
-        found, wanted = next(self._lines(0)), json.loads(to_json(header))
+        found, wanted = next(self._lines(0), None), json.loads(to_json(header))
         if not isinstance(found, dict) or found.get("format") != FORMAT:
-            raise InputError(self.name, "is no journal of a session; expected one, or a new file")
+            raise InputError(self.name, f"{NO_JOURNAL}, or a new file")
         if names := [name for name in {**wanted, **found} if found.get(name) != wanted.get(name)]:
             what = f"{', '.join(names)} differ{'s' * (len(names) == 1)}"
-            raise InputError(self.name, f"is the journal of another session: {what}; expected a new file")
+            expected = "the scenario that it was made from, under this version" if self._read_only else "a new file"
+            raise InputError(self.name, f"is the journal of another session: {what}; expected {expected}")
 
     def _lock(self) -> None:
+        if self._read_only:
+            return
         try:
             import fcntl
         except ModuleNotFoundError:  # another system than the service runs on
@@ -73,7 +101,7 @@ class Journal:
         for line in self._file:
             if line.endswith(b"\n"):
                 begins.append(begins[-1] + len(line))
-            else:
+            elif not self._read_only:
                 self._file.truncate(begins[-1])
         return begins
 
@@ -93,7 +121,9 @@ class Journal:
 
     def batches(self, seq: int = 0) -> Iterator[tuple[Any, Any]]:
         """Yield each batch with its answer, first to last, after that of a number."""
-        for line in self._lines(seq + 1):
+        for number, line in enumerate(self._lines(seq + 1), seq + 2):
+            if not isinstance(line, dict) or not line.keys() >= {"batch", "answer"}:
+                raise InputError(f"{self.name}, line {number}", "expected a batch and its answer")
             yield line["batch"], line["answer"]
 
     def _lines(self, first: int) -> Iterator[Any]:
@@ -101,7 +131,7 @@ class Journal:
             self._file.seek(self._begins[number])
             try:
                 yield json.loads(self._file.readline())
-            except ValueError:
+            except (ValueError, RecursionError):
                 raise InputError(f"{self.name}, line {number + 1}", "found no JSON; expected a batch") from None
 
     def close(self) -> None:

@@ -107,8 +107,10 @@ class Begun:
         services.last.update({self.names.stations[name]: tuple(last) for name, last in told.begun.items()})
 
 
-def read(scenario: Scenario, content: object = None) -> tuple[State, str]:
+def read(scenario: Scenario, content: object = None, name: str | None = None) -> tuple[State, str]:
     """Return the state that a scenario names, or that of a ``content``, and what messages call it."""
+    if isinstance(content, State) and name is not None:
+        return content, name
     path = Path(scenario.folder) / (scenario.instance.state_file or "")
     name = str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
     return state_from_dict(read_json(path) if content is None else content, name), name
@@ -119,8 +121,10 @@ def begins_at(scenario: Scenario) -> int:
     return 0 if scenario.instance.state_file is None else time_of(read(scenario)[0])
 
 
-def begin(scenario: Scenario, instance: Instance, layout: Layout, content: object = None) -> Begun:
-    """Return what a run begins in: the state that ``instance.state_file`` names.
+def begin(
+    scenario: Scenario, instance: Instance, layout: Layout, content: object = None, name: str | None = None
+) -> Begun:
+    """Return what a run begins in.
 
     Parameters
     ----------
@@ -128,15 +132,16 @@ def begin(scenario: Scenario, instance: Instance, layout: Layout, content: objec
         Stations, robots and the grid; the state has to fit them.
     instance
         The scenario's own, of which the orders are used that arrive later.
-    content
-        The state as JSON's objects, lists and values; None: that of the file.
+    content, name
+        A state, or the same as JSON's objects, lists and values, and what messages call it; None: the one that
+        ``instance.state_file`` names.
 
     Raises
     ------
     InputError
         Where the state is none, contradicts itself, or does not fit the scenario.
     """
-    (state, name), fresh = read(scenario, content), open_warehouse(scenario, instance, layout)
+    (state, name), fresh = read(scenario, content, name), open_warehouse(scenario, instance, layout)
     names = Names(state, name)
     if not 0 <= (now_s := time_of(state) / TICKS_PER_S) <= MOST_S:
         expected = f"expected seconds since a run's time 0, not more than {MOST_S:,}"

@@ -110,7 +110,10 @@ class Recording:
 
     def choice_of(self, recorded: Recorded) -> RuleChoice:
         """Return the rule that decided, with its parameters, as the scenario has it."""
-        choice: RuleChoice | None = getattr(self.scenario.rules, recorded.decides.key)
+        rules, decides = self.scenario.rules, recorded.decides
+        choice: RuleChoice | None = getattr(rules, decides.key)
+        if choice is None and decides is Role.PPS and rules.poa_pps is not None:  # a session repairs what that leaves
+            return RuleChoice(recorded.rule)
         if choice is None:
             raise InputError(recorded.place, f"the scenario of the run has no rule for {recorded.decides.label}")
         return choice

@@ -24,7 +24,7 @@ drawn numbers; before that ``seed`` is enough.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rmfs_commands.cli.options import DECIDING
@@ -73,6 +73,10 @@ class DecisionRecorder:
     def on_event(self, event: Event) -> None:
         """Keep up with orders and pods."""
         self._snapshots.told(event)
+
+    def corrected(self, orders: Iterable[int], pods: Iterable[int]) -> None:
+        """Keep up with orders and pods that no event tells of."""
+        self._snapshots.corrected(orders, pods)
 
     @hookimpl
     def rule_asked(self, question: Question) -> None:

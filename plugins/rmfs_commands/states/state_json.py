@@ -51,7 +51,7 @@ def state_from_dict(data: object, name: str = "state") -> State:
         raise InputError(name, f"expected a JSON object with the format {FORMAT!r}, found {type(data).__name__}")
     check_format(data, FORMAT, VERSIONS, name)
     try:
-        return structure_as(State, data)
+        return structure_as(State, {key: value for key, value in data.items() if key != "session"})
     except KeyProblem as problem:
         raise InputError(Source(name).place_of(problem.path), problem.problem) from None
 

@@ -59,6 +59,8 @@ class Trace:
         Text of the scenario's map file; None where there is none.
     state
         State that the run begins in: ``file``, ``sha256``, ``tick``, ``lines``, ``content``; None: it begins at time 0.
+    floor
+        Of a real day: counts of facts, and when the floor first corrected what was known; None: a simulated run.
     """
 
     scenario: Mapping[str, Any]
@@ -80,6 +82,8 @@ class Trace:
     def began(self) -> int:
         """Tick at which the run begins: that of its state, or 0."""
         return 0 if self.state is None else int(self.state["tick"])
+
+    floor: Mapping[str, float | None] | None = None
 
 
 class TraceStream:
@@ -302,6 +306,7 @@ def _trace(path: str, first: Mapping[str, Any]) -> Trace:
             versions=dict(first.get("versions", {})),
             map_text=first.get("map"),
             state=_state(first.get("state")),
+            floor=None if "floor" not in first else dict(first["floor"]),
         )
     except KeyError as error:
         raise InputError(f"{path}, line 1", f"the header lacks {error}") from error

@@ -39,6 +39,8 @@ First line, the header::
                       robots in line at each station. Pods and robots of the header are as it has them, and the events
                       begin with what observers are told of the time before (times up to ``tick``); left out: the run
                       begins at time 0
+    floor             of a real day: batches, facts, dropped ones, and corrected_s, when the floor first corrected what
+                      was known, or null
 
 Then one line an event, in the order in which they happened: ``e``, the event's class in lower case with underscores,
 and the fields of that class in `rmfs_core.events` (where each is documented), ``tick`` first. Left out is ``wall_s``
@@ -170,6 +172,7 @@ def header(run: RunInfo) -> dict[str, Any]:
         "stations": [_station(warehouse.station(i)) for i in range(len(run.layout.stations))],
         "blocked": warehouse.blocked_locations,
         **_state(run),
+        **({"floor": run.summary["floor"]} if "floor" in run.summary else {}),
     }
 
 

@@ -34,6 +34,8 @@ class Report:
         Whether there were reported metrics to compare.
     start_checked
         Whether layout, orders and locations could be compared with those of the scenario.
+    floor
+        Of a real day: what its trace says of the floor; None: a simulated run.
     """
 
     faults: list[Fault]
@@ -41,6 +43,7 @@ class Report:
     collisions_checked: bool
     metrics_checked: bool
     start_checked: bool
+    floor: Mapping[str, float | None] | None = None
 
 
 def validate_trace(path: str | Path) -> list[Fault]:
@@ -70,10 +73,10 @@ def check_trace(path: str | Path, *, collisions: bool | None = None) -> Report:
     result = read_result(file.parent / RESULT_FILE)
     tables = None if result is None else file.parent
     with fitting(file, "checked"):
-        if collisions is None:
-            collisions = avoids_collisions(trace)
+        if collisions is None or trace.floor is not None:
+            collisions = trace.floor is None and avoids_collisions(trace)
         faults = faults_of(trace, result, collisions=collisions, tables=tables)
-    return Report(faults, len(trace.events), collisions, result is not None, made_alike(trace, result))
+    return Report(faults, len(trace.events), collisions, result is not None, made_alike(trace, result), trace.floor)
 
 
 def read_result(file: Path) -> Mapping[str, Any] | None:

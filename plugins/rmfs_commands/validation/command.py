@@ -64,7 +64,12 @@ def _remarks(report: Report, *, unasked: bool) -> list[str]:
     faults = len(report.faults)
     counted = {0: "no faults", 1: "1 fault"}.get(faults, f"{faults} faults")
     lines = [f"{counted} in {report.events} events"]
-    if not report.collisions_checked:
+    if report.floor is not None:
+        lines.append("Not checked, of a real day: ways, speeds, collisions, how long anything took, when bundles came.")
+        if (corrected_s := report.floor["corrected_s"]) is not None:
+            then = f"from {corrected_s:.3f} s on, when the floor first corrected what was known"
+            lines.append(f"Not checked {then}: whether events fit those before. Metrics and tables are checked.")
+    elif not report.collisions_checked:
         why = ", as --no-collisions asks."
         if not unasked:
             why = ". The trace says that its PP rule ignores other robots; --collisions checks it all the same."

@@ -149,3 +149,15 @@ KINDS: dict[str, str] = {
     "table": "a figure in a table next to the trace is not what the events amount to",
 }
 """Every kind of fault by its name, and what it means."""
+
+OF_FLOOR = frozenset(
+    (
+        *("not-straight", "heading", "turn-time", "too-fast", "too-slow", "wall", "one-way", "queue-lane"),
+        *("through-stored-pod", "storage-crossed", "queue-passed", "joined-late", "bundle-arrival", "station-hours"),
+        *("lift-time", "pick-time", "handle-time", "store-time", "conveyor-time", "tote", "put", "pack-time"),
+    )
+)
+"""Kinds that are no faults of a real day: ways and times are the floor's, and so is when bundles and stations come."""
+
+OF_FIGURES = frozenset(("header", "unknown-id", "time-order", "end", "other-run", "metric", "table"))
+"""Kinds that are faults of a real day also once the floor has corrected what was known."""

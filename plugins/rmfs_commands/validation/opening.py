@@ -40,7 +40,7 @@ def check_opening(case: Case) -> None:
         given, supply = scenario.instance, scenario.instance.replenishment
         files = given.orders_file, given.skus_file, supply and supply.file
         drawn = files == (None,) * 3 and not isinstance(given.arrivals.profile, str)
-        instance = make_instance(scenario) if drawn else None
+        instance = make_instance(scenario) if drawn and trace.floor is None else None
         if instance is not None and trace.state is not None:
             instance = opened(trace, instance).instance
         undated = tuple(evolve(order, due_tick=None) for order in trace.instance.orders)

@@ -80,7 +80,7 @@ class PickCheck:
                 f"{item} from {seconds(event.start_tick)} on, "
                 f"but its picker handles another item until {seconds(station.picker_free_tick)}",
             )
-        self._handled_tick = event.start_tick + handle_ticks
+        self._handled_tick = event.start_tick + handle_ticks if case.trace.floor is None else event.picker_free_tick
         station.picker_free_tick = max(station.picker_free_tick, self._handled_tick)
 
     def _expected(self, event: ItemPicked) -> list[int]:

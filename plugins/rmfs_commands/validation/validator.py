@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from rmfs_commands.trace.writer import EVENTS
 from rmfs_commands.validation.begun import FOLLOWED, Beginning, opening_of
 from rmfs_commands.validation.case import Case, seconds
 from rmfs_commands.validation.collisions import find_collisions
-from rmfs_commands.validation.fault import Fault
+from rmfs_commands.validation.fault import OF_FIGURES, OF_FLOOR, Fault
 from rmfs_commands.validation.files import check_files
 from rmfs_commands.validation.header import check_header, check_readable
 from rmfs_commands.validation.lines import LineCheck
@@ -63,6 +64,8 @@ def faults_of(
     check_header(case)
     if made_alike(trace, result):
         check_opening(case)
+    if trace.floor is not None:
+        collisions = False
     state = State(trace)
     begun, rest = opening_of(case)
     if collisions is None:
@@ -121,7 +124,15 @@ def faults_of(
             compare(case, result)
         if tables is not None:
             check_files(case, tables)
-    return sorted(case.faults, key=lambda fault: fault.tick)
+    return sorted(filter(partial(_counts, trace), case.faults), key=lambda fault: fault.tick)
+
+
+def _counts(trace: Trace, fault: Fault) -> bool:
+    """Whether a fault is one: of a real day only what its floor did not decide, until it corrected what was known."""
+    if trace.floor is None or fault.kind in OF_FIGURES:
+        return True
+    corrected_s = trace.floor["corrected_s"]
+    return fault.kind not in OF_FLOOR and (corrected_s is None or fault.tick < to_ticks(corrected_s))
 
 
 def _begin(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None]]], past: Sequence[Event]) -> None:
@@ -169,5 +180,5 @@ def _check_end(case: Case, last: int) -> None:
         case.add("end", tick, f"{ends}; run.until_s is {until}")
     elif case.trace.status == "horizon" and (until is None or tick < to_ticks(until)):
         case.add("end", tick, f"{ends} with the status horizon; run.until_s is {until}")
-    elif case.trace.status == "complete" and case.trace.instance.orders and tick > last:
+    elif case.trace.status == "complete" and case.trace.instance.orders and tick > last and not case.trace.floor:
         case.add("end", tick, f"{ends}, complete, but nothing has happened since {seconds(last)}")

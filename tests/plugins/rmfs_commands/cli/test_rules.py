@@ -276,7 +276,7 @@ def test_the_role_of_a_single_rule() -> None:
     rule = load_rule(RuleChoice("pod-index", {"near": 0.5}), (Role.POA_PPS, Role.POA, Role.PP))
     assert (rule.role, rule.name, rule.instance.near) == (Role.POA_PPS, "pod-index", 0.5)
     assert load_rule(RANDOM, tuple(Role), preferred=Role.PPS).role is Role.PPS
-    with pytest.raises(InputError, match=r"^here: rule \"random\" .* say which of them is asked \(`decides`\)$"):
+    with pytest.raises(InputError, match=r"^here: rule \"random\" .* which of them is asked \(`--decides`"):
         load_rule(RANDOM, tuple(Role), place="here")
     with pytest.raises(InputError, match=r"decides PP; expected a rule for POA or PPS$"):
         load_rule(RuleChoice("sipp"), (Role.POA, Role.PPS))

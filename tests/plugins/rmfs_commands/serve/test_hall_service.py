@@ -82,7 +82,9 @@ def test_halls_over_http(serve: Serve, tmp_path: Path) -> None:
         ("GET", "/b/commands?after=9", {}, 422, "expected 0 to 3"),
         ("GET", "/b/commands?wait_s=99", {}, 422, "wait_s: expected"),
         ("POST", "/b/events", {}, 415, "expected application/json"),
-        ("PUT", "/b", {}, 405, "is not answered"),
+        ("PUT", "/b", {}, 422, "If-Match: expected"),
+        ("PUT", "/b", {"If-Match": '"3"'}, 415, "expected application/json"),
+        ("PATCH", "/b", {}, 405, "is not answered"),
         ("DELETE", "/b", {"If-Match": '"2"'}, 409, "expected 3, the last batch"),
     ):
         found, _, problem = asked(method, path, headers)
@@ -90,6 +92,20 @@ def test_halls_over_http(serve: Serve, tmp_path: Path) -> None:
     with pytest.raises(HallError, match="there is a hall") as caught:
         b.make(TABLES)
     assert caught.value.status == 409
+    state = b.state()
+    answer = b.replace(state)
+    assert (answer["seq"], answer["replaced"], b.state()["orders"]) == (4, True, state["orders"])
+    for client, told, status in ((b, {**state, "pods": 3}, 422), (stale, state, 409)):
+        with pytest.raises(HallError) as caught:
+            client.replace(told)
+        assert caught.value.status == status
+    assert b.send(4.0, [{"id": "?", "kind": "handled", "station": "9"}])["seq"] == 5
+    with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=20)) as connection:
+        connection.request("GET", "/metrics")
+        figures = connection.getresponse().read().decode().splitlines()
+    expected = {"seq": 5, "facts_total": 2, "dropped_total": 1, "open_orders": 1, "overdue": 0, "quarantined": 0}
+    assert {f'rmfs_hall_{name}{{hall="b"}} {value:.1f}' for name, value in expected.items()} <= {*figures}
+    assert 'rmfs_answers_total{hall="b",status="200"} 5.0' in figures
 
 
 @pytest.mark.slow

@@ -40,7 +40,7 @@ def test_lines_name_their_hall(rmfs: tuple[str, ...]) -> None:
         for request, status, detail in (
             (batch, 422, "hall: is missing; expected a or b"),
             ({"hall": "c", **batch}, 422, "no hall is"),
-            ({"hall": "a", "get": "all"}, 422, "expected state, answers or seq"),
+            ({"hall": "a", "get": "all"}, 422, "expected state, answers, seq or counts"),
             ({"hall": "a", "get": "answers", "after": 2}, 422, "expected 0 to 1"),
         ):
             answer = ask(process, request)

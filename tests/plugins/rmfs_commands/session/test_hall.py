@@ -16,6 +16,8 @@ from rmfs_commands.cli.main import main
 from rmfs_commands.instances.tables import ORDER_COLUMNS, VISIT_COLUMNS
 from rmfs_commands.results.files import to_csv, to_json
 from rmfs_commands.session import Hall, StaleBatchError
+from rmfs_commands.session.day import run_day
+from rmfs_commands.validation import check_trace
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.info import RunInfo
@@ -94,15 +96,49 @@ def journal(tmp_path: Path) -> Path:
     ("charging.toml", ("instance.orders=400",)),  # all 1,200 take four times as long
 )
 def test_a_session_has_the_tables_of_the_run_byte_for_byte(
-    name: str, overrides: tuple[str, ...], tmp_path: Path
+    name: str, overrides: tuple[str, ...], tmp_path: Path, journal: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """And so has the run that its journal is made into, while it is still open."""
+    monkeypatch.setattr("os.fsync", lambda _: None)
     settings = [text for override in overrides for text in ("--set", override)]
     main(["run", str(EXAMPLES / name), "--out", str(tmp_path), "--quiet", *settings])
     run = Told(EXAMPLES / name, overrides)
     run.run()
     rows = Rows(run)
-    sent(Hall(run.scenario, observers=lambda: (rows,)), run)
+    hall = Hall(run.scenario, journal, observers=lambda: (rows,))
+    sent(hall, run)
     assert tables_of(rows) == {name: (tmp_path / name).read_text() for name in ("orders.csv", "visits.csv")}
+    day = ["--out", str(tmp_path / "day"), "--quiet", "--trace", "--record-decisions"]
+    main(["run", str(EXAMPLES / name), *settings, "--journal", str(journal), *day])
+    hall.close()
+    for table in ("orders.csv", "visits.csv", "stations.csv", "delays.csv", "hours.csv"):
+        assert (tmp_path / "day" / table).read_text() == (tmp_path / table).read_text(), table
+    report = check_trace(tmp_path / "day")
+    assert (report.faults, report.metrics_checked) == ([], True)
+    main(["replay", str(tmp_path / "day")])
+    main(["explain", str(tmp_path / "day"), "--decision", "9"])
+
+
+@cases(
+    "line problem",
+    (b"x", "line 3: found no JSON"),
+    (b"[1]", "line 3: expected a batch and its answer"),
+    (b'{"batch":{"after":1},"answer":{}}', "line 3: batch.time_s: is missing"),
+    (b'{"batch":{"after":5,"time_s":9,"events":[]},"answer":{}}', "line 3: expected a batch after 1"),
+    (b'{"batch":{"after":1,"time_s":0,"events":[]},"answer":{}}', "line 3: expected a batch after 1, and not earlier"),
+    (b'{"batch":{"after":1,"time_s":9,"events":[]},"answer":{}}', "line 3: is not answered as it was"),
+)
+def test_a_damaged_journal_makes_no_day(small: Told, line: bytes, problem: str, journal: Path, tmp_path: Path) -> None:
+    hall = hall_of(small, journal)
+    hall.take({"after": 0, "time_s": 5, "events": []})
+    hall.close()
+    with journal.open("ab") as lines:
+        lines.write(line + b"\n")
+    with pytest.raises(InputError, match=problem):
+        run_day(small.scenario, journal, tmp_path / "day")
+    with pytest.raises(InputError, match=problem):
+        hall_of(small, journal)
+    assert not (tmp_path / "day").exists()
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Sessions on a floor that is not as it was thought: quarantine, commands that are refused, robots lost."""
 
+import json
 import random
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +12,11 @@ from cases import cases
 from hall_trial import BACK, RULES, OwnHall, scenario_of, trouble
 from rmfs_commands.results.files import to_json
 from rmfs_commands.session import Hall
+from rmfs_commands.session.day import run_day
 from rmfs_commands.session.facts import FACTS
+from rmfs_commands.states import decide, read_recording
+from rmfs_commands.validation import check_trace
+from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
 
 
@@ -48,6 +53,79 @@ def quarantined(session: Hall, kind: str) -> set[str]:
     return {one[kind] for one in session.state["session"]["quarantine"] if kind in one}
 
 
+@cases("name seed at", ("sequential", 1, 131), ("joint", 2, 57), ("replenished", 1, 94))
+def test_a_floor_goes_on_from_a_state_put_into_the_place_of_the_own(
+    name: str, seed: int, at: int, tmp_path: Path
+) -> None:
+    scenario = scenario_of(RULES[name]) if name in RULES else load_scenario(f"examples/{name}")
+    session = Hall(scenario, tmp_path / "hall.jsonl")
+    hall, rng = OwnHall(session.take, session.state, seed), random.Random(seed)
+    skus = sorted({sku for held in hall.stock.values() for sku in held})
+    hall.at(1, lambda: iter([hall.order(f"{i}", dict.fromkeys(rng.sample(skus, 2), 1)) for i in range(20)]))
+    hall.run(lambda: hall.seq >= at)
+    free = next(
+        cell for cell in hall.homes if cell not in {told.get("cell") for told in session.state["pods"].values()}
+    )
+    tell(session, {"kind": "cell_blocked", "cell": free}, {"kind": "station_closed", "station": "2"})
+    hall.seq = session.seq
+    before = json.loads(to_json(session.state))
+    hall.take_over(before)
+    after = session.state
+    same = before.keys() - {"stations", "session", "version"}
+    assert {key: after[key] for key in same} == {key: before[key] for key in same}
+    old, new = ([told["requests"] for told in state["stations"].values()] for state in (before, after))
+    assert (new, after["stations"]["2"]["staffed"]) == (old, False)
+    assert after["session"]["quarantine"] == [{"cell": f"{free}", "why": "it was blocked"}]
+    tell(session, {"kind": "station_opened", "station": "2"})
+    hall.seq = session.seq
+    hall.run()
+    assert (hall.left, hall.dropped, session.state["session"]["awaited"]) == ([], [], [])
+    session.close()
+    again = Hall(scenario, tmp_path / "hall.jsonl")
+    assert to_json(again.state) == to_json(session.state)
+    again.close()
+    with pytest.raises(InputError, match="the state was replaced"):
+        run_day(scenario, tmp_path / "hall.jsonl", tmp_path / "day")
+
+
+def test_what_is_in_doubt_stays_so_in_a_state_that_is_put_back(session: Hall) -> None:
+    fetch = until(session, "fetch")
+    tell(session, {"kind": "pod_locked", "pod": "7"}, {"kind": "robot_failed", "robot": fetch["robot"]})
+    tell(session, {"kind": "order_arrived", "order": "o1", "lines": {"1": 1}})
+    before = json.loads(to_json(session.state))
+    session.take({"after": session.seq, "state": before})
+    after = session.state
+    assert after["session"]["quarantine"] == before["session"]["quarantine"]
+    assert (after["session"]["failed"], after["pods"]) == ([fetch["robot"]], before["pods"])
+    tell(session, {"kind": "pod_unlocked", "pod": "7"})
+    assert sum(session.state["pods"]["7"]["contents"].values()) > 0
+
+
+@cases(
+    "change problem",
+    ({"after": 0}, "found 0; expected 1"),
+    ({"after": "1"}, "found '1'; expected a whole number"),
+    ({"events": []}, "batch.events: is not a field"),
+    ({"state": []}, r"batch.state: found \[\]"),
+    ({"time_s": 2}, "expected no time before 5"),
+    ({"pods": 3}, "batch.state, pods"),
+    ({"robots": {"1": {"cell": 5, "task": "none"}}}, "batch.state, robots.1.task"),
+    ({"skus": [[]]}, "batch.state, skus"),
+    ({"session": {"quarantine": [3]}}, "session.quarantine.0: expected an entry"),
+    ({"stations": {}}, "batch.state, stations"),
+    ({"orders": {"A": {"lines": {"nothing": 1}}}}, "names SKU"),
+)
+def test_a_state_that_cannot_be_changes_nothing(session: Hall, change: dict[str, Any], problem: str) -> None:
+    session.take({"after": 0, "time_s": 5, "events": []})
+    before = to_json(session.state)
+    batch = {"after": 1, "state": json.loads(before)}
+    target: Any = batch if change.keys() & {"after", "events", "state"} else batch["state"]
+    target |= change
+    with pytest.raises(InputError, match=problem):
+        session.take(batch)
+    assert (to_json(session.state), session.seq) == (before, 1)
+
+
 @pytest.fixture
 def session() -> Hall:
     return Hall(scenario_of(RULES["sequential"]), dead_s=60)
@@ -73,6 +151,13 @@ def test_every_order_in_stock_is_done(name: str, seed: int, tmp_path: Path, monk
     again = Hall(scenario, tmp_path / "hall.jsonl", dead_s=300)
     assert to_json(again.state) == to_json(session.state)
     again.close()
+    day = run_day(scenario, tmp_path / "hall.jsonl", tmp_path / "day", ("trace", "decisions"))
+    assert (day.status, day.metrics["orders_completed"] >= 36) == ("complete", True)
+    report = check_trace(tmp_path / "day")
+    assert (report.faults, report.floor["corrected_s"] > 0) == ([], True)
+    recording = read_recording(tmp_path / "day")
+    asked = [one for one in recording if one.decides.label in ("PPS", "PR") and one.decision is not None][9::9]
+    assert [decide(one.state(), recording.choice_of(one)).decision for one in asked] == [one.decision for one in asked]
 
 
 @cases("kind concerns", *((kind, what) for kind, (_, what) in BACK.items() if kind not in ("go_on", "move_robot")))
