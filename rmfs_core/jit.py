@@ -1,48 +1,101 @@
-"""Compiling with numba, whose cache on disk outlives upgrades, edits and moves of the code that it is made of."""
+"""Compiling with numba, whose cache on disk outlives upgrades, edits and moves of the code that it is made of.
+
+A process may leave open at first whether it compiles at all (`decide_later`): importing numba and loading machine code
+takes longer than a small run does without. Until that is decided no function has been called, so a process either
+compiles all or interprets all, and what a function returns is the same.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from hashlib import sha256
-from types import CodeType, FunctionType, ModuleType
-from typing import Any
+import sys
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, ClassVar
 
-import numba
 import numpy as np
-from numba.core.caching import FunctionCache
 
-__all__ = ["inlined", "njit"]
+__all__ = ["decide_later", "inlined", "interpret", "is_interpreting", "njit"]
 
 
-class _Cache(FunctionCache):
-    """Machine code of one function, which is another one as soon as anything that it is made of is another one.
+class _Mode:
+    """What this process does with functions.
 
-    Numba itself looks at the file of a function only, not at functions and constants of other files.
+    Attributes
+    ----------
+    later, interpreting
+        Whether it is left open if they are compiled, and whether those left open are interpreted.
+    helpers
+        Functions left open that only others of them call.
     """
 
-    def _index_key(self, signature: Any, codegen: Any) -> Any:
-        made_of = repr(list(_parts(self._py_func, set())))
-        return *super()._index_key(signature, codegen), sha256(made_of.encode()).hexdigest()
-
-    def load_overload(self, signature: Any, target: Any) -> Any:
-        """Return the machine code; None, so that numba compiles anew, where what it names was moved or replaced."""
-        try:
-            return super().load_overload(signature, target)
-        except Exception:  # whatever an old cache leads to: modules and names that are gone, files cut short
-            return None
-
-    def save_overload(self, signature: Any, data: Any) -> None:
-        """Keep the machine code; begin a new index where numba fails to read the old one, for the same reasons."""
-        try:
-            super().save_overload(signature, data)
-        except OSError:
-            raise
-        except Exception:
-            self.flush()
-            super().save_overload(signature, data)
+    later = interpreting = False
+    helpers: ClassVar[list[_Open]] = []
 
 
-def njit(*, cache: bool, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+def decide_later() -> None:
+    """Leave open, from now on, whether functions are compiled: the first one to be called is, unless `interpret` is."""
+    _Mode.later = True
+
+
+def interpret() -> None:
+    """Do not compile the functions that were left open, but those that ask for it (``interpreted=False``)."""
+    _Mode.interpreting = True
+    for helper in _Mode.helpers:
+        helper.replace(helper.py_func)
+
+
+def is_interpreting() -> bool:
+    """Whether functions that were left open are interpreted."""
+    return _Mode.interpreting
+
+
+class _Open:
+    """A function of which it is open whether it is compiled.
+
+    Parameters
+    ----------
+    function
+        The function.
+    compiled
+        Returns it compiled.
+    may
+        Whether it may be interpreted.
+    """
+
+    def __init__(self, function: Callable[..., Any], compiled: Callable[[Any], Any], may: bool) -> None:
+        self.py_func, self._compiled, self._may = function, compiled, may
+
+    @cached_property
+    def dispatcher(self) -> Any:
+        """The compiled function, which takes the place of this object in the modules that have it."""
+        found = self._compiled(self.py_func)
+        self.replace(found)
+        return found
+
+    def replace(self, function: Any) -> None:
+        """Let another take the place of this object in the modules that have it."""
+        for module in list(sys.modules.values()):
+            names = getattr(module, "__dict__", {})
+            if names.get(self.py_func.__name__) is self:
+                names[self.py_func.__name__] = function
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the function, interpreted or compiled."""
+        return _plain(self.py_func(*arguments)) if _Mode.interpreting and self._may else self.dispatcher(*arguments)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what only the compiled function has; ``_numba_type_`` lets numba call it from others."""
+        return getattr(self.dispatcher, name)
+
+
+def _plain(found: Any) -> Any:
+    """Return numbers as compiled code returns them."""
+    if isinstance(found, np.generic) and found.dtype.names is None:
+        return found.item()
+    return tuple(map(_plain, found)) if type(found) is tuple else found
+
+
+def njit(*, cache: bool, interpreted: bool = True, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function as ``numba.njit`` does, with these options.
 
     Parameters
@@ -50,17 +103,34 @@ def njit(*, cache: bool, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     cache
         Keep the machine code on disk. It is compiled anew when the function, one that it calls, or a constant of these
         changes, in whichever file it is.
+    interpreted
+        Whether it may be interpreted in a small run. It must do the same then, so it may not add up arrays by numpy,
+        draw random numbers, or take long with small arrays.
     options
         Those of ``numba.njit``.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
+        import numba
+
+        from rmfs_core.jit_cache import Cache
+
         dispatcher = numba.njit(**options)(function)
         if cache and hasattr(dispatcher, "enable_caching"):  # not where NUMBA_DISABLE_JIT is set
-            dispatcher._cache = _Cache(function)
+            dispatcher._cache = Cache(function)
         return dispatcher
 
-    return compiled
+    def maybe(function: Callable[..., Any]) -> Any:
+        if not _Mode.later or (_Mode.interpreting and not interpreted):
+            return compiled(function)
+        if _Mode.interpreting and "forceinline" in options:
+            return function
+        made = _Open(function, compiled, interpreted)
+        if "forceinline" in options:
+            _Mode.helpers.append(made)
+        return made
+
+    return maybe
 
 
 inlined = njit(cache=True, forceinline=True, _nrt=False)
@@ -69,45 +139,3 @@ inlined = njit(cache=True, forceinline=True, _nrt=False)
 A search hands a dozen arrays from helper to helper. Calls with so many arguments, and numba's counting of references to
 each array (``_nrt``), would take longer than most helpers do. A helper compiled so creates no arrays.
 """
-
-
-def _parts(function: FunctionType, known: set[FunctionType]) -> Iterator[object]:
-    """Yield the sources of a function's machine code: of it and the functions that it calls, and their constants."""
-    if function in known:
-        return
-    known.add(function)
-    yield _done(function.__code__)
-    names = sorted(set(_names(function.__code__)))
-    values = [(name, function.__globals__.get(name)) for name in names]
-    values += zip(
-        function.__code__.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True
-    )
-    for module in [value for _, value in values if isinstance(value, ModuleType)]:
-        if module.__name__.partition(".")[0] not in ("math", "numba", "numpy"):  # whose versions numba asks for
-            values += [(name, vars(module).get(name)) for name in names]
-    for name, given in values:
-        value = getattr(given, "py_func", getattr(given, "__wrapped__", given))  # of what is compiled, or an intrinsic
-        if isinstance(value, FunctionType):
-            yield from _parts(value, known)
-        elif isinstance(value, type):
-            yield name, getattr(value, "__match_args__", None)
-        elif isinstance(value, bool | int | float | str | tuple | np.number | np.dtype):
-            yield name, value
-        elif isinstance(value, np.ndarray):
-            yield name, str(value.dtype), value.shape, sha256(value.tobytes()).hexdigest()
-
-
-def _done(code: CodeType) -> tuple[object, ...]:
-    """Return what code does with which constants and names; sets in one order, whatever the process."""
-    constants: list[object] = []
-    for constant in code.co_consts:
-        within = sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
-        constants.append(_done(constant) if isinstance(constant, CodeType) else within)
-    return code.co_code, constants, code.co_names
-
-
-def _names(code: CodeType) -> Iterator[str]:
-    yield from code.co_names
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield from _names(constant)

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Mapping
 from threading import current_thread, main_thread
 from typing import Any
-
-from numba.core.compiler_lock import global_compiler_lock
-
-_COMPILING: Any = global_compiler_lock
 
 AGAIN_S = 0.5
 """Seconds after which code that has caught the first `OverdueError` gets the next."""
@@ -43,7 +40,8 @@ def within(limit_s: float, call: Callable[..., Any], arguments: Mapping[str, Any
     watching = True
 
     def ring(_signal: int, _frame: object) -> None:
-        if watching and not _COMPILING.is_locked():  # what is being compiled is kept for the next run
+        locks: Any = sys.modules.get("numba.core.compiler_lock")  # where numba is not imported, nothing is compiled
+        if watching and not (locks and locks.global_compiler_lock.is_locked()):  # what is compiled is kept
             raise OverdueError
 
     before = signal.signal(signal.SIGALRM, ring)

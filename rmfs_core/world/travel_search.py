@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import clock
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import inlined, is_interpreting, njit
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST
 
 FAR = clock.UNREACHABLE
@@ -75,7 +75,12 @@ class Work(NamedTuple):
 
 
 def times_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Any:
-    """Return what type of number holds the ticks of all ways on a grid of so many cells, and of a move more."""
+    """Return what type of number holds the ticks of all ways on a grid of so many cells, and of a move more.
+
+    Interpreted, a sum of two small numbers is one that small, so they are large then.
+    """
+    if is_interpreting():
+        return np.int64
     slowest = cells * int(runs[1] + 2 * turns.max())  # no way visits a cell twice with one heading
     return np.int32 if 4 * slowest + int(runs[-1] + turns.max()) < 1 << 31 else np.int64
 

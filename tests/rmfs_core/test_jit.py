@@ -110,3 +110,66 @@ def test_compiled_code_of_others_is_left_alone(tmp_path: Path) -> None:
 
     assert told() == "2 0 []\n"
     assert told("rmfs") == told() == "2 1 []\n"
+
+
+RUNS = """
+import sys
+from pathlib import Path
+from rmfs_core import jit
+if sys.argv[1] == "interpreted":
+    jit.decide_later()
+    jit.interpret()
+from rmfs_core import run
+from rmfs_core.scenario import load_scenario
+for rules in sys.argv[3:]:
+    scenario = load_scenario("examples/small", overrides=[f"rules.{rule}" for rule in rules.split()])
+    run(scenario, out=Path(sys.argv[2]) / rules.replace(" ", "_"), record=["trace"])
+print("numba" in sys.modules)
+"""
+RULES = (
+    *("poa=pod-match", "poa=common-lines", "poa=near-best-pod", "poa=station-queue", "poa=workload", "pps=completes"),
+    *("pps=work-amount", "pr=utility", "pp=whca-n", "pp=pbs", "poa_pps=pod-index ta=nearest-robot"),
+    *("poa_pps=lns ta=nearest-robot", "poa_pps=alternating ta=nearest-robot"),
+)
+
+
+@pytest.mark.slow
+def test_interpreted_runs_have_the_bytes_of_compiled_ones(tmp_path: Path) -> None:
+    """Also where numbers of numpy would overflow, of which it warns."""
+    told = {}
+    for how in ("interpreted", "compiled"):
+        command = [sys.executable, "-W", "error::RuntimeWarning", "-c", RUNS, how, str(tmp_path / how), *RULES]
+        told[how] = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert told == {"interpreted": "False\\n", "compiled": "True\\n"}
+    files = sorted(file.relative_to(tmp_path / "compiled") for file in (tmp_path / "compiled").rglob("*.*"))
+    assert len(files) > 5 * len(RULES)
+    for file in files:
+        if file.name != "result.json":  # which has times of the clock
+            assert (tmp_path / "interpreted" / file).read_bytes() == (tmp_path / "compiled" / file).read_bytes(), file
+
+
+OPEN = """
+import sys
+from rmfs_core import jit
+jit.decide_later()
+@jit.inlined
+def doubled(number): return 2 * number
+@jit.njit(cache=False)
+def first(numbers): return doubled(numbers[0]), numbers[0] > 1
+@jit.njit(cache=False, interpreted=False)
+def always(number): return number + 1
+if "interpret" in sys.argv:
+    jit.interpret()
+import numpy as np
+found, large = first(np.array([3]))
+print(type(found).__name__, found, large is True, "numba" in sys.modules, always(1))
+"""
+
+
+def test_what_is_open_is_compiled_unless_it_is_interpreted() -> None:
+    def told(*arguments: str) -> str:
+        command = [sys.executable, "-c", OPEN, *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    assert told() == "int 6 True True 2\\n"
+    assert told("interpret") == "int 6 True False 2\\n"

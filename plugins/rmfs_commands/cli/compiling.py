@@ -14,12 +14,14 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from attrs import define, field
 
 from rmfs_commands.cli.loading import loading_alone
 from rmfs_core import entrypoints
+from rmfs_core.jit import interpret
 from rmfs_core.roles import Role
 
 if TYPE_CHECKING:
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
     from rmfs_core.scenario import RuleChoice, Scenario
     from rmfs_core.world.travel import Travel
 
+SMALL_ORDERS, SMALL_ROBOTS, SMALL_BLOCKS, SMALL_FILE = 60, 8, 20, 4_000
+"""Orders, robots, blocks and bytes of files up to which a run takes less time than loading what would be compiled."""
 LONGEST_S = 300.0
 """How long the other process is waited for."""
 SHIPPED = "rmfs_rules"
@@ -181,6 +185,30 @@ def compiling_announced(notes: Console, scenario: Scenario | None = None) -> Ite
         shown.close()
         if other is not None:
             other.close()
+
+
+@contextmanager
+def compiling_for(notes: Console, scenario: Scenario) -> Iterator[None]:
+    """Do as `compiling_announced` for one run of a scenario; a small one compiles nothing."""
+    if _is_small(scenario):
+        interpret()
+        yield
+    else:
+        with compiling_announced(notes, scenario):
+            yield
+
+
+def _is_small(scenario: Scenario) -> bool:
+    instance, layout = scenario.instance, scenario.layout
+    files = [Path(scenario.folder, name) for name in (instance.orders_file, layout.map_file) if name is not None]
+    return (
+        instance.orders <= SMALL_ORDERS
+        and scenario.robots.count <= SMALL_ROBOTS
+        and layout.block_rows * layout.block_columns <= SMALL_BLOCKS
+        and layout.generator is None
+        and instance.state_file is None
+        and all(file.is_file() and file.stat().st_size <= SMALL_FILE for file in files)
+    )
 
 
 def _other_for(scenario: Scenario) -> _Other | None:

@@ -17,6 +17,9 @@ def main() -> None:
         from rmfs_commands.cli.interrupts import hear_interrupts
 
         hear_interrupts()
+        from rmfs_core.jit import decide_later
+
+        decide_later()
         from rmfs_commands.cli.main import main as call
     except KeyboardInterrupt:
         os.write(2, b"Interrupted.\n")

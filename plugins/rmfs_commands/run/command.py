@@ -99,7 +99,7 @@ def run(
     """
 
     from rmfs_commands.cli.checking import idle_notes, load_checked
-    from rmfs_commands.cli.compiling import compiling_announced
+    from rmfs_commands.cli.compiling import compiling_for
     from rmfs_commands.cli.loads import ToldLoads
     from rmfs_commands.cli.progress import run_display
     from rmfs_commands.cli.summary import print_bottleneck, print_profile, print_summary
@@ -129,7 +129,7 @@ def run(
     viewer = _viewer(name) if watch else None
     waits, told = StockWaits(), ToldLoads(notes)
     try:
-        with nullcontext() if progress is None else closing(progress), compiling_announced(notes, resolved):
+        with nullcontext() if progress is None else closing(progress), compiling_for(notes, resolved):
             result = (partial(run_day, journal=journal) if journal else partial(simulate, save_state=save_state))(
                 resolved,
                 out=folder,

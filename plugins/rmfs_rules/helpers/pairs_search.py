@@ -113,8 +113,8 @@ class Scores(NamedTuple):
 @inlined
 def room(at: int, stations: Stations) -> int:
     """Capacity for any order: all that is free, except for what a station with something to do keeps."""
-    free = int(stations.capacities[at].free)
-    return min(free, max(free - stations.kept, 0)) if stations.capacities[at].load else free
+    free = int(stations.capacities[at]["free"])
+    return min(free, max(free - stations.kept, 0)) if stations.capacities[at]["load"] else free
 
 
 @inlined
@@ -122,17 +122,17 @@ def size_at(lines: Lines, row: int, at: int, stations: Stations) -> int:
     """Capacity that an order takes up at a station."""
     if stations.queued:
         return 1
-    if stations.capacities[at].counts_orders:
+    if stations.capacities[at]["counts_orders"]:
         return 0 if stations.placed.shape[1] and stations.placed[at, row] else 1
     items = lines.items[row]
-    return int(stations.capacities[at].capacity if items > stations.largest else items)
+    return int(stations.capacities[at]["capacity"] if items > stations.largest else items)
 
 
 @inlined
 def fits(lines: Lines, row: int, at: int, free: int, stations: Stations) -> bool:
     """Whether an order fits a station with so much capacity free."""
     items, there = lines.items[row], stations.capacities[at]
-    if items == 0 or (stations.queued and not there.counts_orders and items > there.capacity):
+    if items == 0 or (stations.queued and not there["counts_orders"] and items > there["capacity"]):
         return False
     return free >= 0 and size_at(lines, row, at, stations) <= free
 
@@ -238,12 +238,12 @@ def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, station
 
     Only orders are scored that score anything: those in the lists of the SKUs that count.
     """
-    for_all, free = room(at, stations), stations.capacities[at].free
+    for_all, free = room(at, stations), stations.capacities[at]["free"]
     if free < 0 or (free == 0 and not stations.placed[at].any()):
         return -1, 0.0
     completed = np.empty(0, np.int64)
-    if for_all < free and stations.heads[at].pod >= 0:
-        completed = completed_by(lines, stations, stations.heads[at].pod)
+    if for_all < free and stations.heads[at]["pod"] >= 0:
+        completed = completed_by(lines, stations, stations.heads[at]["pod"])
     if scores.given.shape[1]:
         given = scores.given[at]
         best = best_of(lines, np.arange(len(given)), given, order, at, for_all, stations, -1)
@@ -280,15 +280,15 @@ def best_pair(lines: Lines, scores: Scores, order: Precedence, stations: Station
     best, best_value = -1, 0.0
     for at in range(len(stations.heads)):
         head = stations.heads[at]
-        if not head.known:
-            head.known = 1
-            head.row, head.score = best_order(lines, scores, order, at, stations)
-        if head.row < 0:
+        if not head["known"]:
+            head["known"] = 1
+            head["row"], head["score"] = best_order(lines, scores, order, at, stations)
+        if head["row"] < 0:
             continue
-        value = head.score + stations.extra[at]
+        value = head["score"] + stations.extra[at]
         before = best < 0
         if not before:
-            one, other = head.row, stations.heads[best].row
+            one, other = head["row"], stations.heads[best]["row"]
             if len(order.first) and order.first[one] != order.first[other]:
                 before = order.first[one]
             elif value != best_value:
@@ -298,26 +298,26 @@ def best_pair(lines: Lines, scores: Scores, order: Precedence, stations: Station
             elif one != other:
                 before = one < other
             else:
-                before = stations.capacities[at].load < stations.capacities[best].load
+                before = stations.capacities[at]["load"] < stations.capacities[best]["load"]
         if before:
             best, best_value = at, value
-    return (stations.heads[best].row if best >= 0 else -1), best
+    return (stations.heads[best]["row"] if best >= 0 else -1), best
 
 
 @njit(cache=True)
 def assign(lines: Lines, order: Precedence, stations: Stations, row: int, at: int) -> None:
     """Let a station have an order; pods that come to it serve it, and have less left where they stand now."""
     size = size_at(lines, row, at, stations)
-    stations.capacities[at].free -= size
-    stations.capacities[at].load += size
+    stations.capacities[at]["free"] -= size
+    stations.capacities[at]["load"] += size
     order.taken[row] = True
     for other in range(len(stations.heads)):
         head = stations.heads[other]
-        if other == at or head.row == row:
-            head.known = 0
+        if other == at or head["row"] == row:
+            head["known"] = 0
         if len(stations.coming) and stations.coming[other, at]:
-            head.known = 0
-            for entry in range(stations.of_pod[head.pod], stations.of_pod[head.pod + 1]):
+            head["known"] = 0
+            for entry in range(stations.of_pod[head["pod"]], stations.of_pod[head["pod"] + 1]):
                 for line in range(lines.begin[row], lines.begin[row + 1]):
                     if lines.sku[line] == stations.sku[entry]:
                         stations.left[entry] -= lines.quantity[line]
@@ -346,7 +346,7 @@ def values_of(lines: Lines, scores: Scores, row: int, stations: Stations) -> Flo
     """Score and ``extra`` of an order at each station where it fits, -inf elsewhere; shape (stations,)."""
     values = np.full(len(stations.heads), -np.inf)
     for at in range(len(values)):
-        free, pod = stations.capacities[at].free, stations.heads[at].pod
+        free, pod = stations.capacities[at]["free"], stations.heads[at]["pod"]
         fitting = fits(lines, row, at, room(at, stations), stations)
         if not fitting and stations.kept > 0 and pod >= 0 and fits(lines, row, at, free, stations):
             fitting = (completed_by(lines, stations, pod) == row).any()
