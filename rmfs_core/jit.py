@@ -117,7 +117,8 @@ def njit(*, cache: bool, interpreted: bool = True, **options: Any) -> Callable[[
 
         dispatcher = numba.njit(**options)(function)
         if cache and hasattr(dispatcher, "enable_caching"):  # not where NUMBA_DISABLE_JIT is set
-            dispatcher._cache = Cache(function)
+            make: Any = Cache  # numba's caches have no types
+            dispatcher._cache = make(function)
         return dispatcher
 
     def maybe(function: Callable[..., Any]) -> Any:

@@ -20,7 +20,7 @@ RULES, COMMANDS, TRAFFIC = PLUGINS / "rmfs_rules", PLUGINS / "rmfs_commands", PL
 TOOLS = ROOT / "tools"
 PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
-MOST_LINES, MOST_FILES, MOST_FOLDERS = 11_470, 77, 7
+MOST_LINES, MOST_FILES, MOST_FOLDERS = 11_396, 77, 7
 """The kernel's budget, with little room, to be lowered when the kernel becomes smaller. 200 lines and one file let each
 story of a robot be entered in the middle, where a run begins in a state."""
 MOST_TEST_LINES = 51_650
@@ -33,7 +33,7 @@ NAMES_A_PLUGIN = {
         ("results/files.py", "scenario/overrides.py", "simulation/endings.py", "simulation/packing.py", "traffic.py"),
         "warns that its names are in a plugin now; until 0.3.0",
     ),
-    "simulation/setup.py": "warns so of two of its names; until 0.3.0",
+    **dict.fromkeys(("scenario/rulenames.py", "simulation/setup.py"), "warns so of two names; until 0.3.0"),
 }
 """Modules of the kernel that name a plugin, with the reason."""
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import os.path
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
+from rmfs_core.former import former
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.structuring import KeyProblem, fields_of
 from rmfs_core.wording import nearest
+
+__getattr__ = former(__name__, dict.fromkeys(("given_in", "rule_name_from"), "rmfs_commands.instances.overrides"))
 
 
 class GivenText(str):
@@ -60,28 +63,6 @@ def file_name_from(name: str, there: str | Path, folder: str | Path) -> str:
         return Path(name).as_posix()
     path, home = (Path(os.path.realpath(where)) for where in (Path(there) / name, folder))
     return path.relative_to(home).as_posix() if path.is_relative_to(home) else str(path)
-
-
-def rule_name_from(name: str, there: str | Path, folder: str | Path) -> str:
-    """Return what a scenario in ``folder`` calls the rule of this name in ``there``: only a file's name changes."""
-    file, colon, class_name = name.rpartition(":")
-    if not colon or not is_inline(name):
-        return name
-    found = file_name_from(file, there, folder)
-    return f"{found if Path(found).is_absolute() else f'./{found}'}:{class_name}"
-
-
-def given_in(value: Any, path: tuple[str, ...], there: str) -> Any:
-    """Return the value of a key below ``rules`` with the texts of parameters as given in ``there``.
-
-    Names of rules stay as they are, and so do texts that were given elsewhere.
-    """
-    if isinstance(value, list):
-        return [given_in(entry, path, there) for entry in value]
-    if isinstance(value, dict):
-        return {key: given_in(entry, (*path, key), there) for key, entry in value.items()}
-    plain = isinstance(value, str) and not isinstance(value, GivenText)
-    return GivenText(value, there) if plain and path[2:] not in ((), ("rule",)) else value
 
 
 def inline_parts(name: str) -> tuple[str, str]:

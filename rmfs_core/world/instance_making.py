@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,8 +14,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import Arrivals, InstanceSection, Scenario
 from rmfs_core.scenario.reading import located
 from rmfs_core.timetable import Calendar
-from rmfs_core.wording import shown_short
-from rmfs_core.world.instance import Instance, OrderData, PodData
+from rmfs_core.world.instance import Instance
 
 Wrong = Callable[[InputError], None]
 """A function called with each mistake in a file; when it returns, the row is left out."""
@@ -93,7 +91,8 @@ def _generated(section: InstanceSection, scenario: Scenario) -> Instance:
             return getattr(section, name)
 
     entries, watched = generator_of(section), object.__new__(Watched)
-    made = entrypoints.generated(entries, Instance, _malformed, scenario.folder, section=watched, seed=scenario.seed)
+    malformed = entrypoints.format_module("problems").malformed
+    made = entrypoints.generated(entries, Instance, malformed, scenario.folder, section=watched, seed=scenario.seed)
     for key in ("due", "arrivals", "lines", "demand", "items_per_sku"):
         timed = key == "arrivals" and section.arrivals.backlog is not None  # by the run, as orders are done
         if getattr(section, key) not in (None, Arrivals()) and not timed and not read & {key, "__reduce_ex__"}:
@@ -101,52 +100,6 @@ def _generated(section: InstanceSection, scenario: Scenario) -> Instance:
             expected = f"expected it left out, or a generator that reads `section.{key}` in each call"
             raise InputError(f"instance.{key}", f"{found}; {expected}")
     return made
-
-
-def _malformed(instance: Instance) -> Iterator[str]:
-    """Yield what is not as `Instance` has it."""
-    for what, kind in (("skus", str), ("orders", OrderData), ("pods", PodData)):
-        many = getattr(instance, what)
-        if not isinstance(many, tuple) or not all(isinstance(one, kind) for one in many):
-            yield f"`{what}` {shown_short(many)}; expected a tuple of {kind.__name__}"
-            return
-    named = {"SKU": instance.skus, "order": [one.name for one in instance.orders]}
-    named["pod"] = [one.name for one in instance.pods]
-    for what, names in named.items():
-        if strange := [name for name in names if not isinstance(name, str)]:
-            yield f"{what} {shown_short(strange[0])}; expected a name, a str"
-        elif len(set(names)) < len(names):
-            yield f"two or more {what}s {Counter(names).most_common(1)[0][0]}; expected each name once"
-    latest = 0
-    for order in instance.orders:
-        if not _is_whole(order.arrival_tick, latest):
-            expected = f"an int of at least {latest}, as orders are in order of arrival"
-            yield f"`arrival_tick` {shown_short(order.arrival_tick)} of order {order.name}; expected {expected}"
-            return
-        latest = order.arrival_tick
-        if order.cancelled_tick is not None and not _is_whole(order.cancelled_tick, latest):
-            expected = f"None or an int of at least {latest}, when it arrives"
-            yield f"`cancelled_tick` {shown_short(order.cancelled_tick)} of order {order.name}; expected {expected}"
-        if not order.lines or not _fit(order.lines, instance, 1):
-            expected = "(SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
-            yield f"`lines` {shown_short(order.lines)} of order {order.name}; expected {expected}"
-    for pod in instance.pods:
-        if not _fit([entry for entry in pod.contents if entry[1:] != (None,)], instance, 0):
-            expected = "(SKU id, items or None) of each SKU, each once"
-            yield f"`contents` {shown_short(pod.contents)} of pod {pod.name}; expected {expected}"
-
-
-def _is_whole(value: object, least: int) -> bool:
-    return isinstance(value, int) and value >= least
-
-
-def _fit(entries: Any, instance: Instance, least: int) -> bool:
-    """Whether entries are a SKU id and a number each, no SKU twice."""
-    try:
-        ids = [sku for sku, number in entries if _is_whole(number, least)]
-        return len(set(ids)) == len(entries) and all(_is_whole(sku, 0) and sku < len(instance.skus) for sku in ids)
-    except (TypeError, ValueError):
-        return False
 
 
 def instance_problems(instance: Instance, scenario: Scenario) -> Iterator[InputError]:

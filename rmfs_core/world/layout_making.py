@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-
-import numpy as np
 
 from rmfs_core import entrypoints
 from rmfs_core.entrypoints import Entries
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS, LayoutSection, Scenario
-from rmfs_core.wording import counted, shown_short
+from rmfs_core.wording import counted
 from rmfs_core.world.grid import Layout, check_size
 
 QUEUE_LENGTH = 12
@@ -67,7 +64,8 @@ def _layout(
     entries: Entries, section: LayoutSection, text: str | None, queue_length: int | None, place: str, folder: str
 ) -> Layout:
     handed = {"section": section, "text": text, "queue_length": queue_length, "place": place}
-    layout = entrypoints.generated(entries, Layout, _malformed, folder, **handed)
+    malformed = entrypoints.format_module("reaching").malformed
+    layout = entrypoints.generated(entries, Layout, malformed, folder, **handed)
     layout.kind.setflags(write=False)  # runs share it
     layout.moves.setflags(write=False)
     check_size(layout.width, layout.height, place)
@@ -77,19 +75,6 @@ def _layout(
             found = f"found {queue_length}, but the queue of station {number} in {place} has {counted(has, 'cell')}"
             raise InputError("stations.queue_length", f"{found}; expected at most that many")
     return layout
-
-
-def _malformed(layout: Layout) -> Iterator[str]:
-    """Yield what is not as `Layout` has it."""
-    cells = layout.width * layout.height
-    for name, array in (("kind", layout.kind), ("moves", layout.moves)):
-        if not isinstance(array, np.ndarray) or array.dtype != np.int8 or array.shape != (cells,):
-            yield f"`{name}` {shown_short(array)}; expected an array of int8, shape ({cells},)"
-            return
-    for number, station in enumerate(layout.stations, 1):
-        if any(not 0 <= cell < cells for cell in (station.station, *station.queue)) or station.places < 1:
-            expected = f"cells from 0 to {cells - 1}, and a queue of at least one"
-            yield f"station {number} {shown_short(station)}; expected {expected}"
 
 
 def queue_length(scenario: Scenario, layout: Layout) -> int:

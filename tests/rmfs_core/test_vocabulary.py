@@ -123,6 +123,7 @@ def test_it_offers_the_functions_themselves() -> None:
     ("traffic.paths", "Stop", "rmfs_traffic"),
     ("results.files", "opened", "rmfs_commands.results.files"),
     ("scenario.overrides", "parse_override", "rmfs_commands.instances.overrides"),
+    ("scenario.rulenames", "given_in", "rmfs_commands.instances.overrides"),
     ("simulation.endings", "notes", "rmfs_commands.results.endings"),
     ("simulation.packing", "Packing", "rmfs_commands.processes.packing"),
     ("simulation.setup", "battery_of", "rmfs_commands.processes.battery"),

@@ -11,13 +11,13 @@ from typing import Any
 import attrs
 from attrs import frozen
 
+from rmfs_commands.instances.overrides import rule_name_from
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import check_hooks, require_attrs_class, roles_of
 from rmfs_core.rules.parameters import parameters_of, type_hints, type_name
 from rmfs_core.rules.sources import RuleSource, RuleSources, load_entry
-from rmfs_core.scenario.rulenames import rule_name_from
 from rmfs_core.scenario.tomltext import toml_value
 from rmfs_core.wording import one_line
 

@@ -145,8 +145,8 @@ def _with_given_texts(rules: RulesSection, folder: str) -> RulesSection:
 
     from attrs import evolve
 
+    from rmfs_commands.instances.overrides import given_in
     from rmfs_core.rules.parts import with_given
-    from rmfs_core.scenario.rulenames import given_in
 
     known: dict[tuple[str, str], RuleChoice] = {}
 

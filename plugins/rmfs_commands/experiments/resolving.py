@@ -9,11 +9,11 @@ from typing import Any
 
 from attrs import evolve
 
-from rmfs_commands.instances.overrides import Override, apply_overrides, data_files
+from rmfs_commands.instances.overrides import Override, apply_overrides, data_files, given_in
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
 from rmfs_core.scenario.model import replaced_keys
-from rmfs_core.scenario.rulenames import file_name_from, given_in, is_inline, rule_choices
+from rmfs_core.scenario.rulenames import file_name_from, is_inline, rule_choices
 from rmfs_core.scenario.tomltext import shown
 
 STATE = "instance.state_file"

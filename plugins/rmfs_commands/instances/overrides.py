@@ -15,7 +15,7 @@ from attrs import evolve, frozen
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import DRAWN, GENERATED, RuleChoice, Scenario
-from rmfs_core.scenario.rulenames import file_name_from, given_in, rule_name_from
+from rmfs_core.scenario.rulenames import GivenText, file_name_from, is_inline
 from rmfs_core.scenario.service import MAY_SPREAD
 from rmfs_core.scenario.structuring import fields_of, section_class
 from rmfs_core.scenario.tomltext import read_toml, shown
@@ -146,6 +146,28 @@ def anchored(override: Override, there: Path, folder: Path) -> Override:
     if override.path[0] == "rules" and not there.samefile(folder):
         value = given_in(value, override.path, str(there))
     return evolve(override, value=value)
+
+
+def rule_name_from(name: str, there: str | Path, folder: str | Path) -> str:
+    """Return what a scenario in ``folder`` calls the rule of this name in ``there``: only a file's name changes."""
+    file, colon, class_name = name.rpartition(":")
+    if not colon or not is_inline(name):
+        return name
+    found = file_name_from(file, there, folder)
+    return f"{found if Path(found).is_absolute() else f'./{found}'}:{class_name}"
+
+
+def given_in(value: Any, path: tuple[str, ...], there: str) -> Any:
+    """Return the value of a key below ``rules`` with the texts of parameters as given in ``there``.
+
+    Names of rules stay as they are, and so do texts that were given elsewhere.
+    """
+    if isinstance(value, list):
+        return [given_in(entry, path, there) for entry in value]
+    if isinstance(value, dict):
+        return {key: given_in(entry, (*path, key), there) for key, entry in value.items()}
+    plain = isinstance(value, str) and not isinstance(value, GivenText)
+    return GivenText(value, there) if plain and path[2:] not in ((), ("rule",)) else value
 
 
 def _applied(table: dict[str, Any], override: Override, path: tuple[str, ...]) -> dict[str, Any]:

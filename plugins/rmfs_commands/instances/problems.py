@@ -10,12 +10,13 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 from rmfs_commands.instances.csv_files import line_of
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_PODS, InstanceSection, Replenishment, Scenario
-from rmfs_core.wording import did_you_mean, first_few
-from rmfs_core.world import Instance
+from rmfs_core.wording import did_you_mean, first_few, shown_short
+from rmfs_core.world import Instance, OrderData, PodData
 
 
 def instance_problems(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
@@ -128,3 +129,49 @@ def _pods_at_stations(instance: Instance, section: InstanceSection) -> Iterator[
             if name in standing_at:
                 yield InputError(place, f"pod {name} already stands at station {standing_at[name]}")
             standing_at[name] = station
+
+
+def malformed(instance: Instance) -> Iterator[str]:
+    """Yield what is not as `Instance` has it."""
+    for what, kind in (("skus", str), ("orders", OrderData), ("pods", PodData)):
+        many = getattr(instance, what)
+        if not isinstance(many, tuple) or not all(isinstance(one, kind) for one in many):
+            yield f"`{what}` {shown_short(many)}; expected a tuple of {kind.__name__}"
+            return
+    named = {"SKU": instance.skus, "order": [one.name for one in instance.orders]}
+    named["pod"] = [one.name for one in instance.pods]
+    for what, names in named.items():
+        if strange := [name for name in names if not isinstance(name, str)]:
+            yield f"{what} {shown_short(strange[0])}; expected a name, a str"
+        elif len(set(names)) < len(names):
+            yield f"two or more {what}s {Counter(names).most_common(1)[0][0]}; expected each name once"
+    latest = 0
+    for order in instance.orders:
+        if not _is_whole(order.arrival_tick, latest):
+            expected = f"an int of at least {latest}, as orders are in order of arrival"
+            yield f"`arrival_tick` {shown_short(order.arrival_tick)} of order {order.name}; expected {expected}"
+            return
+        latest = order.arrival_tick
+        if order.cancelled_tick is not None and not _is_whole(order.cancelled_tick, latest):
+            expected = f"None or an int of at least {latest}, when it arrives"
+            yield f"`cancelled_tick` {shown_short(order.cancelled_tick)} of order {order.name}; expected {expected}"
+        if not order.lines or not _fit(order.lines, instance, 1):
+            expected = "(SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
+            yield f"`lines` {shown_short(order.lines)} of order {order.name}; expected {expected}"
+    for pod in instance.pods:
+        if not _fit([entry for entry in pod.contents if entry[1:] != (None,)], instance, 0):
+            expected = "(SKU id, items or None) of each SKU, each once"
+            yield f"`contents` {shown_short(pod.contents)} of pod {pod.name}; expected {expected}"
+
+
+def _is_whole(value: object, least: int) -> bool:
+    return isinstance(value, int) and value >= least
+
+
+def _fit(entries: Any, instance: Instance, least: int) -> bool:
+    """Whether entries are a SKU id and a number each, no SKU twice."""
+    try:
+        ids = [sku for sku, number in entries if _is_whole(number, least)]
+        return len(set(ids)) == len(entries) and all(_is_whole(sku, 0) and sku < len(instance.skus) for sku in ids)
+    except (TypeError, ValueError):
+        return False

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.errors import InputError
+from rmfs_core.wording import shown_short
 from rmfs_core.world.grid import STEPS, CellKind, Layout
 
 SHOWN = 3
@@ -92,3 +93,16 @@ def _refuse(layout: Layout, place: str, cells: Iterable[int], good: set[int], pr
         named = "; ".join(layout.where(cell) for cell in bad[:SHOWN])
         more = f" and {len(bad) - SHOWN} more" if len(bad) > SHOWN else ""
         raise InputError(place, f"found cells that {problem}: {named}{more}")
+
+
+def malformed(layout: Layout) -> Iterator[str]:
+    """Yield what is not as `Layout` has it."""
+    cells = layout.width * layout.height
+    for name, array in (("kind", layout.kind), ("moves", layout.moves)):
+        if not isinstance(array, np.ndarray) or array.dtype != np.int8 or array.shape != (cells,):
+            yield f"`{name}` {shown_short(array)}; expected an array of int8, shape ({cells},)"
+            return
+    for number, station in enumerate(layout.stations, 1):
+        if any(not 0 <= cell < cells for cell in (station.station, *station.queue)) or station.places < 1:
+            expected = f"cells from 0 to {cells - 1}, and a queue of at least one"
+            yield f"station {number} {shown_short(station)}; expected {expected}"

@@ -81,13 +81,13 @@ def plan(
     from rmfs_commands.cli.compiling import compiling_announced
     from rmfs_commands.cli.file_writing import writable_folder
     from rmfs_commands.cli.pages import check_target
+    from rmfs_commands.instances.overrides import rule_name_from
     from rmfs_commands.plan import collisions, find_planner, random_trips, read_map, read_trips, roads_of_map
     from rmfs_commands.results.files import removed_if_empty
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import rule_stream, stream
     from rmfs_core.roles import Role
     from rmfs_core.scenario import RuleChoice
-    from rmfs_core.scenario.rulenames import rule_name_from
 
     check_target(html)
     roads = roads_of_map(read_map(map_file))

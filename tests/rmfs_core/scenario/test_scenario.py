@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from cases import cases
 from rmfs_commands.cli.toml_scenario import to_toml
-from rmfs_commands.instances.overrides import DATA_FILES
+from rmfs_commands.instances.overrides import DATA_FILES, given_in, rule_name_from
 from rmfs_core.entrypoints import RULES as GROUP
 from rmfs_core.entrypoints import offers
 from rmfs_core.errors import InputError
@@ -36,15 +36,7 @@ from rmfs_core.scenario.model import (
     StationsSection,
     replaced_keys,
 )
-from rmfs_core.scenario.rulenames import (
-    GivenText,
-    check_rule_name,
-    given_in,
-    inline_parts,
-    is_inline,
-    rule_choices,
-    rule_name_from,
-)
+from rmfs_core.scenario.rulenames import GivenText, check_rule_name, inline_parts, is_inline, rule_choices
 from rmfs_core.scenario.service import Spread
 from rmfs_core.scenario.structuring import KeyProblem, section_class
 from saying import said

@@ -20,7 +20,6 @@ from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.joint import Alternating, LargeNeighborhoodSearch, TwoStage
 from rmfs_rules.mip import Integrated
 from rmfs_rules.pod_index import PodIndex
-from rmfs_traffic import roads_on
 from standing import put_at_station
 
 
@@ -179,7 +178,7 @@ def test_nothing_is_compiled_once_a_run_has_begun() -> None:
         import_module(f"rmfs_rules.pod_index.{found.name}") for found in iter_modules(rmfs_rules.pod_index.__path__)
     ]
     searches = [called for module in modules for called in vars(module).values() if hasattr(called, "signatures")]
-    PodIndex().prepare(roads_on(small_world({"1": ["a"]}, {"p": ["a"]}).travel))
+    PodIndex().prepare(small_world({"1": ["a"]}, {"p": ["a"]}).travel)
     before = [len(search.signatures) for search in searches]
     whole = [f"rules.poa_pps.{name}={value}" for name, value in {"visit_s": 300, "finish": 1, "due_factor": 1}.items()]
     run("examples/small", overrides=["rules.poa_pps=pod-index", *whole])
