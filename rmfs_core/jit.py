@@ -37,11 +37,12 @@ def decide_later() -> None:
     _Mode.later = True
 
 
-def interpret() -> None:
-    """Do not compile the functions that were left open, but those that ask for it (``interpreted=False``)."""
-    _Mode.interpreting = True
+def interpret() -> bool:
+    """Do not compile what was left open, but for functions that ask for it (``interpreted=False``); if any was left."""
+    _Mode.interpreting = _Mode.later
     for helper in _Mode.helpers:
         helper.replace(helper.py_func)
+    return _Mode.interpreting
 
 
 def is_interpreting() -> bool:

@@ -190,8 +190,7 @@ def compiling_announced(notes: Console, scenario: Scenario | None = None) -> Ite
 @contextmanager
 def compiling_for(notes: Console, scenario: Scenario) -> Iterator[None]:
     """Do as `compiling_announced` for one run of a scenario; a small one compiles nothing."""
-    if _is_small(scenario):
-        interpret()
+    if _is_small(scenario) and interpret():
         yield
     else:
         with compiling_announced(notes, scenario):
