@@ -1,8 +1,7 @@
 """Compiling with numba, whose cache on disk outlives upgrades, edits and moves of the code that it is made of.
 
-A process may leave open at first whether it compiles at all (`decide_later`): importing numba and loading machine code
-takes longer than a small run does without. Until that is decided no function has been called, so a process either
-compiles all or interprets all, and what a function returns is the same.
+A process may leave open at first whether it compiles functions that may be interpreted (`decide_later`): importing
+numba and loading machine code takes longer than a small run does without. What they return is the same.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-__all__ = ["decide_later", "inlined", "interpret", "is_interpreting", "njit"]
+__all__ = ["decide_later", "helper", "inlined", "interpret", "is_interpreting", "njit"]
 
 
 class _Mode:
@@ -25,7 +24,7 @@ class _Mode:
     later, interpreting
         Whether it is left open if they are compiled, and whether those left open are interpreted.
     helpers
-        Functions left open that only others of them call.
+        Helpers left open, which only functions call that may be interpreted, too.
     """
 
     later = interpreting = False
@@ -33,12 +32,12 @@ class _Mode:
 
 
 def decide_later() -> None:
-    """Leave open, from now on, whether functions are compiled: the first one to be called is, unless `interpret` is."""
+    """Leave open, from now on, whether functions are compiled: those called are, unless `interpret` comes before."""
     _Mode.later = True
 
 
 def interpret() -> bool:
-    """Do not compile what was left open, but for functions that ask for it (``interpreted=False``); if any was left."""
+    """Interpret what was left open and may be interpreted, from now on; return whether anything was left open."""
     _Mode.interpreting = _Mode.later
     for helper in _Mode.helpers:
         helper.replace(helper.py_func)
@@ -46,7 +45,7 @@ def interpret() -> bool:
 
 
 def is_interpreting() -> bool:
-    """Whether functions that were left open are interpreted."""
+    """Whether functions that may be interpreted are."""
     return _Mode.interpreting
 
 
@@ -96,7 +95,7 @@ def _plain(found: Any) -> Any:
     return tuple(map(_plain, found)) if type(found) is tuple else found
 
 
-def njit(*, cache: bool, interpreted: bool = True, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+def njit(*, cache: bool, interpreted: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function as ``numba.njit`` does, with these options.
 
     Parameters
@@ -105,8 +104,9 @@ def njit(*, cache: bool, interpreted: bool = True, **options: Any) -> Callable[[
         Keep the machine code on disk. It is compiled anew when the function, one that it calls, or a constant of these
         changes, in whichever file it is.
     interpreted
-        Whether it may be interpreted in a small run. It must do the same then, so it may not add up arrays by numpy,
-        draw random numbers, or take long with small arrays.
+        Whether it may be interpreted in a small run. It must return the same then, to the last bit: its numbers may not
+        overflow, it may not add up arrays by numpy, draw random numbers, or take long with small arrays. It calls
+        only functions that may be interpreted, and a function that may not calls none of those made by `helper`.
     options
         Those of ``numba.njit``.
     """
@@ -122,17 +122,18 @@ def njit(*, cache: bool, interpreted: bool = True, **options: Any) -> Callable[[
             dispatcher._cache = make(function)
         return dispatcher
 
-    def maybe(function: Callable[..., Any]) -> Any:
-        if not _Mode.later or (_Mode.interpreting and not interpreted):
+    def left_open(function: Callable[..., Any]) -> Any:
+        if not _Mode.later:
             return compiled(function)
-        if _Mode.interpreting and "forceinline" in options:
+        helps = interpreted and "forceinline" in options
+        if helps and _Mode.interpreting:
             return function
         made = _Open(function, compiled, interpreted)
-        if "forceinline" in options:
+        if helps:
             _Mode.helpers.append(made)
         return made
 
-    return maybe
+    return left_open
 
 
 inlined = njit(cache=True, forceinline=True, _nrt=False)
@@ -141,3 +142,5 @@ inlined = njit(cache=True, forceinline=True, _nrt=False)
 A search hands a dozen arrays from helper to helper. Calls with so many arguments, and numba's counting of references to
 each array (``_nrt``), would take longer than most helpers do. A helper compiled so creates no arrays.
 """
+helper = njit(cache=True, interpreted=True, forceinline=True, _nrt=False)
+"""The same for a helper of searches that may be interpreted."""

@@ -17,7 +17,7 @@ FOREVER = 1 << 50
 """End, in ticks, of what has no end."""
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def conflict(cells, begins, ends, me, first, count, since, until, owner):
     """Position of the first interval that overlaps one of another owner, and that one's entry; (-1, -1) if none."""
     for i in range(len(cells)):
@@ -30,7 +30,7 @@ def conflict(cells, begins, ends, me, first, count, since, until, owner):
     return -1, -1
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def drive(cell, heading, tick, since, legs, width, kinematics, passing):
     """Rows of cells that legs occupy, from when, until when; and cell, heading and tick of the end.
 
@@ -67,7 +67,7 @@ def drive(cell, heading, tick, since, legs, width, kinematics, passing):
     return rows, at, heading, tick
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def settle(
     cell, heading, tick, legs, width, kinematics, passing,
     before, me, used, room, first, count, since, until, owner,
@@ -85,7 +85,7 @@ def settle(
     return rows, at, heading, tick, found, entry, done, used
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def replace(cells, begins, ends, before, me, used, room, first, count, since, until, owner):
     """Reserve intervals instead of the cells ``before``, unless another has one of them.
 
@@ -99,7 +99,7 @@ def replace(cells, begins, ends, before, me, used, room, first, count, since, un
     return found, entry, done, used
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def insert(cells, begins, ends, begin_at, me, used, room, first, count, since, until, owner):
     """Insert intervals from ``begin_at`` on; what touches or overlaps one of the same owner becomes one with it.
 
@@ -137,7 +137,7 @@ def insert(cells, begins, ends, begin_at, me, used, room, first, count, since, u
     return len(cells), used
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def _move(cell, to, first, count, since, until, owner):
     """Move the intervals of a cell to another index of the pool."""
     for i in range(count[cell]):
@@ -146,7 +146,7 @@ def _move(cell, to, first, count, since, until, owner):
     first[cell] = to
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def remove(cells, me, first, count, since, until, owner):
     """Remove the intervals of an owner from some cells."""
     for i in range(len(cells)):
@@ -159,7 +159,7 @@ def remove(cells, me, first, count, since, until, owner):
         count[cell] = q - first[cell]
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def forget(tick, first, count, since, until, owner):
     """Remove what ended by ``tick``."""
     for cell in range(len(first)):
@@ -173,7 +173,7 @@ def forget(tick, first, count, since, until, owner):
             count[cell] -= past
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def pack(room, first, count, since, until, owner, to_since, to_until, to_owner):
     """Copy all intervals to another pool, with little space to spare; returns how much of it is used."""
     used = 0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import helper, njit
 from rmfs_core.warehouse.columns import NEVER, Lines
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     Ints = NDArray[np.int64]
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def enlist(lines: Lines, room: Ints, line: int, end: int, used: int) -> tuple[int, int]:
     """Append lines to the lists of their SKUs, from ``line`` to before ``end``, until no space is left for the next.
 
@@ -47,7 +47,7 @@ def enlist(lines: Lines, room: Ints, line: int, end: int, used: int) -> tuple[in
     return line, used
 
 
-@inlined
+@helper
 def join(lines: Lines, told: Ints, order: int, line: int) -> int:
     """Write orders and their lines to the columns, from an order's row and a line on; return the next line.
 
@@ -72,7 +72,7 @@ def join(lines: Lines, told: Ints, order: int, line: int) -> int:
     return line
 
 
-@inlined
+@helper
 def leave(lines: Lines, left: Ints) -> int:
     """Take open lines out of the columns; return how many orders have left with their last one."""
     gone = 0
@@ -97,7 +97,7 @@ def leave(lines: Lines, left: Ints) -> int:
     return gone
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def follow(columns: Plain, room: Ints, told: Ints, order: int, line: int, used: int) -> tuple[int, int, int]:
     """Let lines leave, whose number comes first, and orders join, as `leave`, `join` and `enlist` do.
 
@@ -111,7 +111,7 @@ def follow(columns: Plain, room: Ints, told: Ints, order: int, line: int, used: 
     return gone, line, used
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def put(stock: Stock, rows: Ints) -> int:
     """Let entries (pod, SKU, items) have so many items; return how many are not there yet: the first of ``rows``."""
     missing = 0

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import clock
-from rmfs_core.jit import inlined, is_interpreting, njit
+from rmfs_core.jit import helper, is_interpreting, njit
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST
 
 FAR = clock.UNREACHABLE
-far: Any = inlined(clock.far)
+far: Any = helper(clock.far)
 DETOURS = 4
 """Stops with a turn more than there must be that a way may have before a search with more of them is begun."""
 LAST, IDLE = -1, -2
@@ -116,13 +116,13 @@ def _least(turns: NDArray[np.int64]) -> NDArray[np.int64]:
     return least
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def times_to(goal, times, moves, passable, offsets, runs, turns, work):
     """Write to ``times`` ticks from each (cell, heading) to rest at ``goal``: a search backwards from it."""
     _spread(goal, times, None, 0, FAR, moves, passable, offsets, runs, turns, work)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def times_near(goal, times, start, spare, moves, passable, offsets, runs, turns, work):
     """As `times_to` for ways from a state that are at most ``spare`` ticks longer than the fastest; too low elsewhere.
 
@@ -149,7 +149,7 @@ def times_near(goal, times, start, spare, moves, passable, offsets, runs, turns,
     return within
 
 
-@inlined
+@helper
 def _look(start, width, work):
     """Write to ``work`` ticks that a way takes at least from a state to each (cell, heading).
 
@@ -170,7 +170,7 @@ def _look(start, width, work):
                 work.across[side, 4 * other + heading] = work.step * away + work.stop * min(away, 1) + turned
 
 
-@inlined
+@helper
 def _spread(goal, times, start, spare, limit, moves, passable, offsets, runs, turns, work):
     """Search backwards from a goal, with a ``start`` only as far as `times_near` says, and by ways of so many ticks.
 
@@ -220,7 +220,7 @@ def _spread(goal, times, start, spare, limit, moves, passable, offsets, runs, tu
     return _within(start, spare, times)
 
 
-@inlined
+@helper
 def _way(ticks, start, row, column, heading, work):
     """Ticks of a way at least: those from (cell, heading) on and, with a start, those from there."""
     if start is None:
@@ -228,7 +228,7 @@ def _way(ticks, start, row, column, heading, work):
     return ticks + work.down[row] + work.across[work.sides[row], 4 * column + heading]
 
 
-@inlined
+@helper
 def _arrive(into, time, way, length, passes, turns, times, driven, links, buckets, shift):
     """Note that a state is reached by a run; if no run passes it need not wait. Returns 1 if it waits from now on."""
     if passes:
@@ -241,13 +241,13 @@ def _arrive(into, time, way, length, passes, turns, times, driven, links, bucket
     return 0
 
 
-@inlined
+@helper
 def _within(start, spare, times):
     """Ticks of the fastest way found so far from a start, if any, and those to spare."""
     return FAR if start is None or times[start] >= far(times) else np.int64(times[start]) + spare
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def times_from(start, start_heading, times, lane, moves, passable, offsets, runs, turns, work):
     """Ticks from standing at ``start`` to rest in each cell, whatever the heading there."""
     driven, links, buckets, shift, losses, gains, onwards, _, _, _, _, _, _ = work
@@ -288,7 +288,7 @@ def times_from(start, start_heading, times, lane, moves, passable, offsets, runs
     return wide(fastest)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def wide(times):
     """Return times in eight bytes each, whatever they have, and `FAR` for what is not reached."""
     table = np.empty(len(times), np.int64)
@@ -297,7 +297,7 @@ def wide(times):
     return table
 
 
-@inlined
+@helper
 def _reach(state, time, way, length, times, driven, links, buckets, shift):
     """Note that a state is reached earlier than before, and let it wait by its ``way``; returns 1 if it did not yet."""
     times[state], driven[state] = time, length
@@ -308,7 +308,7 @@ def _reach(state, time, way, length, times, driven, links, buckets, shift):
     return 1
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns):
     """Ends of the runs of a fastest path, read off the table of ``times_to``."""
     ends = []
@@ -334,7 +334,7 @@ def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns):
     return np.array(ends, dtype=np.int64)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def straight_run(at, to, width):
     """Heading and number of cells of a straight run; -1 cells where it is none."""
     if at // width == to // width:
@@ -342,7 +342,7 @@ def straight_run(at, to, width):
     return (1 if to < at else 3), (abs(to - at) // width if at % width == to % width else -1)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def wrong_leg(cell, goal, legs, longest, width, moves, from_start, to_goal):
     """Number of the first leg that a robot cannot drive on its way from a cell to a goal; -1 if it can drive all.
 

@@ -152,12 +152,14 @@ OPEN = """
 import sys
 from rmfs_core import jit
 jit.decide_later()
-@jit.inlined
+@jit.helper
 def doubled(number): return 2 * number
-@jit.njit(cache=False)
+@jit.njit(cache=False, interpreted=True)
 def first(numbers): return doubled(numbers[0]), numbers[0] > 1
-@jit.njit(cache=False, interpreted=False)
-def always(number): return number + 1
+@jit.inlined
+def more(number): return number + 1
+@jit.njit(cache=False)
+def always(number): return more(number)
 if "interpret" in sys.argv:
     jit.interpret()
 import numpy as np

@@ -197,6 +197,9 @@ def check_result(path: str | Path, chosen: BenchmarkSet) -> Claim:
     instance = _instance_of(file, trace, chosen)
     if trace.status != "complete":
         raise InputError(str(file), f"the run ended as {trace.status}; expected a complete one")
+    for key, what in (("floor", "is a real day"), ("state", "begins in a state")):  # `validate` checks less of these
+        if getattr(trace, key) is not None:
+            raise InputError(f"{file}, line 1, {key}", f"the run {what}; expected one simulated from time 0")
     pods, robots = ([one["cell"] for one in many] for many in (trace.pods, trace.robots))
     if (found := checksum_of(trace.instance, pods, robots, trace.blocked)) != instance.checksum:
         expected = f"expected {instance.checksum[:19]}... of {instance.name}"

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from rmfs_core.scenario import RuleChoice, Scenario
     from rmfs_core.world.travel import Travel
 
-SMALL_ORDERS, SMALL_ROBOTS, SMALL_BLOCKS, SMALL_FILE = 60, 8, 20, 4_000
-"""Orders, robots, blocks and bytes of files up to which a run takes less time than loading what would be compiled."""
+SMALL_LINES, SMALL_ROBOTS, SMALL_BLOCKS, SMALL_FILE = 900, 8, 80, 4_000
+"""Lines, robots, length of all blocks and bytes of each file of a run that is quicker than loading machine code."""
 LONGEST_S = 300.0
 """How long the other process is waited for."""
 SHIPPED = "rmfs_rules"
@@ -188,9 +188,9 @@ def compiling_announced(notes: Console, scenario: Scenario | None = None) -> Ite
 
 
 @contextmanager
-def compiling_for(notes: Console, scenario: Scenario) -> Iterator[None]:
-    """Do as `compiling_announced` for one run of a scenario; a small one compiles nothing."""
-    if _is_small(scenario) and interpret():
+def compiling_for(notes: Console, scenario: Scenario, *, own: bool) -> Iterator[None]:
+    """Do as `compiling_announced` for a run of a scenario, with its ``own`` orders; a small one compiles nothing."""
+    if own and _is_small(scenario) and interpret():
         yield
     else:
         with compiling_announced(notes, scenario):
@@ -198,16 +198,17 @@ def compiling_for(notes: Console, scenario: Scenario) -> Iterator[None]:
 
 
 def _is_small(scenario: Scenario) -> bool:
-    instance, layout = scenario.instance, scenario.layout
-    files = [Path(scenario.folder, name) for name in (instance.orders_file, layout.map_file) if name is not None]
-    return (
-        instance.orders <= SMALL_ORDERS
-        and scenario.robots.count <= SMALL_ROBOTS
-        and layout.block_rows * layout.block_columns <= SMALL_BLOCKS
-        and layout.generator is None
-        and instance.state_file is None
-        and all(file.is_file() and file.stat().st_size <= SMALL_FILE for file in files)
+    """Whether a run has few orders, of few lines, few robots and a small grid."""
+    given, layout = scenario.instance, scenario.layout
+    files = [Path(scenario.folder, name) for name in (given.orders_file, given.pods_file, layout.map_file) if name]
+    if layout.generator is not None or given.state_file is not None or scenario.robots.count > SMALL_ROBOTS:
+        return False
+    most = given.max_lines if given.lines is None else len(given.lines)
+    orders = given.orders_file is not None or given.orders * most <= SMALL_LINES
+    blocks = (
+        layout.map_file is not None or layout.block_rows * layout.block_columns * layout.block_length <= SMALL_BLOCKS
     )
+    return orders and blocks and all(file.is_file() and file.stat().st_size <= SMALL_FILE for file in files)
 
 
 def _other_for(scenario: Scenario) -> _Other | None:

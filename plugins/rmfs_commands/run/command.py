@@ -129,7 +129,10 @@ def run(
     viewer = _viewer(name) if watch else None
     waits, told = StockWaits(), ToldLoads(notes)
     try:
-        with nullcontext() if progress is None else closing(progress), compiling_for(notes, resolved):
+        with (
+            nullcontext() if progress is None else closing(progress),
+            compiling_for(notes, resolved, own=journal is None),
+        ):
             result = (partial(run_day, journal=journal) if journal else partial(simulate, save_state=save_state))(
                 resolved,
                 out=folder,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import helper, njit
 from rmfs_core.warehouse import Lines
 
 if TYPE_CHECKING:
@@ -110,14 +110,14 @@ class Scores(NamedTuple):
     zeros: Floats
 
 
-@inlined
+@helper
 def room(at: int, stations: Stations) -> int:
     """Capacity for any order: all that is free, except for what a station with something to do keeps."""
     free = int(stations.capacities[at]["free"])
     return min(free, max(free - stations.kept, 0)) if stations.capacities[at]["load"] else free
 
 
-@inlined
+@helper
 def size_at(lines: Lines, row: int, at: int, stations: Stations) -> int:
     """Capacity that an order takes up at a station."""
     if stations.queued:
@@ -128,7 +128,7 @@ def size_at(lines: Lines, row: int, at: int, stations: Stations) -> int:
     return int(stations.capacities[at]["capacity"] if items > stations.largest else items)
 
 
-@inlined
+@helper
 def fits(lines: Lines, row: int, at: int, free: int, stations: Stations) -> bool:
     """Whether an order fits a station with so much capacity free."""
     items, there = lines.items[row], stations.capacities[at]
@@ -137,7 +137,7 @@ def fits(lines: Lines, row: int, at: int, free: int, stations: Stations) -> bool
     return free >= 0 and size_at(lines, row, at, stations) <= free
 
 
-@inlined
+@helper
 def goes_before(row: int, other: int, scores: Floats, order: Precedence) -> bool:
     """Whether an order goes before another (-1: none): ``first``, score, rank, age."""
     if other < 0:
@@ -151,7 +151,7 @@ def goes_before(row: int, other: int, scores: Floats, order: Precedence) -> bool
     return row < other
 
 
-@inlined
+@helper
 def best_of(
     lines: Lines, rows: Ints, scores: Floats, order: Precedence, at: int, free: int, stations: Stations, best: int
 ) -> int:
@@ -162,7 +162,7 @@ def best_of(
     return best
 
 
-@inlined
+@helper
 def score_of(lines: Lines, row: int, at: int, scores: Scores) -> float:
     """Score of one order at a station."""
     if scores.given.shape[1]:
@@ -177,7 +177,7 @@ def score_of(lines: Lines, row: int, at: int, scores: Scores) -> float:
     return float(score + SHARE * (shared / lines.open_lines[row]))
 
 
-@inlined
+@helper
 def listed(lines: Lines, counts: Ints, at: int) -> int:
     """Number of open lines of the SKUs that count at a station."""
     number = 0
@@ -187,7 +187,7 @@ def listed(lines: Lines, counts: Ints, at: int) -> int:
     return number
 
 
-@inlined
+@helper
 def score_listed(lines: Lines, scores: Scores, at: int, scored: Ints) -> int:
     """Add up the scores of the orders that score anything; note their rows, and return how many there are."""
     sums, number = scores.zeros, 0
@@ -213,7 +213,7 @@ def score_listed(lines: Lines, scores: Scores, at: int, scored: Ints) -> int:
     return number
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def completed_by(lines: Lines, stations: Stations, pod: int) -> Ints:
     """Rows of the orders of which all open lines can be served with what is left on a pod."""
     begin, end, number = stations.of_pod[pod], stations.of_pod[pod + 1], 0
@@ -232,7 +232,7 @@ def completed_by(lines: Lines, stations: Stations, pod: int) -> Ints:
     return rows[:number]
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, stations: Stations) -> tuple[int, float]:
     """Row and score of the order that goes first at a station; -1: none fits.
 
@@ -274,7 +274,7 @@ def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, station
     return found
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def best_pair(lines: Lines, scores: Scores, order: Precedence, stations: Stations) -> tuple[int, int]:
     """Order (row) and station that go next; -1 and -1: nothing fits. Looks at stations whose head is not known."""
     best, best_value = -1, 0.0
@@ -304,7 +304,7 @@ def best_pair(lines: Lines, scores: Scores, order: Precedence, stations: Station
     return (stations.heads[best]["row"] if best >= 0 else -1), best
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def assign(lines: Lines, order: Precedence, stations: Stations, row: int, at: int) -> None:
     """Let a station have an order; pods that come to it serve it, and have less left where they stand now."""
     size = size_at(lines, row, at, stations)
@@ -323,7 +323,7 @@ def assign(lines: Lines, order: Precedence, stations: Stations, row: int, at: in
                         stations.left[entry] -= lines.quantity[line]
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def assign_best(told: tuple[Plain, Plain, Plain, Plain], most: int) -> Ints:
     """Assign the best pairs, ``most`` at most; return row and station of each, in this order, shape (pairs, 2).
 
@@ -341,7 +341,7 @@ def assign_best(told: tuple[Plain, Plain, Plain, Plain], most: int) -> Ints:
     return chosen[:number]
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def values_of(lines: Lines, scores: Scores, row: int, stations: Stations) -> Floats:
     """Score and ``extra`` of an order at each station where it fits, -inf elsewhere; shape (stations,)."""
     values = np.full(len(stations.heads), -np.inf)

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import clock
-from rmfs_core.jit import inlined
+from rmfs_core.jit import helper
 from rmfs_traffic import FOREVER, Intervals, Query, Reservations, Roads
 
 Ints = NDArray[np.int64]
 
-far: Any = inlined(clock.far)
+far: Any = helper(clock.far)
 """`rmfs_core.clock.far` in compiled code."""
 
 
@@ -41,7 +41,7 @@ class Asked(NamedTuple):
         return query.robot, query.cell, query.heading, query.start_tick, query.goal
 
 
-@inlined
+@helper
 def gap_at(cell: int, tick: int, me: int, table: Intervals) -> tuple[int, int]:
     """Number and end of the gap of a cell that holds ``tick``; (-1, -1) when another has the cell then."""
     first, count, since, until, owner = table
@@ -55,7 +55,7 @@ def gap_at(cell: int, tick: int, me: int, table: Intervals) -> tuple[int, int]:
     return p, since[p]
 
 
-@inlined
+@helper
 def free_for_good(cell: int, me: int, table: Intervals) -> int:
     """Tick from which on nobody else has a cell any more: 0 if nobody does, FOREVER if someone stays."""
     first, count, _, until, owner = table
@@ -65,7 +65,7 @@ def free_for_good(cell: int, me: int, table: Intervals) -> int:
     return 0
 
 
-@inlined
+@helper
 def crossed(low: Ints, high: Ints, now: int, n: int, cell: int, enter: int, leave: int, table: Intervals) -> bool:
     """Whether a cell has reservations during runs in windows of departure; `narrow` changes nothing if not."""
     first, end = table.first[cell], table.first[cell] + table.count[cell]
@@ -74,7 +74,7 @@ def crossed(low: Ints, high: Ints, now: int, n: int, cell: int, enter: int, leav
     )
 
 
-@inlined
+@helper
 def narrow(
     low: Ints, high: Ints, now: int, n: int, to: int, cell: int, enter: int, leave: int, me: int, table: Intervals
 ) -> int:

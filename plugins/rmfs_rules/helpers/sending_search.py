@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Ids = NDArray[np.int64]
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def servers(columns: Plain, at: Ids, skus: Ids, station: int, fetch: bool) -> Ids:
     """Pods that can be sent to a station and have a free item of one of the SKUs, ascending.
 
@@ -51,7 +51,7 @@ def servers(columns: Plain, at: Ids, skus: Ids, station: int, fetch: bool) -> Id
     return pods
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def worth(of_pod: Ids, sku: Ids, items: Ids, pods: Ids, wanted: Ids) -> Ids:
     """Of each pod the sum over its SKUs of min(free items, items wanted); of `Stock` it takes what it reads."""
     sums = np.zeros(len(pods), np.int64)
@@ -61,7 +61,7 @@ def worth(of_pod: Ids, sku: Ids, items: Ids, pods: Ids, wanted: Ids) -> Ids:
     return sums
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def held(of_pod: Ids, sku: Ids, items: Ids, values: Ids) -> Ids:
     """Of all pods the sum of values by SKU over the SKUs that each has free; of `Stock` it takes what it reads."""
     sums = np.zeros(len(of_pod) - 1, np.int64)

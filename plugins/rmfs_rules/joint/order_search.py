@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import helper, njit
 from rmfs_core.warehouse import Lines
 
 Ints = NDArray[np.int64]
@@ -61,19 +61,19 @@ class Choice(NamedTuple):
     largest: float
 
 
-@inlined
+@helper
 def is_lacking(items: int, quantity: int) -> bool:
     """Whether a pod would have to be sent for a line where pods have so many items left, and for none before it."""
     return 0 <= items < quantity
 
 
-@inlined
+@helper
 def takes_any(station: int, c: Choice) -> bool:
     """Whether an order may fit a station."""
     return bool(c.free[station] >= int(not c.placed.shape[1]) and c.load[station] < c.until[station])
 
 
-@inlined
+@helper
 def size_at(order: int, station: int, c: Choice) -> int:
     """Capacity that an order takes up at a station."""
     if c.counts_orders[station]:
@@ -81,13 +81,13 @@ def size_at(order: int, station: int, c: Choice) -> int:
     return int(c.capacity[station] if c.lines.items[order] > c.largest else c.lines.items[order])
 
 
-@inlined
+@helper
 def fits(order: int, station: int, c: Choice) -> bool:
     """Whether an order may be chosen for a station."""
     return bool(size_at(order, station, c) <= c.free[station] and c.lacks[station, order] < OUT)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def take(order: int, station: int, c: Choice) -> None:
     """Choose an order for a station: no other has the same capacity and items."""
     lines, size = c.lines, size_at(order, station, c)
@@ -110,14 +110,14 @@ def take(order: int, station: int, c: Choice) -> None:
                     c.lacks[:, lines.listed_order[at]] += OUT
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def take_all(pairs: Ints, c: Choice) -> None:
     """Choose orders (row, station), shape (n, 2)."""
     for pair in range(len(pairs)):
         take(pairs[pair, 0], pairs[pair, 1], c)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def begin(chosen: Ints, most: int, c: Choice) -> None:
     """Count what orders lack at the stations that take any, once some (row, station) are chosen.
 
@@ -139,7 +139,7 @@ def begin(chosen: Ints, most: int, c: Choice) -> None:
     take_all(chosen, c)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def best(orders: Ints, by_lines: bool, noise: Ints, c: Choice) -> tuple[np.int64, int]:
     """Order (row) and station with the fewest missing lines for each slot that the order takes; -1, -1: none fits.
 
@@ -175,7 +175,7 @@ def best(orders: Ints, by_lines: bool, noise: Ints, c: Choice) -> tuple[np.int64
     return found, at
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def fill(orders: Ints, oldest: bool, noise: Ints, c: Choice) -> Pairs:
     """Choose orders until nothing fits: the `best`, or the oldest that fits any; return them (row, station)."""
     chosen = [(np.int64(0), np.int64(0)) for _ in range(0)]
@@ -189,7 +189,7 @@ def fill(orders: Ints, oldest: bool, noise: Ints, c: Choice) -> Pairs:
     return chosen
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def complete(orders: Ints, c: Choice) -> tuple[int, list[int]]:
     """Return the index of the first of some orders that lacks nothing at stations where it fits, and these stations."""
     for which in range(len(orders)):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import helper, njit
 from rmfs_core.warehouse import Lines, Stock
 
 Ints = NDArray[np.int64]
@@ -32,7 +32,7 @@ class Pods(NamedTuple):
     ticks: Ints
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def needed(chosen: Ints, stations: int, lines: Lines, stock: Stock) -> tuple[Ints, Ints, Ints]:
     """Return the SKUs that chosen orders (row, station) want, items by station and SKU, and those on pods by SKU."""
     wanted, is_wanted = np.zeros((len(lines.number), stations), np.int64), np.zeros(len(lines.number), np.bool_)
@@ -48,7 +48,7 @@ def needed(chosen: Ints, stations: int, lines: Lines, stock: Stock) -> tuple[Int
     return skus, need, held
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def deal(held: Ints, need: Ints) -> Ints:
     """Give what a pod has to a station that needs it; return what was given. By SKU."""
     given = np.minimum(held, need)
@@ -57,7 +57,7 @@ def deal(held: Ints, need: Ints) -> Ints:
     return given
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def bring_all(trips: Ints, without: int, need: Ints, held: Ints) -> bool:
     """Whether pods have what stations need, dealt out in the order of their trips (pod, station), all but one."""
     need, given = need.copy(), np.zeros((len(trips), need.shape[1]), np.int64)
@@ -69,14 +69,14 @@ def bring_all(trips: Ints, without: int, need: Ints, held: Ints) -> bool:
     return not need.any()
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def serve(chosen: Ints, sent: Ints, lines: Lines, stock: Stock, pods: Pods) -> bool:
     """Whether pods at, bound for and sent to stations have what chosen orders want, dealt out in this order."""
     _, need, held = needed(chosen, len(pods.ticks), lines, stock)
     return bool(bring_all(np.concatenate((pods.inbound, sent)), -1, need, held))
 
 
-@inlined
+@helper
 def goes_first(pod: int, station: int, than: int, at: int, busy: NDArray[np.bool_], pods: Pods) -> bool:
     """Whether a pod goes to a station rather than another one, which brings as much there, to its own."""
     if busy[pod] != busy[than]:
@@ -88,7 +88,7 @@ def goes_first(pod: int, station: int, than: int, at: int, busy: NDArray[np.bool
     return pod < than or (pod == than and station < at)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def next_trip(skus: Ints, need: Ints, held: Ints, busy: NDArray[np.bool_], stock: Stock, pods: Pods) -> tuple[int, int]:
     """Pod and station of which the pod brings most of what the station needs; (-1, -1) if none brings any."""
     most, found, at, gains = 0, -1, -1, np.zeros(pods.ticks.shape, np.int64)
@@ -105,7 +105,7 @@ def next_trip(skus: Ints, need: Ints, held: Ints, busy: NDArray[np.bool_], stock
     return found, at
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def few(chosen: Ints, lines: Lines, stock: Stock, pods: Pods) -> tuple[Ints, bool]:
     """Trips (pod, station) that bring chosen orders what inbound pods do not, shape (n, 2); whether they bring all."""
     skus, need, held = needed(chosen, len(pods.ticks), lines, stock)

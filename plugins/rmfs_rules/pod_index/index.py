@@ -12,7 +12,7 @@ TINY = 1e-12
 """Largest rounding error of sums of gains that are zero."""
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def best_pods(p: Period, station: int, bound: float) -> None:
     """Fill in ``found`` with the able pods of the largest index for a station, if that is above ``bound``: all equals.
 
@@ -48,7 +48,7 @@ def best_pods(p: Period, station: int, bound: float) -> None:
                 p.numbers[FOUND] += 1
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def find_within(wanted: Ints, stock: Stock, movable: Bools) -> tuple[Ints, Ints]:
     """Return `Bids.within` and `Bids.bearers`."""
     within, bearers, number, n_skus = np.empty((len(wanted), 3), np.int64), np.empty_like(stock.by_sku), 0, 0
@@ -65,7 +65,7 @@ def find_within(wanted: Ints, stock: Stock, movable: Bools) -> tuple[Ints, Ints]
     return within[:n_skus], bearers[:number]
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def find_bids(p: Period, station: int, rate: float) -> None:
     """Fill in ``bids`` with the lines that a station does not cover and that may be worth more than a rate."""
     lines, bids, handle_s, number = p.lines, p.bids, p.weights.handle_s, 0
@@ -87,7 +87,7 @@ def find_bids(p: Period, station: int, rate: float) -> None:
         bids.end[sku] = number
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def find_gains(p: Period, station: int, rate: float) -> None:
     """Fill in what each able pod brings beyond a rate."""
     bids, gains, able, of_pod, free = p.bids, p.pods.gain, p.pods.able, p.stock.pod, p.stock.items
@@ -117,7 +117,7 @@ def find_gains(p: Period, station: int, rate: float) -> None:
                             held -= bids.items[k]
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def by_gain(bids: Bids, sku: int, rate: float) -> Ints:
     """Return the lines of a SKU that gain more than a rate, the largest gains first."""
     first, end = bids.first[sku], bids.end[sku]
@@ -126,7 +126,7 @@ def by_gain(bids: Bids, sku: int, rate: float) -> Ints:
     return first + ranked[: (gain > 0).sum()]  # type: ignore[no-any-return]
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def ratio(p: Period, station: int, pod: int, rate: float) -> float:
     """Return worth to seconds of the lines that a pod would bring and that are worth more than a rate."""
     bids, total, time_s = p.bids, 0.0, p.weights.visit_s

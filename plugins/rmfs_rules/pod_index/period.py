@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import helper, njit
 from rmfs_core.warehouse import BUSY, Lines, Stock
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ class Period(NamedTuple):
     numbers: Ints  # see TAKES
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def count_lines(lines: Lines | Looks, stock: Stock | Looks) -> tuple[Ints, Ints, Ints]:
     """Count the open lines that pods have items for.
 
@@ -160,13 +160,13 @@ def count_lines(lines: Lines | Looks, stock: Stock | Looks) -> tuple[Ints, Ints,
     return wanted, number, arrivals
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def needed(load: int, capacity: int, weights: Weights | Looks) -> int:
     """Return ticks that ages add up to before a pod is sent to a station of which so many slots are taken."""
     return int(weights.urge_ticks * (1 + (weights.full - 1) * min(load, capacity) / capacity))
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def stations_of(capacities: NDArray[np.void], without: int) -> Stations:
     """Return the stations as they are when a period begins; ``without``, if not `NONE`, takes nothing now."""
     room = capacities["free"].copy()
@@ -176,7 +176,7 @@ def stations_of(capacities: NDArray[np.void], without: int) -> Stations:
     return Stations(room, load, capacity, inbound, capacities["counts_orders"].copy(), (room > 0).astype(np.int64))
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def least_needed(stations: Stations, weights: Weights | Looks) -> int:
     """Return the least of what is needed at the stations that take another pod, `NEVER` where none does."""
     least = NEVER
@@ -186,7 +186,7 @@ def least_needed(stations: Stations, weights: Weights | Looks) -> int:
     return least
 
 
-@inlined
+@helper
 def soonest(number: Ints, arrivals: Ints, need: int, base_ticks: int, now: int) -> int:
     """Return when the ages of the lines of a pod of which they do not now add up to enough, `NEVER` for never."""
     tick = NEVER
@@ -197,7 +197,7 @@ def soonest(number: Ints, arrivals: Ints, need: int, base_ticks: int, now: int) 
     return tick
 
 
-@inlined
+@helper
 def covers(lines: Looks, stock: Looks, stations: Stations) -> bool:
     """Return whether a pod that goes to a station with free slots last has an item of an open line."""
     for pod in range(len(stock.bound)):
@@ -208,7 +208,7 @@ def covers(lines: Looks, stock: Looks, stations: Stations) -> bool:
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def quiet_until(told: Plain, capacities: NDArray[np.void], without: int, now: int, urgent: bool) -> int:
     """Return the tick until which there is nothing to decide while nothing but the time changes; now: there may be.
 
@@ -238,7 +238,7 @@ def quiet_until(told: Plain, capacities: NDArray[np.void], without: int, now: in
     return soonest(number, arrivals, need, looks.base_ticks, now) if waits else NEVER
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def find_able(p: Period, station: int) -> bool:
     """Mark the pods that may be sent to a station: movable, and wanted enough where it matters; return whether any."""
     waits, some = p.numbers[AT_WORK] and p.weights.urge_ticks, False
@@ -251,7 +251,7 @@ def find_able(p: Period, station: int) -> bool:
     return some
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def share_visits(wanted: Ints, stock: Stock, available: Ints, number: Ints, weights: Weights) -> Floats:
     """Return seconds of a visit for each line of a SKU: ``cost_s`` if no station has it, else ``again`` times that.
 
@@ -272,7 +272,7 @@ def share_visits(wanted: Ints, stock: Stock, available: Ints, number: Ints, weig
     return share
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def bound_orders(lines: Lines, weights: Weights) -> Floats:
     """Return `Period.orders` before any power is worked out."""
     orders = np.zeros((len(lines.items), 3))
@@ -284,7 +284,7 @@ def bound_orders(lines: Lines, weights: Weights) -> Floats:
     return orders
 
 
-@inlined
+@helper
 def look_at(p: Period, order: int) -> float:
     """Work out the power of an order; return the seconds of the lines that it has left."""
     weights, lines, seconds = p.weights, p.lines, 0.0
@@ -299,7 +299,7 @@ def look_at(p: Period, order: int) -> float:
     return seconds
 
 
-@njit(cache=True, _nrt=False)
+@njit(cache=True, interpreted=True, _nrt=False)
 def line_of(lines: Lines, at: int) -> int:
     """Return the line at a position in the lists by SKU: an older order's are the lower ones."""
     line = lines.begin[lines.listed_order[at]]
@@ -308,7 +308,7 @@ def line_of(lines: Lines, at: int) -> int:
     return line  # type: ignore[no-any-return]
 
 
-@inlined
+@helper
 def fits(p: Period, order: int, quantity: int, station: int) -> bool:
     """Return whether a line that is not taken fits the free slots of a station."""
     if p.weights.packing and not (p.split[order] or p.lines.open_lines[order] == 1 or p.numbers[PACKING_ROOM] > 0):
@@ -318,7 +318,7 @@ def fits(p: Period, order: int, quantity: int, station: int) -> bool:
     return quantity <= p.stations.room[station]  # type: ignore[no-any-return]
 
 
-@inlined
+@helper
 def worth_of(p: Period, order: int, seconds: float, share: float, bound: float) -> float:
     """Return the worth of a line of so many seconds; -1 where it is certainly less than ``bound``.
 
@@ -334,7 +334,7 @@ def worth_of(p: Period, order: int, seconds: float, share: float, bound: float) 
     return seconds / o[POWER]  # type: ignore[no-any-return]
 
 
-@inlined
+@helper
 def better_line(p: Period, station: int, sku: int, more_than: int, best: int, most: float) -> tuple[int, float]:
     """Return the best of a line and the lines of a SKU that a station covers, `NONE` for none, and its worth.
 
@@ -352,7 +352,7 @@ def better_line(p: Period, station: int, sku: int, more_than: int, best: int, mo
     return best, most
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def best_covered(p: Period, station: int) -> tuple[int, float]:
     """Return the line of the largest worth that the pods of a station cover, `NONE` for none, and its worth."""
     best, most = NONE, 0.0

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rmfs_rules.helpers.searching import Plain
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def decide(
     open_lines: Plain, pods: Plain, given: Plain, capacities: NDArray[np.void], without: int,
     placed: Bools, ticks: Ints, now: int, packing: int,
@@ -79,7 +79,7 @@ def decide(
     return p.takes[: p.numbers[period.TAKES]], p.sends[: p.numbers[period.SENDS]]
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def count_items(stock: Stock, n_skus: int, n_stations: int) -> Ints:
     """Return the free items at each station of the pods that go there last, shape (n_skus, stations)."""
     available = np.zeros((n_skus, n_stations), np.int64)
@@ -91,7 +91,7 @@ def count_items(stock: Stock, n_skus: int, n_stations: int) -> Ints:
     return available
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def bring_pods(p: Period, station: int, line: int, most: float) -> int:
     """Send pods to a station instead of taking its best covered line, if that is better.
 
@@ -122,7 +122,7 @@ def bring_pods(p: Period, station: int, line: int, most: float) -> int:
     return line
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def find_scattered(p: Period, station: int) -> int:
     """Find pods for the oldest line that wants several items, which pods have together: those with the most first.
 
@@ -161,14 +161,14 @@ def find_scattered(p: Period, station: int) -> int:
     return oldest
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def nearer(p: Period, pod: int, other: int, station: int) -> bool:
     """Return whether a pod is sooner at a station than another one; of equals, that of the lower id."""
     difference = p.ticks[station, p.stock.cell[pod]] - p.ticks[station, p.stock.cell[other]]
     return difference < 0 or (difference == 0 and pod < other)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def send(p: Period, pod: int, station: int) -> None:
     """Decide a trip: a pod goes to a station last, which then has its free items."""
     sends, before = p.numbers[period.SENDS], p.pods.last[pod]
@@ -182,7 +182,7 @@ def send(p: Period, pod: int, station: int) -> None:
     p.stations.inbound[station] += 1
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def take(p: Period, at: int, station: int) -> None:
     """Assign a line."""
     lines, stock, quantity, order = p.lines, p.stock, p.items[at], p.lines.listed_order[at]

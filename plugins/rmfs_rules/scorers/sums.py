@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import helper, njit
 from rmfs_core.warehouse import Lines, Stock
 
 Ints = NDArray[np.int64]
@@ -15,13 +15,13 @@ MANY = 1 << 32
 """More items than all orders want: where stock is unlimited."""
 
 
-@inlined
+@helper
 def listed(lines: Lines, sku: int) -> range:
     """Where the open lines of a SKU are, the oldest order first."""
     return range(lines.first[sku], lines.first[sku] + lines.number[sku])
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def completed(lines: Lines, stock: Stock, pods: Ints, wanted: Ints, each: Floats) -> Floats:
     """Worth of the orders that pods complete one after another, oldest first, each for itself.
 
@@ -63,7 +63,7 @@ def completed(lines: Lines, stock: Stock, pods: Ints, wanted: Ints, each: Floats
     return worth
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def served(lines: Lines, stock: Stock, pods: Ints, wanted: Ints, each: Floats) -> Floats:
     """Worth of the items of orders that pods have free, each for itself; those of the oldest go first.
 

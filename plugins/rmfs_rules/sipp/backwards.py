@@ -7,7 +7,7 @@ leads over this or a later one; and every path does until the gap of the start i
 
 from __future__ import annotations
 
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import helper, njit
 from rmfs_rules.helpers.searching import Asked, narrow
 from rmfs_rules.sipp.states import ARRIVAL, CELL, DONE, DUE, PLACE, REST, STAMP, Ints, Problem, left_from, put, take
 from rmfs_traffic import FOREVER, Intervals, Tracks
@@ -16,7 +16,7 @@ AMPLE = 10_000
 """Ticks to spare with which a state is taken for one that paths come to."""
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def earliest(asked: Asked, gap: int, due: int, latest: int, labels: int, problem: Problem) -> tuple[int, int]:
     """Tick before which no path arrives, at least ``due``, and the one at which none does any more.
 
@@ -45,7 +45,7 @@ def earliest(asked: Asked, gap: int, due: int, latest: int, labels: int, problem
     return latest, latest
 
 
-@inlined
+@helper
 def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, problem: Problem) -> tuple[int, int]:
     """Note the states that runs into a state begin in; return when the last run arrives, and the queue's length."""
     cell, heading, start, me, goal = asked.cell, asked.heading, asked.start, problem.me, problem.goal
@@ -93,7 +93,7 @@ def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, proble
     return arrives, waiting
 
 
-@inlined
+@helper
 def _gap(cell: int, gap: int, me: int, table: Intervals) -> tuple[int, int]:
     """Begin and end of a gap of a cell."""
     begin, last = int(-FOREVER), table.first[cell] + table.count[cell]
@@ -103,7 +103,7 @@ def _gap(cell: int, gap: int, me: int, table: Intervals) -> tuple[int, int]:
     return begin, table.since[gap] if gap < last else int(FOREVER)
 
 
-@inlined
+@helper
 def _helps(
     at: int, towards: int, length: int, due: int, rest: int, soonest: int, brake: int, problem: Problem
 ) -> int:  # fmt: skip
@@ -132,7 +132,7 @@ def _helps(
     return 0
 
 
-@inlined
+@helper
 def _changes(state: int, by: int, arrival: int, problem: Problem) -> bool:
     """Whether `_note` of a label would change something."""
     states = problem.memory.states
@@ -143,7 +143,7 @@ def _changes(state: int, by: int, arrival: int, problem: Problem) -> bool:
     return bool(states[state, PLACE] < 0 or by > states[state, ARRIVAL] or arrival < states[state, DUE])
 
 
-@inlined
+@helper
 def _note_all(
     at: int, towards: int, length: int, due: int, rest: int, soonest: int, brake: int, now: int, n: int, waiting: int,
     problem: Problem,
@@ -174,7 +174,7 @@ def _note_all(
     return waiting
 
 
-@inlined
+@helper
 def _least(cell: int, at: int, tracks: Tracks) -> int:
     """Ticks that a way between two cells takes at least: a run across, a run down, and a turn between them."""
     width = tracks.offsets[3]
@@ -183,7 +183,7 @@ def _least(cell: int, at: int, tracks: Tracks) -> int:
     return int(tracks.runs[across] + tracks.runs[down] + turn)
 
 
-@inlined
+@helper
 def _departs(since: int, until: int, now: int, n: int, low: Ints, high: Ints) -> tuple[int, int]:
     """First and last departure from a tick to another, in windows; the first is the later one if there is none."""
     first, last = int(FOREVER), int(-FOREVER)
@@ -194,7 +194,7 @@ def _departs(since: int, until: int, now: int, n: int, low: Ints, high: Ints) ->
     return first, last
 
 
-@inlined
+@helper
 def _note(state: int, cell: int, by: int, arrival: int, alone: int, waiting: int, problem: Problem) -> int:
     """Note that who is at rest in a state by a tick may arrive at another; labels that wait become one."""
     states = problem.memory.states

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_core.clock import UNREACHABLE
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import helper, njit
 from rmfs_rules.helpers.searching import Asked, Plain, crossed, far, free_for_good, gap_at, narrow
 from rmfs_rules.sipp.backwards import earliest
 from rmfs_rules.sipp.states import (
@@ -42,7 +42,7 @@ LABELS = 256
 NONE, FOUND, UNDECIDED = range(3)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def search(
     asking: Plain, latest: int, number: int, little: int, roads: Plain, taken: Plain, memory: Plain
 ) -> Ints | None:
@@ -75,7 +75,7 @@ def search(
     return rows if found == FOUND else None
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def _forward(asked: Asked, gap: int, end: int, latest: int, most: int, problem: Problem) -> tuple[Ints, int]:
     """Rows of the path, as `search` returns them, and what came of it: at most so many states are expanded."""
     nothing = np.empty((0, 2), np.int64)
@@ -109,7 +109,7 @@ def _forward(asked: Asked, gap: int, end: int, latest: int, most: int, problem: 
     return nothing, NONE
 
 
-@inlined
+@helper
 def _entered(last: int, tracks: Tracks) -> int:
     """Earliest end of a run into a goal that is free for good from a tick on; 0 if nobody else ever has it."""
     if last == 0:
@@ -120,7 +120,7 @@ def _entered(last: int, tracks: Tracks) -> int:
     return last + shortest
 
 
-@inlined
+@helper
 def _expand(state: int, limit: int, found: int, waiting: int, problem: Problem) -> tuple[int, int, int]:
     """Turn and run from a state, wherever the estimate is up to ``limit`` and was not before, into every gap.
 
@@ -138,7 +138,7 @@ def _expand(state: int, limit: int, found: int, waiting: int, problem: Problem) 
     return found, left, waiting
 
 
-@inlined
+@helper
 def _drive(
     state: int, towards: int, ready: int, limit: int, found: int, waiting: int, problem: Problem
 ) -> tuple[int, int, int]:
@@ -184,7 +184,7 @@ def _drive(
     return found, left, waiting
 
 
-@inlined
+@helper
 def _saved(length: int, tracks: Tracks) -> int:
     """Ticks by which the estimate of a longer run in the same heading may be less, at most.
 
@@ -195,7 +195,7 @@ def _saved(length: int, tracks: Tracks) -> int:
     return int(tracks.runs[length] + tracks.runs[longest - length] - tracks.runs[longest] + 3)
 
 
-@inlined
+@helper
 def _better(at: int, towards: int, length: int, departure: int, problem: Problem) -> bool:
     """Whether a run that departs no earlier could come into some gap of its last cell before all runs so far."""
     tracks, table = problem.tracks, problem.table
@@ -215,7 +215,7 @@ def _better(at: int, towards: int, length: int, departure: int, problem: Problem
         p += 1
 
 
-@inlined
+@helper
 def _arrive(
     state: int, towards: int, length: int, at: int, n: int, now: int, common: int, found: int, waiting: int,
     problem: Problem,
@@ -260,7 +260,7 @@ def _arrive(
     return found, waiting
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def _legs(state: int, tracks: Tracks, states: Ints) -> Ints:
     """Read the legs of a path back from its last state."""
     steps = 0

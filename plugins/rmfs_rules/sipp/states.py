@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import UNREACHABLE
-from rmfs_core.jit import inlined
+from rmfs_core.jit import helper
 from rmfs_rules.helpers.searching import far
 from rmfs_traffic import Intervals, Tracks
 
@@ -79,14 +79,14 @@ def memory_for(gaps: int) -> Memory:
     return Memory(*states, np.zeros((4, gaps + 2), np.int64), np.zeros((4, gaps + 2), np.int64))
 
 
-@inlined
+@helper
 def left_from(cell: int, heading: int, tracks: Tracks) -> int:
     """Ticks of the fastest way to the goal without other robots, `UNREACHABLE` if there is none."""
     ticks = int(tracks.times[cell, heading])
     return ticks if ticks < far(tracks.times) else UNREACHABLE
 
 
-@inlined
+@helper
 def reach(into: int, time: int, parent: int, cell: int, gap_end: int, due: int, waiting: int, problem: Problem) -> int:
     """Note how a state is reached, earlier than before, and queue it; returns the length of the queue."""
     states, tracks = problem.memory.states, problem.tracks
@@ -101,7 +101,7 @@ def reach(into: int, time: int, parent: int, cell: int, gap_end: int, due: int, 
     return int(put(into, waiting, problem.memory))
 
 
-@inlined
+@helper
 def known(into: int, time: int, problem: Problem) -> bool:
     """Whether a state has been reached as early, or early enough with another heading."""
     states = problem.memory.states
@@ -110,7 +110,7 @@ def known(into: int, time: int, problem: Problem) -> bool:
     return bool(turned(into, time, problem))
 
 
-@inlined
+@helper
 def turned(into: int, time: int, problem: Problem) -> bool:
     """Whether a robot got there so early with another heading that there was time for the turn."""
     states, turns = problem.memory.states, problem.tracks.turns
@@ -123,7 +123,7 @@ def turned(into: int, time: int, problem: Problem) -> bool:
     return False
 
 
-@inlined
+@helper
 def put(state: int, waiting: int, memory: Memory) -> int:
     """Queue a state, or move it up to where it belongs now; returns the length of the queue."""
     states, queue = memory.states, memory.queue
@@ -142,7 +142,7 @@ def put(state: int, waiting: int, memory: Memory) -> int:
     return waiting
 
 
-@inlined
+@helper
 def take(waiting: int, memory: Memory) -> int:
     """Take the first state out of a queue of that length."""
     states, queue = memory.states, memory.queue
@@ -161,7 +161,7 @@ def take(waiting: int, memory: Memory) -> int:
     return int(top)
 
 
-@inlined
+@helper
 def _before(a: int, b: int, states: Ints) -> bool:
     if states[a, DUE] != states[b, DUE]:
         return bool(states[a, DUE] < states[b, DUE])

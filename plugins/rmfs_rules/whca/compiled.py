@@ -13,14 +13,14 @@ from heapq import heappop, heappush
 
 import numpy as np
 
-from rmfs_core.jit import inlined, njit
+from rmfs_core.jit import helper, njit
 from rmfs_rules.helpers.searching import Asked, Ints, Plain, far, free_for_good, gap_at
 from rmfs_traffic import FOREVER, Intervals, Tracks
 
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def search(asking: Plain, window_end: int, wait: int, max_nodes: int, roads: Plain, taken: Plain) -> Ints | None:
     """Legs of the path found, as rows (end, wait), the last one perhaps a wait alone; None without a path.
 
@@ -84,7 +84,7 @@ def search(asking: Plain, window_end: int, wait: int, max_nodes: int, roads: Pla
     return None
 
 
-@inlined
+@helper
 def _copy(i: int, to: int, nodes: Ints) -> None:
     """Copy a node; quicker than by a row, which is an array of its own."""
     if to != i:
@@ -92,7 +92,7 @@ def _copy(i: int, to: int, nodes: Ints) -> None:
             nodes[to, column] = nodes[i, column]
 
 
-@inlined
+@helper
 def _slot(key: int, keys: Ints) -> int:
     """Return the index of a key in a table of twice as many entries as keys, or where it would be."""
     slot = (key * 0x9E3779B1 >> 8) & (len(keys) - 1)
@@ -101,7 +101,7 @@ def _slot(key: int, keys: Ints) -> int:
     return slot
 
 
-@inlined
+@helper
 def _note(key: int, time: int, keys: Ints, earliest: Ints) -> int:
     """Note the earliest time of a key; returns how many more keys there are, -1 where it was known as early."""
     slot = _slot(key, keys)
@@ -112,7 +112,7 @@ def _note(key: int, time: int, keys: Ints, earliest: Ints) -> int:
     return 0 if there else 1
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def _larger(keys: Ints, values: Ints) -> tuple[Ints, Ints]:
     """Return a table of twice the size."""
     more, there = np.full(2 * len(keys), -1, np.int64), np.empty(2 * len(keys), np.int64)
@@ -123,7 +123,7 @@ def _larger(keys: Ints, values: Ints) -> tuple[Ints, Ints]:
     return more, there
 
 
-@inlined
+@helper
 def _expand(i: int, n: int, goal: int, me: int, nodes: Ints, tracks: Tracks, table: Intervals) -> int:
     """Append what turns and runs at once lead to from node ``i``; returns the number of nodes then."""
     cell, heading, leave_by = nodes[i, CELL], nodes[i, HEADING], nodes[i, GAP_END]
@@ -159,7 +159,7 @@ def _expand(i: int, n: int, goal: int, me: int, nodes: Ints, tracks: Tracks, tab
     return n
 
 
-@inlined
+@helper
 def _passed(
     cell: int, offset: int, begin: int, end: int, length: int, departure: int, me: int, tracks: Tracks, table: Intervals
 ) -> int:
@@ -172,7 +172,7 @@ def _passed(
     return end
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def _legs(i: int, nodes: Ints) -> Ints:
     """Read the legs of a path back from its last node: waits in a row are one, that of the run that follows."""
     legs = []  # type: ignore[var-annotated]
@@ -190,7 +190,7 @@ def _legs(i: int, nodes: Ints) -> Ints:
     return rows
 
 
-@inlined
+@helper
 def _is_free(cell: int, begin: int, end: int, me: int, table: Intervals) -> bool:
     """Whether nobody else has a cell between two ticks."""
     first, count, since, until, owner = table
@@ -202,7 +202,7 @@ def _is_free(cell: int, begin: int, end: int, me: int, table: Intervals) -> bool
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, interpreted=True)
 def last_end(table: Intervals) -> int:
     """Latest end of an interval that has one; 0 if there is none."""
     latest = 0

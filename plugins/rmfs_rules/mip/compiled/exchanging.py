@@ -16,14 +16,14 @@ THRESHOLD = 2
 """Items that a set may complete less than the one before, at first."""
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _drawn(state, numbers):
     """Return a number below ``numbers``, by a linear congruential generator."""
     state[0] = (state[0] * 1103515245 + 12345) & 0x7FFFFFFF
     return (state[0] >> 8) % numbers
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def completed(a, pods, there):
     """Return the slots of the orders that these pods complete, with what is at hand; ``there`` is overwritten."""
     for sku in range(len(there)):
@@ -38,7 +38,7 @@ def completed(a, pods, there):
     return items
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def exchanged(a, number, steps, seed):
     """Return the set of so many pods that completes most, of the sets tried, and the slots its orders take.
 

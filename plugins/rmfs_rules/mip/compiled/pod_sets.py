@@ -61,14 +61,14 @@ class Sets(NamedTuple):
     at: NDArray[np.int64]
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def copied(source, target):
     """Copy an array to the beginning of another: what an assignment does, and is compiled in a tenth of its time."""
     for at in range(len(source)):
         target[at] = source[at]
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _missing(a, order, there, skus):
     """Write the SKUs that an order misses; return their number."""
     count = 0
@@ -79,7 +79,7 @@ def _missing(a, order, there, skus):
     return count
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _candidates_for(a, skus, place, touching, brings, which):
     """Write the candidates that bring some of the SKUs, how many, and which (bits, of the first `MOST_BITS`).
 
@@ -105,7 +105,7 @@ def _candidates_for(a, skus, place, touching, brings, which):
     return count
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def ones(bits):
     """Return how many bits of a number are set."""
     count = 0
@@ -115,7 +115,7 @@ def ones(bits):
     return count
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _others(brings, touching, numbers, more):
     """Return how many SKUs of an order the best ``more - 1`` pods bring at most, and the best ``more - 2``."""
     for c in range(len(numbers)):
@@ -131,7 +131,7 @@ def _others(brings, touching, numbers, more):
     return second, third
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def potentials(a, worth, pods, there, more):
     """Bound what each of the pods adds to the worth of the completed orders as one of ``more`` of them.
 
@@ -189,7 +189,7 @@ def potentials(a, worth, pods, there, more):
     return alone
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _add_largest(alone, pair, number):
     """Add the largest so many pairs of each row to what the pod completes alone."""
     for at in range(len(alone)):
@@ -201,7 +201,7 @@ def _add_largest(alone, pair, number):
             pair[at, best] = 0.0
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _promising(a, worth, pods, there, more, short):
     """Move those of the pods that may be in a set of ``more`` that adds ``short`` in worth to the front, best first.
 
@@ -225,7 +225,7 @@ def _promising(a, worth, pods, there, more, short):
         pods = pods[:kept]
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def complete(a, order, there):
     """Whether all SKUs of an order are there: a table of these, or of the bit masks of the stations that have them."""
     line, last = a.order_start[order], a.order_start[order + 1]
@@ -234,7 +234,7 @@ def complete(a, order, there):
     return line == last
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _value_of(a, worth, there):
     """Return the worth of the orders that these SKUs complete."""
     value = 0.0
@@ -244,7 +244,7 @@ def _value_of(a, worth, there):
     return value
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def sets_of(a, number, worth, least):
     """Return a search, for `next_set`, of sets of so many pods that complete orders of at least some worth."""
     n, rows = len(a.pod_start) - 1, number + 1
@@ -258,7 +258,7 @@ def sets_of(a, number, worth, least):
     return Sets(worth, goal, depth, chosen, there, value, pods, np.zeros((rows, n)), left, at)
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def next_set(a, s, work, most_work):
     """Go on to the next set, ``s.chosen``; return whether there is one.
 
@@ -303,7 +303,7 @@ def next_set(a, s, work, most_work):
     return False
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _choose(a, s, depth, first):
     """Set up the row after the choice of a pod: the pods before it were tried with all others."""
     copied(s.there[depth], s.there[depth + 1])
@@ -314,7 +314,7 @@ def _choose(a, s, depth, first):
     s.value[depth + 1] = _value_of(a, s.worth, s.there[depth + 1])
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _knapsack(a, values, there, best):
     """Return the greatest sum of values of completed orders that fit into one station."""
     room = len(best) - 1
@@ -328,7 +328,7 @@ def _knapsack(a, values, there, best):
     return best[room]
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def best_sets(a, number, values, least, kept, work, most_work):
     """Return the best sets of pods for one station, each worth the best orders that it completes and that fit there.
 

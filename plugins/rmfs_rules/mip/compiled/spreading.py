@@ -22,7 +22,7 @@ FOUND, NOT_FOUND, NO_SETS, TOO_MANY = 0, 1, 2, 3
 """Answers of `next_that_fills`."""
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _completed(a, pods):
     """Return the orders whose SKUs are all on these pods or at hand, their items per SKU, and the sum of these.
 
@@ -47,7 +47,7 @@ def _completed(a, pods):
     return orders[:count], items, total
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _crowded(by_mask, rooms, slack):
     """Whether a group of stations alone covers more items than its slots and the slack."""
     for group in range(1, 1 << len(rooms)):
@@ -62,7 +62,7 @@ def _crowded(by_mask, rooms, slack):
     return False
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _whole_orders_short(a, mask, target):
     """Whether orders that have to go to a single station cannot fill the target: by cuts, as in `_crowded`."""
     by_mask, total = np.zeros(1 << len(a.rooms), np.int64), 0
@@ -74,7 +74,7 @@ def _whole_orders_short(a, mask, target):
     return total < target or _crowded(by_mask, a.rooms, total - target)
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def too_few_splits(a, orders, mask, target):
     """Whether a cut shows that more of the orders than allowed have to be split newly to fill the target.
 
@@ -108,7 +108,7 @@ def too_few_splits(a, orders, mask, target):
     return False
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _single_stations(a, orders, mask):
     """Return for each of the orders the bit mask of stations that can take it as a whole."""
     single = np.full(len(orders), (1 << len(a.rooms)) - 1)
@@ -121,7 +121,7 @@ def _single_stations(a, orders, mask):
     return single
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _cut(a, orders, mask, by_mask, last, depth, total, target, work):
     """Whether a cut shows that these visits cannot fill the target, wherever the pods after ``depth`` go."""
     if _crowded(by_mask, a.rooms, total - target):
@@ -136,7 +136,7 @@ def _cut(a, orders, mask, by_mask, last, depth, total, target, work):
     return too_few_splits(a, orders, anywhere, target)
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _next_stations(a, pod, sent, most, used):
     """Return the bit mask of stations after ``sent`` to send a pod to, at most ``most`` of them; 0 after the last.
 
@@ -149,7 +149,7 @@ def _next_stations(a, pod, sent, most, used):
     return 0
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _settle(a, pod, sent, last, depth, items, mask, by_mask):
     """Let a pod bring its SKUs to stations, and count the items of SKUs that no later pod brings."""
     for at in range(a.pod_start[pod], a.pod_start[pod + 1]):
@@ -159,7 +159,7 @@ def _settle(a, pod, sent, last, depth, items, mask, by_mask):
             by_mask[mask[sku]] += items[sku]
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _stack(a, mask, target, work):
     """Fill the target with orders whose SKUs are there: first with any, then with few enough newly split ones."""
     work[0] += 10
@@ -169,7 +169,7 @@ def _stack(a, mask, target, work):
     return fill_with_few_splits(a, mask, target, work)
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def spread(a, pods, visits, target, work, most_work, refused=0):
     """Find stations for each of the pods such that orders fill the target.
 
@@ -236,7 +236,7 @@ def spread(a, pods, visits, target, work, most_work, refused=0):
     return False, sent[:n], chosen
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def sets_that_fill(a, number, target):
     """Return a search for sets of pods that complete enough orders, to be handed to `next_that_fills`.
 
@@ -252,7 +252,7 @@ def sets_that_fill(a, number, target):
     return sets_of(a, number, a.items.astype(np.float64), float(target))
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def next_that_fills(a, sets, refused, visits, target, work, most_work):
     """Search pods that fill slots.
 

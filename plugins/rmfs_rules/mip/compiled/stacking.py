@@ -17,7 +17,7 @@ STEPS_PER_WORK = 100
 """Slots of an order added to a vector of slots, that count as one step of the search."""
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _options(a, order, mask, seen, packed, index, strides):
     """Write the vectors of slots that an order can take, one byte per station and as index; return their number."""
     first, last = a.order_start[order], a.order_start[order + 1]
@@ -52,7 +52,7 @@ def _options(a, order, mask, seen, packed, index, strides):
     return count
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _packing(rooms):
     """Return how vectors of slots are told apart.
 
@@ -68,7 +68,7 @@ def _packing(rooms):
     return strides, bias, guard, states
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def fill(a, mask, target):
     """Fill slots with orders whose SKUs are there.
 
@@ -112,7 +112,7 @@ def fill(a, mask, target):
     return target <= 0, _way_back(0, vector, came, order_of)
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _way_back(at, vector, came, order_of):
     steps = 0
     step = at
@@ -127,7 +127,7 @@ def _way_back(at, vector, came, order_of):
     return chosen
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _is_split(packed):
     """Whether an order that takes these slots (one byte per station) is at several stations."""
     while packed & 255 == 0:
@@ -135,7 +135,7 @@ def _is_split(packed):
     return packed > 255
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def newly_split(a, chosen):
     """Return how many orders, chosen as `fill` returns them, are split and were whole until now."""
     count = 0
@@ -144,7 +144,7 @@ def newly_split(a, chosen):
     return count
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _room_for(array, count):
     """Return the array with space for another ``count`` rows."""
     longer = np.empty((len(array) + max(count, len(array)), array.shape[1]), np.int64)
@@ -154,7 +154,7 @@ def _room_for(array, count):
     return longer
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def fill_with_few_splits(a, mask, target, work):
     """Fill slots as `fill` does, with at most ``a.splits`` newly split orders.
 
@@ -206,7 +206,7 @@ def fill_with_few_splits(a, mask, target, work):
     return target <= 0, _way_back(0, nodes[:, 0], nodes[:, 4], nodes[:, 5])
 
 
-@njit(cache=True, interpreted=False)
+@njit(cache=True)
 def _still_alive(nodes, alive, first, count, fewest, least):
     """Return the nodes, old and new, that none with fewer splits replaces, and that have at least so many items."""
     kept, number = np.empty(len(alive) + count - first, np.int64), 0

@@ -1,5 +1,6 @@
 """`rmfs benchmark`: the frozen set, claims, the table of best known values, and the search for better ones."""
 
+import gzip
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -137,6 +138,13 @@ class TestClaims:
         result["metrics"]["pod_station_visits"] -= 1
         (tmp_path / "result.json").write_text(json.dumps(result))
         assert "`rmfs validate` finds 1 fault" in refusal(lambda: check_result(tmp_path, SET))
+
+    def test_a_trace_that_calls_itself_a_real_day_is_refused(self, run_of_smallest: Path, tmp_path: Path) -> None:
+        """Less is checked of these, so times might be any."""
+        head, *events = gzip.decompress((run_of_smallest / "trace.jsonl.gz").read_bytes()).splitlines(keepends=True)
+        head = json.dumps(json.loads(head) | {"floor": {"corrected_s": 0.0}}).encode() + b"\n"
+        (tmp_path / "trace.jsonl.gz").write_bytes(gzip.compress(b"".join([head, *events])))
+        assert "line 1, floor: the run is a real day" in refusal(lambda: check_result(tmp_path, SET))
 
     def test_moves_without_a_visit_are_refused(self) -> None:
         told = scenario_to_dict(SMALLEST.scenario) | {"rules": {"move": "any"}}
