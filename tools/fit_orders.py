@@ -6,7 +6,8 @@ Reads a file as `rmfs convert orders` writes it, or any CSV with columns `order`
 prints the keys of `[instance]`. They are a few numbers: no order, SKU or time of the table is among them.
 
 - `lines`: how many of 1,000 orders have 1, 2, ... lines; those longer than `--longest` count as that long.
-- `demand.exponent` and `shift`: the most likely ones for how often the SKUs are ordered, by rank (multinomial).
+- `demand.exponent` and `shift`: the most likely ones of a grid (shifts to 500) for how often the SKUs are ordered, by
+  rank (multinomial).
 - `demand.groups`: one for ten SKUs. `together`: the one with which generated orders are as alike as those of the table.
   Half of the orders say which SKU goes with each one more often than chance would have it; alike is how much more often
   than chance the other half has both.
