@@ -25,9 +25,12 @@ class _Mode:
         Whether it is left open if they are compiled, and whether those left open are interpreted.
     helpers
         Helpers left open, which only functions call that may be interpreted, too.
+    announce
+        Is called before anything that was left open is compiled, once.
     """
 
     later = interpreting = False
+    announce: Callable[[], object] | None = None
     helpers: ClassVar[list[_Open]] = []
 
 
@@ -36,9 +39,12 @@ def decide_later() -> None:
     _Mode.later = True
 
 
-def interpret() -> bool:
-    """Interpret what was left open and may be interpreted, from now on; return whether anything was left open."""
-    _Mode.interpreting = _Mode.later
+def interpret(announce: Callable[[], object]) -> bool:
+    """Interpret what was left open and may be interpreted, from now on; return whether anything was left open.
+
+    ``announce`` is called before something else is compiled, once.
+    """
+    _Mode.interpreting, _Mode.announce = _Mode.later, announce
     for helper in _Mode.helpers:
         helper.replace(helper.py_func)
     return _Mode.interpreting
@@ -68,6 +74,9 @@ class _Open:
     @cached_property
     def dispatcher(self) -> Any:
         """The compiled function, which takes the place of this object in the modules that have it."""
+        announce, _Mode.announce = _Mode.announce, None
+        if announce is not None:
+            announce()
         found = self._compiled(self.py_func)
         self.replace(found)
         return found

@@ -118,7 +118,7 @@ from pathlib import Path
 from rmfs_core import jit
 if sys.argv[1] == "interpreted":
     jit.decide_later()
-    jit.interpret()
+    jit.interpret(print)
 from rmfs_core import run
 from rmfs_core.scenario import load_scenario
 for rules in sys.argv[3:]:
@@ -161,7 +161,7 @@ def more(number): return number + 1
 @jit.njit(cache=False)
 def always(number): return more(number)
 if "interpret" in sys.argv:
-    jit.interpret()
+    jit.interpret(lambda: print("compiles"))
 import numpy as np
 found, large = first(np.array([3]))
 print(type(found).__name__, found, large is True, "numba" in sys.modules, always(1))
@@ -176,4 +176,4 @@ def test_what_is_open_is_compiled_unless_it_is_interpreted(tmp_path: Path) -> No
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
     assert told() == "int 6 True True 2\n"
-    assert told("interpret") == "int 6 True False 2\n"
+    assert told("interpret") == "compiles\nint 6 True False 2\n"

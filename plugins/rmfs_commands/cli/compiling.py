@@ -12,7 +12,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -189,12 +190,12 @@ def compiling_announced(notes: Console, scenario: Scenario | None = None) -> Ite
 
 @contextmanager
 def compiling_for(notes: Console, scenario: Scenario, *, own: bool) -> Iterator[None]:
-    """Do as `compiling_announced` for a run of a scenario, with its ``own`` orders; a small one compiles nothing."""
-    if own and _is_small(scenario) and interpret():
+    """Do as `compiling_announced` for a run of a scenario with its ``own`` orders; a small one compiles only models."""
+    with ExitStack() as stack:
+        announce = partial(stack.enter_context, compiling_announced(notes, scenario))
+        if not (own and _is_small(scenario) and interpret(announce)):
+            announce()
         yield
-    else:
-        with compiling_announced(notes, scenario):
-            yield
 
 
 def _is_small(scenario: Scenario) -> bool:
