@@ -19,26 +19,19 @@ class Names:
     """
 
     def __init__(self, file: str) -> None:
-        stub = ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
-        imports = [node for node in stub.body if isinstance(node, ast.ImportFrom) and node.module]
-        named = [(alias.name, str(node.module)) for node in imports for alias in node.names]
-        self._where = {name: module for name, module in named if name != "*"}
-        self._whole = [module for name, module in named if name == "*"]
-
-    def _look(self) -> None:
-        """Import the packages of which all names are there, and note these."""
-        while self._whole:
-            module = self._whole.pop()
-            self._where.update(dict.fromkeys(import_module(module).__all__, module))
+        self._where = {
+            name: node.module
+            for node in ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8")).body
+            if isinstance(node, ast.ImportFrom) and node.module
+            for alias in node.names
+            for name in (import_module(node.module).__all__ if alias.name == "*" else [alias.name])
+        }
 
     def __iter__(self) -> Iterator[str]:
-        self._look()
         return iter(sorted(self._where))
 
     def get(self, name: str) -> object:
         """Import what has a name."""
-        if name not in self._where:
-            self._look()
         if name not in self._where:
             raise AttributeError(f"module 'rmfs' has no attribute '{name}'")
         return getattr(import_module(self._where[name]), name)
