@@ -325,7 +325,7 @@ class PackingCheck:
             working, most = 0, self.section[f"{crew}s"]
             for tick, change in sorted(changes):
                 working += change
-                if working > most:
+                if working > most and tick >= self.case.trace.began:  # before that a state's packers were at work
                     told = f"{working} {crew}s are at work at packing station {packing + 1}; there are {most}"
                     self.case.add("packers", tick, told)
                     break

@@ -43,6 +43,8 @@ class TwoRuns:
         Both values of each metric that both have.
     files
         Keys by which both name the same files of orders, pods or stations, and texts that a generator may read as such.
+    days
+        Names of those that replay the journal of a hall: its orders are not those of the scenario.
     """
 
     names: tuple[str, str]
@@ -50,6 +52,7 @@ class TwoRuns:
     differs: Mapping[str, tuple[Any, Any]]
     metrics: Mapping[str, tuple[float | None, float | None]]
     files: tuple[str, ...] = ()
+    days: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return it for machines."""
@@ -58,7 +61,9 @@ class TwoRuns:
     def sentences(self) -> Iterator[str]:
         """Yield how far the runs can be compared."""
         other = [key for key in self.differs if key.partition(".")[0] in WORLD]
-        if other:
+        if self.days:
+            yield f"{' and '.join(self.days)}: orders are those of a real day; the runs may have different ones."
+        elif other:
             yield f"The runs may have other orders, pods or stations, because they differ in {', '.join(other)}."
         elif self.files:
             yield f"Both runs name the same files in {', '.join(self.files)}; their contents are not compared."
@@ -116,7 +121,8 @@ def compare_runs(first: str, second: str) -> TwoRuns:
     one, other = (result["metrics"] for result in results)
     both = {name: (value, other[name]) for name, value in one.items() if name in other}
     metrics = {name: pair for name, pair in both.items() if all(map(_is_number, pair))}
-    return TwoRuns((first, second), (results[0]["status"], results[1]["status"]), differs, metrics, files)
+    days = tuple(name for name, one in zip((first, second), results, strict=True) if "floor" in one.get("summary", {}))
+    return TwoRuns((first, second), (results[0]["status"], results[1]["status"]), differs, metrics, files, days)
 
 
 def _read(folder: str) -> Mapping[str, Any]:
