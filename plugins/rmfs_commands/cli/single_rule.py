@@ -79,7 +79,8 @@ def reserving_way(rule: BoundRule, place: str, asked: str) -> type[ReservedDrivi
         When the way is no subclass of ours: nobody but the way knows what it hands its rule. ``asked`` says why that
         is wrong.
     """
-    if (way := rule.traits.way) is None:
+    way: type | None = rule.traits.way
+    if way is None:
         return None
     from rmfs_core.simulation.driving.free import FreeDriving
     from rmfs_traffic.reserved import ReservedDriving
