@@ -85,7 +85,13 @@ def chosen(group: str, name: str | None, default: str) -> Entries:
     known = offers(group)
     if name is not None and name not in known:
         raise InputError(f"{SECTIONS[group]}.generator", f'there is no generator "{name}"{nearest(name, known)}')
-    return known[name] if name is not None else known.get(f"rmfs:{default}") or known[default]
+    return known[name] if name is not None else preferred(group, default)
+
+
+def preferred(group: str, name: str, distribution: str = "rmfs") -> Entries:
+    """Return the entry points of a name: those of the given distribution, else ours, else all of them."""
+    known = offers(group)
+    return known.get(f"{distribution}:{name}") or known.get(f"rmfs:{name}") or known[name]
 
 
 def format_module(name: str) -> Any:

@@ -6,4 +6,4 @@ from rmfs_core.former import former
 
 __path__: list[str] = []
 __getattr__ = former(__name__, "rmfs_traffic")
-sys.modules[f"{__name__}.paths"] = sys.modules[__name__]
+sys.modules.update({f"{__name__}.{old}": sys.modules[__name__] for old in ("paths", "reservations", "roads")})

@@ -208,7 +208,7 @@ class Traffic:
     roads
         The layout as path planning sees it.
     table
-        Who has reserved which cell when. For looking only: the kernel reserves what a path occupies.
+        Who has reserved which cell when. For looking only: the way of driving reserves what a path occupies.
     query
         From where, when and where to. A robot that is on its way is planned for from the end of the leg under way.
     """

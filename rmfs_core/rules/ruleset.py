@@ -350,7 +350,7 @@ def bind(
                 instance = build(rule, choice.parameters, place, name) if given is None else given
                 for field_ in parameters_of(rule).values() if given is not None else ():
                     add_paths(getattr(given, field_.name))
-            created[key] = _Created(source, instance, RuleTraits.of(instance, place, name), parts)
+            created[key] = _Created(source, instance, RuleTraits.of(instance, place, name, source.distribution), parts)
         if role not in (able := created[key].traits.decides):
             raise InputError(place, f"{name} decides {decided(able)}, with its parameters; expected {role.label}")
         called = created[key].traits.hook(role)

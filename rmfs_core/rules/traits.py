@@ -9,7 +9,7 @@ from typing import Any
 
 from attrs import field, frozen
 
-from rmfs_core.entrypoints import DRIVING, load, offers
+from rmfs_core.entrypoints import DRIVING, load, offers, preferred
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event
 from rmfs_core.roles import Role
@@ -72,6 +72,8 @@ class RuleTraits:
         then no decision's time has it in. A PP rule that ``reserves`` is handed what its way of driving makes of it.
     hears
         Events that it observes: a tuple of classes, or a mapping from these to functions, as `on_event` says.
+    distribution
+        Who offers the rule, which it does not declare: of ways of driving with the same name its own, or else ours.
     """
 
     needs: tuple[str, ...] = ()
@@ -83,20 +85,23 @@ class RuleTraits:
     reserves: str | None = None
     prepare: Callable[[Any], None] | None = None
     hears: tuple[type[Event], ...] | Mapping[type[Event], Sequence[Callable[[Any], object]]] | None = None
+    distribution: str = field(default="rmfs", eq=False)
 
     @property
     def way(self) -> Any:
         """The way of driving that it plans for, a class; None where robots pass through each other."""
-        return None if self.reserves is None else load(offers(DRIVING)[self.reserves], "rules.pp", "way of driving")
+        if self.reserves is None:
+            return None
+        return load(preferred(DRIVING, self.reserves, self.distribution), "rules.pp", "way of driving")
 
     def hook(self, role: Role) -> str:
         """Return the hook that the rule answers in a role."""
         return role.hook if role is not Role.PP or self.reserves is None else self.way.hook
 
     @classmethod
-    def of(cls, rule: object, place: str, name: str) -> RuleTraits:
+    def of(cls, rule: object, place: str, name: str, distribution: str = "rmfs") -> RuleTraits:
         """Return the traits of a rule, named at ``place``, that messages call ``name``; InputError for a wrong one."""
-        found: dict[str, Any] = {}
+        found: dict[str, Any] = {"distribution": distribution}
         for trait, (expected, holds) in _EXPECTED.items():
             try:
                 value = getattr(rule, trait, None)

@@ -7,14 +7,13 @@ from attrs import define, field
 
 from rmfs_core import hookimpl
 from rmfs_core.events import Event
-from rmfs_core.simulation.engine import Simulation
 
 
 @define
 class ToldRun:
     """A run, and the events that it has told."""
 
-    simulation: Simulation
+    simulation: Any = None
     events: list[Event] = field(factory=list)
 
     @hookimpl

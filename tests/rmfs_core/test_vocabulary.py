@@ -121,6 +121,8 @@ def test_it_offers_the_functions_themselves() -> None:
     "old name new",
     ("traffic", "Stop", "rmfs_traffic"),
     ("traffic.paths", "Stop", "rmfs_traffic"),
+    ("traffic.reservations", "Traffic", "rmfs_traffic"),
+    ("traffic.roads", "Roads", "rmfs_traffic"),
     ("results.files", "opened", "rmfs_commands.results.files"),
     ("scenario.overrides", "parse_override", "rmfs_commands.instances.overrides"),
     ("scenario.rulenames", "given_in", "rmfs_commands.instances.overrides"),
@@ -129,7 +131,8 @@ def test_it_offers_the_functions_themselves() -> None:
     ("simulation.setup", "battery_of", "rmfs_commands.processes.battery"),
 )
 def test_an_old_name_leads_to_the_new_one_and_warns(old: str, name: str, new: str) -> None:
-    with pytest.warns(FutureWarning, match=rf"^rmfs_core\.{old.partition('.paths')[0]}\.{name} is in {new} now$"):
+    module = "traffic" if old.startswith("traffic") else old
+    with pytest.warns(FutureWarning, match=rf"^rmfs_core\.{module}\.{name} is in {new} now$"):
         found = getattr(importlib.import_module(f"rmfs_core.{old}"), name)
     assert found is getattr(importlib.import_module(new), name)
 

@@ -21,9 +21,9 @@ from attrs import asdict, define, evolve, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.cli.screen import say
-from rmfs_commands.processes.packing import packing_of
 from rmfs_core import hookimpl
 from rmfs_core.clock import TICKS_PER_S, UNREACHABLE
+from rmfs_core.entrypoints import process
 from rmfs_core.scenario.model import FailuresSection, Replenishment, Scenario
 from rmfs_core.scenario.service import mean_speed
 from rmfs_core.simulation.setup import hours_of, motion_of, shifts_of
@@ -255,7 +255,8 @@ class _Reckoning:
         """Yield the load of packers, where there are any: packing alone, as nobody knows yet what has to be put."""
         if (section := self._scenario.packing) is None:
             return
-        demand, hours = self._demand, Counter(one.hours for one in packing_of(self._scenario, self._layout))
+        stations = process("packing", "packing").stations(self._scenario, self._layout)
+        demand, hours = self._demand, Counter(one.hours for one in stations)
         orders, items = demand.orders.total(), demand.items.total()
         arriving = {
             minute: (demand.orders[minute] * section.pack_s + demand.items[minute] * section.pack_item_s) / 3600

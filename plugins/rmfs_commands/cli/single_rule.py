@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import TYPE_CHECKING
 
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
@@ -11,6 +12,9 @@ from rmfs_core.rules.hooks import decided, require_attrs_class, roles_of
 from rmfs_core.rules.sources import RuleSources
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.wording import listed
+
+if TYPE_CHECKING:
+    from rmfs_traffic.reserved import ReservedDriving
 
 
 def load_rule(
@@ -64,3 +68,26 @@ def load_rule(
             "(`--decides`; in Python `decides`)",
         )
     return bind(sources, [(playable[0], choice, place)])[1][0]
+
+
+def reserving_way(rule: BoundRule, place: str, asked: str) -> type[ReservedDriving] | None:
+    """Return the way of driving of a PP rule, whose questions are those of ours; None where it reserves nothing.
+
+    Raises
+    ------
+    InputError
+        When the way is no subclass of ours: nobody but the way knows what it hands its rule. ``asked`` says why that
+        is wrong.
+    """
+    way: type | None = rule.traits.way
+    if way is None:
+        return None
+    from rmfs_core.simulation.driving.free import FreeDriving
+    from rmfs_traffic.reserved import ReservedDriving
+
+    if issubclass(way, ReservedDriving):
+        return way
+    if issubclass(way, FreeDriving):
+        return None
+    problem = f"{rule.describe()} plans for the way of driving {rule.traits.reserves!r}, {asked}"
+    raise InputError(place, f"{problem}; expected a rule for a way that rmfs ships, or for a subclass of one")

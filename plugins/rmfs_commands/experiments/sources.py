@@ -61,8 +61,8 @@ def sources_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
     entries = [entry for name, entry in offered.items() if name in selected or _root(entry.module) in roots]
     entries += [same[0] for same in entrypoints.offers(entrypoints.OBSERVERS).values()]
     entries += [same[0] for name, same in entrypoints.offers(entrypoints.PROCESSES).items() if name != "state"]
-    ways = entrypoints.offers(entrypoints.DRIVING)
-    entries += [ways[rule.traits.reserves][0] for rule in bound if rule.traits.reserves is not None]
+    named = [(one.reserves, one.distribution) for one in (rule.traits for rule in bound) if one.reserves is not None]
+    entries += [entrypoints.preferred(entrypoints.DRIVING, *one)[0] for one in named]
     entries += _makers(scenario)
     names = {*ALWAYS, *(entry.module for entry in entries)}
     names |= {kind.__module__ for cls in classes for kind in cls.__mro__}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rmfs_commands.cli.single_rule import load_rule
+from rmfs_commands.cli.single_rule import load_rule, reserving_way
 from rmfs_core.decisions import Path
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
@@ -27,6 +27,7 @@ from rmfs_traffic import (
     occupancy,
     timed_path,
 )
+from rmfs_traffic.complete import CompleteDriving
 
 
 def find_planner(
@@ -74,8 +75,10 @@ class HookPlanner:
 
     def __init__(self, rule: BoundRule, rng: np.random.Generator) -> None:
         self.rule = rule
-        self.exclusive = rule.traits.reserves is not None
-        self.complete = rule.traits.reserves in ("full paths", "fleet")
+        way = reserving_way(rule, "--pp", "which asks for paths in a run only")
+        self.exclusive = way is not None
+        self.complete = way is not None and issubclass(way, CompleteDriving)
+        self._at_once = way is not None and way.hook == "plan_paths"
         self._rng = rng
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
@@ -88,7 +91,7 @@ class HookPlanner:
         warehouse.advance(query.start_tick)
         asker = Asker(warehouse)
         asked: dict[str, Any] = {"robot": robot, "goal": query.goal, "traffic": traffic}
-        if self.rule.traits.reserves == "fleet":
+        if self._at_once:
             asked = {"queries": (query,), "traffic": FleetTraffic(roads, table, {}, {}, {})}
         answer, _ = asker.ask(self.rule, asked | {"warehouse": WarehouseView(warehouse), "rng": self._rng})
         if isinstance(answer, dict) and "queries" in asked:

@@ -9,9 +9,9 @@ from copy import copy
 
 from attrs import define, field
 
-from rmfs_commands.processes.battery import battery_of
 from rmfs_commands.trace import Trace
 from rmfs_core.clock import to_ticks
+from rmfs_core.entrypoints import process
 from rmfs_core.events import ChargerDown, ChargerUp, Event, PodLifted, PodStored, RobotMoved
 from rmfs_core.scenario import scenario_from_dict
 from rmfs_core.scenario.model import BatterySection
@@ -69,8 +69,7 @@ class Charges:
         if (start.scenario.get("robots") or {}).get("battery") is None:
             return
         scenario = scenario_from_dict(start.scenario, name="header of the trace")
-        make = battery_of(scenario, travel_on(start.layout, start.motion))
-        assert make is not None
+        make = process("battery", "robots.battery")(scenario, travel_on(start.layout, start.motion))
         self._batteries = [make(lambda: self._now) for _ in start.robots]
         self._charging = [robot["cell"] in self._chargers for robot in start.robots]
         self._lines = [Line() for _ in start.robots]

@@ -23,6 +23,7 @@ from rmfs_commands.states.state import LayoutState, PodState, RunState, State
 from rmfs_commands.states.state_json import read_json, state_from_dict
 from rmfs_commands.states.under_way import under_way
 from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.entrypoints import process
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event
 from rmfs_core.scenario import Scenario
@@ -220,9 +221,9 @@ def _with_data(order: Any, data: OrderData) -> Any:
 
 
 def _battery(scenario: Scenario, fresh: Opening) -> Any:
-    from rmfs_commands.processes.battery import battery_of
-
-    return battery_of(scenario, fresh.warehouse.travel)
+    if scenario.robots.battery is None:
+        return None
+    return process("battery", "robots.battery")(scenario, fresh.warehouse.travel)
 
 
 def _placed(state: State, names: Names, fresh: Warehouse, layout: Layout) -> State:

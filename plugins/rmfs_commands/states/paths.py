@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from rmfs_commands.cli.single_rule import reserving_way
 from rmfs_commands.states.rebuilding import OpenState
 from rmfs_core.decisions import Path
 from rmfs_core.errors import InputError
@@ -24,7 +25,8 @@ def path_wanted(opened: OpenState, rule: BoundRule) -> dict[str, Any]:
         When the state names no robot and goal, or the robot cannot be there, or the rule plans for all robots at once.
     """
     asked, names, travel = opened.state.ask, opened.names, opened.warehouse.travel
-    if rule.traits.reserves == "fleet":
+    way = reserving_way(rule, names.source, "which asks for paths in a run only")
+    if way is not None and way.hook == "plan_paths":
         found = f"{rule.describe()} plans the paths of all robots at once"
         raise InputError(names.source, f"{found}; expected a PP rule that plans for one robot")
     robots = {robot.name: robot for robot in opened.warehouse.robots}
@@ -35,7 +37,7 @@ def path_wanted(opened: OpenState, rule: BoundRule) -> dict[str, Any]:
     if asked.goal is None or asked.goal >= cells or not travel.passable(asked.goal, robot.pod is not None)[asked.goal]:
         found = "is missing" if asked.goal is None else f"found {asked.goal}"
         names.wrong(("ask", "goal"), f"{found}; expected a cell of the layout where the robot can go")
-    if rule.traits.reserves is None:
+    if way is None:
         return {"robot": robot, "goal": asked.goal, "traffic": None}
     table, now = Reservations(cells), opened.warehouse.now
     for other in robots.values():

@@ -8,7 +8,6 @@ from typing import TypeVar
 
 from attrs import asdict, evolve
 
-from rmfs_commands.processes.packing import packing_of
 from rmfs_commands.states.plain import (
     BundleMemento,
     Memento,
@@ -18,6 +17,7 @@ from rmfs_commands.states.plain import (
     StationMemento,
     TaskMemento,
 )
+from rmfs_core.entrypoints import process
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
 from rmfs_core.warehouse import Order, PackingStation, PackingTask, Robot, Station, Warehouse
 from rmfs_core.warehouse.backlog import Backlog
@@ -381,7 +381,8 @@ def _packing_stations(told: Sequence[PackingMemento], travel: Travel) -> list[Pa
     if not told:
         return []
     section = evolve(told[0].section, stations=len(told))
-    stations = packing_of(Scenario(RulesSection(poa_pps=RuleChoice("")), packing=section), travel.layout)
+    scenario = Scenario(RulesSection(poa_pps=RuleChoice("")), packing=section)
+    stations = process("packing", "packing").stations(scenario, travel.layout)
     zeros = [one.zero for one in told]
     return [evolve(one, hours=evolve(one.hours, zero=zero)) for one, zero in zip(stations, zeros, strict=True)]
 

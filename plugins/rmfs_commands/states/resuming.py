@@ -11,6 +11,7 @@ import numpy as np
 import simpy
 from attrs import asdict
 
+from rmfs_commands.cli.single_rule import reserving_way
 from rmfs_commands.states.packed import KINDS, begin_tasks, go_on, in_totes, resume_packing
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RuleError, RunError
@@ -29,6 +30,7 @@ AT_STATION = ("picker", "pick", "stow")
 def going_on(run: Simulation) -> list[Going]:
     """Return what is going on in a run between two ticks: what ends at a tick, in that order, and then the rest."""
     driving: Any = run.driving
+    _check_way(run)
     found = [one for tick, event in run.env.upcoming if event.callbacks and (one := _told(driving, tick, event))]
     found += [Going("room", robot.id) for waiting in run.waiting_for_slot for _, robot in waiting]
     found += [] if run.outages is None else run.outages.held
@@ -74,6 +76,8 @@ def resume(run: Simulation, begun: Any) -> None:
     warehouse, left = run.warehouse, run.clocks
     _recall(run, begun)
     driving: Any = run.driving
+    if any(one.kind in ("leg", "wait") for one in begun.going):
+        _check_way(run)
     driving.path = _blaming_the_state(driving.path)
     _take_in(driving, begun.going)
     for going in begun.going:
@@ -100,6 +104,10 @@ def resume(run: Simulation, begun: Any) -> None:
     begin_tasks(run, begun.going)
     for clock in left.values():
         run.env.process(clock())
+
+
+def _check_way(run: Simulation) -> None:
+    reserving_way(run.rules.pp, "rules.pp", "of whose robots on their legs a state tells nothing")
 
 
 def _blaming_the_state(path: Callable[..., Any]) -> Callable[..., Any]:

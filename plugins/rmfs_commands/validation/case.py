@@ -31,7 +31,7 @@ def name_of(choice: object) -> object:
 
 
 def avoids_collisions(trace: Trace) -> bool:
-    """Whether the PP rule of a trace's scenario keeps robots out of each other's way."""
+    """Whether the PP rule of a trace's scenario keeps robots apart: taken to be so of all but free-flow."""
     return bool(name_of(trace.scenario.get("rules", {}).get("pp")) != IGNORES_OTHER_ROBOTS)
 
 

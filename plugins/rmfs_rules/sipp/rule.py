@@ -76,7 +76,7 @@ class Sipp:
 
     @hookimpl
     def plan_path(self, traffic: Traffic) -> Path | None:
-        """Return the path that arrives first; None when there is none, which the kernel's scheme excludes."""
+        """Return the path that arrives first; None when there is none, which the way of driving excludes."""
         roads, table, query = traffic.roads, traffic.table, traffic.query
         latest = query.latest
         for spare in LATER_TICKS:

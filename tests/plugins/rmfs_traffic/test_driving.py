@@ -39,7 +39,7 @@ from rmfs_traffic import FOREVER, FleetTraffic, Occupancy, Query, Roads, Traffic
 from rmfs_traffic.complete import CompleteDriving
 from rmfs_traffic.reserved import Course, ReservedDriving
 from rmfs_traffic.windowed import WindowedDriving
-from told import Prepare
+from told import Prepare, ToldRun
 
 
 @pytest.mark.parametrize("pp", ["sipp", "pbs"])
@@ -316,16 +316,6 @@ def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: 
     assert f"on its way to {CORRIDOR.where(left)}" in sentence
 
 
-class Moves:
-    def __init__(self) -> None:
-        self.moves: list[RobotMoved] = []
-
-    @rmfs_core.hookimpl
-    def on_event(self, event: Event) -> None:
-        if isinstance(event, RobotMoved):
-            self.moves.append(event)
-
-
 def overlapping(moves: list[RobotMoved], roads: Roads) -> int:
     """Runs that, when they begin, overlap what another robot has until it begins its next run, or for ever."""
     quarter = int(roads.travel.turns[1])
@@ -357,12 +347,12 @@ def overlapping(moves: list[RobotMoved], roads: Roads) -> int:
 @pytest.mark.parametrize("robots", [8, 32])
 def test_a_run_across_a_stop_is_refused(monkeypatch: pytest.MonkeyPatch, robots: int) -> None:
     def overlapping_runs(queue: str) -> int:
-        observer = Moves()
+        observer = ToldRun()
         settings = ["rules.pp=whca-n", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
         settings += ["run.until_s=10_000.0", f"layout.queue={queue}"]
         result = rmfs_core.run("paper-250", overrides=settings, observers=[observer])
         assert result.status == "complete"
-        return overlapping(observer.moves, paper_roads())
+        return overlapping(observer.of(RobotMoved), paper_roads())
 
     assert overlapping_runs("plain") == overlapping_runs("shortcut") == 0
     monkeypatch.setattr(WindowedDriving, "register", ReservedDriving.register)

@@ -11,8 +11,8 @@ from functools import reduce
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from attrs import define, field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
@@ -23,13 +23,15 @@ from cases import cases
 from rmfs_commands.advice.cutting import cut
 from rmfs_commands.cli.display import duration
 from rmfs_commands.cli.progress import RunLines
+from rmfs_commands.plan import find_planner
+from rmfs_commands.states import decide, state_from_dict
 from rmfs_commands.validation import validate_trace
 from rmfs_core import Result
 from rmfs_core.errors import InputError, RunError
-from rmfs_core.events import Event, PodStored
-from rmfs_core.hookspecs import hookimpl
-from rmfs_core.scenario import load_scenario
+from rmfs_core.events import PodStored
+from rmfs_core.scenario import RuleChoice, load_scenario
 from rmfs_core.world import make_instance
+from told import ToldRun
 
 PACKED = "rules.poa= rules.pps= rules.poa_pps=pod-index packing.stations=2 packing.packers=1"
 COME = "instance.arrivals.process=poisson instance.arrivals.orders_per_hour={}"
@@ -248,25 +250,13 @@ TEA = {"contents": {"tea": 1}}
 BUSY = {"stations": BY_HAND["stations"] | {"1": BY_HAND["stations"]["1"] | {"picker_free_s": 36009}}}
 
 
-@define
-class Stored:
-    """Observer: keeps the cells where pods were stored."""
-
-    cells: list[int] = field(factory=list)
-
-    @hookimpl
-    def on_event(self, event: Event) -> None:
-        if isinstance(event, PodStored):
-            self.cells.append(event.cell)
-
-
 @pytest.mark.parametrize("pp", ["free-flow", "sipp"])
 def test_pods_that_are_carried_get_a_location_each(tmp_path: Path, pp: str) -> None:
     """The reserved one first, and then the first that is free."""
     given = written(tmp_path, **CARRIED, reserved=[41])
-    result = simulate(given, f"rules.pp={pp}", "instance.orders=0", observers=[stored := Stored()])
+    result = simulate(given, f"rules.pp={pp}", "instance.orders=0", observers=[told := ToldRun()])
     assert result.status == "complete"
-    assert {41, 33} <= {*stored.cells}
+    assert {41, 33} <= {event.cell for event in told.of(PodStored)}
 
 
 def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
@@ -545,3 +535,37 @@ def test_advice_is_about_the_orders_of_a_state_and_those_that_come(tmp_path: Pat
     assert cut(none, None).told == ("Simulated: 2 orders, those of the state.",)
     number = sum(3_600_000 < order.arrival_tick < 5_400_000 for order in make_instance(later).orders)
     assert cut(later, 0.5).told[0] == f"Simulated: 0.5 hours, in which {number} of 600 orders arrive."
+
+
+WAY = """
+from rmfs_core.simulation.driving.base import Driving
+
+class Way(Driving):
+    def to_location(self, robot, cell):
+        now = self.run.warehouse.now
+        yield self.set_off(robot, cell, 0, robot.heading, now, 0, now + 900_000)
+
+@define
+class Mine:
+    "PP: plans for a way that is not ours."
+    reserves = "way"
+
+    @hookimpl
+    def plan_path(self):
+        return None
+"""
+
+
+def test_a_way_that_is_not_ours_is_driven_in_whole_runs_only(at_work, install, tmp_path: Path) -> None:
+    install("bolt", {"way": "acme_rules:Way"}, "rmfs.driving")
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=WAY)
+    told = r'rule "mine" \(acme 1.0\) plans for the way of driving \'way\', '
+    _, state = stopped(tmp_path, 5)
+    for beginning in ((), (f"instance.state_file={state}",)):
+        with pytest.raises(InputError, match=f"rules.pp.*: {told}of whose robots on their legs a state tells nothing;"):
+            simulate("rules.pp=mine", "run.until_s=90", *beginning, save_state=tmp_path / "saved.json")
+    at_work |= {"ask": {"decides": "PP", "robot": "r2", "goal": 7}}
+    with pytest.raises(InputError, match=f"^state: {told}which asks for paths in a run only; expected a rule for a wa"):
+        decide(state_from_dict(at_work), RuleChoice("mine"))
+    with pytest.raises(InputError, match=f"^--pp: {told}which asks"):
+        find_planner("mine", {}, np.random.default_rng(1))

@@ -274,12 +274,6 @@ def test_places_to_store(at_work: dict[str, Any]) -> None:
         decide(state_from_dict(at_work | {"ask": {"pod": "P2"}}), RuleChoice("fixed"))
 
 
-def test_tasks(at_work: dict[str, Any]) -> None:
-    answer = decide(state_from_dict(at_work), RuleChoice("nearest-robot"))
-    assert answer.decision == {"tasks": [{"robot": "r2", "pod": "P2"}]}
-    assert answer.outcome is None
-
-
 @pytest.mark.parametrize("closed", [{"staffed": False}, {"active": False}])
 def test_a_closed_station_is_assigned_nothing(by_hand: dict[str, Any], acme: None, closed: dict[str, Any]) -> None:
     by_hand["version"] = 2

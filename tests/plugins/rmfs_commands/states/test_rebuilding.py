@@ -22,12 +22,7 @@ from rmfs_commands.states.patches import difference, patched
 from rmfs_commands.states.plain import Memento, PartMemento, RequestMemento
 from rmfs_commands.states.rebuilding import LacksError, OpenState, open_state
 from rmfs_commands.states.restoring import ContradictionError, restore
-from rmfs_commands.states.state import (
-    LayoutState,
-    MotionState,
-    RandomState,
-    StationState,
-)
+from rmfs_commands.states.state import LayoutState, MotionState, RandomState, StationState
 from rmfs_commands.testing import small_world
 from rmfs_core import InputError
 from rmfs_core.motion import Motion

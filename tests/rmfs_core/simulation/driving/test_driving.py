@@ -8,18 +8,22 @@ import pytest
 
 from cases import cases
 from corridor import CORRIDOR, INSTANCE
+from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_world
 from rmfs_core.decisions import Leg
 from rmfs_core.decisions import Path as Way
 from rmfs_core.errors import RuleError
 from rmfs_core.events import OrderCompleted, PodLifted, QueueJoined, RobotMoved, VisitStarted
+from rmfs_core.roles import Role
+from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.scenario.model import RuleChoice, RunSection, Scenario
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import CROSSINGS, Driving, Process
 from rmfs_core.simulation.driving.free import FreeDriving
 from rmfs_core.warehouse import Robot, Warehouse
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST
+from rmfs_traffic.windowed import WindowedDriving
 from scripted import run_of, until_nothing_happens
 from told import Prepare
 
@@ -113,20 +117,8 @@ def test_who_arrives_or_is_cut_off_is_told_from_where_to(world: Warehouse, tmp_p
         way.arrive(*way.under_way.pop(robot.id))
     way.cut_off()
     assert (robot.cell, robot.heading, pod.cell) == (to, EAST, to)
-    assert events == [
-        RobotMoved(
-            tick,
-            start_tick=2000,
-            robot=0,
-            origin=0,
-            to=to,
-            heading=EAST,
-            wait_ticks=70,
-            turn_ticks=625,
-            distance_m=to,
-            pod=0,
-        )
-    ]
+    waited = {"wait_ticks": 70, "turn_ticks": 625}
+    assert events == [RobotMoved(tick, 2000, 0, origin=0, to=to, heading=EAST, distance_m=to, pod=0, **waited)]
 
 
 @pytest.mark.parametrize("tick", [2000, 2695, 4100])
@@ -209,8 +201,7 @@ def test_who_never_comes_nearer_ends_the_run(tmp_path: Path) -> None:
     with pytest.raises(RuleError, match=r"at 120\.000 s: robot 1 has come no nearer to row 4, column 5 for 120 s"):
         until_nothing_happens(run)
     world = small_world({}, {"p": ["a"]}, robots=1, layout=OPEN)
-    given, _ = run_of(world, tmp_path)
-    run, rule = run_of(world, tmp_path, Scenario(rules=given.scenario.rules, run=RunSection(standstill_s=60)))
+    run, rule = run_of(world, tmp_path, scenario)
     robot = world.robots[0]
     rule.answers = {"plan_path": [Way([Leg(to, 90_000)]) for to in (7, 8, 9)]}
     run.env.process(FreeDriving(run).to_location(robot, 9))
@@ -298,3 +289,11 @@ def test_a_way_of_driving_can_come_from_elsewhere(tiny_run: Prepare, install: In
     tiny = tiny_run(INSTANCE, capacity=3, pp="./hops.py:Hops").done()
     assert len(tiny.of(OrderCompleted)) == 16
     assert tiny.of(PodLifted)[0].start_tick == 7
+
+
+def test_a_way_is_that_of_the_rules_distribution_or_else_the_shipped_one(install: Install) -> None:
+    install("acme", {"windows": "acme_hop:Hop"}, "rmfs.driving", acme_hop=HOP)
+    install("bolt", {"windows": "acme_hop:Hop"}, "rmfs.driving")
+    ways = [RuleTraits(reserves="windows", distribution=one).way.__name__ for one in ("acme", "mine.py", "rmfs")]
+    assert ways == ["Hop", "WindowedDriving", "WindowedDriving"]
+    assert load_rule(RuleChoice("whca-n"), (Role.PP,)).traits.way is WindowedDriving
