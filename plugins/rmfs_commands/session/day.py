@@ -12,7 +12,7 @@ from attrs import evolve
 from rmfs_commands.session.correcting import CorrectedFloor
 from rmfs_commands.session.facts import Batch
 from rmfs_commands.session.hall import Hall
-from rmfs_commands.session.journal import header_of
+from rmfs_commands.session.journal import Journal, header_of
 from rmfs_commands.session.replacing import Replacement
 from rmfs_commands.states.beginning import Begun
 from rmfs_core import entrypoints, events
@@ -163,6 +163,9 @@ class _Telling(Hall):
 
         return told
 
+    def _kept_in(self, journal: Path | None, *, read_only: bool) -> Journal:  # noqa: ARG002
+        return self._noted._journal  # with the batches that were noted, not later ones
+
     def prepared(self, rows: Any, wall_s: float) -> PreparedRun:
         """Return the run that this was."""
         rules = self._floor.rules
@@ -214,8 +217,8 @@ def run_day(
     dead_s = header_of(journal).get("dead_s")
     options: dict[str, Any] = {"allow_inline": allow_inline_rules, "read_only": True}
     noted = _Noting(scenario, journal, dead_s, **options)
-    noted.close()
     if not noted.seq:
+        noted.close()
         raise InputError(str(journal), "has no batch; expected the journal of a session that was told facts")
     recorders, standing, rows = make_recorders(record), make_observers(), entrypoints.format_module("tables").Tables()
     told = [*((observer, None) for observer in observers), *recorders, *reversed(standing), (rows, None)]

@@ -99,7 +99,7 @@ class Hall(Handling):
             self._given_instance, self._layout = make_instance(scenario), make_layout(scenario)
         self.replayed = replayed
         self._begin()
-        self._journal = Journal(journal, self._made_from(), read_only=read_only)
+        self._journal = self._kept_in(journal, read_only=read_only)
         try:
             self._replay()
         except BaseException:
@@ -120,6 +120,9 @@ class Hall(Handling):
             "dead_s": dead_s,
             "versions": versions,
         }
+
+    def _kept_in(self, journal: Path | None, *, read_only: bool) -> Journal:
+        return Journal(journal, self._made_from(), read_only=read_only)
 
     def _begin(self) -> None:
         """Let the hall be as it is before the first batch."""

@@ -141,6 +141,29 @@ def test_a_damaged_journal_makes_no_day(small: Told, line: bytes, problem: str, 
     assert not (tmp_path / "day").exists()
 
 
+class Later:
+    """Lets a hall take its other batches when a run begins."""
+
+    def __init__(self, hall: Hall, batches: list[dict[str, Any]]) -> None:
+        self._hall, self._batches = hall, batches
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        for batch in self._batches[self._hall.seq :]:
+            self._hall.take(batch)
+
+
+def test_a_day_is_of_the_batches_that_were_there_when_it_began(small: Told, journal: Path, tmp_path: Path) -> None:
+    hall, batches = hall_of(small, journal), [*small.batches()]
+    half = len(batches) // 2
+    for batch in batches[:half]:
+        hall.take(batch)
+    day = run_day(small.scenario, journal, tmp_path / "day", ("trace",), (Later(hall, batches),))
+    hall.close()
+    assert (hall.seq, day.metrics["simulated_s"]) == (len(batches), batches[half - 1]["time_s"])
+    assert check_trace(tmp_path / "day").floor["batches"] == half
+
+
 @pytest.mark.slow
 def test_nothing_is_lost_in_twenty_kills(journal: Path) -> None:
     run, kills = Told(EXAMPLES / "from-csv.toml"), 20
