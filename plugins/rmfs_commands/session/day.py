@@ -93,7 +93,8 @@ class _Noting(Hall):
         if given["kind"] == "assign":
             order, station = self._orders[given["order"]], self._by_name["station"][given["station"]]
             self.refused.add(part := (order.id, station.id, given["part"]))
-            self.corrected = min(self.corrected or self.assigned[part], self.assigned[part])
+            given_at = self.assigned[part]
+            self.corrected = given_at if self.corrected is None else min(self.corrected, given_at)
         return changed
 
     def _corrects(self) -> None:

@@ -126,6 +126,18 @@ def test_a_state_that_cannot_be_changes_nothing(session: Hall, change: dict[str,
     assert (to_json(session.state), session.seq) == (before, 1)
 
 
+def test_the_first_correction_of_a_day_is_the_earliest(tmp_path: Path) -> None:
+    """Also where it was at time 0, and another one came later."""
+    scenario = scenario_of(RULES["sequential"])
+    session = Hall(scenario, tmp_path / "hall.jsonl")
+    tell(session, {"kind": "pod_locked", "pod": "7"})
+    assign = tell(session, {"kind": "order_arrived", "order": "A", "lines": {"1": 1}}, seconds=5)["commands"][0]
+    tell(session, {"kind": "command_refused", "command": assign["command"], "why": "no"})
+    session.close()
+    run_day(scenario, tmp_path / "hall.jsonl", tmp_path / "day", ("trace",))
+    assert (assign["kind"], check_trace(tmp_path / "day").floor["corrected_s"]) == ("assign", 0)
+
+
 @pytest.fixture
 def session() -> Hall:
     return Hall(scenario_of(RULES["sequential"]), dead_s=60)
