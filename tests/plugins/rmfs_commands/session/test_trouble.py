@@ -138,6 +138,15 @@ def test_the_first_correction_of_a_day_is_the_earliest(tmp_path: Path) -> None:
     assert (assign["kind"], check_trace(tmp_path / "day").floor["corrected_s"]) == ("assign", 0)
 
 
+def test_a_hall_with_packing_stations_takes_no_state() -> None:
+    session = Hall(load_scenario("examples/packing"))
+    tell(session)
+    before = to_json(session.state)
+    with pytest.raises(InputError, match="batch.state: a hall with packing stations takes no state"):
+        session.take({"after": session.seq, "state": json.loads(before)})
+    assert to_json(session.state) == before
+
+
 @pytest.fixture
 def session() -> Hall:
     return Hall(scenario_of(RULES["sequential"]), dead_s=60)
