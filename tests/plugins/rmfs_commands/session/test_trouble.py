@@ -346,9 +346,11 @@ def test_no_fact_ends_a_session(name: str) -> None:
     assert len(state["session"]["quarantine"]) > 5
 
 
+REFILL = "instance.arrivals.process=refill", "instance.arrivals.backlog=1", "instance.items_per_sku=40"
+
+
 def test_an_order_whose_turn_has_not_come_can_be_cancelled_or_set_aside() -> None:
-    refill = "instance.arrivals.process=refill", "instance.arrivals.backlog=1", "instance.items_per_sku=40"
-    session = Hall(load_scenario("examples/small", refill))
+    session = Hall(load_scenario("examples/small", REFILL))
     stations = ("1", "2")
     a, b, c, d = ({"kind": "order_arrived", "order": name, "lines": {"1": 1}} for name in "ABCD")
     tell(session, *({"kind": "station_closed", "station": one} for one in stations), a, b, c, d)
@@ -360,3 +362,14 @@ def test_an_order_whose_turn_has_not_come_can_be_cancelled_or_set_aside() -> Non
     answer = tell(session, {"kind": "order_back", "order": "B"})
     assert [one["order"] for one in answer["commands"] if one["kind"] == "assign"] == ["B"]
     assert tell(session, c)["commands"][0]["order"] == "C"
+
+
+def test_orders_whose_turn_has_not_come_are_left_out_of_a_state_and_named() -> None:
+    session = Hall(load_scenario("examples/small", REFILL))
+    a, b, c, d = ({"kind": "order_arrived", "order": name, "lines": {"1": 1}} for name in "ABCD")
+    tell(session, *({"kind": "station_closed", "station": one} for one in ("1", "2")), a, b, c, d, c)
+    answer = session.take({"after": 1, "state": json.loads(to_json(session.state))})
+    assert (answer["left_out"], [*session.state["orders"]]) == (["B", "C", "D"], ["A"])
+    assert tell(session, b, c, d)["dropped"] == []
+    opened = tell(session, *({"kind": "station_opened", "station": one} for one in ("1", "2")))["commands"]
+    assert [one["order"] for one in opened if one["kind"] == "assign"] == ["A", "B", "C", "D"]
