@@ -224,6 +224,9 @@ def test_a_journal_has_one_writer_and_one_scenario(small: Told, journal: Path) -
         hall_of(small, journal)
 
 
+ARRIVES = {"id": "a", "kind": "order_arrived", "order": "A", "lines": {"1": 1}}
+
+
 @cases(
     "batch problem",
     ([], "expected a JSON object"),
@@ -231,6 +234,11 @@ def test_a_journal_has_one_writer_and_one_scenario(small: Told, journal: Path) -
     ({"after": 3, "time_s": 1, "events": []}, "found 3; expected 1"),
     ({"after": 1, "time_s": 4, "events": []}, "no time before 5"),
     ({"after": 1, "time_s": float("nan"), "events": []}, "found nan; expected seconds"),
+    ({"after": 1, "time_s": 1.8e9, "events": []}, "found 1800000000.0; expected seconds since the hall's time 0"),
+    (
+        {"after": 1, "time_s": 9, "events": [ARRIVES | {"due_s": 2e10}]},
+        "due_s: found 20000000000.0; expected seconds from 0 to 1e10",
+    ),
     ({"after": 1, "time_s": 9, "events": [{"id": "a", "kind": "short"}]}, "events.0.pod: is missing"),
     ({"after": 1, "time_s": 9, "events": [{"id": "a", "kind": "pod_liftet"}]}, "did you mean `pod_lifted`"),
     ({"after": 1, "time_s": 9, "events": [{"id": "a", "kind": "handled", "station": 1}]}, "events.0.station: found 1"),
@@ -276,7 +284,7 @@ class Bad:
 """
 
 
-@cases("kept", (True,), (False,))
+@cases("kept", True, False)
 def test_a_rule_that_fails_changes_nothing(small: Told, journal: Path, kept: bool) -> None:
     (journal.parent / "bad.py").write_text(BAD)
     rules = evolve(small.scenario.rules, poa=evolve(small.scenario.rules.poa, rule=f"{journal.parent}/bad.py:Bad"))
