@@ -1,4 +1,4 @@
-"""A real day as a run: the journal of a session, taken again for the observers of runs."""
+"""A real day as a run: the journal of a session, replayed for the observers of runs."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def run_day(
     *,
     allow_inline_rules: bool = True,
 ) -> Result:
-    """Take a journal again and write what a run leaves: result.json, tables, and the files of recorders.
+    """Replay a journal and write what a run leaves: result.json, tables, and the files of recorders.
 
     Parameters
     ----------

@@ -77,13 +77,12 @@ class Trace:
     versions: Mapping[str, str] = attrs.field(factory=dict)
     map_text: str | None = None
     state: Mapping[str, Any] | None = None
+    floor: Mapping[str, float | None] | None = None
 
     @property
     def began(self) -> int:
         """Tick at which the run begins: that of its state, or 0."""
         return 0 if self.state is None else int(self.state["tick"])
-
-    floor: Mapping[str, float | None] | None = None
 
 
 class TraceStream:
