@@ -57,7 +57,7 @@ LONGEST_SUFFIX = 60
     "--journal",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Replay the journal of a hall (`rmfs serve --hall`) as a run. SCENARIO is the hall's: its file, or NAME.hall.json.",
+    help="Replay the journal of a hall (`rmfs serve --hall`) as a run. SCENARIO is the hall's file, or NAME.hall.json.",
 )
 @click.option("--trace", is_flag=True, help="Record every event in DIR/trace.jsonl.gz too.")
 @click.option("--record-decisions", is_flag=True, help="Record what each rule saw and decided, for `rmfs explain`.")

@@ -142,7 +142,7 @@ def test_a_hall_with_packing_stations_takes_no_state() -> None:
     session = Hall(load_scenario("examples/packing"))
     tell(session)
     before = to_json(session.state)
-    with pytest.raises(InputError, match="batch.state: a hall with packing stations takes no state"):
+    with pytest.raises(InputError, match="a hall with packing stations takes no state"):
         session.take({"after": session.seq, "state": json.loads(before)})
     assert to_json(session.state) == before
 
