@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from rmfs_commands.cli.completion import SetCommand, recorders
 from rmfs_commands.cli.notes import notes_console
@@ -56,7 +57,7 @@ LONGEST_SUFFIX = 60
     "--journal",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Take the journal of a hall (`rmfs serve --hall`) again, in place of a simulation: a real day as a run.",
+    help="Replay the journal of a hall (`rmfs serve --hall`) as a run. SCENARIO is the hall's file, or NAME.hall.json.",
 )
 @click.option("--trace", is_flag=True, help="Record every event in DIR/trace.jsonl.gz too.")
 @click.option("--record-decisions", is_flag=True, help="Record what each rule saw and decided, for `rmfs explain`.")
@@ -112,7 +113,7 @@ def run(
     from rmfs_core.world import make_layout
 
     _check_recorders(record)
-    _check_journal(journal)
+    _check_journal(journal, made_over_http=scenario.endswith(POSTED))
     overrides = overrides if begin is None else (*overrides, f"instance.state_file={begin}")
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
     resolved = posted(scenario) if journal and scenario.endswith(POSTED) else load_checked(scenario, overrides, seed)
@@ -157,12 +158,12 @@ def run(
     _finish(notes, save_state, result, viewer)
 
 
-def _check_journal(journal: Path | None) -> None:
-    """Refuse options that have no meaning for a real day."""
-    ctx = click.get_current_context()
-    for name in ("seed", "begin", "save_state", "watch") if journal is not None else ():
-        if ctx.params[name]:
-            option = {"begin": "from", "save_state": "save-state"}.get(name, name)
+def _check_journal(journal: Path | None, *, made_over_http: bool) -> None:
+    """Refuse options that have no meaning for a real day; a hall that was made over HTTP is as it was posted."""
+    ctx, options = click.get_current_context(), {"seed": "seed", "begin": "from", "save_state": "save-state"}
+    options |= {"watch": "watch", **({"overrides": "set"} if made_over_http else {})}
+    for name, option in options.items() if journal is not None else ():
+        if ctx.get_parameter_source(name) is not ParameterSource.DEFAULT:
             raise click.UsageError(f"found --{option} with --journal; expected one without the other.", ctx)
 
 

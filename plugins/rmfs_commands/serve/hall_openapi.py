@@ -126,7 +126,8 @@ def _schemas() -> dict[str, Any]:
 def _answer(needed: Mapping[str, Any]) -> dict[str, Any]:
     answer = _object(needed)
     replaced = {"type": "boolean", "description": "The state was replaced; no command before counts"}
-    answer["properties"] |= {"replaced": replaced}
+    left_out = TEXTS | {"description": "Orders that waited for their turn, and are not in the new state"}
+    answer["properties"] |= {"replaced": replaced, "left_out": left_out}
     return answer
 
 

@@ -1,4 +1,4 @@
-"""A real day as a run: the journal of a session, taken again for the observers of runs."""
+"""A real day as a run: the journal of a session, replayed for the observers of runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from attrs import evolve
 from rmfs_commands.session.correcting import CorrectedFloor
 from rmfs_commands.session.facts import Batch
 from rmfs_commands.session.hall import Hall
-from rmfs_commands.session.journal import header_of
+from rmfs_commands.session.journal import Journal, header_of
 from rmfs_commands.session.replacing import Replacement
 from rmfs_commands.states.beginning import Begun
 from rmfs_core import entrypoints, events
@@ -93,7 +93,8 @@ class _Noting(Hall):
         if given["kind"] == "assign":
             order, station = self._orders[given["order"]], self._by_name["station"][given["station"]]
             self.refused.add(part := (order.id, station.id, given["part"]))
-            self.corrected = min(self.corrected or self.assigned[part], self.assigned[part])
+            given_at = self.assigned[part]
+            self.corrected = given_at if self.corrected is None else min(self.corrected, given_at)
         return changed
 
     def _corrects(self) -> None:
@@ -163,6 +164,9 @@ class _Telling(Hall):
 
         return told
 
+    def _kept_in(self, journal: Path | None, *, read_only: bool) -> Journal:  # noqa: ARG002
+        return self._noted._journal  # with the batches that were noted, not later ones
+
     def prepared(self, rows: Any, wall_s: float) -> PreparedRun:
         """Return the run that this was."""
         rules = self._floor.rules
@@ -193,7 +197,7 @@ def run_day(
     *,
     allow_inline_rules: bool = True,
 ) -> Result:
-    """Take a journal again and write what a run leaves: result.json, tables, and the files of recorders.
+    """Replay a journal and write what a run leaves: result.json, tables, and the files of recorders.
 
     Parameters
     ----------
@@ -214,8 +218,8 @@ def run_day(
     dead_s = header_of(journal).get("dead_s")
     options: dict[str, Any] = {"allow_inline": allow_inline_rules, "read_only": True}
     noted = _Noting(scenario, journal, dead_s, **options)
-    noted.close()
     if not noted.seq:
+        noted.close()
         raise InputError(str(journal), "has no batch; expected the journal of a session that was told facts")
     recorders, standing, rows = make_recorders(record), make_observers(), entrypoints.format_module("tables").Tables()
     told = [*((observer, None) for observer in observers), *recorders, *reversed(standing), (rows, None)]

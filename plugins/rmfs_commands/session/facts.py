@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from attrs import frozen
 
+from rmfs_commands.states.beginning import MOST_S
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.wording import nearest, shown_short
@@ -53,14 +54,15 @@ TEXT = Kind(
     lambda given: isinstance(given, str) and 0 < len(given) <= 200,
     {"type": "string", "minLength": 1, "maxLength": 200},
 )
-TIME = _number("seconds from 0 to 1e12", 1e12)
+TIME = _number(f"seconds since the hall's time 0, not more than {MOST_S:,}", MOST_S)
+DUE = _number("seconds from 0 to 1e10", 1e10)
 HEADING = _whole(0, 3)._replace(expected="0 (east), 1 (north), 2 (west) or 3 (south)")
 SHARE = _number("a share from 0 to 1", 1)
 LINES = _items(1)._replace(holds=lambda given: bool(given) and _items(1).holds(given))
 CONTENTS = _items(0)
 
 FACTS: Mapping[str, tuple[Mapping[str, Kind], Mapping[str, Kind]]] = {
-    "order_arrived": ({"order": TEXT, "lines": LINES}, {"due_s": TIME, "priority": _whole(0)}),
+    "order_arrived": ({"order": TEXT, "lines": LINES}, {"due_s": DUE, "priority": _whole(0)}),
     "order_cancelled": ({"order": TEXT}, {}),
     "robot_at": ({"robot": TEXT, "cell": _whole(0)}, {"heading": HEADING, "charge": SHARE}),
     "robot_charged": ({"robot": TEXT}, {}),

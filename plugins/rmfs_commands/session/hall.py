@@ -99,7 +99,7 @@ class Hall(Handling):
             self._given_instance, self._layout = make_instance(scenario), make_layout(scenario)
         self.replayed = replayed
         self._begin()
-        self._journal = Journal(journal, self._made_from(), read_only=read_only)
+        self._journal = self._kept_in(journal, read_only=read_only)
         try:
             self._replay()
         except BaseException:
@@ -120,6 +120,9 @@ class Hall(Handling):
             "dead_s": dead_s,
             "versions": versions,
         }
+
+    def _kept_in(self, journal: Path | None, *, read_only: bool) -> Journal:
+        return Journal(journal, self._made_from(), read_only=read_only)
 
     def _begin(self) -> None:
         """Let the hall be as it is before the first batch."""
@@ -237,8 +240,12 @@ class Hall(Handling):
     def _stale(self, after: int) -> StaleBatchError:
         return StaleBatchError("batch.after", f"found {after}; expected {self.seq}, the last batch", self.seq)
 
-    def _replace(self, new: Replacement) -> None:
-        """Let the floor be as a state has it; rules begin afresh, and are asked at once."""
+    def _replace(self, new: Replacement) -> list[str]:
+        """Let the floor be as a state has it; rules begin afresh, and are asked at once.
+
+        Return the names of orders that have waited for their turn, and are not in the state.
+        """
+        waited = [name for name, order in self._orders.items() if order.id not in self._floor.warehouse.arrived]
         self._begin_floor(new.begun)
         floor, self._begun = self._floor, True
         self._orders = {order.name: order for order in floor.book}
@@ -254,11 +261,12 @@ class Hall(Handling):
         for robot in new.failed:
             self._robot_failed(robot)
         floor.round()
+        return [name for name in waited if name not in self._orders]
 
     def _apply(self, batch: Batch | Replacement) -> dict[str, Any]:
         if isinstance(batch, Replacement):
-            self._replace(batch)
-            return self._answer([], {"replaced": True, **batch.own})
+            left_out = self._replace(batch)
+            return self._answer([], {"replaced": True, **({"left_out": left_out} if left_out else {}), **batch.own})
         floor, dropped = self._floor, list[dict[str, Any]]()
         floor.advance(batch.tick)
         if not self._begun and not (batch.facts and batch.facts[0].kind in ARRIVALS and not floor.now):

@@ -65,6 +65,9 @@ def replacement_of(data: Mapping[str, Any], scenario: Scenario, instance: Instan
     after = data.get("after")
     if type(after) is not int or after < 0:
         raise InputError("batch.after", f"found {shown_short(after)}; expected a whole number from 0")
+    if scenario.packing is not None:
+        problem = "a hall with packing stations takes no state, for what packers do cannot begin anew; expected facts"
+        raise InputError(PLACE, problem)
     own = {name: value for name, value in data.items() if name.startswith(OWN)}
     if unknown := [name for name in data if name not in ("after", "state", *own)]:
         raise InputError(f"batch.{unknown[0][:40]}", "is not a field of it; expected `after` and `state`")

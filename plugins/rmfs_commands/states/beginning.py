@@ -183,7 +183,7 @@ def begin(
     )  # rules have decided all that they can at the tick of a run's state
     counted = max(scenario.run.warmup_s or 0, begins / TICKS_PER_S)
     going, stories = under_way(state, names, warehouse, restocked=instance.restocked)
-    scenario = evolve(scenario, run=evolve(scenario.run, warmup_s=counted))
+    scenario = evolve(scenario, run=evolve(scenario.run, warmup_s=counted or None))
     until_s = scenario.run.until_s
     if until_s is not None and to_ticks(until_s) <= warehouse.now:
         found = f"found {until_s:g}, but the state is of {warehouse.now / TICKS_PER_S:g} s"

@@ -77,13 +77,12 @@ class Trace:
     versions: Mapping[str, str] = attrs.field(factory=dict)
     map_text: str | None = None
     state: Mapping[str, Any] | None = None
+    floor: Mapping[str, float | None] | None = None
 
     @property
     def began(self) -> int:
         """Tick at which the run begins: that of its state, or 0."""
         return 0 if self.state is None else int(self.state["tick"])
-
-    floor: Mapping[str, float | None] | None = None
 
 
 class TraceStream:
@@ -305,8 +304,8 @@ def _trace(path: str, first: Mapping[str, Any]) -> Trace:
             status="",
             versions=dict(first.get("versions", {})),
             map_text=first.get("map"),
-            state=_state(first.get("state")),
-            floor=None if "floor" not in first else dict(first["floor"]),
+            state=_state(first.get("state"), first["scenario"]),
+            floor=_floor(first.get("floor")),
         )
     except KeyError as error:
         raise InputError(f"{path}, line 1", f"the header lacks {error}") from error
@@ -314,10 +313,23 @@ def _trace(path: str, first: Mapping[str, Any]) -> Trace:
         raise InputError(f"{path}, line 1", f"the header is not as the format has it: {error}") from error
 
 
-def _state(told: Any) -> Mapping[str, Any] | None:
-    if told is not None and not (_is_int(told["tick"]) and told["tick"] >= 0 and isinstance(told["content"], dict)):
+def _state(told: Any, scenario: Any) -> Mapping[str, Any] | None:
+    if told is None:
+        return None
+    if not (_is_int(told["tick"]) and told["tick"] >= 0 and isinstance(told["content"], dict)):
         raise ValueError(f"found the state {shown_short(told)}; expected a tick from 0, and a content")
-    return None if told is None else dict(told)
+    given = scenario.get("instance") if isinstance(scenario, Mapping) else None
+    if not (isinstance(given, Mapping) and isinstance(given.get("state_file"), str)):
+        raise TypeError("found a state, but no file's name in `instance.state_file` of the scenario; expected both")
+    return dict(told)
+
+
+def _floor(told: Any) -> Mapping[str, float | None] | None:
+    if told is None:
+        return None
+    if not ((found := told["corrected_s"]) is None or (_is_number(found) and 0 <= found <= MOST)):
+        raise ValueError(f"found {shown_short(found)} in `corrected_s` of the floor; expected seconds from 0, or null")
+    return dict(told)
 
 
 def _layout(table: Mapping[str, Any], place: str) -> Layout:

@@ -19,6 +19,7 @@ from calling import refused
 from cases import cases
 from hall_trial import RULES, OwnHall, scenario_of
 from rmfs_commands.cli.main import main
+from rmfs_commands.details.loading import load_result
 from rmfs_commands.serve.client import HallClient, HallError
 from rmfs_commands.serve.hall_openapi import openapi_of_halls
 from rmfs_commands.serve.hall_processes import HallProcesses
@@ -92,6 +93,8 @@ def test_halls_over_http(serve: Serve, tmp_path: Path) -> None:
     with pytest.raises(HallError, match="there is a hall") as caught:
         b.make(TABLES)
     assert caught.value.status == 409
+    main(["run", f"{tmp_path}/b{POSTED}", "--journal", f"{tmp_path}/b.jsonl", "--out", f"{tmp_path}/day", "--quiet"])
+    assert load_result(tmp_path / "day").status == "horizon"
     state = b.state()
     answer = b.replace(state)
     assert (answer["seq"], answer["replaced"], b.state()["orders"]) == (4, True, state["orders"])

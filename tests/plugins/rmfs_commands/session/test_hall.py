@@ -1,7 +1,6 @@
 """Sessions decide as the simulation does, whatever happens to their process."""
 
 import itertools
-import json
 import os
 import signal
 from pathlib import Path
@@ -49,10 +48,6 @@ class Rows(tables().Tables):  # type: ignore[misc]
 def tables_of(rows: Rows) -> dict[str, str]:
     given = {"orders.csv": (ORDER_COLUMNS, rows.orders), "visits.csv": (VISIT_COLUMNS, rows.visits)}
     return {name: to_csv([*(found[0] if found else columns)], found) for name, (columns, found) in given.items()}
-
-
-def hall_of(run: Told, journal: Path | None = None, **options: Any) -> Hall:
-    return Hall(run.scenario, journal, **options)
 
 
 def sent(hall: Hall, run: Told) -> list[dict[str, Any]]:
@@ -129,7 +124,7 @@ def test_a_session_has_the_tables_of_the_run_byte_for_byte(
     (b'{"batch":{"after":1,"time_s":9,"events":[]},"answer":{}}', "line 3: is not answered as it was"),
 )
 def test_a_damaged_journal_makes_no_day(small: Told, line: bytes, problem: str, journal: Path, tmp_path: Path) -> None:
-    hall = hall_of(small, journal)
+    hall = Hall(small.scenario, journal)
     hall.take({"after": 0, "time_s": 5, "events": []})
     hall.close()
     with journal.open("ab") as lines:
@@ -137,8 +132,25 @@ def test_a_damaged_journal_makes_no_day(small: Told, line: bytes, problem: str, 
     with pytest.raises(InputError, match=problem):
         run_day(small.scenario, journal, tmp_path / "day")
     with pytest.raises(InputError, match=problem):
-        hall_of(small, journal)
+        Hall(small.scenario, journal)
     assert not (tmp_path / "day").exists()
+
+
+def test_a_day_is_of_the_batches_that_were_there_when_it_began(small: Told, journal: Path, tmp_path: Path) -> None:
+    hall, batches = Hall(small.scenario, journal), [*small.batches()]
+    for batch in batches[: (half := len(batches) // 2)]:
+        hall.take(batch)
+
+    class Later:
+        @hookimpl
+        def run_started(self) -> None:
+            for batch in batches[half:]:
+                hall.take(batch)
+
+    day = run_day(small.scenario, journal, tmp_path / "day", ("trace",), (Later(),))
+    hall.close()
+    assert (hall.seq, day.metrics["simulated_s"]) == (len(batches), batches[half - 1]["time_s"])
+    assert check_trace(tmp_path / "day").floor["batches"] == half
 
 
 @pytest.mark.slow
@@ -170,17 +182,17 @@ def test_nothing_is_lost_in_twenty_kills(journal: Path) -> None:
 
 
 def test_a_session_starts_again_where_it_was(small: Told, journal: Path) -> None:
-    whole = hall_of(small)
+    whole = Hall(small.scenario)
     answers = sent(whole, small)
     batches = [*small.batches()]
-    hall, again = hall_of(small, journal), []
+    hall, again = Hall(small.scenario, journal), []
     for i, batch in enumerate(batches):
         again.append(hall.take(batch))
         if i % (len(batches) // 20) == 0:
             hall.close()
             with journal.open("ab") as lines:
                 lines.write(b'{"batch":{"after":')  # killed while it wrote: nobody had that answer
-            hall = hall_of(small, journal)
+            hall = Hall(small.scenario, journal)
             assert hall.take(batch) == again[-1]
     assert again == answers
     assert to_json(hall.state) == to_json(whole.state)
@@ -189,16 +201,15 @@ def test_a_session_starts_again_where_it_was(small: Told, journal: Path) -> None
 
 
 def test_a_journal_has_one_writer_and_one_scenario(small: Told, journal: Path) -> None:
-    hall = hall_of(small, journal)
+    hall = Hall(small.scenario, journal)
     with pytest.raises(InputError, match="in use by another session"):
-        hall_of(small, journal)
+        Hall(small.scenario, journal)
     hall.close()
     with pytest.raises(InputError, match=r"journal of another session: .*seed.* differ"):
         Hall(small.scenario.with_seed(2), journal)
-    lines = journal.read_text().splitlines(keepends=True)
-    journal.write_text(lines[0] + json.dumps({"batch": next(small.batches()), "answer": {}}) + "\n")
-    with pytest.raises(InputError, match="line 2: is not answered as it was"):
-        hall_of(small, journal)
+
+
+ARRIVES = {"id": "a", "kind": "order_arrived", "order": "A", "lines": {"1": 1}}
 
 
 @cases(
@@ -208,6 +219,11 @@ def test_a_journal_has_one_writer_and_one_scenario(small: Told, journal: Path) -
     ({"after": 3, "time_s": 1, "events": []}, "found 3; expected 1"),
     ({"after": 1, "time_s": 4, "events": []}, "no time before 5"),
     ({"after": 1, "time_s": float("nan"), "events": []}, "found nan; expected seconds"),
+    ({"after": 1, "time_s": 1.8e9, "events": []}, "found 1800000000.0; expected seconds since the hall's time 0"),
+    (
+        {"after": 1, "time_s": 9, "events": [ARRIVES | {"due_s": 2e10}]},
+        "due_s: found 20000000000.0; expected seconds from 0 to 1e10",
+    ),
     ({"after": 1, "time_s": 9, "events": [{"id": "a", "kind": "short"}]}, "events.0.pod: is missing"),
     ({"after": 1, "time_s": 9, "events": [{"id": "a", "kind": "pod_liftet"}]}, "did you mean `pod_lifted`"),
     ({"after": 1, "time_s": 9, "events": [{"id": "a", "kind": "handled", "station": 1}]}, "events.0.station: found 1"),
@@ -217,7 +233,7 @@ def test_a_journal_has_one_writer_and_one_scenario(small: Told, journal: Path) -
     ),
 )
 def test_a_batch_is_taken_whole_or_not_at_all(small: Told, batch: Any, problem: str) -> None:
-    hall = hall_of(small)
+    hall = Hall(small.scenario)
     hall.take({"after": 0, "time_s": 5, "events": [{"id": "1", "kind": "robot_at", "robot": "1", "cell": 0}]})
     before = to_json(hall.state)
     with pytest.raises(InputError, match=problem) as caught:
@@ -227,7 +243,7 @@ def test_a_batch_is_taken_whole_or_not_at_all(small: Told, batch: Any, problem: 
 
 
 def test_a_fact_counts_once(small: Told) -> None:
-    hall = hall_of(small)
+    hall = Hall(small.scenario)
     first, *_ = small.batches()
     answer = hall.take(first)
     assert hall.take(first) == answer  # the answer was lost, and is asked for again
@@ -253,7 +269,7 @@ class Bad:
 """
 
 
-@cases("kept", (True,), (False,))
+@cases("kept", True, False)
 def test_a_rule_that_fails_changes_nothing(small: Told, journal: Path, kept: bool) -> None:
     (journal.parent / "bad.py").write_text(BAD)
     rules = evolve(small.scenario.rules, poa=evolve(small.scenario.rules.poa, rule=f"{journal.parent}/bad.py:Bad"))
@@ -275,7 +291,7 @@ def test_a_rule_that_fails_changes_nothing(small: Told, journal: Path, kept: boo
 
 def test_what_cannot_be_is_dropped_and_the_hall_goes_on(small: Told) -> None:
     batches = [*small.batches()]
-    hall = hall_of(small)
+    hall = Hall(small.scenario)
     answers = [hall.take(batch) for batch in itertools.islice(batches, 1)]
     fetch = next(one for one in answers[0]["commands"] if one["kind"] == "fetch")
     wrong = {"id": "w", "kind": "pod_lifted", "pod": fetch["pod"], "x-fact": [1]}
@@ -294,18 +310,6 @@ def test_what_cannot_be_is_dropped_and_the_hall_goes_on(small: Told) -> None:
     back = {"id": "b", "kind": "robot_back", "robot": fetch["robot"]}
     hall.take({"after": hall.seq, "time_s": 1e6, "events": [back]})
     assert "robot" not in {kind for one in hall.state["session"]["quarantine"] for kind in one}
-
-
-def test_what_nothing_is_heard_of_is_overdue(small: Told) -> None:
-    hall = hall_of(small, dead_s=60)
-    first, *_ = small.batches()
-    fetch = next(one for one in hall.take(first)["commands"] if one["kind"] == "fetch")
-    overdue = hall.take({"after": 1, "time_s": first["time_s"] + 61, "events": []})["overdue"]
-    assert {"awaits": "robot_at", "robot": fetch["robot"], "pod": fetch["pod"], "since_s": 0} in overdue
-    cell = hall.state["robots"][fetch["robot"]]["cell"]
-    at = {"id": "x", "kind": "robot_at", "robot": fetch["robot"], "cell": cell}
-    answer = hall.take({"after": 2, "time_s": first["time_s"] + 62, "events": [at]})
-    assert fetch["robot"] not in [one["robot"] for one in answer["overdue"]]
 
 
 @cases("text key", ("stations.release=picked", "stations.release"), ("run.until_s=5", "run.until_s"))

@@ -126,6 +126,26 @@ def test_a_state_that_cannot_be_changes_nothing(session: Hall, change: dict[str,
     assert (to_json(session.state), session.seq) == (before, 1)
 
 
+def test_the_first_correction_of_a_day_may_be_at_time_0(tmp_path: Path) -> None:
+    scenario = scenario_of(RULES["sequential"])
+    session = Hall(scenario, tmp_path / "hall.jsonl")
+    tell(session, {"kind": "pod_locked", "pod": "7"})
+    assign = tell(session, {"kind": "order_arrived", "order": "A", "lines": {"1": 1}}, seconds=5)["commands"][0]
+    tell(session, {"kind": "command_refused", "command": assign["command"], "why": "no"})
+    session.close()
+    run_day(scenario, tmp_path / "hall.jsonl", tmp_path / "day", ("trace",))
+    assert (assign["kind"], check_trace(tmp_path / "day").floor["corrected_s"]) == ("assign", 0)
+
+
+def test_a_hall_with_packing_stations_takes_no_state() -> None:
+    session = Hall(load_scenario("examples/packing"))
+    tell(session)
+    before = to_json(session.state)
+    with pytest.raises(InputError, match="a hall with packing stations takes no state"):
+        session.take({"after": session.seq, "state": json.loads(before)})
+    assert to_json(session.state) == before
+
+
 @pytest.fixture
 def session() -> Hall:
     return Hall(scenario_of(RULES["sequential"]), dead_s=60)
@@ -172,10 +192,7 @@ def test_what_is_refused_is_taken_back(session: Hall, kind: str, concerns: str) 
     if kind in ("fetch", "lift"):  # another robot does it
         assert command["pod"] in [one["pod"] for one in answer["commands"] if one["kind"] == "fetch"]
     if kind == "store":
-        assert answer["commands"][0] == command | {
-            "command": answer["commands"][0]["command"],
-            "cell": answer["commands"][0]["cell"],
-        }
+        assert answer["commands"][0] == command | {key: answer["commands"][0][key] for key in ("command", "cell")}
     if kind == "assign":
         assert session.state["orders"][name]["parts"] == []
     if kind == "pick_next":
@@ -191,14 +208,17 @@ def test_the_requests_of_a_late_pod_are_uncovered_until_it_is_heard_of(session: 
     fetch = until(session, "fetch", 1)
     wanted = session.state["stations"][fetch["station"]]["requests"]
     assert fetch["pod"] in [one.get("pod") for one in wanted]
+    now = session.state["time_s"]
     answer = tell(session, seconds=100)
-    assert fetch["pod"] in [one["pod"] for one in answer["overdue"]]
+    awaited = {"awaits": "robot_at", "robot": fetch["robot"], "pod": fetch["pod"], "since_s": now}
+    assert awaited in answer["overdue"]
     wanted = session.state["stations"][fetch["station"]]["requests"]
     assert fetch["pod"] not in [one.get("pod") for one in wanted]
     assert fetch["pod"] not in [one["pod"] for one in answer["commands"] if one["kind"] == "fetch"]
     assert [one for one in answer["commands"] if one["kind"] == "fetch"]  # others bring the items
     assert fetch["pod"] in quarantined(session, "pod")
-    tell(session, {"kind": "robot_at", "robot": fetch["robot"], "cell": 0})
+    answer = tell(session, {"kind": "robot_at", "robot": fetch["robot"], "cell": 0})
+    assert fetch["robot"] not in [one["robot"] for one in answer["overdue"]]
     assert fetch["pod"] not in quarantined(session, "pod")
 
 
@@ -325,9 +345,11 @@ def test_no_fact_ends_a_session(name: str) -> None:
     assert len(state["session"]["quarantine"]) > 5
 
 
+REFILL = "instance.arrivals.process=refill", "instance.arrivals.backlog=1", "instance.items_per_sku=40"
+
+
 def test_an_order_whose_turn_has_not_come_can_be_cancelled_or_set_aside() -> None:
-    refill = "instance.arrivals.process=refill", "instance.arrivals.backlog=1", "instance.items_per_sku=40"
-    session = Hall(load_scenario("examples/small", refill))
+    session = Hall(load_scenario("examples/small", REFILL))
     stations = ("1", "2")
     a, b, c, d = ({"kind": "order_arrived", "order": name, "lines": {"1": 1}} for name in "ABCD")
     tell(session, *({"kind": "station_closed", "station": one} for one in stations), a, b, c, d)
@@ -339,3 +361,16 @@ def test_an_order_whose_turn_has_not_come_can_be_cancelled_or_set_aside() -> Non
     answer = tell(session, {"kind": "order_back", "order": "B"})
     assert [one["order"] for one in answer["commands"] if one["kind"] == "assign"] == ["B"]
     assert tell(session, c)["commands"][0]["order"] == "C"
+
+
+@cases("seconds", 0.0, 1e8)
+def test_orders_whose_turn_has_not_come_are_left_out_of_a_state_and_named(seconds: float) -> None:
+    """At the first time that a session takes, and at the last."""
+    session = Hall(load_scenario("examples/small", REFILL))
+    a, b, c, d = ({"kind": "order_arrived", "order": name, "lines": {"1": 1}} for name in "ABCD")
+    tell(session, *({"kind": "station_closed", "station": one} for one in ("1", "2")), a, b, c, d, c, seconds=seconds)
+    answer = session.take({"after": 1, "state": json.loads(to_json(session.state))})
+    assert (answer["left_out"], [*session.state["orders"]]) == (["B", "C", "D"], ["A"])
+    assert tell(session, b, c, d)["dropped"] == []
+    opened = tell(session, *({"kind": "station_opened", "station": one} for one in ("1", "2")))["commands"]
+    assert [one["order"] for one in opened if one["kind"] == "assign"] == ["A", "B", "C", "D"]

@@ -70,11 +70,6 @@ def test_a_stream_reads_as_far_as_it_is_asked(trace_file: Path) -> None:
         next(events)
 
 
-def test_a_stream_knows_the_end_when_it_is_read(trace_file: Path) -> None:
-    stream = TraceStream(trace_file)
-    assert (tuple(stream), stream.tick, stream.status) == (READ, 6000, "partial")
-
-
 def test_cells_are_read_by_their_digits(trace_file: Path) -> None:
     def change(lines: list[str]) -> list[str]:
         header = json.loads(lines[0])
@@ -96,18 +91,16 @@ def test_cells_are_read_by_their_digits(trace_file: Path) -> None:
     (lambda lines: ['{"format":"other"}', *lines[1:]], 1, "no trace"),
     (lambda lines: [lines[0].replace('"version":1', '"version":99'), *lines[1:]], 1, "version 99"),
     (lambda lines: [lines[0].replace('"robots"', '"robot"'), *lines[1:]], 1, "lacks 'robots'"),
-    (
-        lambda lines: [re.sub(r'"heading":\d', '"heading":true', lines[0]), *lines[1:]],
-        1,
-        "found true in `heading`; expected a number",
-    ),
+    (lambda lines: [re.sub(r'"heading":\d', '"heading":true', lines[0]), *lines[1:]], 1, "true in `heading`; expected"),
     (lambda lines: [lines[0].replace('"width":', '"width":1'), *lines[1:]], 1, "cells each"),
     (lambda lines: [lines[0].replace('"width":', '"width":9999'), *lines[1:]], 1, "in a row or column"),
+    (lambda lines: ['{"floor":{},' + lines[0][1:], *lines[1:]], 1, "lacks 'corrected_s'"),
+    (lambda lines: ['{"floor":{"corrected_s":-1},' + lines[0][1:], *lines[1:]], 1, "found -1 in `corrected_s`"),
+    (lambda lines: ['{"state":{"tick":0,"content":{}},' + lines[0][1:], *lines[1:]], 1, "`instance.state_file`"),
     (lambda lines: [*lines[:2], "{", *lines[2:]], 3, "no valid JSON"),
     (lambda lines: [*lines[:2], "[]", *lines[2:]], 3, "expected a JSON object"),
     (lambda lines: [*lines[:2], '{"e":"flew"}', *lines[2:]], 3, "'flew'"),
     (lambda lines: [lines[0], '{"e":"order_arrived","tick":0}', *lines[1:]], 2, "tick, order"),
-    (lambda lines: [lines[0], '{"e":"order_arrived","tick":0,"order":"x"}', *lines[1:]], 2, "'x'"),
     (lambda lines: [line.replace('"POA"', '"lunch"') for line in lines], 5, "'lunch'"),
     (lambda lines: lines[:-1], 5, "cut off"),
     (lambda lines: [*lines, lines[-1]], 7, "after the event"),
@@ -202,10 +195,8 @@ def test_what_nobody_commits_is_gone(tmp_path: Path) -> None:
 
 def test_recorders_write_beside_the_results(tiny: RunInfo, tmp_path: Path) -> None:
     assert beside_results(evolve(tiny, out=tmp_path), "lines.gz") == tmp_path / "lines.gz"
-    with pytest.raises(
-        InputError, match=r"^lines.gz: is written next to the results; expected a run with a folder for"
-    ):
-        beside_results(tiny, "lines.gz")
+    told = "lines.gz: is written next to the results; expected a run with a folder for"
+    assert refusal(lambda: beside_results(tiny, "lines.gz")).startswith(told)
 
 
 @pytest.mark.parametrize(("limit", "line"), [("MOST_OF_A_LINE", 2), ("MOST_OF_A_FILE", 3)])
