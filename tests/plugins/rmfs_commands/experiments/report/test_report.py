@@ -628,6 +628,10 @@ def test_metrics_and_what_differs(tmp_path: Path, capsys: pytest.CaptureFixture[
     shown = capsys.readouterr().out
     assert "Both runs have the same orders, pods and stations." in shown
     assert 'rules.pps: "demand" and "completes"' in shown
+    file = Path(folders[0], "result.json")
+    file.write_text(json.dumps(json.loads(file.read_text(encoding="utf-8")) | {"summary": {"floor": {}}}))
+    assert exit_code("compare", *folders) == 0
+    assert f"{folders[0]}: orders are those of a real day" in " ".join(capsys.readouterr().out.split())
 
 
 def test_another_seed_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
