@@ -17,7 +17,7 @@ __all__ = ["decide_later", "helper", "inlined", "interpret", "is_interpreting", 
 
 
 class _Mode:
-    """What this process does with functions.
+    """Mode of this process, for functions that are left open.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class _Open:
 
     @cached_property
     def dispatcher(self) -> Any:
-        """The compiled function, which takes the place of this object in the modules that have it."""
+        """The compiled function, which replaces this object in the modules that have it."""
         announce, _Mode.announce = _Mode.announce, None
         if announce is not None:
             announce()
@@ -82,7 +82,7 @@ class _Open:
         return found
 
     def replace(self, function: Any) -> None:
-        """Let another take the place of this object in the modules that have it."""
+        """Put another function in place of this object in the modules that have it."""
         for module in list(sys.modules.values()):
             names = getattr(module, "__dict__", {})
             if names.get(self.py_func.__name__) is self:

@@ -20,11 +20,12 @@ RULES, COMMANDS, TRAFFIC = PLUGINS / "rmfs_rules", PLUGINS / "rmfs_commands", PL
 TOOLS = ROOT / "tools"
 PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
-MOST_LINES, MOST_FILES, MOST_FOLDERS = 11_520, 78, 7
+MOST_LINES, MOST_FILES, MOST_FOLDERS = 11_540, 78, 7
 """The kernel's budget, with little room, to be lowered when the kernel becomes smaller. 200 lines and one file let each
 story of a robot be entered in the middle, where a run begins in a state."""
-MOST_TEST_LINES = 51_760
-"""The budget of the tests. A new test first looks for the table of its subject, and for the test that it replaces."""
+MOST_TEST_LINES = 51_780
+"""The budget of the tests. A new test first looks for the table of its subject, and for the test that it replaces. The
+last 330 lines are of days of halls, and of states with packing stations and failures."""
 
 NAMES_A_PLUGIN = {
     "testing.py": "keeps `rmfs_core.testing` importable, under which tests of rules know those tools",
