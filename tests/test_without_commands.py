@@ -10,7 +10,7 @@ import pytest
 import rmfs_core
 
 ROOT = Path(__file__).resolve().parent.parent
-KEPT = ("cli", "instances", "layouts", "outages", "results", "run")
+KEPT = ("cli", "instances", "layouts", "outages", "processes", "results", "run")
 RMFS = ("python", "-c", "from rmfs_commands.cli.main import main; main()")
 pytestmark = pytest.mark.slow
 

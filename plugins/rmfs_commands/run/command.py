@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing, nullcontext
 from functools import partial
 from pathlib import Path
@@ -105,18 +105,18 @@ def run(
     from rmfs_commands.cli.progress import run_display
     from rmfs_commands.cli.summary import print_bottleneck, print_profile, print_summary
     from rmfs_commands.cli.waiting import StockWaits
-    from rmfs_commands.serve.halls import POSTED, posted
-    from rmfs_commands.session.day import run_day
-    from rmfs_core import run as simulate
+    from rmfs_core import run as run_scenario
     from rmfs_core.errors import RunError
     from rmfs_core.scenario import located
     from rmfs_core.world import make_layout
 
     _check_recorders(record)
-    _check_journal(journal, made_over_http=scenario.endswith(POSTED))
     overrides = overrides if begin is None else (*overrides, f"instance.state_file={begin}")
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
-    resolved = posted(scenario) if journal and scenario.endswith(POSTED) else load_checked(scenario, overrides, seed)
+    if journal is None:
+        resolved, simulate = load_checked(scenario, overrides, seed), partial(run_scenario, save_state=save_state)
+    else:
+        resolved, simulate = _of_journal(journal, scenario, overrides)
     name = scenario_name(scenario)
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
@@ -134,7 +134,7 @@ def run(
             nullcontext() if progress is None else closing(progress),
             compiling_for(notes, resolved, own=journal is None),
         ):
-            result = (partial(run_day, journal=journal) if journal else partial(simulate, save_state=save_state))(
+            result = simulate(
                 resolved,
                 out=folder,
                 record=recorded,
@@ -158,13 +158,23 @@ def run(
     _finish(notes, save_state, result, viewer)
 
 
-def _check_journal(journal: Path | None, *, made_over_http: bool) -> None:
-    """Refuse options that have no meaning for a real day; a hall that was made over HTTP is as it was posted."""
+def _of_journal(journal: Path, scenario: str, overrides: Sequence[str]) -> tuple[Scenario, Callable[..., Result]]:
+    """Return the scenario of a hall, and what replays its journal.
+
+    Options that have no meaning for a real day are refused; a hall that was made over HTTP is as it was posted.
+    """
+    from rmfs_commands.cli.checking import load_checked
+    from rmfs_commands.serve.halls import POSTED, posted
+    from rmfs_commands.session.day import run_day
+
+    made_over_http = scenario.endswith(POSTED)
     ctx, options = click.get_current_context(), {"seed": "seed", "begin": "from", "save_state": "save-state"}
     options |= {"watch": "watch", **({"overrides": "set"} if made_over_http else {})}
-    for name, option in options.items() if journal is not None else ():
+    for name, option in options.items():
         if ctx.get_parameter_source(name) is not ParameterSource.DEFAULT:
             raise click.UsageError(f"found --{option} with --journal; expected one without the other.", ctx)
+    resolved = posted(scenario) if made_over_http else load_checked(scenario, overrides, None)
+    return resolved, partial(run_day, journal=journal)
 
 
 def _finish(notes: Console, save_state: str | None, result: Result, viewer: Watch | None) -> None:
