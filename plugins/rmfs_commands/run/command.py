@@ -113,8 +113,9 @@ def run(
     _check_recorders(record)
     overrides = overrides if begin is None else (*overrides, f"instance.state_file={begin}")
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
+    simulate: Callable[..., Result] = partial(run_scenario, save_state=save_state)
     if journal is None:
-        resolved, simulate = load_checked(scenario, overrides, seed), partial(run_scenario, save_state=save_state)
+        resolved = load_checked(scenario, overrides, seed)
     else:
         resolved, simulate = _of_journal(journal, scenario, overrides)
     name = scenario_name(scenario)
