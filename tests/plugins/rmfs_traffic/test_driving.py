@@ -163,7 +163,7 @@ def test_fleets_plan_as_their_rule_says(tiny_run: Prepare, tmp_path: Path) -> No
 
 @define
 class LetsOthersWait:
-    """Plans as `pbs`, and lets whoever may keep its path wait a second longer each time."""
+    """Plans as `pbs`, and lets robots that may keep their paths wait a second longer each time."""
 
     reserves: ClassVar[str] = "fleet"
     put_off: ClassVar[dict[int, int]] = {}
