@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Container, Mapping, Sequence
 from typing import TypeVar
 
+import numpy as np
 from attrs import asdict, evolve
 
 from rmfs_commands.states.plain import (
@@ -135,10 +136,11 @@ def _orders(warehouse: Warehouse, memento: Memento, later: Sequence[OrderData], 
     warehouse.orders = tuple(orders)
     warehouse.arrived.update((order.id, order) for order in orders[:arrived])
     warehouse.backlog.add(*orders[:arrived])
-    wanted = [0] * warehouse.n_skus
+    items = [0] * warehouse.n_skus
     for order in orders[:arrived]:
         for sku, quantity in order.lines:
-            wanted[sku] += quantity
+            items[sku] += quantity
+    wanted = np.array(items, np.int64)
     warehouse.open_demand += wanted
     warehouse.ordered += wanted
     for order, given in zip(orders, memento.orders, strict=False):
