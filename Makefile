@@ -32,7 +32,6 @@ long: $(VENV)/installed-dev lowest  ## studies that take minutes to hours, befor
 	$(BIN)/python tools/random_worlds.py --worlds 3000
 	$(BIN)/python tools/random_worlds.py --failures --worlds 3000
 	$(BIN)/python tools/soak.py
-	$(BIN)/python tools/mutants.py
 	$(BIN)/python -m pytest tests/benchmarks/test_multi_day.py --benchmark-enable
 	$(BIN)/python tools/pages.py --long docs/how-to/train-a-policy.md docs/how-to/judge-a-policy.md
 	$(BIN)/python tools/load.py
