@@ -10,7 +10,6 @@ from attrs import frozen
 
 from rmfs_core.entrypoints import process
 from rmfs_core.errors import InputError
-from rmfs_core.former import former
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
@@ -22,9 +21,6 @@ from rmfs_core.world import NORTH, CellKind, Instance, Layout
 from rmfs_core.world.instance_making import oversize_orders, reader
 from rmfs_core.world.layout_making import queue_length
 from rmfs_core.world.travel import travel_on
-
-_PROCESSES = "rmfs_commands.processes"
-__getattr__ = former(__name__, {"packing_of": f"{_PROCESSES}.packing", "battery_of": f"{_PROCESSES}.battery"})
 
 
 @frozen(eq=False)

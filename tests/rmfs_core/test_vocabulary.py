@@ -126,9 +126,6 @@ def test_it_offers_the_functions_themselves() -> None:
     ("results.files", "opened", "rmfs_commands.results.files"),
     ("scenario.overrides", "parse_override", "rmfs_commands.instances.overrides"),
     ("scenario.rulenames", "given_in", "rmfs_commands.instances.overrides"),
-    ("simulation.endings", "notes", "rmfs_commands.results.endings"),
-    ("simulation.packing", "Packing", "rmfs_commands.processes.packing"),
-    ("simulation.setup", "battery_of", "rmfs_commands.processes.battery"),
 )
 def test_an_old_name_leads_to_the_new_one_and_warns(old: str, name: str, new: str) -> None:
     module = "traffic" if old.startswith("traffic") else old
@@ -138,8 +135,8 @@ def test_an_old_name_leads_to_the_new_one_and_warns(old: str, name: str, new: st
 
 
 def test_a_misspelt_function_is_an_error_as_of_any_module() -> None:
-    with pytest.raises(AttributeError, match=r"^module 'rmfs_core.simulation.setup' has no attribute 'packing_off'$"):
-        _ = importlib.import_module("rmfs_core.simulation.setup").packing_off
+    with pytest.raises(AttributeError, match=r"^module 'rmfs_core.scenario.rulenames' has no attribute 'given_inn'$"):
+        _ = importlib.import_module("rmfs_core.scenario.rulenames").given_inn
     with pytest.raises(AttributeError, match="send_pod"):
         _ = offered.send_pod  # type: ignore[attr-defined]
     with pytest.raises(ImportError):
