@@ -14,6 +14,7 @@ import simpy
 
 from rmfs_core import events
 from rmfs_core.clock import to_ticks
+from rmfs_core.decisions import JointDecision
 from rmfs_core.entrypoints import format_module, process
 from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.info import RunInfo
@@ -78,7 +79,7 @@ class Simulation:
         self.context = RunContext(scenario, rules, opening.warehouse, begun=begun is not None)
         start, self.stories = self._starting, dict[int, tuple[Any, ...]]()
         starts = start("transport"), start("move"), start("rest")
-        self.decisions = Decisions(self.context, *starts, self._refill)
+        self.decisions = Decisions(self.context, *starts, self._assigned)
         self.driving = (rules.pp.traits.way or FreeDriving)(self.context)
         # Short names for what the processes use
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
@@ -450,6 +451,12 @@ class Simulation:
         bundle = self.warehouse.bundle_arrives(sku, items, name)
         self._tell(events.BundleArrived(tick=self.now, bundle=bundle.id, name=bundle.name, sku=sku, items=items))
         self.decisions.round(by_clock=True)
+
+    def _assigned(self, decision: JointDecision) -> None:
+        """Let it be chosen where orders are packed that are begun, and orders arrive instead of assigned ones."""
+        if self.packing is not None:
+            self.packing.assigned(decision)
+        self._refill()
 
     def _refill(self) -> None:
         """Let the next orders arrive where the backlog is to be kept filled."""

@@ -107,7 +107,7 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
         raise InputError("instance.replenishment", f"found no replenishment station; {expected}")
     picking = len(warehouse.picking)
     zero, lift_s = Calendar(scenario.instance.start).time_of_day(), scenario.robots.lift_s
-    services = Services(scenario.stations, scenario.seed, picking, zero, lift_s, scenario.packing)
+    services = Services(scenario.stations, scenario.seed, picking, zero, lift_s)
     return Opening(warehouse, at_stations, hours_of(scenario, picking), services)
 
 

@@ -15,6 +15,7 @@ import rmfs_core.rule_helpers as offered
 import rmfs_core.testing
 import rmfs_rules.helpers
 from cases import cases
+from rmfs_commands.processes import events as of_processes
 from rmfs_core import events
 from rmfs_core.decisions import JointDecision, Leg, OrderAssignment, Path, PodTrip, SolveReport
 from rmfs_core.events import Event, ItemPicked, OrderCompleted, PodLifted
@@ -67,7 +68,7 @@ def test_reports_and_events() -> None:
     assert event != OrderCompleted(tick=1, order=1)
 
 
-KINDS = [kind for kind in vars(events).values() if isinstance(kind, type) and issubclass(kind, Event)]
+KINDS = [getattr(module, name) for module in (events, of_processes) for name in module.__all__]
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

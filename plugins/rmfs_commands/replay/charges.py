@@ -9,10 +9,11 @@ from copy import copy
 
 from attrs import define, field
 
+from rmfs_commands.processes.events import ChargerDown, ChargerUp
 from rmfs_commands.trace import Trace
 from rmfs_core.clock import to_ticks
 from rmfs_core.entrypoints import process
-from rmfs_core.events import ChargerDown, ChargerUp, Event, PodLifted, PodStored, RobotMoved
+from rmfs_core.events import Event, PodLifted, PodStored, RobotMoved
 from rmfs_core.scenario import scenario_from_dict
 from rmfs_core.scenario.model import BatterySection
 from rmfs_core.warehouse.battery import Battery

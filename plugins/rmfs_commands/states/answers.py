@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rmfs_commands.instances.tables import finite
+from rmfs_commands.processes.packing import apply_packing
 from rmfs_commands.states.written import WrittenAnswer
 from rmfs_core.clock import to_seconds
 from rmfs_core.decisions import (
@@ -394,7 +395,7 @@ APPLIED: Mapping[Role, Callable[..., object]] = {
     Role.ACTIVATE: partial(applying.apply_activation, keep=forget),
     Role.IDLE: partial(applying.apply_rests, keep=forget, start=forget),
     Role.MOVE: partial(applying.apply_moves, keep=forget, start=forget),
-    Role.PACKING: partial(applying.apply_packing, keep=forget),
+    Role.PACKING: partial(apply_packing, keep=forget),
     Role.PACKING_TASK: lambda _, answer, tasks, **_given: checks.known("task", answer, tasks),
 }
 """How decisions without an `Outcome` are checked and applied: functions of warehouse, answer, hook's arguments."""

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rmfs_commands.processes.events import OrderPacked, PackingAssigned, PackingStarted, PartArrived
 from rmfs_commands.results.files import AtomicFile, to_json, write_text
 from rmfs_commands.states.memory import labelled, memories
 from rmfs_commands.states.packed import TASKS, told_of
@@ -20,10 +21,6 @@ from rmfs_core.events import (
     OrderArrived,
     OrderAssigned,
     OrderCompleted,
-    OrderPacked,
-    PackingAssigned,
-    PackingStarted,
-    PartArrived,
     VisitStarted,
 )
 from rmfs_core.hookspecs import hookimpl

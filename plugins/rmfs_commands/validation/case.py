@@ -71,10 +71,10 @@ class Case:
             own, section = structure_as(StationsSection, times), "packing"
             given = trace.scenario.get("packing") or {}
             packs = {key: given[key] for key in MAY_SPREAD["packing"] if key in given}
-            packing = structure_as(PackingSection, packs)
+            self.packing = structure_as(PackingSection, packs)
             section, varies = "robots", isinstance(robots.get("lift_s"), Mapping)
             lift_s = structure_as(RobotsSection, {"lift_s": robots["lift_s"]}).lift_s if varies else trace.motion.lift_s
-            self.services = Services(own, seed, picking, zero, lift_s, packing)
+            self.services = Services(own, seed, picking, zero, lift_s)
             self.keeps_places = stations.get("release", "picked") == "handled"
             shortest = min((own.places for own in trace.layout.stations), default=12)
             self.queue_length = int(stations.get("queue_length", min(12, shortest)))

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 
+from rmfs_commands.processes.events import ChargerDown, ChargerUp
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.tables import has_batteries, robots_of
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import (
-    ChargerDown,
-    ChargerUp,
     PodLifted,
     PodMoveDecided,
     PodStored,

@@ -11,34 +11,36 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rmfs_commands.processes.events import (
+    ChargerDown,
+    ChargerUp,
+    OrderPacked,
+    PackingAssigned,
+    RobotDown,
+    RobotUp,
+    StationDown,
+    StationUp,
+)
 from rmfs_commands.trace.reader import Trace, packing_stations
 from rmfs_commands.validation.stock import joined_at
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import (
-    ChargerDown,
-    ChargerUp,
     Event,
     ItemPicked,
     OrderArrived,
     OrderAssigned,
     OrderCancelled,
     OrderCompleted,
-    OrderPacked,
-    PackingAssigned,
     PodLifted,
     PodMoveDecided,
     PodStored,
     QueueJoined,
-    RobotDown,
     RobotMoved,
     RobotRested,
     RobotSent,
     RobotsOnDuty,
-    RobotUp,
     StationClosed,
-    StationDown,
     StationOpened,
-    StationUp,
     TaskAssigned,
     VisitEnded,
     VisitStarted,
