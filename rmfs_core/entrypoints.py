@@ -108,8 +108,9 @@ def format_module(name: str) -> Any:
 def process(name: str, place: str) -> Any:
     """Return what a scenario asks for at ``place``, by its name in the entry-point group ``rmfs.processes``.
 
-    ``packing`` makes packing stations and their work, ``supply`` says which bundles come, ``battery`` makes what makes
-    batteries, ``outages`` takes robots, stations and chargers out of service, ``state`` lets a run begin in a state.
+    ``packing`` makes packing stations and their work, ``supply`` lets bundles arrive, ``hours`` opens and closes
+    stations, ``battery`` makes what makes batteries, ``outages`` takes robots, stations and chargers out of service,
+    ``state`` lets a run begin in a state.
     """
     return load(chosen(PROCESSES, None, name), place, "process")
 

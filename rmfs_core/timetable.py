@@ -66,16 +66,6 @@ class Timetable:
 ALWAYS = Timetable(((0, 0, 1),))
 
 
-def first_common(*groups: Iterable[Timetable]) -> int | None:
-    """Return the first tick of a run at which one of each group has a number above 0; None: there is never one."""
-    given = [list(group) for group in groups]
-    begins = {(begin - one.zero) % DAY for group in given for one in group for begin, *_ in one.spans}
-    for tick in sorted({0, *begins}):
-        if all(any(one.at(tick) for one in group) for group in given):
-            return tick
-    return None
-
-
 class Calendar:
     """Reads the times of a file; time 0 is the start, or else midnight by the clock of the earliest time."""
 

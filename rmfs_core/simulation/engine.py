@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Iterable, Iterator
-from functools import partial
-from itertools import dropwhile, groupby
+from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,6 @@ from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.info import RunInfo
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, located
-from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.driving.free import FreeDriving
@@ -94,9 +92,11 @@ class Simulation:
         coming = scenario.instance.arrivals.backlog is not None
         arrived = self.warehouse.arrived
         self._coming = [order for order in reversed(self.warehouse.orders) if coming and order.id not in arrived]
-        self.supply, self.packing = None, None
+        self.shifts, self.supply, self.packing = None, None, None
+        if opening.hours:
+            self.shifts = process("hours", "stations.open")(self)
         if instance.restocked:
-            self.supply = process("supply", "instance.replenishment")(scenario, instance)
+            self.supply = process("supply", "instance.replenishment")(self)
         if opening.warehouse.packing:
             self.packing = process("packing", "packing")(self.context, opening.services, self._packed)
         self.status, self.interrupted, self._begun = "partial", False, begun
@@ -114,7 +114,8 @@ class Simulation:
         self.context.observers.call("run_started", run=self.info)
         if self._begun is not None:
             self._begun.tell(self.context.tell)
-        self._keep_hours()
+        if self.shifts is not None:
+            self.shifts.keep()
         if self._begun is not None:
             self._begun.resume(self)
             return
@@ -127,10 +128,10 @@ class Simulation:
     @property
     def clocks(self) -> dict[str, Callable[[], Process]]:
         """Processes that go on whatever robots do, in the order in which they begin."""
-        found = {"hours": self._follow_hours} if self.hours else {}
+        found = {} if self.shifts is None else {"hours": self.shifts.follow}
         found |= {} if self.outages is None else {"outages": self.outages.follow}
         found["arrivals"] = self._arrivals
-        return found if self.supply is None else found | {"bundles": partial(self._bundles, self.supply)}
+        return found if self.supply is None else found | {"bundles": self.supply.follow}
 
     def run(self) -> None:
         """Simulate until every order is complete (and packed), ``run.until_s`` is reached, or somebody interrupts.
@@ -187,41 +188,6 @@ class Simulation:
             changed = [step(order) for _, step, order in now]
             if any(changed):
                 self.decisions.round()
-
-    def _bundles(self, supply: Any) -> Process:
-        """Bundles arrive that come whatever happens; what has run low at the start is ordered."""
-        for sku in range(self.warehouse.n_skus):
-            self._order_bundles(supply, sku)
-        begin = -1 if self._begun is None else self.now
-        for bundle in dropwhile(lambda one: one.arrival_tick <= begin, supply.coming()):
-            yield self._until(bundle.arrival_tick, Going("bundles"))
-            self._bundle_arrives(bundle.sku, bundle.items, bundle.name)
-            if self.env.peek() == math.inf and self._full(supply.least_space):
-                return  # what comes changes nothing any more
-
-    def _follow_hours(self) -> Process:
-        """A round runs whenever stations or robots come or go. Ends when a whole day has brought nothing else."""
-        alone, most = 0, 2 * sum(len(timetable.spans) for timetable in self.hours.values())
-        while alone <= most and (ticks := [t for x in self.hours.values() if (t := x.next_change(self.now))]):
-            yield self._until(min(ticks), Going("hours"))
-            self._keep_hours()
-            self.decisions.round(by_clock=True)
-            alone = alone + 1 if self.env.peek() == math.inf else 0
-            if self.outages is not None:
-                self.outages.check()
-
-    def _keep_hours(self) -> None:
-        """Open and close stations, and send robots on and off duty, as the timetables have it now."""
-        for whose, timetable in self.hours.items():
-            number = timetable.at(self.now)
-            if whose is not None:
-                station = self.warehouse.stations[whose]
-                was_open = station.open
-                self.warehouse.staff(station, bool(number), timetable.next_change(self.now))
-                tell_open(self.warehouse, station, was_open, self._tell)
-            elif number != sum(robot.on_duty for robot in self.warehouse.robots):
-                self.warehouse.put_on_duty(number)
-                self._tell(events.RobotsOnDuty(tick=self.now, number=number))
 
     # A robot's story begins at the start, or with what was going on when a state was written
 
@@ -302,8 +268,7 @@ class Simulation:
         picked = request.order.id, request.sku
         self._tell(events.ItemPicked(self.now, at.since, picker_free, at.visit, station.id, pod.id, *picked))
         if self.supply is not None:
-            self.supply.picked(request.sku)
-            self._order_bundles(self.supply, request.sku)
+            self.supply.item_picked(request.sku)
         if self.scenario.stations.release == "handled":
             self.release_later(request, at._replace(kind="release", robot=None, station=station.id, tick=picker_free))
             self.decisions.round()
@@ -414,9 +379,7 @@ class Simulation:
         self.warehouse.order_arrives(order, self.now)
         self._tell(events.OrderArrived(tick=self.now, order=order.id))
         if self.supply is not None and order.waits_for_stock:
-            self.supply.waits(order.lines)
-            for line in order.lines:
-                self._order_bundles(self.supply, line.sku)
+            self.supply.order_waits(order.lines)
         return True
 
     def _cancel(self, order: Order) -> bool:
@@ -436,21 +399,6 @@ class Simulation:
             if self.supply is not None:
                 self.supply.waits_no_more(order.lines)
             self._tell(events.OrderInStock(tick=self.now, order=order.id))
-
-    def _order_bundles(self, supply: Any, sku: int) -> None:
-        """Let what is ordered of a SKU arrive after the lead time."""
-        for items in supply.order(sku):
-            self.bundle_comes(Going("bundle", sku=sku, items=items, tick=self.now + supply.lead_ticks))
-
-    def bundle_comes(self, going: Going) -> None:
-        """Let a bundle that is ordered arrive at its time."""
-        arrived = self._until(going.tick, going)
-        arrived.callbacks.append(lambda _: self._bundle_arrives(going.sku or 0, going.items, ""))
-
-    def _bundle_arrives(self, sku: int, items: int, name: str) -> None:
-        bundle = self.warehouse.bundle_arrives(sku, items, name)
-        self._tell(events.BundleArrived(tick=self.now, bundle=bundle.id, name=bundle.name, sku=sku, items=items))
-        self.decisions.round(by_clock=True)
 
     def _assigned(self, decision: JointDecision) -> None:
         """Let it be chosen where orders are packed that are begun, and orders arrive instead of assigned ones."""
@@ -518,9 +466,3 @@ class Simulation:
     def _until(self, tick: int, going: Going) -> simpy.Event:
         """Return what happens at a tick; a state tells of it as what is going on."""
         return self.context.after(tick - self.now, going)
-
-    def _full(self, least: int) -> bool:
-        """Whether no bundle can be stored, also of those to come, which take that much space at least."""
-        room, storing = max((pod.free_space for pod in self.warehouse.pods), default=0), self.warehouse.storing
-        takes = any(station.free_bundle_capacity > 0 for station in storing) and least <= room
-        return not takes and all(b.pod is None and b.size > room for station in storing for b in station.bundles)

@@ -224,7 +224,8 @@ class Outages:
                 yield charged if state is None else charged | state.turned
                 if charged.processed:
                     return
-            if charger is None or charger.in_service or warehouse.may_go_on(robot):
+            battery = warehouse.battery_of(robot)
+            if charger is None or charger.in_service or battery is None or battery.may_go_on:
                 return
             assert state is not None
             yield state.turned

@@ -17,6 +17,7 @@ from rmfs_commands.processes.events import (
     PartPut,
     PartSent,
 )
+from rmfs_commands.processes.hours import timetables
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.decisions import JointDecision
 from rmfs_core.errors import InputError
@@ -29,7 +30,6 @@ from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.going import Going
 from rmfs_core.simulation.services import Services
-from rmfs_core.simulation.setup import timetables
 from rmfs_core.timetable import ALWAYS
 from rmfs_core.warehouse import Order, PackingStation, PackingTask, Request, Warehouse
 from rmfs_core.wording import counted

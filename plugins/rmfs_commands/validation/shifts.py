@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rmfs_commands.processes.events import StationDown, StationUp
+from rmfs_commands.processes.hours import hours_of
 from rmfs_commands.validation.case import Case, Handlers, seconds
 from rmfs_commands.validation.state import State
 from rmfs_core.errors import InputError
@@ -16,7 +17,6 @@ from rmfs_core.events import (
     TaskAssigned,
 )
 from rmfs_core.scenario import scenario_from_dict
-from rmfs_core.simulation.setup import hours_of
 from rmfs_core.timetable import Timetable
 
 
