@@ -97,10 +97,10 @@ def preferred(group: str, name: str, distribution: str = "rmfs") -> Entries:
 def format_module(name: str) -> Any:
     """Return the module that reads or makes some files, by its name in the entry-point group ``rmfs.formats``.
 
-    ``csv`` is described by `rmfs_core.world.instance_making.reader`, ``tables`` by `rmfs_core.results.result.tables`;
-    ``results`` writes and shows a `Result`, ``recorders`` makes recorders and the observers of every run, ``problems``
-    says what keeps an instance from being run, ``drawing`` shows a layout, ``reaching`` checks that all of it can be
-    reached, ``toml`` finds the line of a key.
+    ``csv`` is described by `rmfs_core.world.instance_making.reader`; ``tables`` has ``Tables``, an observer with each
+    table's rows, and ``TABLE_FILES``, their files and columns; ``results`` writes and shows a `Result`, ``recorders``
+    makes recorders and the observers of every run, ``problems`` says what keeps an instance from being run, ``drawing``
+    shows a layout, ``reaching`` checks that all of it can be reached, ``toml`` reads TOML and finds the line of a key.
     """
     return load(chosen(FORMATS, None, name), f"format {name}", "format")
 

@@ -17,7 +17,7 @@ from rmfs_core import entrypoints
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RmfsError, RunError, is_interrupt
 from rmfs_core.results.catalogue import Metric, described_by
-from rmfs_core.results.result import Result, tables
+from rmfs_core.results.result import Result
 from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
@@ -238,7 +238,7 @@ def prepare(
             instance, layout = make_instance(scenario), make_layout(scenario)
             if (begun := begin(scenario, instance, layout)) is not None:
                 scenario, instance = begun.scenario, begun.instance
-        rows = tables().Tables()
+        rows = entrypoints.format_module("tables").Tables()
         for observer, name in (*told, (rows, None)):  # whatever another does wrong, the tables have it already
             rules.register_observer(observer, name)
         described = described_by(reversed(rules.instances))

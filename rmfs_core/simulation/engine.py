@@ -86,19 +86,19 @@ class Simulation:
         self.services, self.hours = opening.services, opening.hours
         self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
-        self._at_stations, self.outages = opening.at_stations, self._make_outages()
+        self._at_stations = opening.at_stations
         self.waiting_for_slot: list[list[tuple[simpy.Event, Robot]]] = [[] for _ in self.warehouse.stations]
         self.visits = self.completed = 0
         coming = scenario.instance.arrivals.backlog is not None
         arrived = self.warehouse.arrived
         self._coming = [order for order in reversed(self.warehouse.orders) if coming and order.id not in arrived]
-        self.shifts, self.supply, self.packing = None, None, None
-        if opening.hours:
-            self.shifts = process("hours", "stations.open")(self)
-        if instance.restocked:
-            self.supply = process("supply", "instance.replenishment")(self)
-        if opening.warehouse.packing:
-            self.packing = process("packing", "packing")(self.context, opening.services, self._packed)
+        robots, stations = scenario.robots, scenario.stations
+        chargers = robots.battery and robots.battery.charger_outages
+        fails = robots.failures or robots.maintenance or stations.outages or chargers
+        self.outages = self._asked_for("outages", "robots.failures", fails)
+        self.shifts = self._asked_for("hours", "stations.open", opening.hours)
+        self.supply = self._asked_for("supply", "instance.replenishment", instance.restocked)
+        self.packing = self._asked_for("packing", "packing", opening.warehouse.packing)
         self.status, self.interrupted, self._begun = "partial", False, begun
         self.at_horizon: Callable[[Simulation], None] = lambda _: None
         """Is called where ``run.until_s`` ends the run, before robots under way are put anywhere."""
@@ -302,12 +302,6 @@ class Simulation:
             self.packing.released(request, handled_tick)
         self.decisions.round()
 
-    def _packed(self, freed: bool) -> None:
-        """Count a packed order; a box that is free now changes what can be decided."""
-        self.completed += 1
-        if freed:
-            self.decisions.round()
-
     def _store(self, robot: Robot, pod: Pod) -> Process:
         cell = self.decisions.storage_location(pod)
         self.stories[robot.id] = "store", pod, cell
@@ -356,13 +350,9 @@ class Simulation:
 
     # Between the processes
 
-    def _make_outages(self) -> Any:
-        """Return what takes robots and stations out of service; None where nothing does."""
-        robots, stations = self.scenario.robots, self.scenario.stations
-        chargers = robots.battery and robots.battery.charger_outages
-        if not (robots.failures or robots.maintenance or stations.outages or chargers):
-            return None
-        return process("outages", "robots.failures")(self)
+    def _asked_for(self, name: str, place: str, wanted: object) -> Any:
+        """Return a process of the run where the scenario has something for it to do, else None."""
+        return process(name, place)(self) if wanted else None
 
     def send(self, robot: Robot, cell: int) -> None:
         """Send a robot without a task to where it is repaired, or charges on."""

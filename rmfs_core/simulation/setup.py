@@ -8,17 +8,17 @@ from typing import Any
 
 from attrs import frozen
 
-from rmfs_core.entrypoints import process
+from rmfs_core.entrypoints import format_module, process
 from rmfs_core.errors import InputError
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
 from rmfs_core.simulation.services import Services
-from rmfs_core.timetable import Calendar, Timetable
+from rmfs_core.timetable import Timetable
 from rmfs_core.warehouse import UNLIMITED, Robot, Station, Warehouse
 from rmfs_core.world import NORTH, CellKind, Instance, Layout
-from rmfs_core.world.instance_making import oversize_orders, reader
+from rmfs_core.world.instance_making import reader
 from rmfs_core.world.layout_making import queue_length
 from rmfs_core.world.travel import travel_on
 
@@ -46,7 +46,7 @@ def unmet_needs(rule: BoundRule, place: str, scenario: Scenario, instance: Insta
     for lacking in rule.traits.lacks(scenario, instance):
         yield InputError(place, f"{rule.describe()} needs {lacking}")
     if rule.traits.whole_orders:
-        yield from oversize_orders(instance, scenario)
+        yield from format_module("problems").oversize_orders(instance, scenario)
 
 
 def motion_of(robots: RobotsSection) -> Motion:
@@ -106,7 +106,7 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
         expected = "expected `I` in the map, `layout.replenishment_east` or `_west`, or `stations.also_replenish`"
         raise InputError("instance.replenishment", f"found no replenishment station; {expected}")
     picking = len(warehouse.picking)
-    zero, lift_s = Calendar(scenario.instance.start).time_of_day(), scenario.robots.lift_s
+    zero, lift_s = reader().Calendar(scenario.instance.start).time_of_day(), scenario.robots.lift_s
     services = Services(scenario.stations, scenario.seed, picking, zero, lift_s)
     hours = process("hours", "stations.open").timetables(scenario, picking)
     return Opening(warehouse, at_stations, hours, services)

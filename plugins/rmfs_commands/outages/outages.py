@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import simpy
 from attrs import define
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.processes.events import (
     ChargerDown,
     ChargerUp,
@@ -25,7 +26,7 @@ from rmfs_core.scenario import located
 from rmfs_core.scenario.model import FailuresSection
 from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.going import Going
-from rmfs_core.timetable import DAY, Calendar, Timetable, read_spans
+from rmfs_core.timetable import DAY, Timetable, read_spans
 from rmfs_core.warehouse import Robot, Station
 
 if TYPE_CHECKING:

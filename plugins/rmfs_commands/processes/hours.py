@@ -6,13 +6,15 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_core.errors import InputError
 from rmfs_core.events import RobotsOnDuty
 from rmfs_core.scenario import Scenario
+from rmfs_core.scenario.service import Speed, speeds_of
 from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.going import Going
-from rmfs_core.timetable import ALWAYS, DAY, Calendar, Timetable, read_spans
+from rmfs_core.timetable import ALWAYS, DAY, Timetable, read_spans
 
 
 class Hours:
@@ -86,3 +88,9 @@ def first_common(*groups: Iterable[Timetable]) -> int | None:
         if all(any(one.at(tick) for one in group) for group in given):
             return tick
     return None
+
+
+def mean_speed(speed: Speed) -> float:
+    """Return the mean speed of the shifts, or that of all day."""
+    _, (other, *shifts) = speeds_of(speed)
+    return sum(shifts) / len(shifts) if shifts else other

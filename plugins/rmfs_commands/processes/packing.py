@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import simpy
@@ -37,10 +37,17 @@ from rmfs_core.world import Layout
 
 
 class Packing:
-    """Conveyors and packing stations at work; ``packed`` is called when an order is, with whether that frees a box.
+    """Conveyors and packing stations at work.
 
     Nothing here waits for a free box: an order that needs one has had it since its first part was assigned. And a
     conveyor holds any number of totes.
+
+    Parameters
+    ----------
+    run
+        The run, a `Simulation`.
+    context
+        Waits, asks and tells instead of ``run.context``.
     """
 
     @staticmethod
@@ -48,8 +55,9 @@ class Packing:
         """Return the packing stations of a scenario, as `packing_of` does."""
         return packing_of(scenario, layout)
 
-    def __init__(self, run: RunContext, services: Services, packed: Callable[[bool], None]) -> None:
-        self._run, self._warehouse, self._services, self._packed = run, run.warehouse, services, packed
+    def __init__(self, run: Any, context: RunContext | None = None) -> None:
+        self._simulation, self._run = run, context or run.context
+        self._warehouse, self._services = run.warehouse, run.services
         self._section = run.warehouse.packing[0].section
         self.totes: list[dict[Order, int]] = [{} for _ in run.warehouse.picking]  # how many items are in each so far
         self.number, self.puts = 0, dict[int, int]()  # totes sent, and what putting takes (ticks) of those that wait
@@ -120,7 +128,7 @@ class Packing:
     def begin_tasks(self, at: int) -> None:
         """Start waiting tasks with the free packers of a packing station; if it is closed, when it opens."""
         now = self._warehouse.now
-        while (station := self._warehouse.packing[at]).hours.at(now) and (tasks := station.next_tasks):
+        while (station := self._warehouse.packing[at]).hours.at(now) and (tasks := next_tasks(station)):
             task = self._chosen(station, tasks)
             working = (*station.working, (task, to_seconds(now) + task.duration_s))
             self._change(at, tasks=tuple(other for other in station.tasks if other is not task), working=working)
@@ -159,7 +167,9 @@ class Packing:
             self._change(at, orders=tuple(other for other in station.orders if other is not order))
             self._warehouse.pack(order, packed=True)
             self._run.tell(OrderPacked(end, start, order.id, at))
-            self._packed(order.split and self._section.packing_from == "packed")
+            self._simulation.completed += 1
+            if order.split and self._section.packing_from == "packed":  # a box that is free now may be decided on
+                self._simulation.decisions.round()
         else:
             there = self._warehouse.packing_of(order).items_in_box + task.items
             self._warehouse.pack(order, items_in_box=there)
@@ -168,6 +178,18 @@ class Packing:
                 self._run.tell(OrderConsolidated(end, order.id, at))
                 self._wait(order, "pack", task.tote, order.items)
         self.begin_tasks(at)
+
+
+def next_tasks(station: PackingStation) -> tuple[PackingTask, ...]:
+    """Return tasks that a free packer or sorter of a packing station could begin now; none if nobody is free."""
+    packers, sorters = station.section.packers, station.section.sorters
+    if not sorters:
+        return station.tasks if len(station.working) < packers else ()
+    for number, kind in ((sorters, "put"), (packers, "pack")):
+        tasks = tuple(task for task in station.tasks if task.kind == kind)
+        if tasks and sum(task.kind == kind for task, _ in station.working) < number:
+            return tasks
+    return ()
 
 
 def _times(section: PackingSection, kind: str) -> tuple[float, float]:

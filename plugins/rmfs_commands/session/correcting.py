@@ -125,7 +125,7 @@ class CorrectedFloor(Floor):
         self.corrected[0].update(order.id for order in wait)
         self._show(order for order in backlog if order not in wait)
         for order in wait if self.supply is not None else ():
-            self.supply.order_waits(order.lines)  # type: ignore[union-attr]
+            self.supply.order_waits(order.lines)
 
     def _check_pick(self, pod: Pod) -> None:
         """Give up the pick from a pod that is under way, if its item is not promised from there any more."""

@@ -189,7 +189,7 @@ class Floor(Simulation):
             self.warehouse.arrived[order.id] = order
         self.warehouse.orders = self.book
         if self.packing is not None:
-            self.packing = FloorPacking(self.context, self.services, self._packed, command)
+            self.packing = FloorPacking(self, command)
         self.shifts = None if self.shifts is None else FloorHours(self)
         self.supply = None if self.supply is None else FloorBundles(self)
         self.closed: set[int] = set()

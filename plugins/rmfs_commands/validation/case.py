@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.fault import KINDS, Fault
 from rmfs_core.clock import TICKS_PER_S
@@ -15,7 +16,6 @@ from rmfs_core.scenario.model import PackingSection, RobotsSection, StationsSect
 from rmfs_core.scenario.service import MAY_SPREAD
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.simulation.services import Services
-from rmfs_core.timetable import Calendar
 from rmfs_core.world import CellKind
 from rmfs_core.world.grid import RESTING
 

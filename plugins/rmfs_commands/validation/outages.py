@@ -8,6 +8,7 @@ from typing import Any
 
 from attrs import define
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.processes.events import (
     ChargerDown,
     ChargerUp,
@@ -31,7 +32,7 @@ from rmfs_core.events import (
     TaskAssigned,
 )
 from rmfs_core.randomness import keyed_stream
-from rmfs_core.timetable import Calendar, Timetable, read_spans
+from rmfs_core.timetable import Timetable, read_spans
 from rmfs_core.warehouse import Warehouse
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.processes.events import (
     ChargerDown,
     ChargerUp,
@@ -45,7 +46,7 @@ from rmfs_core.events import (
     VisitEnded,
     VisitStarted,
 )
-from rmfs_core.timetable import ALWAYS, Calendar, Timetable, read_spans
+from rmfs_core.timetable import ALWAYS, Timetable, read_spans
 
 Row = dict[str, float | str | None]
 STATES = ("idle", "to_pod", "to_station", "queue", "station", "storing")
