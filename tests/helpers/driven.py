@@ -5,16 +5,8 @@ from typing import Any
 
 from attrs import asdict
 
+from rmfs import events
 from rmfs_commands.instances.tables import Tables
-from rmfs_commands.processes.events import (
-    OrderConsolidated,
-    OrderPacked,
-    PackingAssigned,
-    PackingStarted,
-    PartArrived,
-    PartPut,
-)
-from rmfs_core import events
 from rmfs_core.clock import to_seconds
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.rules import RuleSet
@@ -25,7 +17,7 @@ from rmfs_core.world import make_instance, make_layout
 DECISIONS = (
     *(events.OrderAssigned, events.TripDecided, events.TaskAssigned, events.VisitStarted, events.VisitEnded),
     *(events.ItemPicked, events.PodStored, events.BundleAssigned, events.BundleBound, events.OrderInStock),
-    *(PackingAssigned, OrderConsolidated, PackingStarted, OrderPacked),
+    *(events.PackingAssigned, events.OrderConsolidated, events.PackingStarted, events.OrderPacked),
     *(events.RobotSent, events.PodMoveDecided, events.OrderCancelled, events.OrderCompleted),
 )
 
@@ -84,7 +76,7 @@ class Told(Simulation):
                 due = {} if order.due_tick is None else {"due_s": to_seconds(order.due_tick)}
                 lines = {skus[sku]: number for sku, number in order.lines}
                 self._fact("order_arrived", order=order.name, lines=lines, priority=order.priority, **due)
-            case events.OrderCancelled() | OrderPacked():
+            case events.OrderCancelled() | events.OrderPacked():
                 kind = "order_cancelled" if isinstance(event, events.OrderCancelled) else "order_packed"
                 self._fact(kind, order=data[event.order].name)
             case events.RobotMoved():
@@ -105,8 +97,8 @@ class Told(Simulation):
                 self._fact("picked", pod=pods[event.pod].name, order=data[event.order].name, sku=skus[event.sku])
             case events.PodStored():
                 self._fact("pod_stored", pod=pods[event.pod].name, cell=event.cell)
-            case PartArrived() | PartPut():
-                self._fact("part_arrived" if isinstance(event, PartArrived) else "part_packed", tote=event.tote)
+            case events.PartArrived() | events.PartPut():
+                self._fact("part_arrived" if isinstance(event, events.PartArrived) else "part_packed", tote=event.tote)
             case events.BundleArrived():
                 self._fact("bundle_arrived", bundle=event.name, sku=skus[event.sku], items=event.items)
             case events.BundleStored():

@@ -11,14 +11,7 @@ import simpy
 from attrs import define
 
 from rmfs_commands.instances.calendar import Calendar
-from rmfs_commands.processes.events import (
-    ChargerDown,
-    ChargerUp,
-    RobotDown,
-    RobotUp,
-    StationDown,
-    StationUp,
-)
+from rmfs_commands.processes.events import ChargerDown, ChargerUp, RobotDown, RobotUp, StationDown, StationUp
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import keyed_stream

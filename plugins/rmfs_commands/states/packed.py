@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import evolve
 
-from rmfs_commands.processes.events import (
-    OrderPacked,
-    PackingAssigned,
-    PackingStarted,
-    PartArrived,
-    PartPut,
-    PartSent,
-)
+from rmfs_commands.processes.events import OrderPacked, PackingAssigned, PackingStarted, PartArrived, PartPut, PartSent
 from rmfs_commands.processes.packing import task_ticks
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.state import PackedState, RunState, State

@@ -15,14 +15,7 @@ from rmfs_commands.states.resuming import going_on
 from rmfs_commands.states.snapshots import Snapshots
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError
-from rmfs_core.events import (
-    Event,
-    ItemPicked,
-    OrderArrived,
-    OrderAssigned,
-    OrderCompleted,
-    VisitStarted,
-)
+from rmfs_core.events import Event, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import Scenario, located
 

@@ -9,14 +9,7 @@ from typing import Any
 from attrs import define
 
 from rmfs_commands.instances.calendar import Calendar
-from rmfs_commands.processes.events import (
-    ChargerDown,
-    ChargerUp,
-    RobotDown,
-    RobotUp,
-    StationDown,
-    StationUp,
-)
+from rmfs_commands.processes.events import ChargerDown, ChargerUp, RobotDown, RobotUp, StationDown, StationUp
 from rmfs_commands.validation.case import Case, Handlers, seconds
 from rmfs_commands.validation.state import State
 from rmfs_commands.validation.tables import has_batteries

@@ -9,14 +9,7 @@ from itertools import pairwise
 import numpy as np
 from attrs import Factory, define
 
-from rmfs_commands.processes.events import (
-    OrderPacked,
-    PackingAssigned,
-    PackingStarted,
-    PartArrived,
-    PartPut,
-    PartSent,
-)
+from rmfs_commands.processes.events import OrderPacked, PackingAssigned, PackingStarted, PartArrived, PartPut, PartSent
 from rmfs_commands.trace.reader import Trace, packing_stations
 from rmfs_commands.validation.tables import (
     Row,
