@@ -108,9 +108,13 @@ def format_module(name: str) -> Any:
 def process(name: str, place: str) -> Any:
     """Return what a scenario asks for at ``place``, by its name in the entry-point group ``rmfs.processes``.
 
-    ``packing`` makes packing stations and their work, ``supply`` lets bundles arrive, ``hours`` opens and closes
-    stations, ``battery`` makes what makes batteries, ``outages`` takes robots, stations and chargers out of service,
-    ``state`` lets a run begin in a state.
+    Some are classes made with the run, a `Simulation`. ``packing`` has the packing stations (``stations``) and is told
+    of decisions, picks and visits: ``assigned``, ``released``, ``visit_ended``. ``supply`` lets bundles arrive:
+    ``follow``, ``item_picked``, ``order_waits``, ``waits_no_more``. ``hours`` has ``timetables``, and opens and closes
+    stations: ``follow``, ``keep``. ``outages`` takes robots, stations and chargers out of service: ``follow``,
+    ``check``, ``update``, ``repaired``, ``charge``. ``battery`` is a function of scenario and travel times; it returns
+    what makes a robot's battery, given a clock: ``charging``, ``share``, ``low``, ``lift``, ``drive``, ``stand``,
+    ``ticks_to``. ``state`` lets a run begin in a state.
     """
     return load(chosen(PROCESSES, None, name), place, "process")
 

@@ -63,12 +63,12 @@ class Services:
         if not self.vary:
             return self._fixed
         section, before_s, expected_s = self._section, 0.0, float(self._section.handle_s)
-        pick_s, handle_s = self.item_s(order, sku, self.next(order, sku))
+        pick_s, handle_s = self.item_s(order, sku, self.count(order, sku))
         if self.last.get(station) != (now := (visit, order, sku)):
             self.last[station] = now
-            before_s += self.begin_line_s(order, sku, self.next(order, sku, 0))
+            before_s += self.begin_line_s(order, sku, self.count(order, sku, 0))
             expected_s += section.line_s or 0
-        if not self.next(order, station, 0, 0):
+        if not self.count(order, station, 0, 0):
             before_s += self.begin_order_s(order, station)
             expected_s += section.order_s or 0
         times = before_s + pick_s, before_s + handle_s, expected_s
@@ -78,23 +78,24 @@ class Services:
 
     def begin_line_s(self, order: int, sku: int, visits: int = 0) -> float:
         """Return the seconds of beginning a line, after so many visits in which it was begun, at speed 1."""
-        return self.one(self._section.line_s, "lines", order, sku, visits)
+        return self.draw(self._section.line_s, "lines", order, sku, visits)
 
     def begin_order_s(self, order: int, station: int) -> float:
         """Return the seconds of beginning an order at a station, at speed 1."""
-        return self.one(self._section.order_s, "orders", order, station)
+        return self.draw(self._section.order_s, "orders", order, station)
 
     def item_s(self, order: int, sku: int, number: int) -> tuple[float, float]:
         """Return the seconds of picking and handling the n-th item of a line, from 0, at speed 1."""
         pick_s, handle_s = (
-            self.one(seconds, "items", order, sku, number) for seconds in (self._section.pick_s, self._section.handle_s)
+            self.draw(seconds, "items", order, sku, number)
+            for seconds in (self._section.pick_s, self._section.handle_s)
         )
         return pick_s, max(pick_s, handle_s)
 
     def store(self, station: int, bundle: int, tick: int = 0) -> tuple[int, int]:
         """Return ticks of storing a bundle at a station, begun at a tick, and what may be expected for it."""
         given, speed = self._section.store_s, self.speed(station, tick)
-        times = STORE_S if given is None else given, self.one(given or STORE_S, "bundles", bundle)
+        times = STORE_S if given is None else given, self.draw(given or STORE_S, "bundles", bundle)
         expected, ticks = (max(to_ticks(seconds / speed), 1) for seconds in times)
         return ticks, expected
 
@@ -102,14 +103,14 @@ class Services:
         """Return the ticks of lifting a pod or setting it down, the next time that this happens."""
         if not hasattr(self._lift_s, "spread"):
             return to_ticks(self._lift_s)
-        return to_ticks(self.one(self._lift_s, "lifts", pod, self.next(pod)))
+        return to_ticks(self.draw(self._lift_s, "lifts", pod, self.count(pod)))
 
-    def next(self, *what: int | str) -> int:
+    def count(self, *what: int | str) -> int:
         """Count something; return how many there were before."""
         self.begun[what] += 1
         return self.begun[what] - 1
 
-    def one(self, seconds: float | None, purpose: str, *what: int) -> float:
+    def draw(self, seconds: float | None, purpose: str, *what: int) -> float:
         """Return the seconds of one service, of a purpose and told by up to three numbers."""
         if not hasattr(seconds, "spread"):
             return seconds or 0.0

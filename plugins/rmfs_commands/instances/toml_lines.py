@@ -1,4 +1,4 @@
-"""What a TOML document says, and the line in which a key stands: the entry point ``toml`` of ``rmfs.formats``."""
+"""TOML documents: their values, and the line in which a key stands. The entry point ``toml`` of ``rmfs.formats``."""
 
 from __future__ import annotations
 

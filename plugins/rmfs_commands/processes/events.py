@@ -1,6 +1,6 @@
-"""Events of packing stations, and of robots, stations and chargers that fail: those of `rmfs_core.events` besides.
+"""Events that processes tell: of packing stations, and of robots, stations and chargers that fail.
 
-Who follows these processes imports them; a run without such a process tells none.
+Those that every run may tell are in `rmfs_core.events`; observers import all of them from `rmfs.events`.
 """
 
 from __future__ import annotations

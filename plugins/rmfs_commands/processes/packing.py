@@ -201,9 +201,9 @@ def task_ticks(services: Services, section: PackingSection, kind: str, order: in
     """Return the ticks of a packer's task: ``"put"`` the next tote of an order, of so many items, or ``"pack"``."""
     (base, each), number = _times(section, kind), services.begun[kind, order, 0]
     services.begun[kind, order, 0] += items
-    total = services.one(base, f"{kind} order", order, services.next(kind, order))
+    total = services.draw(base, f"{kind} order", order, services.count(kind, order))
     if hasattr(each, "spread"):
-        each, items = sum(services.one(each, f"{kind} item", order, number + n) for n in range(items)), 1
+        each, items = sum(services.draw(each, f"{kind} item", order, number + n) for n in range(items)), 1
     return to_ticks(total + each * items)
 
 
