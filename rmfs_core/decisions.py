@@ -74,11 +74,6 @@ class SolveReport:
     stopped_early: bool = field(default=False, validator=validators.instance_of(bool))
 
 
-def gap_of(objective: float | None, bound: float | None) -> float | None:
-    """Return how far a bound lies below an objective, as a share of this; None where one is missing."""
-    return None if not objective or bound is None else (objective - bound) / abs(objective)
-
-
 @frozen
 class JointDecision:
     """POA and PPS decided together."""

@@ -97,9 +97,10 @@ def preferred(group: str, name: str, distribution: str = "rmfs") -> Entries:
 def format_module(name: str) -> Any:
     """Return the module that reads or makes some files, by its name in the entry-point group ``rmfs.formats``.
 
-    ``csv`` is described by `rmfs_core.world.instance_making.reader`, ``tables`` by `rmfs_core.results.result.tables`;
-    ``results`` writes and shows a `Result`, ``problems`` says what keeps an instance from being run, ``drawing`` shows
-    a layout, ``reaching`` checks that all of it can be reached, ``toml`` finds the line of a key.
+    ``csv`` is described by `rmfs_core.world.instance_making.reader`; ``tables`` has ``Tables``, an observer with each
+    table's rows, and ``TABLE_FILES``, their files and columns; ``results`` writes and shows a `Result`, ``recorders``
+    makes recorders and the observers of every run, ``problems`` says what keeps an instance from being run, ``drawing``
+    shows a layout, ``reaching`` checks that all of it can be reached, ``toml`` reads TOML and finds the line of a key.
     """
     return load(chosen(FORMATS, None, name), f"format {name}", "format")
 
@@ -107,8 +108,13 @@ def format_module(name: str) -> Any:
 def process(name: str, place: str) -> Any:
     """Return what a scenario asks for at ``place``, by its name in the entry-point group ``rmfs.processes``.
 
-    ``packing`` makes packing stations and their work, ``supply`` says which bundles come, ``battery`` makes what makes
-    batteries, ``outages`` takes robots, stations and chargers out of service, ``state`` lets a run begin in a state.
+    Some are classes made with the run, a `Simulation`. ``packing`` has the packing stations (``stations``) and is told
+    of decisions, picks and visits: ``assigned``, ``released``, ``visit_ended``. ``supply`` lets bundles arrive:
+    ``follow``, ``item_picked``, ``order_waits``, ``waits_no_more``. ``hours`` has ``timetables``, and opens and closes
+    stations: ``follow``, ``keep``. ``outages`` takes robots, stations and chargers out of service: ``follow``,
+    ``check``, ``update``, ``repaired``, ``charge``. ``battery`` is a function of scenario and travel times; it returns
+    what makes a robot's battery, given a clock: ``charging``, ``share``, ``low``, ``lift``, ``drive``, ``stand``,
+    ``ticks_to``. ``state`` lets a run begin in a state.
     """
     return load(chosen(PROCESSES, None, name), place, "process")
 

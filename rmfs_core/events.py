@@ -16,8 +16,6 @@ __all__ = [
     "BundleAssigned",
     "BundleBound",
     "BundleStored",
-    "ChargerDown",
-    "ChargerUp",
     "DecisionMade",
     "Event",
     "ItemPicked",
@@ -25,28 +23,17 @@ __all__ = [
     "OrderAssigned",
     "OrderCancelled",
     "OrderCompleted",
-    "OrderConsolidated",
     "OrderInStock",
-    "OrderPacked",
-    "PackingAssigned",
-    "PackingStarted",
-    "PartArrived",
-    "PartPut",
-    "PartSent",
     "PodLifted",
     "PodMoveDecided",
     "PodStored",
     "QueueJoined",
-    "RobotDown",
     "RobotMoved",
     "RobotRested",
     "RobotSent",
-    "RobotUp",
     "RobotsOnDuty",
     "StationClosed",
-    "StationDown",
     "StationOpened",
-    "StationUp",
     "TaskAssigned",
     "TripDecided",
     "VisitEnded",
@@ -203,69 +190,6 @@ class OrderCompleted(_OfOrder):
 
 
 @frozen
-class _AtPacking(Event):
-    order: int
-    packing: int
-
-
-@frozen
-class PackingAssigned(_AtPacking):
-    """The first part of an order is assigned: a packing station packs it, a split order from a box there.
-
-    ``box`` is a number that no other order has there until this one is packed; None for an order that is not split.
-    """
-
-    box: int | None
-
-
-@frozen
-class PartSent(_AtPacking):
-    """The last item of a part was handled at a station: its tote, with so many items, is on the conveyor."""
-
-    station: int
-    tote: int
-    items: int
-
-
-@frozen
-class PartArrived(_AtPacking):
-    """A tote has come to its packing station. They count up over the run from 1."""
-
-    tote: int
-    items: int
-
-
-@frozen
-class PartPut(Event):
-    """The items of a tote were put into the box of their order; that began at ``start_tick``."""
-
-    start_tick: int
-    order: int
-    packing: int
-    tote: int
-    items: int
-
-
-@frozen
-class OrderConsolidated(_AtPacking):
-    """All items of a split order are in its box."""
-
-
-@frozen
-class PackingStarted(_AtPacking):
-    """A packer has begun to pack an order."""
-
-
-@frozen
-class OrderPacked(Event):
-    """An order is packed, which began at ``start_tick``; its box is free now, or since its last pick."""
-
-    start_tick: int
-    order: int
-    packing: int
-
-
-@frozen
 class BundleArrived(Event):
     """A bundle, items of one SKU that are to be stored on one pod, waits to be assigned. Ids count up from 0."""
 
@@ -320,49 +244,10 @@ class StationClosed(_OfStation):
 
 
 @frozen
-class StationDown(_OfStation):
-    """A station has failed: nothing is begun there from now on; the pick in hand is finished."""
-
-
-@frozen
-class StationUp(_OfStation):
-    """A station is in service again."""
-
-
-@frozen
-class ChargerDown(Event):
-    """The charger in a cell has failed: it charges nobody from now on."""
-
-    cell: int
-
-
-@frozen
-class ChargerUp(Event):
-    """The charger in a cell is in service again."""
-
-    cell: int
-
-
-@frozen
 class RobotsOnDuty(Event):
     """Robots 1 to ``number`` take tasks from now on, the others none. At first all do."""
 
     number: int
-
-
-@frozen
-class RobotDown(Event):
-    """A robot without a task is out of service from now on: it has failed, or its maintenance (``planned``) begins."""
-
-    robot: int
-    planned: bool
-
-
-@frozen
-class RobotUp(Event):
-    """A robot is in service again."""
-
-    robot: int
 
 
 @frozen

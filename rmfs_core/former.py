@@ -1,4 +1,4 @@
-"""Old names of what is elsewhere now, until 0.3.0."""
+"""Names of what is elsewhere: old ones, until 0.3.0, and those that a plugin's offers have in the kernel."""
 
 from __future__ import annotations
 
@@ -19,3 +19,8 @@ def former(old: str, new: str | Mapping[str, str]) -> Callable[[str], object]:
         return found
 
     return find
+
+
+def offered(module: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """Return ``__getattr__`` and ``__dir__`` of a module that has the names of another one."""
+    return lambda name: getattr(importlib.import_module(module), name), lambda: dir(importlib.import_module(module))

@@ -15,14 +15,6 @@ RESULT_FILE = "result.json"
 Row = dict[str, Any]
 
 
-def tables() -> Any:
-    """Return the module that says what tables a result has, the entry point ``tables`` of the group ``rmfs.formats``.
-
-    It has ``Tables``, an observer with each table's rows as an attribute, and ``TABLE_FILES``, its file and columns.
-    """
-    return format_module("tables")
-
-
 @define(eq=False)
 class Result:
     """Measurements of a run.

@@ -17,8 +17,7 @@ from rmfs_core import entrypoints
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RmfsError, RunError, is_interrupt
 from rmfs_core.results.catalogue import Metric, described_by
-from rmfs_core.results.recorders import files_of, make_observers, make_recorders, versions_of_observers
-from rmfs_core.results.result import Result, tables
+from rmfs_core.results.result import Result
 from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
@@ -87,13 +86,14 @@ def run(
         raise InputError(record[0], "recordings need a folder to be written to; expected `out`, too")
     resolved = _resolve(scenario, seed, overrides)
     resolved = evolve(resolved, rules=with_objects(resolved.rules, rules or {}))
-    recorders, standing = make_recorders(record), make_observers()
+    making = entrypoints.format_module("recorders")
+    recorders, standing = making.make_recorders(record), making.make_observers()
     saver = None if save_state is None else entrypoints.format_module("states").saver(save_state, resolved)
     observers = observers if saver is None else [*observers, saver]
     told = [*((observer, None) for observer in observers), *recorders, *reversed(standing)]
     writing: Any = nullcontext(lambda _: None)
     if out is not None:
-        writing = entrypoints.format_module("results").writing(out, resolved, files_of(one for one, _ in standing))
+        writing = entrypoints.format_module("results").writing(out, resolved, [one for one, _ in standing])
     with writing as folder_for:
         prepared = prepare(resolved, rules or {}, told, allow_inline_rules, folder_for)
         if saver is not None:
@@ -216,7 +216,7 @@ def prepare(
     objects: Mapping[str, object],
     told: Sequence[tuple[object, str | None]],
     allow_inline_rules: bool = True,
-    folder_for: Callable[[Sequence[str]], Path | None] = lambda _: None,
+    folder_for: Callable[[Sequence[object]], Path | None] = lambda _: None,
 ) -> PreparedRun:
     """Return a run that has not begun.
 
@@ -227,7 +227,7 @@ def prepare(
     told
         Observers, and what messages call them; None: what one raises is raised as it is. The last is told first.
     folder_for
-        Returns the folder for results, given the files that recorders and observers of every run write there.
+        Returns the folder for results, given the recorders and observers of every run, which write files there.
     """
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules, objects=objects)
@@ -238,11 +238,11 @@ def prepare(
             instance, layout = make_instance(scenario), make_layout(scenario)
             if (begun := begin(scenario, instance, layout)) is not None:
                 scenario, instance = begun.scenario, begun.instance
-        rows = tables().Tables()
+        rows = entrypoints.format_module("tables").Tables()
         for observer, name in (*told, (rows, None)):  # whatever another does wrong, the tables have it already
             rules.register_observer(observer, name)
         described = described_by(reversed(rules.instances))
-        folder = folder_for(files_of(observer for observer, name in told if name is not None))
+        folder = folder_for([observer for observer, name in told if name is not None])
         simulation = Simulation(scenario, instance, layout, rules, folder, begun)
         prepared = PreparedRun(simulation, rows, versions_of(rules, scenario), described, folder)
         failing.pop_all()
@@ -254,7 +254,8 @@ def versions_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
 
     A file in the scenario's folder is named as seen from there, any other by its absolute path.
     """
-    found, folder = versions_of_observers() | dict(rules.distributions), scenario.folder
+    folder, watching = scenario.folder, entrypoints.offers(entrypoints.OBSERVERS).values()
+    found = dict(entrypoints.origin(entry) for entry, *_ in watching) | dict(rules.distributions)
     found |= dict([entrypoints.origin(layout_maker(scenario.layout)[0])])
     if scenario.instance.orders_file is None:
         found |= dict([entrypoints.origin(generator_of(scenario.instance)[0])])

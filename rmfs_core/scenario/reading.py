@@ -20,7 +20,6 @@ from rmfs_core.scenario.rulenames import check_rule_name, rule_choices
 from rmfs_core.scenario.service import with_times
 from rmfs_core.scenario.source import Source, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, structure
-from rmfs_core.scenario.tomltext import read_toml
 from rmfs_core.wording import nearest
 
 
@@ -77,7 +76,7 @@ def read_tables(path: str | Path, overrides: Sequence[str] = (), seed: int | Non
     parsed = format_module("overrides").parsed(overrides, Path.cwd(), file.parent) if overrides else ()
     source = Source(str(file), text, tuple((override.text, override.path) for override in parsed))
     try:
-        data = read_toml(text)
+        data = format_module("toml").read_toml(text)
     except ValueError as error:
         raise _syntax_error(source.name, error) from None
     data = format_module("overrides").apply_overrides(data, parsed) if overrides else data

@@ -125,12 +125,6 @@ def speeds_of(speed: Speed) -> tuple[tuple[tuple[int, int, int], ...], tuple[flo
     return read_spans([(*map(str, span[:2]), n) for n, span in enumerate(shifts, 1)], len(shifts)), numbers
 
 
-def mean_speed(speed: Speed) -> float:
-    """Return the mean speed of the shifts, or that of all day."""
-    _, (other, *shifts) = speeds_of(speed)
-    return sum(shifts) / len(shifts) if shifts else other
-
-
 SPEEDS = Check(
     "speeds",
     lambda table: all(map(speeds_of, table.values())),

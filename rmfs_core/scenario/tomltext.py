@@ -1,34 +1,13 @@
-"""TOML text to values and back. (The standard library reads TOML but does not write it; files need few lines.)"""
+"""Values as TOML has them. (The standard library reads TOML but does not write it; files need few lines.)"""
 
 from __future__ import annotations
 
 import json
 import re
-import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-MOST_NESTED = 50
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
-
-
-def read_toml(text: str) -> dict[str, Any]:
-    """Return what ``text`` says; raise ValueError where it is no TOML, or has what Python does not read."""
-    too_deep = ValueError(f"found more than {MOST_NESTED} lists or tables in one another")
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
-        raise
-    except ValueError:  # of `int`
-        raise ValueError("found a number of more than 4,300 digits") from None
-    except RecursionError:
-        raise too_deep from None
-    level: list[Any] = [document]
-    for _ in range(MOST_NESTED):
-        inner = [one.values() if isinstance(one, dict) else one for one in level if isinstance(one, (dict, list))]
-        if not (level := [value for values in inner for value in values]):
-            return document
-    raise too_deep
 
 
 def toml_text(text: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container
 
 from rmfs_core import events
 from rmfs_core.decisions import (
@@ -20,7 +20,7 @@ from rmfs_core.decisions import (
 from rmfs_core.roles import Role
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of
-from rmfs_core.warehouse import Order, Pod, Robot, Station, Warehouse
+from rmfs_core.warehouse import Pod, Robot, Station, Warehouse
 
 Keep = Callable[[events.Event], None]
 
@@ -78,16 +78,6 @@ def apply_assignments(
         checks.wanted(trips)
     checks.packing(warehouse, packing_capacity, split)
     return decision
-
-
-def apply_packing(warehouse: Warehouse, answer: object, *, orders: Sequence[Order], keep: Keep) -> None:
-    """Bind orders for packing stations, split ones with a box there."""
-    given = sequence_of(answer, object)
-    if len(given) != len(orders):
-        raise ImpossibleError(f"named packing stations: {len(given)}; expected {len(orders)}, one for each order")
-    for order, named in zip(orders, given, strict=True):
-        station = checks.packing_station(warehouse, order, named)
-        keep(events.PackingAssigned(warehouse.now, order.id, station.id, warehouse.bind_packing(order, station)))
 
 
 def apply_selection(warehouse: Warehouse, answer: object, *, max_fetches: int, keep: Keep) -> JointDecision:

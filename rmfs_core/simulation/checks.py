@@ -11,7 +11,7 @@ import numpy as np
 from rmfs_core import decisions
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.simulation.asking import ImpossibleError
-from rmfs_core.warehouse import Bundle, Order, PackingStation, Pod, Robot, Station, Warehouse
+from rmfs_core.warehouse import Bundle, Order, Pod, Robot, Station, Warehouse
 from rmfs_core.wording import counted, shown_short
 from rmfs_core.world import Layout
 
@@ -142,15 +142,6 @@ def packing(warehouse: Warehouse, capacity: int | None, before: int) -> None:
     split = warehouse.split_orders_open - before
     if split > 0 and (free := warehouse.free_boxes) is not None and split > free:
         raise ImpossibleError(f"split {counted(split, 'order')}; free boxes at the packing stations: {free}")
-
-
-def packing_station(warehouse: Warehouse, order: Order, given: object) -> PackingStation:
-    """Check that an order can be bound for a packing station; a split one needs a free box there."""
-    station = known("packing station", given, warehouse.packing)
-    if order.split and station.free_boxes <= 0:
-        where = f"packing station {station.label}, where no box is free"
-        raise ImpossibleError(f"sent split order {order.label} to {where}")
-    return station
 
 
 def bundle_assignment(warehouse: Warehouse, given: decisions.BundleAssignment) -> tuple[Bundle, Station]:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pluggy
 import simpy
 
+from rmfs_core.events import Event
 from rmfs_core.randomness import rule_stream
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule, RuleSet
 from rmfs_core.scenario.model import Scenario
 from rmfs_core.simulation.asking import Asker, Observers
 from rmfs_core.warehouse import Warehouse, WarehouseView
+
+T = TypeVar("T")
 
 
 class Clock(simpy.Environment):
@@ -79,6 +82,14 @@ class RunContext:
         arguments["warehouse"] = view or self.view
         arguments["rng"] = self._streams.get(id(rule)) or self.stream(rule)
         return self.asker.ask(rule, arguments, hook)
+
+    def apply(self, rule: BoundRule, apply: Callable[..., T], answer: object, **arguments: Any) -> T:
+        """Check and apply a decision. Observers are told when all of it was possible; else of nothing."""
+        events: list[Event] = []
+        done = self.asker.apply(rule, lambda: apply(self.warehouse, answer, keep=events.append, **arguments))
+        for event in events:
+            self.tell(event)
+        return done
 
     @property
     def profile(self) -> dict[str, float]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Iterable, Iterator
-from functools import partial
-from itertools import dropwhile, groupby
+from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,12 @@ import simpy
 
 from rmfs_core import events
 from rmfs_core.clock import to_ticks
+from rmfs_core.decisions import JointDecision
 from rmfs_core.entrypoints import format_module, process
 from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.info import RunInfo
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, located
-from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.driving.free import FreeDriving
@@ -78,7 +77,7 @@ class Simulation:
         self.context = RunContext(scenario, rules, opening.warehouse, begun=begun is not None)
         start, self.stories = self._starting, dict[int, tuple[Any, ...]]()
         starts = start("transport"), start("move"), start("rest")
-        self.decisions = Decisions(self.context, *starts, self._refill)
+        self.decisions = Decisions(self.context, *starts, self._assigned)
         self.driving = (rules.pp.traits.way or FreeDriving)(self.context)
         # Short names for what the processes use
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
@@ -87,17 +86,19 @@ class Simulation:
         self.services, self.hours = opening.services, opening.hours
         self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
-        self._at_stations, self.outages = opening.at_stations, self._make_outages()
+        self._at_stations = opening.at_stations
         self.waiting_for_slot: list[list[tuple[simpy.Event, Robot]]] = [[] for _ in self.warehouse.stations]
         self.visits = self.completed = 0
         coming = scenario.instance.arrivals.backlog is not None
         arrived = self.warehouse.arrived
         self._coming = [order for order in reversed(self.warehouse.orders) if coming and order.id not in arrived]
-        self.supply, self.packing = None, None
-        if instance.restocked:
-            self.supply = process("supply", "instance.replenishment")(scenario, instance)
-        if opening.warehouse.packing:
-            self.packing = process("packing", "packing")(self.context, opening.services, self._packed)
+        robots, stations = scenario.robots, scenario.stations
+        chargers = robots.battery and robots.battery.charger_outages
+        fails = robots.failures or robots.maintenance or stations.outages or chargers
+        self.outages = self._asked_for("outages", "robots.failures", fails)
+        self.shifts = self._asked_for("hours", "stations.open", opening.hours)
+        self.supply = self._asked_for("supply", "instance.replenishment", instance.restocked)
+        self.packing = self._asked_for("packing", "packing", opening.warehouse.packing)
         self.status, self.interrupted, self._begun = "partial", False, begun
         self.at_horizon: Callable[[Simulation], None] = lambda _: None
         """Is called where ``run.until_s`` ends the run, before robots under way are put anywhere."""
@@ -113,7 +114,8 @@ class Simulation:
         self.context.observers.call("run_started", run=self.info)
         if self._begun is not None:
             self._begun.tell(self.context.tell)
-        self._keep_hours()
+        if self.shifts is not None:
+            self.shifts.keep()
         if self._begun is not None:
             self._begun.resume(self)
             return
@@ -126,10 +128,10 @@ class Simulation:
     @property
     def clocks(self) -> dict[str, Callable[[], Process]]:
         """Processes that go on whatever robots do, in the order in which they begin."""
-        found = {"hours": self._follow_hours} if self.hours else {}
+        found = {} if self.shifts is None else {"hours": self.shifts.follow}
         found |= {} if self.outages is None else {"outages": self.outages.follow}
         found["arrivals"] = self._arrivals
-        return found if self.supply is None else found | {"bundles": partial(self._bundles, self.supply)}
+        return found if self.supply is None else found | {"bundles": self.supply.follow}
 
     def run(self) -> None:
         """Simulate until every order is complete (and packed), ``run.until_s`` is reached, or somebody interrupts.
@@ -186,41 +188,6 @@ class Simulation:
             changed = [step(order) for _, step, order in now]
             if any(changed):
                 self.decisions.round()
-
-    def _bundles(self, supply: Any) -> Process:
-        """Bundles arrive that come whatever happens; what has run low at the start is ordered."""
-        for sku in range(self.warehouse.n_skus):
-            self._order_bundles(supply, sku)
-        begin = -1 if self._begun is None else self.now
-        for bundle in dropwhile(lambda one: one.arrival_tick <= begin, supply.coming()):
-            yield self._until(bundle.arrival_tick, Going("bundles"))
-            self._bundle_arrives(bundle.sku, bundle.items, bundle.name)
-            if self.env.peek() == math.inf and self._full(supply.least_space):
-                return  # what comes changes nothing any more
-
-    def _follow_hours(self) -> Process:
-        """A round runs whenever stations or robots come or go. Ends when a whole day has brought nothing else."""
-        alone, most = 0, 2 * sum(len(timetable.spans) for timetable in self.hours.values())
-        while alone <= most and (ticks := [t for x in self.hours.values() if (t := x.next_change(self.now))]):
-            yield self._until(min(ticks), Going("hours"))
-            self._keep_hours()
-            self.decisions.round(by_clock=True)
-            alone = alone + 1 if self.env.peek() == math.inf else 0
-            if self.outages is not None:
-                self.outages.check()
-
-    def _keep_hours(self) -> None:
-        """Open and close stations, and send robots on and off duty, as the timetables have it now."""
-        for whose, timetable in self.hours.items():
-            number = timetable.at(self.now)
-            if whose is not None:
-                station = self.warehouse.stations[whose]
-                was_open = station.open
-                self.warehouse.staff(station, bool(number), timetable.next_change(self.now))
-                tell_open(self.warehouse, station, was_open, self._tell)
-            elif number != sum(robot.on_duty for robot in self.warehouse.robots):
-                self.warehouse.put_on_duty(number)
-                self._tell(events.RobotsOnDuty(tick=self.now, number=number))
 
     # A robot's story begins at the start, or with what was going on when a state was written
 
@@ -301,8 +268,7 @@ class Simulation:
         picked = request.order.id, request.sku
         self._tell(events.ItemPicked(self.now, at.since, picker_free, at.visit, station.id, pod.id, *picked))
         if self.supply is not None:
-            self.supply.picked(request.sku)
-            self._order_bundles(self.supply, request.sku)
+            self.supply.item_picked(request.sku)
         if self.scenario.stations.release == "handled":
             self.release_later(request, at._replace(kind="release", robot=None, station=station.id, tick=picker_free))
             self.decisions.round()
@@ -335,12 +301,6 @@ class Simulation:
         if self.packing is not None:
             self.packing.released(request, handled_tick)
         self.decisions.round()
-
-    def _packed(self, freed: bool) -> None:
-        """Count a packed order; a box that is free now changes what can be decided."""
-        self.completed += 1
-        if freed:
-            self.decisions.round()
 
     def _store(self, robot: Robot, pod: Pod) -> Process:
         cell = self.decisions.storage_location(pod)
@@ -390,13 +350,9 @@ class Simulation:
 
     # Between the processes
 
-    def _make_outages(self) -> Any:
-        """Return what takes robots and stations out of service; None where nothing does."""
-        robots, stations = self.scenario.robots, self.scenario.stations
-        chargers = robots.battery and robots.battery.charger_outages
-        if not (robots.failures or robots.maintenance or stations.outages or chargers):
-            return None
-        return process("outages", "robots.failures")(self)
+    def _asked_for(self, name: str, place: str, wanted: object) -> Any:
+        """Return a process of the run where the scenario has something for it to do, else None."""
+        return process(name, place)(self) if wanted else None
 
     def send(self, robot: Robot, cell: int) -> None:
         """Send a robot without a task to where it is repaired, or charges on."""
@@ -413,9 +369,7 @@ class Simulation:
         self.warehouse.order_arrives(order, self.now)
         self._tell(events.OrderArrived(tick=self.now, order=order.id))
         if self.supply is not None and order.waits_for_stock:
-            self.supply.waits(order.lines)
-            for line in order.lines:
-                self._order_bundles(self.supply, line.sku)
+            self.supply.order_waits(order.lines)
         return True
 
     def _cancel(self, order: Order) -> bool:
@@ -436,20 +390,11 @@ class Simulation:
                 self.supply.waits_no_more(order.lines)
             self._tell(events.OrderInStock(tick=self.now, order=order.id))
 
-    def _order_bundles(self, supply: Any, sku: int) -> None:
-        """Let what is ordered of a SKU arrive after the lead time."""
-        for items in supply.order(sku):
-            self.bundle_comes(Going("bundle", sku=sku, items=items, tick=self.now + supply.lead_ticks))
-
-    def bundle_comes(self, going: Going) -> None:
-        """Let a bundle that is ordered arrive at its time."""
-        arrived = self._until(going.tick, going)
-        arrived.callbacks.append(lambda _: self._bundle_arrives(going.sku or 0, going.items, ""))
-
-    def _bundle_arrives(self, sku: int, items: int, name: str) -> None:
-        bundle = self.warehouse.bundle_arrives(sku, items, name)
-        self._tell(events.BundleArrived(tick=self.now, bundle=bundle.id, name=bundle.name, sku=sku, items=items))
-        self.decisions.round(by_clock=True)
+    def _assigned(self, decision: JointDecision) -> None:
+        """Let it be chosen where orders are packed that are begun, and orders arrive instead of assigned ones."""
+        if self.packing is not None:
+            self.packing.assigned(decision)
+        self._refill()
 
     def _refill(self) -> None:
         """Let the next orders arrive where the backlog is to be kept filled."""
@@ -511,9 +456,3 @@ class Simulation:
     def _until(self, tick: int, going: Going) -> simpy.Event:
         """Return what happens at a tick; a state tells of it as what is going on."""
         return self.context.after(tick - self.now, going)
-
-    def _full(self, least: int) -> bool:
-        """Whether no bundle can be stored, also of those to come, which take that much space at least."""
-        room, storing = max((pod.free_space for pod in self.warehouse.pods), default=0), self.warehouse.storing
-        takes = any(station.free_bundle_capacity > 0 for station in storing) and least <= room
-        return not takes and all(b.pod is None and b.size > room for station in storing for b in station.bundles)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 from rmfs_core.decisions import BundleDecision, JointDecision
-from rmfs_core.events import DecisionMade, Event
+from rmfs_core.events import DecisionMade
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
 from rmfs_core.simulation import checks
@@ -15,7 +15,6 @@ from rmfs_core.simulation.applying import (
     apply_activation,
     apply_assignments,
     apply_moves,
-    apply_packing,
     apply_replenishment,
     apply_rests,
     apply_selection,
@@ -26,8 +25,6 @@ from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.going import Going
 from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
 
-T = TypeVar("T")
-
 
 class Decisions:
     """Asks the rules of a run and applies what they decide.
@@ -36,9 +33,10 @@ class Decisions:
     ----------
     run
         The run.
-    start_task, start_move, start_rest, refill
-        Set a robot off to fetch a pod, to carry one elsewhere, and to rest somewhere, and let orders arrive instead of
-        assigned ones.
+    start_task, start_move, start_rest
+        Set a robot off to fetch a pod, to carry one elsewhere, and to rest somewhere.
+    assigned
+        Is called with each POA or joint decision that was carried out, unless it decided nothing.
     """
 
     def __init__(
@@ -47,11 +45,11 @@ class Decisions:
         start_task: Callable[[Robot, Pod], None],
         start_move: Callable[[Robot, Pod, int], None],
         start_rest: Callable[[Robot, int, float], None],
-        refill: Callable[[], None],
+        assigned: Callable[[JointDecision], None],
     ) -> None:
         self._run = run
         self._start_task, self._start_move, self._start_rest = start_task, start_move, start_rest
-        self._refill, self._for_bundles = refill, run.rules.deciding_bundles
+        self._assigned, self._for_bundles = assigned, run.rules.deciding_bundles
         self.warehouse, self.rules, self.asker = run.warehouse, run.rules, run.asker
         assigning = run.rules.poa_pps or run.rules.poa
         assert assigning is not None
@@ -67,11 +65,11 @@ class Decisions:
         self.alarms_in_a_row = self.alarms_in_a_row + 1 if by_clock else 0
         if (rule := self.rules.activate) is not None:
             active, _ = self._run.ask(rule)
-            self._apply(rule, apply_activation, active)
+            self._run.apply(rule, apply_activation, active)
         while self.warehouse.fits_smallest(single_line=self.assigning.traits.splits_over_time):
-            if not self._assign_orders():
+            if (decision := self._assign_orders()) is None:
                 break
-            self._refill()
+            self._assigned(decision)
         if self.rules.pps is not None:
             self._select_pods(self.rules.pps)
         if self._for_bundles:
@@ -94,22 +92,20 @@ class Decisions:
 
     # POA and the joint rule
 
-    def _assign_orders(self) -> bool:
-        """Ask for one period; return whether anything was decided."""
+    def _assign_orders(self) -> JointDecision | None:
+        """Ask for one period; return what was decided, None for nothing."""
         view, shown, filtering_s = self._shown_backlog()
         seen = view.backlog_size
         if not seen:
-            return False
+            return None
         rule = self.assigning
         self.asker.period += 1
         answer, seconds = self._run.ask(rule, view)
         joint, packing, period = rule is self.rules.poa_pps, rule.traits.packing_capacity, self.asker.period
         asked = {"joint": joint, "shown": shown, "period": period, "packing_capacity": packing}
-        decision = self._apply(rule, apply_assignments, answer, **asked)
+        decision = self._run.apply(rule, apply_assignments, answer, **asked)
         self._tell_decision(rule, seen, decision, filtering_s + seconds)
-        if self.warehouse.packing and self.rules.packing is not None:
-            self._assign_packing(self.rules.packing, decision)
-        return bool(decision.assignments or decision.trips)
+        return decision if decision.assignments or decision.trips else None
 
     def _shown_backlog(self) -> tuple[WarehouseView, Container[int] | None, float]:
         """Pass the backlog through the prefilters; return the view, the ids shown (None: all), and the seconds."""
@@ -122,13 +118,6 @@ class Decisions:
             total += seconds
         return WarehouseView(self.warehouse, orders), {order.id for order in orders}, total
 
-    def _assign_packing(self, rule: BoundRule, decision: JointDecision) -> None:
-        """Ask where orders are packed of which a decision has assigned the first part."""
-        ids = dict.fromkeys(int(given.order) for given in decision.assignments)
-        if orders := tuple(order for order in map(self.warehouse.orders.__getitem__, ids) if order.packing is None):
-            answer, _ = self._run.ask(rule, orders=orders)
-            self._apply(rule, apply_packing, answer, orders=orders)
-
     # PPS
 
     def _select_pods(self, rule: BoundRule) -> None:
@@ -138,7 +127,7 @@ class Decisions:
         if not any(station.uncovered_items for station in self.warehouse.stations):
             return
         answer, seconds = self._run.ask(rule, max_fetches=max_fetches)
-        decision = self._apply(rule, apply_selection, answer, max_fetches=max_fetches)
+        decision = self._run.apply(rule, apply_selection, answer, max_fetches=max_fetches)
         self._tell_decision(rule, len(self.warehouse.backlog), decision, seconds)
 
     def _max_fetches(self) -> int:
@@ -157,7 +146,7 @@ class Decisions:
             waiting, most = len(warehouse.bundles), self._max_fetches()
             arguments: dict[str, Any] = {} if rule.role is Role.ROA else {"max_fetches": most}
             answer, seconds = self._run.ask(rule, self._run.view, **arguments)
-            decision = self._apply(rule, apply_replenishment, answer, role=rule.role, max_fetches=most)
+            decision = self._run.apply(rule, apply_replenishment, answer, role=rule.role, max_fetches=most)
             self._tell_decision(rule, waiting, decision, seconds)
 
     # TA
@@ -167,7 +156,7 @@ class Decisions:
             return
         rule = self.rules.ta
         answer, _ = self._run.ask(rule)
-        self._apply(rule, apply_tasks, answer, start=self._start_task)
+        self._run.apply(rule, apply_tasks, answer, start=self._start_task)
 
     # Robots that TA has left without a task
 
@@ -175,12 +164,12 @@ class Decisions:
         most = min(self._max_fetches(), self.warehouse.spare_locations)
         if most > 0:
             answer, _ = self._run.ask(rule, max_moves=most)
-            self._apply(rule, apply_moves, answer, max_moves=most, start=self._start_move)
+            self._run.apply(rule, apply_moves, answer, max_moves=most, start=self._start_move)
 
     def _rest_robots(self, rule: BoundRule) -> None:
         if any(robot.resting for robot in self.warehouse.robots):
             answer, _ = self._run.ask(rule)
-            self._apply(rule, apply_rests, answer, start=self._start_rest)
+            self._run.apply(rule, apply_rests, answer, start=self._start_rest)
 
     # Time
 
@@ -204,14 +193,6 @@ class Decisions:
         self._alarms.remove(self.warehouse.now)
         if self.warehouse.now == self.alarm:
             self.round(by_clock=True)
-
-    def _apply(self, rule: BoundRule, apply: Callable[..., T], answer: object, **arguments: Any) -> T:
-        """Check and apply a decision. Observers are told when all of it was possible; else of nothing."""
-        events: list[Event] = []
-        done = self.asker.apply(rule, lambda: apply(self.warehouse, answer, keep=events.append, **arguments))
-        for event in events:
-            self._run.tell(event)
-        return done
 
     def _tell_decision(
         self, rule: BoundRule, backlog: int, decision: JointDecision | BundleDecision, seconds: float

@@ -8,23 +8,19 @@ from typing import Any
 
 from attrs import frozen
 
-from rmfs_core.entrypoints import process
+from rmfs_core.entrypoints import format_module, process
 from rmfs_core.errors import InputError
-from rmfs_core.former import former
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
 from rmfs_core.simulation.services import Services
-from rmfs_core.timetable import ALWAYS, Calendar, Timetable, read_spans
+from rmfs_core.timetable import Timetable
 from rmfs_core.warehouse import UNLIMITED, Robot, Station, Warehouse
 from rmfs_core.world import NORTH, CellKind, Instance, Layout
-from rmfs_core.world.instance_making import oversize_orders, reader
+from rmfs_core.world.instance_making import reader
 from rmfs_core.world.layout_making import queue_length
 from rmfs_core.world.travel import travel_on
-
-_PROCESSES = "rmfs_commands.processes"
-__getattr__ = former(__name__, {"packing_of": f"{_PROCESSES}.packing", "battery_of": f"{_PROCESSES}.battery"})
 
 
 @frozen(eq=False)
@@ -50,7 +46,7 @@ def unmet_needs(rule: BoundRule, place: str, scenario: Scenario, instance: Insta
     for lacking in rule.traits.lacks(scenario, instance):
         yield InputError(place, f"{rule.describe()} needs {lacking}")
     if rule.traits.whole_orders:
-        yield from oversize_orders(instance, scenario)
+        yield from format_module("problems").oversize_orders(instance, scenario)
 
 
 def motion_of(robots: RobotsSection) -> Motion:
@@ -110,34 +106,10 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
         expected = "expected `I` in the map, `layout.replenishment_east` or `_west`, or `stations.also_replenish`"
         raise InputError("instance.replenishment", f"found no replenishment station; {expected}")
     picking = len(warehouse.picking)
-    zero, lift_s = Calendar(scenario.instance.start).time_of_day(), scenario.robots.lift_s
-    services = Services(scenario.stations, scenario.seed, picking, zero, lift_s, scenario.packing)
-    return Opening(warehouse, at_stations, hours_of(scenario, picking), services)
-
-
-def hours_of(scenario: Scenario, stations: int) -> dict[int | None, Timetable]:
-    """Return the timetables of a scenario with so many picking stations; InputError where they make no sense."""
-    hours = timetables(scenario, "stations.open", scenario.stations.open, stations)
-    if hours and not any(hours[number].spans if number in hours else True for number in range(stations)):
-        raise InputError("stations.open", "found no span for any station; expected one that opens")
-    robots, available = scenario.robots.count, scenario.robots.available
-    zero = Calendar(scenario.instance.start).time_of_day()
-    return hours if available is None else hours | {None: Timetable(read_spans(available, robots), zero)}
-
-
-def timetables(scenario: Scenario, place: str, given: Any, stations: int) -> dict[int | None, Timetable]:
-    """Return the timetables of stations by id, given one for all of them or some by name."""
-    zero, ids = Calendar(scenario.instance.start).time_of_day(), [str(number) for number in range(1, stations + 1)]
-    spans = given if isinstance(given, Mapping) else {} if given is None else dict.fromkeys(ids, given)
-    for name in spans:
-        if name not in ids:
-            raise InputError(f"{place}.{name}", f"no station {name}; expected 1 to {stations}")
-    return {ids.index(name): Timetable(read_spans(of), zero) for name, of in spans.items()}
-
-
-def shifts_of(hours: Mapping[int | None, Timetable], stations: int) -> tuple[list[Timetable], list[Timetable]]:
-    """Return the timetables of all picking stations, and that of the robots, given the result of `hours_of`."""
-    return [hours.get(number, ALWAYS) for number in range(stations)], [hours.get(None, ALWAYS)]
+    zero, lift_s = reader().Calendar(scenario.instance.start).time_of_day(), scenario.robots.lift_s
+    services = Services(scenario.stations, scenario.seed, picking, zero, lift_s)
+    hours = process("hours", "stations.open").timetables(scenario, picking)
+    return Opening(warehouse, at_stations, hours, services)
 
 
 def _cells(places: Iterable[tuple[int, int, str]], layout: Layout, kinds: set[CellKind], expected: str) -> list[int]:

@@ -57,15 +57,3 @@ class PackingStation:
     def label(self) -> str:
         """Its name, for messages."""
         return str(self.id + 1)
-
-    @property
-    def next_tasks(self) -> tuple[PackingTask, ...]:
-        """Tasks that a free packer or sorter could begin now; none if nobody is free."""
-        packers, sorters = self.section.packers, self.section.sorters
-        if not sorters:
-            return self.tasks if len(self.working) < packers else ()
-        for number, kind in ((sorters, "put"), (packers, "pack")):
-            tasks = tuple(task for task in self.tasks if task.kind == kind)
-            if tasks and sum(task.kind == kind for task, _ in self.working) < number:
-                return tasks
-        return ()

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 from attrs import frozen
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.warehouse.battery import Battery
 from rmfs_core.world import OrderData, PodData, StationCells
 
 UNLIMITED = 1 << 40
@@ -564,7 +563,7 @@ class Robot(ReadOnly):
     """A robot with its position and its task."""
 
     __slots__ = (
-        *("_battery", "_cell", "_charging", "_goal", "_heading", "_in_service", "_on_duty", "_pod", "_task"),
+        *("_battery", "_cell", "_goal", "_heading", "_in_service", "_on_duty", "_pod", "_task"),
         *("id", "name"),
     )
 
@@ -577,8 +576,8 @@ class Robot(ReadOnly):
         self._task: int | None = None
         self._on_duty = on_duty
         self._goal: int | None = None
-        self._charging, self._in_service = False, True
-        self._battery: Battery | None = None
+        self._in_service = True
+        self._battery: Any = None  # of the process ``battery``
 
     @property
     def cell(self) -> int:
@@ -623,15 +622,12 @@ class Robot(ReadOnly):
     @property
     def charge(self) -> float | None:
         """Charge of its battery as a share of the capacity, 0 to 1; None without one."""
-        if (battery := self._battery) is None:
-            return None
-        return battery.left_j(battery.clock(), self._charging) / battery.capacity_j
+        return None if self._battery is None else self._battery.share
 
     @property
     def low(self) -> bool:
         """Whether its charge is too low for a task: it might not reach a charger afterwards."""
-        battery = self._battery
-        return battery is not None and battery.left_j(battery.clock(), self._charging) < battery.low_j
+        return self._battery is not None and self._battery.low
 
     @property
     def idle(self) -> bool:

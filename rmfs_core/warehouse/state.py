@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 
-from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.scenario.model import BatterySection
+from rmfs_core.clock import to_seconds
 from rmfs_core.warehouse.backlog import Backlog
-from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.claims import Claims
 from rmfs_core.warehouse.column_keeping import StockColumns, shown
 from rmfs_core.warehouse.columns import CAPACITY
@@ -60,7 +58,7 @@ class Warehouse:
         pod_cells: Sequence[int],
         blocked: Iterable[int] = (),
         pod_capacity: int | Sequence[int] = UNLIMITED,
-        battery: Callable[[Callable[[], int]], Battery] | None = None,
+        battery: Callable[[Callable[[], int]], Any] | None = None,
         *,
         wait_for_stock: bool = True,
         packing: Sequence[PackingStation] = (),
@@ -103,7 +101,8 @@ class Warehouse:
         self.chargers = [*travel.layout.chargers]  # those in service, ascending
         for robot in robots:
             robot._battery = battery(lambda: self.now) if battery else None
-            robot._charging = robot._cell in self.chargers
+            if battery:
+                robot._battery.charging = robot._cell in self.chargers
         self.blocked = tuple(sorted(blocked))
         taken = {*pod_cells, *self.blocked}
         self.free_locations = [cell for cell in travel.layout.storage_locations if cell not in taken]
@@ -403,14 +402,12 @@ class Warehouse:
 
     def ticks_to_charge(self, robot: Robot, share: float) -> int:
         """Ticks until the battery of a robot at a charger is so full, and full enough for a task."""
-        if (battery := robot._battery) is None or not robot._charging:
-            return 0
-        missing = max(share * battery.capacity_j, battery.low_j) - battery.left_j(self.now, True)
-        return to_ticks(max(missing, 0.0) / battery.section.charging_w) + 1
+        return 0 if robot._battery is None else robot._battery.ticks_to(share)
 
     def lift(self, robot: Robot, pod: Pod) -> None:
         """Let a robot lift the pod it stands under."""
-        self._lifted(robot)
+        if robot._battery is not None:
+            robot._battery.lift(self.travel.motion.lift_ticks)
         assert pod._location is not None
         self.columns.note(pod)
         self.changes += not pod._itinerary  # others are busy already
@@ -418,16 +415,11 @@ class Warehouse:
         pod._location = None
         robot._pod = pod.id
 
-    def _lifted(self, robot: Robot) -> None:
-        if (battery := robot._battery) is not None:
-            battery.work(self.travel.motion.lift_ticks, battery.section.lifting_w, charging=False)
-
     def move(self, robot: Robot, cell: int, heading: int, ticks: int = 0) -> None:
         """Let a robot stand in another cell, after driving and turning for so many ticks."""
-        if (battery := robot._battery) is not None:
-            watts = battery.section.empty_w if robot._pod is None else battery.section.loaded_w
-            battery.work(ticks, watts, robot._charging)
-            robot._charging = cell in self.chargers
+        if robot._battery is not None:
+            robot._battery.drive(ticks, loaded=robot._pod is not None)
+            robot._battery.charging = cell in self.chargers
         put(robot, "_cell", cell)
         put(robot, "_heading", heading)
 
@@ -438,7 +430,8 @@ class Warehouse:
 
     def store(self, robot: Robot, pod: Pod) -> None:
         """Set a pod down where the robot stands; the robot is idle then."""
-        self._lifted(robot)
+        if robot._battery is not None:
+            robot._battery.lift(self.travel.motion.lift_ticks)
         self.reserved.discard(robot._cell)
         self.columns.note(pod)
         self.changes += 1
@@ -473,13 +466,9 @@ class Warehouse:
         """Let a charger charge who stands there, or no longer; ``driving`` has the ids of robots that drive."""
         (insort if in_service else list.remove)(self.chargers, cell)
         for robot in self.robots:
-            if robot._cell == cell and robot.id not in driving and (battery := robot._battery) is not None:
-                battery.work(0, 0.0, robot._charging)
-                robot._charging = in_service
-
-    def may_go_on(self, robot: Robot) -> bool:
-        """Whether a robot at a charger that fails has enough in its battery to drive to another one."""
-        return (battery := robot._battery) is None or battery.left_j(self.now, robot._charging) >= battery.way_j
+            if robot._cell == cell and robot.id not in driving and robot._battery is not None:
+                robot._battery.stand()
+                robot._battery.charging = in_service
 
     def occupy_picker(self, station: Station, until: int, expected: int | None = None) -> None:
         """Let a picker have an item in hand until a tick; rules see when that is expected instead, if it is given."""
@@ -566,11 +555,11 @@ class Warehouse:
         pod._itinerary = list(stations)
 
     @staticmethod
-    def battery_of(robot: Robot) -> Battery | None:
-        """Return a robot's battery."""
+    def battery_of(robot: Robot) -> Any:
+        """Return a robot's battery; None without one."""
         return robot._battery
 
-    def put_battery(self, robot: Robot, share: float, *, low: bool) -> None:
-        """Give a robot a battery with this share of its capacity in it, for a moment in which no time passes."""
-        robot._battery = Battery(BatterySection(), 0.0, lambda: 0, share)
-        robot._battery.low_j = robot._battery.joules + low
+    @staticmethod
+    def put_battery(robot: Robot, battery: Any) -> None:
+        """Give a robot a battery."""
+        robot._battery = battery

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from rmfs_core.timetable import Calendar
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells, check_size
 from rmfs_core.world.instance import BundleData, Instance, OrderData, PodData
 from rmfs_core.world.instance_making import make_instance, reader
@@ -31,7 +30,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Return `read_instance`, which is read from the format that is plugged in."""
-    if name == "read_instance":
-        return reader().read_instance
+    """Return `Calendar` or `read_instance`, of the format that is plugged in."""
+    if name in ("Calendar", "read_instance"):
+        return getattr(reader(), name)
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

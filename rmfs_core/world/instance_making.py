@@ -13,7 +13,6 @@ from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import Arrivals, InstanceSection, Scenario
 from rmfs_core.scenario.reading import located
-from rmfs_core.timetable import Calendar
 from rmfs_core.world.instance import Instance
 
 Wrong = Callable[[InputError], None]
@@ -28,9 +27,9 @@ def refuse(error: InputError) -> None:
 def reader() -> Any:
     """Return the module that reads the files which scenarios name, the entry point ``csv`` of ``rmfs.formats``.
 
-    It has ``read_instance(orders_file, pods_file, start, wrong, departures)``, ``line_of(orders_file, order, sku)``,
-    ``drawn(instance, scenario)`` (`Scale`), ``departing(instance, scenario)``, ``read_robots(file)``,
-    ``restocked(instance, scenario, wrong)``, ``read_profile(file)`` and ``read_times(file)``.
+    It has ``Calendar(start)``, ``read_instance(orders_file, pods_file, start, wrong, departures)``,
+    ``line_of(orders_file, order, sku)``, ``drawn(instance, scenario)`` (`Scale`), ``departing(instance, scenario)``,
+    ``read_robots(file)``, ``restocked(instance, scenario, wrong)``, ``read_profile(file)`` and ``read_times(file)``.
     """
     return entrypoints.format_module("csv")
 
@@ -57,7 +56,7 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     ``wrong`` is called with each mistake in its files, as `read_instance` does.
     """
     section, folder = scenario.instance, Path(scenario.folder)
-    Calendar(section.start).zero()  # whether or not it is used, what is wrong with it is said
+    reader().Calendar(section.start).zero()  # whether or not it is used, what is wrong with it is said
     if section.orders_file is None or section.pods_file is None:
         if isinstance(hours := section.arrivals.profile, str):
             section = evolve(section, arrivals=evolve(section.arrivals, profile=reader().read_profile(folder / hours)))
@@ -105,8 +104,3 @@ def _generated(section: InstanceSection, scenario: Scenario) -> Instance:
 def instance_problems(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
     """Yield what keeps an instance from being run: short SKUs, orders that are too large, pods at stations."""
     return entrypoints.format_module("problems").instance_problems(instance, scenario)  # type: ignore[no-any-return]
-
-
-def oversize_orders(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
-    """Yield what is wrong with orders that are larger than any station, where the scenario refuses them."""
-    return entrypoints.format_module("problems").oversize_orders(instance, scenario)  # type: ignore[no-any-return]

@@ -5,10 +5,10 @@ from typing import Any
 
 from attrs import asdict
 
-from rmfs_core import events
+from rmfs import events
+from rmfs_commands.instances.tables import Tables
 from rmfs_core.clock import to_seconds
 from rmfs_core.hookspecs import hookimpl
-from rmfs_core.results.result import tables
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import load_scenario
 from rmfs_core.simulation.engine import Simulation
@@ -46,7 +46,7 @@ class Told(Simulation):
     def __init__(self, path: str, overrides: tuple[str, ...] = ()) -> None:
         scenario = load_scenario(path, overrides)
         rules = RuleSet.load(scenario.rules, scenario.folder)
-        instance, self.log, self.tables = make_instance(scenario), Log(), tables().Tables()
+        instance, self.log, self.tables = make_instance(scenario), Log(), Tables()
         for observer in (self, self.log, self.tables):
             rules.register_observer(observer)
         self.facts: list[tuple[int, dict[str, Any]]] = []

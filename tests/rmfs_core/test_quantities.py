@@ -9,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cases import cases
+from rmfs_commands.processes.hours import first_common
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
-from rmfs_core.timetable import ALWAYS, DAY, Span, Timetable, first_common, read_spans
+from rmfs_core.timetable import ALWAYS, DAY, Span, Timetable, read_spans
 
 
 @pytest.mark.parametrize(("seconds", "ticks"), [(0.0, 0), (2.2, 2200), (0.0004, 0), (0.0006, 1), (1.4142, 1414)])

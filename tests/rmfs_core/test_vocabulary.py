@@ -15,6 +15,7 @@ import rmfs_core.rule_helpers as offered
 import rmfs_core.testing
 import rmfs_rules.helpers
 from cases import cases
+from rmfs_commands.processes import events as of_processes
 from rmfs_core import events
 from rmfs_core.decisions import JointDecision, Leg, OrderAssignment, Path, PodTrip, SolveReport
 from rmfs_core.events import Event, ItemPicked, OrderCompleted, PodLifted
@@ -67,7 +68,7 @@ def test_reports_and_events() -> None:
     assert event != OrderCompleted(tick=1, order=1)
 
 
-KINDS = [kind for kind in vars(events).values() if isinstance(kind, type) and issubclass(kind, Event)]
+KINDS = [getattr(module, name) for module in (events, of_processes) for name in module.__all__]
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
@@ -126,9 +127,6 @@ def test_it_offers_the_functions_themselves() -> None:
     ("results.files", "opened", "rmfs_commands.results.files"),
     ("scenario.overrides", "parse_override", "rmfs_commands.instances.overrides"),
     ("scenario.rulenames", "given_in", "rmfs_commands.instances.overrides"),
-    ("simulation.endings", "notes", "rmfs_commands.results.endings"),
-    ("simulation.packing", "Packing", "rmfs_commands.processes.packing"),
-    ("simulation.setup", "battery_of", "rmfs_commands.processes.battery"),
 )
 def test_an_old_name_leads_to_the_new_one_and_warns(old: str, name: str, new: str) -> None:
     module = "traffic" if old.startswith("traffic") else old
@@ -138,8 +136,8 @@ def test_an_old_name_leads_to_the_new_one_and_warns(old: str, name: str, new: st
 
 
 def test_a_misspelt_function_is_an_error_as_of_any_module() -> None:
-    with pytest.raises(AttributeError, match=r"^module 'rmfs_core.simulation.setup' has no attribute 'packing_off'$"):
-        _ = importlib.import_module("rmfs_core.simulation.setup").packing_off
+    with pytest.raises(AttributeError, match=r"^module 'rmfs_core.scenario.rulenames' has no attribute 'given_inn'$"):
+        _ = importlib.import_module("rmfs_core.scenario.rulenames").given_inn
     with pytest.raises(AttributeError, match="send_pod"):
         _ = offered.send_pod  # type: ignore[attr-defined]
     with pytest.raises(ImportError):

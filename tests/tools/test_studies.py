@@ -29,8 +29,9 @@ from random_worlds import (
     with_boxes,
     with_failures,
 )
+from rmfs_commands.processes.events import RobotDown, StationDown
 from rmfs_core import hookimpl
-from rmfs_core.events import Event, RobotDown, StationDown
+from rmfs_core.events import Event
 from rmfs_core.info import Question
 from rmfs_core.rules import RuleSet
 from rmfs_core.simulation.engine import Simulation

@@ -8,11 +8,12 @@ from collections.abc import Sequence
 
 from attrs import evolve, frozen
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.states.beginning import begins_at, read
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario
-from rmfs_core.timetable import DAY, Calendar
+from rmfs_core.timetable import DAY
 from rmfs_core.wording import counted
 from rmfs_core.world import make_instance
 

@@ -12,8 +12,8 @@ from rmfs_commands.benchmark.sets import Frozen
 from rmfs_commands.experiments import Base, Experiment, ExperimentResult, Job, RuleSetChoice, Watcher, run_experiment
 from rmfs_commands.experiments.keys import digest_of, rules_of
 from rmfs_commands.instances.overrides import parse_override
+from rmfs_commands.instances.toml_lines import read_toml
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.tomltext import read_toml
 
 FIGURES_FILE = "benchmark.json"
 """By it `rmfs cite` knows a folder of runs on the set."""

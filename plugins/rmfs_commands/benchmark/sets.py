@@ -12,9 +12,9 @@ from typing import Any
 import attrs
 from attrs import field, frozen
 
+from rmfs_commands.instances.toml_lines import read_toml
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
-from rmfs_core.scenario.tomltext import read_toml
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.wording import nearest

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rmfs_commands.bounds.cover import cheapest_cover
 from rmfs_commands.bounds.ways import Ways, find_ways
 from rmfs_commands.details.slots import at_work
+from rmfs_commands.processes.packing import task_ticks
 from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.scenario import Scenario, located
 from rmfs_core.simulation.setup import Opening, open_warehouse
@@ -208,7 +209,9 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
     yield Bound("makespan_s", to_seconds(last), "pickers and robots always at work since some order's arrival")
     if start.packing:
         first = 0 if start.services.vary else to_ticks(scenario.stations.handle_s)
-        packs = np.array([start.services.packs("pack", order, int(n)) for order, n in enumerate(items)], dtype=np.int64)
+        services, section = start.services, start.packing[0].section
+        ticks = [task_ticks(services, section, "pack", order, int(n)) for order, n in enumerate(items)]
+        packs = np.array(ticks, dtype=np.int64)
         yield _of_packers(start.packing, packs, np.maximum(arrivals, opens[0]), first, last)
 
 

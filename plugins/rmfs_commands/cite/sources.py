@@ -16,6 +16,7 @@ from rmfs_commands.cite.bibtex import CORPORATE, Reference, references_in, with_
 from rmfs_commands.cli.description import RuleDescription, installed_rules, sections
 from rmfs_commands.experiments import load_experiment, shipped_experiments
 from rmfs_commands.experiments.command import RUNS_FOLDER
+from rmfs_commands.instances.toml_lines import read_toml
 from rmfs_commands.validation.checking import read_result
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
@@ -25,7 +26,6 @@ from rmfs_core.scenario import Scenario, load_scenario, located, scenario_from_d
 from rmfs_core.scenario.reading import shipped_scenarios
 from rmfs_core.scenario.rulenames import rule_choices
 from rmfs_core.scenario.source import dotted
-from rmfs_core.scenario.tomltext import read_toml
 from rmfs_core.wording import did_you_mean
 
 RMFS, CITATION = "rmfs", "CITATION.cff"

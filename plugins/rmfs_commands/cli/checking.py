@@ -16,7 +16,10 @@ from attrs import define, evolve, field
 
 from rmfs_commands.cli.loads import Load, loads
 from rmfs_commands.cli.single_rule import load_rule
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.instances.csv_files import read_skus
+from rmfs_commands.instances.problems import oversize_orders
+from rmfs_commands.processes.hours import first_common, hours_of, shifts_of
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
@@ -28,11 +31,11 @@ from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.scenario.source import KeyPath, dotted, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.simulation.setup import begin, hours_of, open_warehouse, shifts_of, unmet_needs
-from rmfs_core.timetable import DAY, Calendar, first_common
+from rmfs_core.simulation.setup import begin, open_warehouse, unmet_needs
+from rmfs_core.timetable import DAY
 from rmfs_core.wording import counted, first_few, sentence
 from rmfs_core.world import Instance, Layout, make_layout
-from rmfs_core.world.instance_making import instance_problems, oversize_orders, unchecked_instance
+from rmfs_core.world.instance_making import instance_problems, unchecked_instance
 
 ROLES = {role.key: role for role in Role}
 MOST_IN_SCENARIO, MOST_IN_FILES = 50, 20

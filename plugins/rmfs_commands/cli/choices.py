@@ -9,11 +9,11 @@ from typing import Any
 from attrs import evolve
 
 from rmfs_commands.instances.overrides import parse_override, rule_name_from
+from rmfs_commands.instances.toml_lines import read_toml
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
-from rmfs_core.scenario.tomltext import read_toml
 
 
 @contextmanager

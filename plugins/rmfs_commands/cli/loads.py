@@ -21,13 +21,14 @@ from attrs import asdict, define, evolve, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_commands.cli.screen import say
+from rmfs_commands.instances.calendar import Calendar
+from rmfs_commands.processes.hours import hours_of, mean_speed, shifts_of
 from rmfs_core import hookimpl
 from rmfs_core.clock import TICKS_PER_S, UNREACHABLE
 from rmfs_core.entrypoints import process
 from rmfs_core.scenario.model import FailuresSection, Replenishment, Scenario
-from rmfs_core.scenario.service import mean_speed
-from rmfs_core.simulation.setup import hours_of, motion_of, shifts_of
-from rmfs_core.timetable import ALWAYS, DAY, Calendar, Timetable, read_spans
+from rmfs_core.simulation.setup import motion_of
+from rmfs_core.timetable import ALWAYS, DAY, Timetable, read_spans
 from rmfs_core.wording import counted
 from rmfs_core.world import Instance, Layout
 from rmfs_core.world.travel import Travel, travel_on

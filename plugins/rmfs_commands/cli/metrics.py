@@ -21,8 +21,8 @@ def metrics(words: tuple[str, ...], as_json: bool) -> None:
 
     from rmfs_commands.details.catalogue import CATALOGUE, HOOK_TIMES, MEASURES
     from rmfs_commands.results.figures import TIMING
+    from rmfs_commands.results.recorders import make_observers
     from rmfs_core.results.catalogue import described_by
-    from rmfs_core.results.recorders import make_observers
 
     known = {metric.name for metrics in (*CATALOGUE.values(), MEASURES) for metric in metrics}
     others = described_by(observer for observer, _ in make_observers(quiet=True))

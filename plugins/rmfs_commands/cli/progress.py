@@ -16,6 +16,7 @@ from rich.text import Text
 
 from rmfs_commands.cli.display import Display, PanelDisplay, duration, figures, progress_bar
 from rmfs_commands.cli.screen import PIPE_WIDTH
+from rmfs_commands.processes.events import OrderPacked, PartArrived, PartSent
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     BundleStored,
@@ -24,9 +25,6 @@ from rmfs_core.events import (
     ItemPicked,
     OrderCancelled,
     OrderCompleted,
-    OrderPacked,
-    PartArrived,
-    PartSent,
     PodMoveDecided,
     PodStored,
     VisitEnded,

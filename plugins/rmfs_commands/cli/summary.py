@@ -15,7 +15,6 @@ from rich.text import Text
 
 from rmfs_commands.cli.screen import new_table
 from rmfs_commands.results.figures import TIMING, by_heading, show
-from rmfs_core.decisions import gap_of
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.wording import counted
@@ -29,6 +28,11 @@ GAPS = (
     Metric("ended_at_effort", "  at their effort", "", 0, "Of these, decisions whose effort was used up."),
     Metric("largest_gap", "  largest gap", "%", 1, "Largest distance of an objective to its bound, as its share."),
 )
+
+
+def gap_of(objective: float | None, bound: float | None) -> float | None:
+    """Return how far a bound lies below an objective, as a share of this; None where one is missing."""
+    return None if not objective or bound is None else (objective - bound) / abs(objective)
 
 
 def gaps_of(periods: Sequence[Mapping[str, Any]]) -> dict[str, float]:

@@ -43,11 +43,11 @@ def scale(
     from rmfs_commands.cli.csv_writing import orders_csv
     from rmfs_commands.cli.file_writing import write_files
     from rmfs_commands.cli.screen import tell
+    from rmfs_commands.instances.calendar import Calendar
     from rmfs_commands.instances.csv_files import read_orders
     from rmfs_commands.instances.days import draw_day, read_peaks
     from rmfs_core.errors import InputError
     from rmfs_core.randomness import stream
-    from rmfs_core.timetable import Calendar
     from rmfs_core.wording import counted
     from rmfs_core.world import Instance
 

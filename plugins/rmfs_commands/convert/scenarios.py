@@ -11,6 +11,7 @@ from attrs import evolve, field, frozen
 
 from rmfs_commands.cli.loads import MINUTE, Demand, Load, loads_of
 from rmfs_commands.cli.serving import serving_lines
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_core.scenario.model import (
     InstanceSection,
     LayoutSection,
@@ -22,7 +23,7 @@ from rmfs_core.scenario.model import (
 )
 from rmfs_core.scenario.tomltext import toml_text, toml_value
 from rmfs_core.timetable import DAY
-from rmfs_core.world import Calendar, make_layout
+from rmfs_core.world import make_layout
 
 Opens = tuple[str, str]
 """From when until when stations are open: ``"HH:MM"``."""

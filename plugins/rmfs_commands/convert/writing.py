@@ -32,12 +32,12 @@ from rmfs_commands.convert.shares import warn_of_share
 from rmfs_commands.convert.stock_table import StockTable
 from rmfs_commands.convert.time_formats import Moment
 from rmfs_commands.convert.times import offset
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.results.files import AtomicFile, staged, write_text
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.timetable import DAY
 from rmfs_core.wording import counted, listed
-from rmfs_core.world import Calendar
 
 LARGEST = 5
 """Lines that are named, those with most items."""

@@ -31,10 +31,9 @@ from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.slots import at_work
 from rmfs_commands.details.spans import Number, Span, ratio
 from rmfs_commands.details.stations import Followed, Stations
+from rmfs_commands.processes.hours import hours_of, mean_speed, shifts_of
 from rmfs_core.clock import TICKS_PER_S, to_ticks
-from rmfs_core.scenario.service import mean_speed
 from rmfs_core.simulation.services import Services
-from rmfs_core.simulation.setup import hours_of, shifts_of
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo

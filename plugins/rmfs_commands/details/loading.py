@@ -16,10 +16,10 @@ from rmfs_commands.instances.tables import (
     TABLE_FILES,
     Row,
 )
+from rmfs_commands.results.recorders import make_observers
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE, Result
 from rmfs_core.results.catalogue import described_by
-from rmfs_core.results.recorders import make_observers
 from rmfs_core.scenario import scenario_from_dict
 
 

@@ -6,7 +6,7 @@ from collections import Counter
 from typing import Any
 
 from rmfs_commands.details.spans import Count, Handlers, Number, ratio
-from rmfs_core.events import ChargerDown, ChargerUp, RobotDown, RobotUp, StationDown, StationUp
+from rmfs_commands.processes.events import ChargerDown, ChargerUp, RobotDown, RobotUp, StationDown, StationUp
 from rmfs_core.info import RunInfo
 from rmfs_core.wording import counted
 

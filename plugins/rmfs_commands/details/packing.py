@@ -21,19 +21,9 @@ from rmfs_commands.details.spans import (
     ratio,
     within,
 )
+from rmfs_commands.processes.events import OrderPacked, PackingAssigned, PackingStarted, PartArrived, PartPut, PartSent
 from rmfs_core.clock import TICKS_PER_S, to_seconds
-from rmfs_core.events import (
-    DecisionMade,
-    OrderArrived,
-    OrderCancelled,
-    OrderCompleted,
-    OrderPacked,
-    PackingAssigned,
-    PackingStarted,
-    PartArrived,
-    PartPut,
-    PartSent,
-)
+from rmfs_core.events import DecisionMade, OrderArrived, OrderCancelled, OrderCompleted
 from rmfs_core.info import RunInfo
 from rmfs_core.timetable import Timetable
 

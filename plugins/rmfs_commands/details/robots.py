@@ -7,21 +7,18 @@ from typing import Any
 
 from rmfs_commands.details.outages import robots_may_fail
 from rmfs_commands.details.spans import Count, Handlers, Number, Span, ratio
+from rmfs_commands.processes.events import ChargerDown, ChargerUp, RobotDown, RobotUp
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
-    ChargerDown,
-    ChargerUp,
     DecisionMade,
     PodLifted,
     PodMoveDecided,
     PodStored,
     QueueJoined,
-    RobotDown,
     RobotMoved,
     RobotRested,
     RobotSent,
     RobotsOnDuty,
-    RobotUp,
     TaskAssigned,
     VisitEnded,
     VisitStarted,

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rmfs_commands.details.spans import Count, Number, length, merged, outside, overlap, ratio, within
+from rmfs_commands.processes.events import StationDown, StationUp
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     Event,
@@ -17,9 +18,7 @@ from rmfs_core.events import (
     OrderInStock,
     QueueJoined,
     StationClosed,
-    StationDown,
     StationOpened,
-    StationUp,
     VisitEnded,
     VisitStarted,
 )

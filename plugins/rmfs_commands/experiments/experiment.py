@@ -13,9 +13,9 @@ from rmfs_commands.experiments.compare import CATALOGUE
 from rmfs_commands.experiments.keys import run_key
 from rmfs_commands.experiments.resolving import Changes, located_in, resolve
 from rmfs_commands.experiments.sources import sources_of
+from rmfs_commands.results.recorders import make_observers
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric, described_by
-from rmfs_core.results.recorders import make_observers
 from rmfs_core.results.running import versions_of
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario

@@ -21,13 +21,14 @@ from rmfs_commands.experiments.experiment import (
     Experiment,
     RuleSetChoice,
 )
+from rmfs_commands.instances.toml_lines import read_toml
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.scenario import load_scenario, shipped_scenarios
 from rmfs_core.scenario.reading import EXPERIMENTS, shipped_folder
 from rmfs_core.scenario.source import KeyPath, Source
 from rmfs_core.scenario.structuring import KeyProblem
-from rmfs_core.scenario.tomltext import read_toml, shown
+from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import did_you_mean, nearest
 
 KEYS = ("name", "description", "base", "scenarios", "axes", "rule_sets", "seeds", "baseline", "metrics", "by", "fronts")

@@ -12,9 +12,9 @@ from greenlet import GreenletExit, getcurrent, greenlet
 from rmfs_commands.gym.choices import PLAIN, Choice, Table
 from rmfs_commands.gym.policy import PolicyRule
 from rmfs_commands.gym.rewards import Step
+from rmfs_commands.results.recorders import make_observers
 from rmfs_core import InputError, Result, Scenario, hookimpl
 from rmfs_core.events import Event, OrderArrived, OrderCancelled, OrderCompleted
-from rmfs_core.results.recorders import make_observers
 from rmfs_core.results.running import prepare
 from rmfs_core.roles import Role
 from rmfs_core.rules import with_objects

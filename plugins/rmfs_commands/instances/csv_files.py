@@ -17,12 +17,13 @@ from typing import Any, TextIO
 
 from attrs import evolve
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.instances.days import drawn  # noqa: F401 (the kernel looks for it here)
 from rmfs_commands.instances.departures import TIMES, departing  # noqa: F401 (likewise)
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import Departures, Replenishment, Scenario
-from rmfs_core.timetable import DAY, Calendar
+from rmfs_core.timetable import DAY
 from rmfs_core.wording import counted, did_you_mean, listed, sentence
 from rmfs_core.world import BundleData, Instance, OrderData, PodData
 from rmfs_core.world.instance_making import Wrong, refuse

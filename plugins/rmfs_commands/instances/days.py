@@ -11,11 +11,12 @@ import numpy as np
 from attrs import evolve, frozen
 from numpy.typing import NDArray
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import MOST_ORDERS, Scale, Scenario
-from rmfs_core.timetable import DAY, Calendar, read_spans
+from rmfs_core.timetable import DAY, read_spans
 from rmfs_core.wording import shown_short
 from rmfs_core.world import Instance, OrderData
 

@@ -8,10 +8,11 @@ from collections.abc import Mapping, Sequence
 
 from attrs import evolve, frozen
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import Departures, Scenario
-from rmfs_core.timetable import DAY, Calendar
+from rmfs_core.timetable import DAY
 from rmfs_core.wording import counted, did_you_mean, shown_short
 from rmfs_core.world import Instance, OrderData
 

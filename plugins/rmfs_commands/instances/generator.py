@@ -8,11 +8,12 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import Due, InstanceSection, SkuDemand
-from rmfs_core.world import Calendar, Instance, OrderData, PodData
+from rmfs_core.world import Instance, OrderData, PodData
 
 _LENGTH_P = 0.4
 _TRIES = 10_000

@@ -12,13 +12,14 @@ from typing import Any
 import attrs
 from attrs import evolve, frozen
 
+from rmfs_commands.instances.toml_lines import read_toml
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import DRAWN, GENERATED, RuleChoice, Scenario
 from rmfs_core.scenario.rulenames import GivenText, file_name_from, is_inline
 from rmfs_core.scenario.service import MAY_SPREAD
 from rmfs_core.scenario.structuring import fields_of, section_class
-from rmfs_core.scenario.tomltext import read_toml, shown
+from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import nearest
 
 DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {

@@ -1,4 +1,4 @@
-"""The line of a TOML document in which a key stands: the entry point ``toml`` of the group ``rmfs.formats``."""
+"""TOML documents: their values, and the line in which a key stands. The entry point ``toml`` of ``rmfs.formats``."""
 
 from __future__ import annotations
 
@@ -7,10 +7,31 @@ import tomllib
 from collections import Counter
 from itertools import takewhile
 from operator import eq
+from typing import Any
 
+MOST_NESTED = 50
 _HEADER = re.compile(r"^\s*\[\[?(?P<keys>[^\]]+)\]\]?\s*(#.*)?$")
 _PART = r"(?:[A-Za-z0-9_-]+|\"[^\"\\]*\"|'[^']*')"
 _ASSIGNMENT = re.compile(rf"^\s*(?P<keys>{_PART}(?:\s*\.\s*{_PART})*)\s*=")
+
+
+def read_toml(text: str) -> dict[str, Any]:
+    """Return what ``text`` says; raise ValueError where it is no TOML, or has what Python does not read."""
+    too_deep = ValueError(f"found more than {MOST_NESTED} lists or tables in one another")
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:  # of `int`
+        raise ValueError("found a number of more than 4,300 digits") from None
+    except RecursionError:
+        raise too_deep from None
+    level: list[Any] = [document]
+    for _ in range(MOST_NESTED):
+        inner = [one.values() if isinstance(one, dict) else one for one in level if isinstance(one, (dict, list))]
+        if not (level := [value for values in inner for value in values]):
+            return document
+    raise too_deep
 
 
 def _keys(dotted: str) -> tuple[str, ...] | None:

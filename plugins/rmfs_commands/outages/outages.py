@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import simpy
 from attrs import define
 
-from rmfs_core import events
+from rmfs_commands.instances.calendar import Calendar
+from rmfs_commands.processes.events import ChargerDown, ChargerUp, RobotDown, RobotUp, StationDown, StationUp
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import keyed_stream
@@ -18,7 +19,7 @@ from rmfs_core.scenario import located
 from rmfs_core.scenario.model import FailuresSection
 from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.going import Going
-from rmfs_core.timetable import DAY, Calendar, Timetable, read_spans
+from rmfs_core.timetable import DAY, Timetable, read_spans
 from rmfs_core.warehouse import Robot, Station
 
 if TYPE_CHECKING:
@@ -217,7 +218,8 @@ class Outages:
                 yield charged if state is None else charged | state.turned
                 if charged.processed:
                     return
-            if charger is None or charger.in_service or warehouse.may_go_on(robot):
+            battery = warehouse.battery_of(robot)
+            if charger is None or charger.in_service or battery is None or battery.may_go_on:
                 return
             assert state is not None
             yield state.turned
@@ -296,13 +298,13 @@ class Outages:
         if isinstance(one, _Charger):
             one.in_service = in_service
             warehouse.put_charger_in_service(one.cell, in_service, self._run.driving.under_way)
-            tell((events.ChargerUp if in_service else events.ChargerDown)(warehouse.now, one.cell))
+            tell((ChargerUp if in_service else ChargerDown)(warehouse.now, one.cell))
             return
         was_open = isinstance(one, Station) and one.open
         warehouse.put_in_service(one, in_service)
         if isinstance(one, Station):
-            tell((events.StationUp if in_service else events.StationDown)(warehouse.now, one.id))
+            tell((StationUp if in_service else StationDown)(warehouse.now, one.id))
             tell_open(warehouse, one, was_open, tell)
         else:
-            up = events.RobotUp(warehouse.now, one.id)
-            tell(up if in_service else events.RobotDown(warehouse.now, one.id, planned))
+            up = RobotUp(warehouse.now, one.id)
+            tell(up if in_service else RobotDown(warehouse.now, one.id, planned))

@@ -1,4 +1,7 @@
-"""The batteries of a run's robots, and what they keep for the longest task and the way to a charger."""
+"""The batteries of a run's robots, and what they keep for the longest task and the way to a charger.
+
+Why no robot strands is argued in the documentation, docs/explanation/batteries.md.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,98 @@ from functools import partial
 
 import numpy as np
 
-from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario
-from rmfs_core.warehouse.battery import Battery
+from rmfs_core.scenario.model import BatterySection
 from rmfs_core.world import CellKind
 from rmfs_core.world.travel import Travel
+
+
+class Battery:
+    """Counts joules, from when to when the robot worked; all other time it has stood.
+
+    Parameters
+    ----------
+    section
+        Capacity and draws.
+    low_j
+        Energy for the longest task and the way to a charger: standing draws nothing of that.
+    clock
+        Simulated time in ticks.
+    charge
+        Charge at first, as a share of the capacity.
+    way_j
+        Energy for the way from one charger to another (J), where chargers fail.
+
+    Attributes
+    ----------
+    charging
+        Whether a charger charges it.
+    """
+
+    def __init__(
+        self, section: BatterySection, low_j: float, clock: Callable[[], int], charge: float = 1.0, way_j: float = 0
+    ) -> None:
+        self.section, self.low_j, self.clock, self.way_j = section, low_j, clock, way_j
+        self.capacity_j = section.capacity_wh * 3600
+        self.joules, self.since, self.charging = charge * self.capacity_j, clock(), False
+
+    def left_j(self, tick: int, charging: bool) -> float:
+        """Return what is in it at a tick if the robot has stood since the last change."""
+        seconds = to_seconds(tick - self.since)
+        if charging:
+            return min(self.joules + self.section.charging_w * seconds, self.capacity_j)
+        return max(min(self.joules, self.low_j), self.joules - self.section.idle_w * seconds)
+
+    def work(self, ticks: int, watts: float, charging: bool) -> None:
+        """Note work that ends now, and standing before it."""
+        now = self.clock()
+        self.joules, self.since = self.left_j(now - ticks, charging) - watts * to_seconds(ticks), now
+
+    @property
+    def left_now_j(self) -> float:
+        """Joules in it now."""
+        return self.left_j(self.clock(), self.charging)
+
+    @property
+    def share(self) -> float:
+        """Its charge now as a share of the capacity."""
+        return self.left_now_j / self.capacity_j
+
+    @property
+    def low(self) -> bool:
+        """Whether its charge is too low for a task."""
+        return self.left_now_j < self.low_j
+
+    @property
+    def may_go_on(self) -> bool:
+        """Whether there is enough in it to drive from a charger that fails to another one."""
+        return self.left_now_j >= self.way_j
+
+    def lift(self, ticks: int) -> None:
+        """Note that lifting a pod, or setting it down, ends now."""
+        self.work(ticks, self.section.lifting_w, charging=False)
+
+    def drive(self, ticks: int, *, loaded: bool) -> None:
+        """Note that driving and turning, with a pod or without, ends now."""
+        self.work(ticks, self.section.loaded_w if loaded else self.section.empty_w, self.charging)
+
+    def stand(self) -> None:
+        """Note that standing ends now."""
+        self.work(0, 0.0, self.charging)
+
+    def ticks_to(self, share: float) -> int:
+        """Ticks until it is so full, and full enough for a task; 0 where no charger charges it."""
+        missing = max(share * self.capacity_j, self.low_j) - self.left_j(self.clock(), True)
+        return to_ticks(max(missing, 0.0) / self.section.charging_w) + 1 if self.charging else 0
+
+
+def battery_for_a_moment(share: float, *, low: bool) -> Battery:
+    """Return a battery with this share of its capacity in it, for a moment in which no time passes."""
+    battery = Battery(BatterySection(), 0.0, lambda: 0, share)
+    battery.low_j = battery.joules + low
+    return battery
 
 
 def battery_of(scenario: Scenario, travel: Travel) -> Callable[[Callable[[], int]], Battery] | None:

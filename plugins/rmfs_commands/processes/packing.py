@@ -2,33 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import simpy
 from attrs import evolve
 
-from rmfs_core import events
+from rmfs_commands.processes.events import (
+    OrderConsolidated,
+    OrderPacked,
+    PackingAssigned,
+    PackingStarted,
+    PartArrived,
+    PartPut,
+    PartSent,
+)
+from rmfs_commands.processes.hours import timetables
 from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.decisions import JointDecision
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario
+from rmfs_core.scenario.model import PackingSection
 from rmfs_core.simulation import checks
+from rmfs_core.simulation.applying import Keep
+from rmfs_core.simulation.asking import ImpossibleError, sequence_of
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.going import Going
 from rmfs_core.simulation.services import Services
-from rmfs_core.simulation.setup import timetables
 from rmfs_core.timetable import ALWAYS
-from rmfs_core.warehouse import Order, PackingStation, PackingTask, Request
+from rmfs_core.warehouse import Order, PackingStation, PackingTask, Request, Warehouse
 from rmfs_core.wording import counted
 from rmfs_core.world import Layout
 
 
 class Packing:
-    """Conveyors and packing stations at work; ``packed`` is called when an order is, with whether that frees a box.
+    """Conveyors and packing stations at work.
 
     Nothing here waits for a free box: an order that needs one has had it since its first part was assigned. And a
     conveyor holds any number of totes.
+
+    Parameters
+    ----------
+    run
+        The run, a `Simulation`.
+    context
+        Waits, asks and tells instead of ``run.context``.
     """
 
     @staticmethod
@@ -36,11 +55,20 @@ class Packing:
         """Return the packing stations of a scenario, as `packing_of` does."""
         return packing_of(scenario, layout)
 
-    def __init__(self, run: RunContext, services: Services, packed: Callable[[bool], None]) -> None:
-        self._run, self._warehouse, self._services, self._packed = run, run.warehouse, services, packed
+    def __init__(self, run: Any, context: RunContext | None = None) -> None:
+        self._simulation, self._run = run, context or run.context
+        self._warehouse, self._services = run.warehouse, run.services
         self._section = run.warehouse.packing[0].section
         self.totes: list[dict[Order, int]] = [{} for _ in run.warehouse.picking]  # how many items are in each so far
         self.number, self.puts = 0, dict[int, int]()  # totes sent, and what putting takes (ticks) of those that wait
+
+    def assigned(self, decision: JointDecision) -> None:
+        """Ask where orders are packed of which a decision has assigned the first part."""
+        ids = dict.fromkeys(int(given.order) for given in decision.assignments)
+        orders = tuple(order for order in map(self._warehouse.orders.__getitem__, ids) if order.packing is None)
+        if orders and (rule := self._run.rules.packing) is not None:
+            answer, _ = self._run.ask(rule, orders=orders)
+            self._run.apply(rule, apply_packing, answer, orders=orders)
 
     def released(self, request: Request, handled_tick: int) -> None:
         """Put an item into its order's tote, which leaves with the last of its part once that is handled."""
@@ -61,8 +89,7 @@ class Packing:
 
     def _ticks(self, kind: str, items: int) -> int:
         """Return what a task is expected to take."""
-        section = self._section
-        base, each = (section.tote_s, section.put_s) if kind == "put" else (section.pack_s, section.pack_item_s)
+        base, each = _times(self._section, kind)
         return to_ticks(base + each * items)
 
     def send(self, order: Order, items: int, picking: int, handled_tick: int) -> Process:
@@ -74,7 +101,7 @@ class Packing:
         packed = handled_tick + ticks + (0 if packing.box is None else put) + self._ticks("pack", order.items)
         expected_s = max(packing.expected_s or 0, to_seconds(packed))
         self._warehouse.pack(order, expected_s=expected_s)
-        self._run.tell(events.PartSent(handled_tick, order.id, packing.station, picking, tote, items))
+        self._run.tell(PartSent(handled_tick, order.id, packing.station, picking, tote, items))
         yield from self.convey(order, items, tote, handled_tick, handled_tick + ticks)
 
     def convey(self, order: Order, items: int, tote: int, since: int, arrives: int) -> Process:
@@ -83,8 +110,8 @@ class Packing:
         packing = self._warehouse.packing_of(order)
         if packing.first_part_s is None:
             self._warehouse.pack(order, first_part_s=to_seconds(self._warehouse.now))
-        self.puts[tote] = self._services.packs("put", order.id, items)
-        self._run.tell(events.PartArrived(self._warehouse.now, order.id, packing.station, tote, items))
+        self.puts[tote] = task_ticks(self._services, self._section, "put", order.id, items)
+        self._run.tell(PartArrived(self._warehouse.now, order.id, packing.station, tote, items))
         self._wait(order, "pack" if packing.box is None else "put", tote, items)
 
     def _wait(self, order: Order, kind: str, tote: int, items: int) -> None:
@@ -101,7 +128,7 @@ class Packing:
     def begin_tasks(self, at: int) -> None:
         """Start waiting tasks with the free packers of a packing station; if it is closed, when it opens."""
         now = self._warehouse.now
-        while (station := self._warehouse.packing[at]).hours.at(now) and (tasks := station.next_tasks):
+        while (station := self._warehouse.packing[at]).hours.at(now) and (tasks := next_tasks(station)):
             task = self._chosen(station, tasks)
             working = (*station.working, (task, to_seconds(now) + task.duration_s))
             self._change(at, tasks=tuple(other for other in station.tasks if other is not task), working=working)
@@ -122,10 +149,12 @@ class Packing:
     def _work(self, at: int, task: PackingTask) -> Process:
         """Put a part into its box, or pack an order."""
         start, order = self._warehouse.now, task.order
-        ticks = self._services.packs("pack", order.id, task.items) if task.kind == "pack" else self.puts.pop(task.tote)
-        if task.kind == "pack":
+        if task.kind == "put":
+            ticks = self.puts.pop(task.tote)
+        else:
+            ticks = task_ticks(self._services, self._section, "pack", order.id, task.items)
             self._warehouse.pack(order, expected_s=to_seconds(start + to_ticks(task.duration_s)))
-            self._run.tell(events.PackingStarted(start, order.id, at))
+            self._run.tell(PackingStarted(start, order.id, at))
         yield from self.work(at, task, start, start + ticks)
 
     def work(self, at: int, task: PackingTask, start: int, ends: int) -> Process:
@@ -137,16 +166,58 @@ class Packing:
         if task.kind == "pack":
             self._change(at, orders=tuple(other for other in station.orders if other is not order))
             self._warehouse.pack(order, packed=True)
-            self._run.tell(events.OrderPacked(end, start, order.id, at))
-            self._packed(order.split and self._section.packing_from == "packed")
+            self._run.tell(OrderPacked(end, start, order.id, at))
+            self._simulation.completed += 1
+            if order.split and self._section.packing_from == "packed":  # a box that is free now may be decided on
+                self._simulation.decisions.round()
         else:
             there = self._warehouse.packing_of(order).items_in_box + task.items
             self._warehouse.pack(order, items_in_box=there)
-            self._run.tell(events.PartPut(end, start, order.id, at, task.tote, task.items))
+            self._run.tell(PartPut(end, start, order.id, at, task.tote, task.items))
             if there == order.items:
-                self._run.tell(events.OrderConsolidated(end, order.id, at))
+                self._run.tell(OrderConsolidated(end, order.id, at))
                 self._wait(order, "pack", task.tote, order.items)
         self.begin_tasks(at)
+
+
+def next_tasks(station: PackingStation) -> tuple[PackingTask, ...]:
+    """Return tasks that a free packer or sorter of a packing station could begin now; none if nobody is free."""
+    packers, sorters = station.section.packers, station.section.sorters
+    if not sorters:
+        return station.tasks if len(station.working) < packers else ()
+    for number, kind in ((sorters, "put"), (packers, "pack")):
+        tasks = tuple(task for task in station.tasks if task.kind == kind)
+        if tasks and sum(task.kind == kind for task, _ in station.working) < number:
+            return tasks
+    return ()
+
+
+def _times(section: PackingSection, kind: str) -> tuple[float, float]:
+    """Return the seconds of a kind of task, items aside, and those for each item."""
+    return (section.tote_s, section.put_s) if kind == "put" else (section.pack_s, section.pack_item_s)
+
+
+def task_ticks(services: Services, section: PackingSection, kind: str, order: int, items: int) -> int:
+    """Return the ticks of a packer's task: ``"put"`` the next tote of an order, of so many items, or ``"pack"``."""
+    (base, each), number = _times(section, kind), services.begun[kind, order, 0]
+    services.begun[kind, order, 0] += items
+    total = services.draw(base, f"{kind} order", order, services.count(kind, order))
+    if hasattr(each, "spread"):
+        each, items = sum(services.draw(each, f"{kind} item", order, number + n) for n in range(items)), 1
+    return to_ticks(total + each * items)
+
+
+def apply_packing(warehouse: Warehouse, answer: object, *, orders: Sequence[Order], keep: Keep) -> None:
+    """Bind orders for packing stations, split ones with a box there."""
+    given = sequence_of(answer, object)
+    if len(given) != len(orders):
+        raise ImpossibleError(f"named packing stations: {len(given)}; expected {len(orders)}, one for each order")
+    for order, named in zip(orders, given, strict=True):
+        station = checks.known("packing station", named, warehouse.packing)
+        if order.split and station.free_boxes <= 0:
+            where = f"packing station {station.label}, where no box is free"
+            raise ImpossibleError(f"sent split order {order.label} to {where}")
+        keep(PackingAssigned(warehouse.now, order.id, station.id, warehouse.bind_packing(order, station)))
 
 
 def packing_of(scenario: Scenario, layout: Layout) -> list[PackingStation]:

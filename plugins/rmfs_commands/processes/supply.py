@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import dropwhile
+from typing import Any
 
 import numpy as np
 
 from rmfs_core.clock import to_ticks
+from rmfs_core.events import BundleArrived
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import Replenishment, Scenario
+from rmfs_core.simulation.driving.base import Process
+from rmfs_core.simulation.going import Going
 from rmfs_core.warehouse import UNLIMITED, OrderLine, Warehouse
 from rmfs_core.world import BundleData, Instance
 
@@ -86,3 +92,63 @@ class Supply:
         """Take note that an order waits for stock no more."""
         for sku, items in lines:
             self._position[sku] += items
+
+
+class Bundles(Supply):
+    """Bundles that arrive in a run.
+
+    Parameters
+    ----------
+    run
+        The run, a `Simulation`.
+    """
+
+    def __init__(self, run: Any) -> None:
+        super().__init__(run.scenario, run.info.instance)
+        self._run = run
+
+    def follow(self) -> Process:
+        """Order what has run low at the start, and let bundles arrive that come whatever happens."""
+        run = self._run
+        self.restock(range(run.warehouse.n_skus))
+        begin = run.now if run.context.begun else -1
+        for bundle in dropwhile(lambda one: one.arrival_tick <= begin, self.coming()):
+            yield run.context.after(bundle.arrival_tick - run.now, Going("bundles"))
+            bundle_arrives(run, bundle.sku, bundle.items, bundle.name)
+            if run.env.peek() == math.inf and self._is_full():
+                return  # what comes changes nothing any more
+
+    def item_picked(self, sku: int) -> None:
+        """Count an item that was picked, and order more where its SKU runs low."""
+        self.picked(sku)
+        self.restock([sku])
+
+    def order_waits(self, lines: Sequence[OrderLine]) -> None:
+        """Count an order that waits for stock, and order what it lacks."""
+        self.waits(lines)
+        self.restock(sku for sku, _ in lines)
+
+    def restock(self, skus: Iterable[int]) -> None:
+        """Let what is ordered of SKUs that run low arrive after the lead time."""
+        for sku in skus:
+            for items in self.order(sku):
+                self.comes(Going("bundle", sku=sku, items=items, tick=self._run.now + self.lead_ticks))
+
+    def comes(self, going: Going) -> None:
+        """Let a bundle that is ordered arrive at its time."""
+        arrived = self._run.context.after(going.tick - self._run.now, going)
+        arrived.callbacks.append(lambda _: bundle_arrives(self._run, going.sku or 0, going.items))
+
+    def _is_full(self) -> bool:
+        """Whether no bundle can be stored, also of those to come, which take ``least_space`` at least."""
+        warehouse = self._run.warehouse
+        room, storing = max((pod.free_space for pod in warehouse.pods), default=0), warehouse.storing
+        takes = any(station.free_bundle_capacity > 0 for station in storing) and self.least_space <= room
+        return not takes and all(b.pod is None and b.size > room for station in storing for b in station.bundles)
+
+
+def bundle_arrives(run: Any, sku: int, items: int, name: str = "") -> None:
+    """Let a bundle arrive in a run, and rules decide."""
+    bundle = run.warehouse.bundle_arrives(sku, items, name)
+    run.context.tell(BundleArrived(tick=run.now, bundle=bundle.id, name=bundle.name, sku=sku, items=items))
+    run.decisions.round(by_clock=True)

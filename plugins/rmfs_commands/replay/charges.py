@@ -1,4 +1,4 @@
-"""How full the robots' batteries are over a run: what `rmfs_core.warehouse.battery.Battery` counts, as lines."""
+"""How full the robots' batteries are over a run: what `rmfs_commands.processes.battery.Battery` counts, as lines."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from copy import copy
 
 from attrs import define, field
 
+from rmfs_commands.processes.battery import Battery
+from rmfs_commands.processes.events import ChargerDown, ChargerUp
 from rmfs_commands.trace import Trace
 from rmfs_core.clock import to_ticks
 from rmfs_core.entrypoints import process
-from rmfs_core.events import ChargerDown, ChargerUp, Event, PodLifted, PodStored, RobotMoved
+from rmfs_core.events import Event, PodLifted, PodStored, RobotMoved
 from rmfs_core.scenario import scenario_from_dict
 from rmfs_core.scenario.model import BatterySection
-from rmfs_core.warehouse.battery import Battery
 from rmfs_core.world.travel import travel_on
 
 WHOLE = 10_000

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from rmfs_commands.processes.hours import first_common, shifts_of
 from rmfs_core.clock import to_seconds
 from rmfs_core.rules import RuleSet
-from rmfs_core.simulation.setup import shifts_of
-from rmfs_core.timetable import Timetable, first_common
+from rmfs_core.timetable import Timetable
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.wording import counted, first_few
 
@@ -20,7 +20,7 @@ def notes(warehouse: Warehouse, hours: Mapping[int | None, Timetable], skus: Seq
     warehouse
         The warehouse at the end.
     hours
-        Timetables of stations and robots, as `rmfs_core.simulation.setup.hours_of` returns them.
+        Timetables of stations and robots, as `rmfs_commands.processes.hours.hours_of` returns them.
     skus
         Names of the SKUs.
     """

@@ -22,12 +22,12 @@ from rmfs_commands.results.files import (
     to_json,
     write_text,
 )
+from rmfs_commands.results.recorders import files_of, files_of_results, load_recorder
 from rmfs_commands.results.timing import timing  # noqa: F401 (the kernel looks for it here)
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
 from rmfs_core.results.catalogue import Metric
-from rmfs_core.results.recorders import files_of_results, load_recorder
 from rmfs_core.scenario import Scenario, scenario_to_dict
 
 if TYPE_CHECKING:
@@ -66,13 +66,12 @@ def table_files(result: Result) -> dict[str, str]:
 
 @contextmanager
 def writing(
-    out: str | Path, scenario: Scenario, of_observers: Iterable[str]
-) -> Iterator[Callable[[Sequence[str]], Path]]:
+    out: str | Path, scenario: Scenario, standing: Iterable[object]
+) -> Iterator[Callable[[Iterable[object]], Path]]:
     """Let a run write results into a folder, all at the end of the block if it ends well.
 
-    Yields what returns a folder to write into, given the names of files of recorders and observers; those that
-    observers of every run may write are ``of_observers``. What recorders and observers of an earlier run have left is
-    deleted.
+    Yields what returns a folder to write into, given recorders and observers with their files; ``standing`` are the
+    observers of every run. What recorders and observers of an earlier run have left is deleted.
 
     Raises
     ------
@@ -83,14 +82,14 @@ def writing(
     with ExitStack() as stack:
         stack.enter_context(removed_if_empty(out))
 
-        def folder_for(files: Sequence[str]) -> Path:
-            folders.append(stack.enter_context(staged(_folder_for_results(out, scenario, files))))
+        def folder_for(observers: Iterable[object]) -> Path:
+            folders.append(stack.enter_context(staged(_folder_for_results(out, scenario, files_of(observers)))))
             return folders[-1]
 
         yield folder_for
         written = {file.name for folder in folders for file in folder.iterdir()}
     if again:
-        _delete_left_over(Path(out), written, of_observers)
+        _delete_left_over(Path(out), written, files_of(standing))
 
 
 def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:

@@ -232,8 +232,8 @@ def default_folder(name: str, seed: int, overrides: tuple[str, ...] = ()) -> Pat
 
 def _check_recorders(names: Sequence[str]) -> None:
     """Name the option that names a recorder which cannot be had."""
+    from rmfs_commands.results.recorders import load_recorder
     from rmfs_core.errors import InputError
-    from rmfs_core.results.recorders import load_recorder
 
     for name in names:
         try:
@@ -275,7 +275,7 @@ def _report(console: Console, result: Result, waited: str, folder: Path, record:
     from rich.text import Text
 
     from rmfs_commands.cli.display import duration
-    from rmfs_core.results.recorders import files_of, files_of_results, load_recorder, make_observers
+    from rmfs_commands.results.recorders import files_of, files_of_results, load_recorder, make_observers
 
     console.print()
     if not result.orders:

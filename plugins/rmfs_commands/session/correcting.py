@@ -83,8 +83,7 @@ class CorrectedFloor(Floor):
         self._count(pod, contents, min(space, UNLIMITED))
         if self.supply is not None:
             self.supply.waits_no_more(gained.items())
-            for sku in gained:
-                self._order_bundles(self.supply, sku)
+            self.supply.restock(gained)
 
     def _count(self, pod: Pod, contents: Mapping[int, int], space: int) -> None:
         warehouse, gained = self.warehouse, {sku: items - pod.contents[sku] for sku, items in contents.items()}
@@ -126,9 +125,7 @@ class CorrectedFloor(Floor):
         self.corrected[0].update(order.id for order in wait)
         self._show(order for order in backlog if order not in wait)
         for order in wait if self.supply is not None else ():
-            self.supply.waits(order.lines)  # type: ignore[union-attr]
-            for line in order.lines:
-                self._order_bundles(self.supply, line.sku)
+            self.supply.order_waits(order.lines)
 
     def _check_pick(self, pod: Pod) -> None:
         """Give up the pick from a pod that is under way, if its item is not promised from there any more."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from attrs import evolve
 
+from rmfs_commands.results.recorders import make_observers, make_recorders
 from rmfs_commands.session.correcting import CorrectedFloor
 from rmfs_commands.session.facts import Batch
 from rmfs_commands.session.hall import Hall
@@ -21,7 +22,6 @@ from rmfs_core.errors import InputError
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import described_by
-from rmfs_core.results.recorders import files_of, make_observers, make_recorders
 from rmfs_core.results.running import PreparedRun, versions_of
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario
@@ -224,9 +224,9 @@ def run_day(
     recorders, standing, rows = make_recorders(record), make_observers(), entrypoints.format_module("tables").Tables()
     told = [*((observer, None) for observer in observers), *recorders, *reversed(standing), (rows, None)]
     started = time.perf_counter()
-    writing: Any = entrypoints.format_module("results").writing(out, scenario, files_of(one for one, _ in standing))
+    writing: Any = entrypoints.format_module("results").writing(out, scenario, [one for one, _ in standing])
     with writing as folder_for:
-        folder = folder_for(files_of(one for one, name in told if name is not None))
+        folder = folder_for([one for one, name in told if name is not None])
         day = _Telling(noted, told, folder, scenario, journal, dead_s, **options)
         day.close()
         prepared = day.prepared(rows, time.perf_counter() - started)

@@ -10,6 +10,8 @@ from typing import Any
 import simpy
 from attrs import evolve, frozen
 
+from rmfs_commands.processes.hours import Hours
+from rmfs_commands.processes.supply import Bundles, bundle_arrives
 from rmfs_commands.session.packing import FloorPacking
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event, QueueJoined, RobotMoved
@@ -123,6 +125,29 @@ class FloorDriving(Driving):
         yield self._floor.wait("queue", robot.id, station.id)
 
 
+class FloorHours(Hours):
+    """Opening hours of a floor (`Floor`), some of whose stations are closed whatever these say."""
+
+    def keep(self) -> None:
+        """Open and close stations, and send robots on and off duty."""
+        super().keep()
+        for station in self._run.closed:
+            self._run.warehouse.staff(self._run.warehouse.stations[station], False, None)
+
+
+class FloorBundles(Bundles):
+    """Bundles of a floor (`Floor`): they are ordered by commands, and arrive as facts."""
+
+    def follow(self) -> Process:
+        """Order what has run low at the start."""
+        self.restock(range(self._run.warehouse.n_skus))
+        yield from ()
+
+    def comes(self, going: Going) -> None:
+        """Have a bundle brought."""
+        self._run.command("reorder", sku=going.sku, items=going.items)
+
+
 class Floor(Simulation):
     """The simulation's stories, rounds, checks and changes, with facts in place of durations.
 
@@ -164,7 +189,9 @@ class Floor(Simulation):
             self.warehouse.arrived[order.id] = order
         self.warehouse.orders = self.book
         if self.packing is not None:
-            self.packing = FloorPacking(self.context, self.services, self._packed, command)
+            self.packing = FloorPacking(self, command)
+        self.shifts = None if self.shifts is None else FloorHours(self)
+        self.supply = None if self.supply is None else FloorBundles(self)
         self.closed: set[int] = set()
         """Ids of stations that take no order, whatever their timetables say."""
         self.driving = FloorDriving(self)
@@ -245,7 +272,7 @@ class Floor(Simulation):
 
     def bring(self, sku: int, items: int, name: str) -> None:
         """Let a bundle arrive."""
-        self._bundle_arrives(sku, items, name)
+        bundle_arrives(self, sku, items, name)
         self.settle()
 
     def drive(self, robot: Robot, cell: int, heading: int, charge: float | None = None) -> None:
@@ -284,20 +311,6 @@ class Floor(Simulation):
 
     def _arrivals(self) -> Process:
         yield from ()
-
-    def _bundles(self, supply: Any) -> Process:
-        for sku in range(self.warehouse.n_skus):
-            self._order_bundles(supply, sku)
-        yield from ()
-
-    def bundle_comes(self, going: Going) -> None:
-        """Have a bundle brought; it arrives as a fact."""
-        self.command("reorder", sku=going.sku, items=going.items)
-
-    def _keep_hours(self) -> None:
-        super()._keep_hours()
-        for station in self.closed:
-            self.warehouse.staff(self.warehouse.stations[station], False, None)
 
     def transport(self, robot: Robot, pod: Pod, going: Going | None = None) -> Process:
         """Fetch a pod, carry it along its stations, and store it, unless that is abandoned."""

@@ -11,6 +11,7 @@ from typing import Any
 
 from attrs import evolve
 
+from rmfs_commands.processes.events import OrderPacked, PackingAssigned
 from rmfs_commands.results.files import to_json
 from rmfs_commands.session.correcting import CorrectedFloor
 from rmfs_commands.session.facts import Batch, ContradictionError, Fact, batch_of
@@ -421,9 +422,9 @@ class Hall(Handling):
                 self._command("move_robot", robot=event.robot, cell=event.cell, charge=charge)
             case events.PodMoveDecided():
                 self._command("move_pod", robot=event.robot, pod=event.pod, cell=event.cell)
-            case events.PackingAssigned():
+            case PackingAssigned():
                 self._command("assign_packing", order=event.order, packing=event.packing, box=event.box)
-            case events.OrderCancelled() | events.OrderPacked():
+            case events.OrderCancelled() | OrderPacked():
                 self._done.append(self._floor.warehouse.orders[event.order])
             case events.OrderCompleted() if self._floor.packing is None:
                 self._done.append(self._floor.warehouse.orders[event.order])

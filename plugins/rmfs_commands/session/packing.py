@@ -10,7 +10,6 @@ from attrs import define
 
 from rmfs_commands.processes.packing import Packing
 from rmfs_core.simulation.driving.base import Process
-from rmfs_core.simulation.services import Services
 from rmfs_core.warehouse import Order, PackingTask, Request
 
 ENDS = {"convey": "part_arrived", "put": "part_packed", "pack": "order_packed"}
@@ -38,7 +37,7 @@ class FloorPacking(Packing):
 
     Parameters
     ----------
-    run, services, packed
+    run
         As for a run.
     command
         Takes each command.
@@ -49,11 +48,9 @@ class FloorPacking(Packing):
         By kind (`ENDS`) and number of the tote (``pack``: id of the order): what happens with the fact, and since when.
     """
 
-    def __init__(
-        self, run: Any, services: Services, packed: Callable[[bool], None], command: Callable[..., None]
-    ) -> None:
-        self._real, self._silent, self._command = run, _Run(run), command
-        super().__init__(self._silent, services, packed)  # type: ignore[arg-type]
+    def __init__(self, run: Any, command: Callable[..., None]) -> None:
+        self._real, self._silent, self._command = run.context, _Run(run.context), command
+        super().__init__(run, self._silent)  # type: ignore[arg-type]
         self.waits: dict[tuple[str, int], tuple[simpy.Event, int]] = {}
 
     def released(self, request: Request, handled_tick: int) -> None:  # noqa: ARG002

@@ -12,11 +12,12 @@ from pathlib import Path
 from attrs import evolve, frozen
 
 from rmfs_commands.convert.lines import Sku
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.instances.csv_files import read_orders
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import Scenario
-from rmfs_core.timetable import DAY, Calendar
+from rmfs_core.timetable import DAY
 from rmfs_core.wording import counted, first_few
 from rmfs_core.world import Instance, OrderData
 from rmfs_core.world.instance_making import instance_problems, unchecked_instance

@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rmfs_commands.instances.tables import finite
+from rmfs_commands.processes.packing import apply_packing, next_tasks
 from rmfs_commands.states.written import WrittenAnswer
 from rmfs_core.clock import to_seconds
 from rmfs_core.decisions import (
@@ -112,11 +113,11 @@ def _packing_in(opened: OpenState, role: Role) -> dict[str, Any]:
                 why = "is bound for a packing station" if order.parts else "has no part that is assigned"
                 names.wrong(("ask", "orders"), f'names order "{order.name}", which {why}')
         return {"orders": tuple(orders)}
-    at = next((station.id for station in warehouse.packing if station.next_tasks), 0)
+    at = next((station.id for station in warehouse.packing if next_tasks(station)), 0)
     station = warehouse.packing[at if asked.station is None else names.packing(asked.station, "ask", "station")]
-    if not station.next_tasks:
+    if not (tasks := next_tasks(station)):
         names.wrong(("ask", "station"), f"no packer is free for a task at packing station {station.label}")
-    return {"station": station, "tasks": station.next_tasks}
+    return {"station": station, "tasks": tasks}
 
 
 def forget(*_: object) -> None:
@@ -394,7 +395,7 @@ APPLIED: Mapping[Role, Callable[..., object]] = {
     Role.ACTIVATE: partial(applying.apply_activation, keep=forget),
     Role.IDLE: partial(applying.apply_rests, keep=forget, start=forget),
     Role.MOVE: partial(applying.apply_moves, keep=forget, start=forget),
-    Role.PACKING: partial(applying.apply_packing, keep=forget),
+    Role.PACKING: partial(apply_packing, keep=forget),
     Role.PACKING_TASK: lambda _, answer, tasks, **_given: checks.known("task", answer, tasks),
 }
 """How decisions without an `Outcome` are checked and applied: functions of warehouse, answer, hook's arguments."""

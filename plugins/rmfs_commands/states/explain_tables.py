@@ -13,12 +13,12 @@ from rich.table import Table
 from rich.text import Text
 
 from rmfs_commands.cli.screen import ROOM_FOR_WORDS, new_table, print_named, say
+from rmfs_commands.cli.summary import gap_of
 from rmfs_commands.states import Answer, Outcome, Recorded, Recording, State
 from rmfs_commands.states.deciding import BundleOutcome
 from rmfs_commands.states.rebuilding import OpenState, open_state
 from rmfs_commands.states.stories import Episode, in_words, task_in, where_in
 from rmfs_core.clock import to_seconds
-from rmfs_core.decisions import gap_of
 from rmfs_core.roles import Role
 from rmfs_core.rule_helpers import ticks_to_station
 from rmfs_core.scenario import RuleChoice

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import Any
 
+from rmfs_commands.processes.events import ChargerDown, RobotDown, StationDown
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.packed import packing_events
 from rmfs_commands.states.resuming import AT_STATION
@@ -30,12 +31,12 @@ def opening_events(
     found += [*packing_events(warehouse, told, going, over), *_of_robots(warehouse, told, stories, going)]
     now = warehouse.now
     found += [events.StationClosed(now, station.id) for station in warehouse.stations if not station.open]
-    found += [events.StationDown(now, station.id) for station in warehouse.stations if not station.in_service]
+    found += [StationDown(now, station.id) for station in warehouse.stations if not station.in_service]
     planned = {one.id for one in told.outages if one.of == "robot" and one.planned}
     down = [robot.id for robot in warehouse.robots if not robot.in_service]
-    found += [events.RobotDown(now, robot, robot in planned) for robot in down]
+    found += [RobotDown(now, robot, robot in planned) for robot in down]
     chargers = warehouse.travel.layout.chargers
-    found += [events.ChargerDown(now, cell) for cell in chargers if cell not in warehouse.chargers]
+    found += [ChargerDown(now, cell) for cell in chargers if cell not in warehouse.chargers]
     if (number := sum(robot.on_duty for robot in warehouse.robots)) < len(warehouse.robots):
         found.append(events.RobotsOnDuty(now, number))
     return sorted(found, key=lambda event: event.tick)

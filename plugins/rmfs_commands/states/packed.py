@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import evolve
 
+from rmfs_commands.processes.events import OrderPacked, PackingAssigned, PackingStarted, PartArrived, PartPut, PartSent
+from rmfs_commands.processes.packing import task_ticks
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.state import PackedState, RunState, State
 from rmfs_core import events
@@ -252,7 +254,7 @@ def resume_packing(run: Simulation, begun: Any) -> None:
     for station in run.warehouse.packing:
         for task in station.tasks:
             if task.kind == "put" and task.tote not in packing.puts:
-                packing.puts[task.tote] = run.services.packs("put", task.order.id, task.items)
+                packing.puts[task.tote] = task_ticks(run.services, station.section, "put", task.order.id, task.items)
 
 
 def go_on(run: Simulation, going: Going) -> Any:
@@ -295,24 +297,24 @@ def packing_events(warehouse: Warehouse, told: RunState, going: Sequence[Going],
         at = order.packing
         assert at is not None
         one, own = told.packing.get(order.name, PackedState(order.arrival_s)), (order.id, at.station)
-        yield events.PackingAssigned(to_ticks(one.bound_s), *own, at.box)
+        yield PackingAssigned(to_ticks(one.bound_s), *own, at.box)
         parts = one.parts_s or (() if at.first_part_s is None else (at.first_part_s,))
         for tick in map(to_ticks, parts):
-            yield events.PartSent(tick, *own, order.stations[0], 0, 0)
-            yield events.PartArrived(tick, *own, 0, 0)
+            yield PartSent(tick, *own, order.stations[0], 0, 0)
+            yield PartArrived(tick, *own, 0, 0)
         if order in ready and at.box is not None:
-            yield events.PartPut(ready[order], ready[order], *own, 0, 0)
+            yield PartPut(ready[order], ready[order], *own, 0, 0)
         ends = max(over, order.arrival_tick) if one.packed_s is None else to_ticks(one.packed_s)
         begins = to_ticks(one.begun_s) if one.begun_s is not None else begun.get(order.id, ends if at.packed else None)
         if begins is not None:
-            yield events.PackingStarted(begins, *own)
+            yield PackingStarted(begins, *own)
         if at.packed and begins is not None:
-            yield events.OrderPacked(ends, begins, *own)
+            yield OrderPacked(ends, begins, *own)
     for one_going in going:
         if one_going.kind == "conveyor":
             bound = warehouse.packing_of(warehouse.orders[one_going.order or 0]).station
             what = one_going.order or 0, bound, 0, one_going.tote, one_going.items
-            yield events.PartSent(one_going.since, *what)
+            yield PartSent(one_going.since, *what)
 
 
 def _in_order(warehouse: Warehouse, told: RunState) -> Mapping[int, None]:

@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 from attrs import asdict, evolve
 
+from rmfs_commands.processes.battery import Battery, battery_for_a_moment
 from rmfs_commands.states.plain import (
     BundleMemento,
     Memento,
@@ -22,7 +23,6 @@ from rmfs_core.entrypoints import process
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
 from rmfs_core.warehouse import Order, PackingStation, PackingTask, Robot, Station, Warehouse
 from rmfs_core.warehouse.backlog import Backlog
-from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.claims import Claims, by_age
 from rmfs_core.world import CellKind, Instance, OrderData
 from rmfs_core.world.travel import Travel
@@ -314,7 +314,7 @@ def _carry(warehouse: Warehouse, memento: Memento) -> None:
             if memento.pods[pod.id].cell is None:
                 warehouse.lift(robot, pod)
         if given.charge is not None and robot.charge is None:
-            warehouse.put_battery(robot, given.charge, low=given.low)
+            warehouse.put_battery(robot, battery_for_a_moment(given.charge, low=given.low))
     in_line: set[int] = set()
     for station, told in zip(warehouse.stations, memento.stations, strict=True):
         path = ("stations", station.id, "line")

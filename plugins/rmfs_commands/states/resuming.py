@@ -87,8 +87,8 @@ def resume(run: Simulation, begun: Any) -> None:
             held = warehouse.request_in_hand(warehouse.stations[going.station or 0])
             assert held is not None  # it was looked at
             run.env.process(_once(partial(run.release_later, held, going)))
-        elif going.kind == "bundle":
-            run.env.process(_once(partial(run.bundle_comes, going)))
+        elif going.kind == "bundle" and run.supply is not None:  # it is looked at
+            run.env.process(_once(partial(run.supply.comes, going)))
         elif going.kind == "alarm":
             run.env.process(_once(partial(run.decisions.ring_at, going.tick, wanted=going.tick == begun.wakes)))
         elif going.kind in KINDS:

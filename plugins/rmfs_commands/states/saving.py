@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rmfs_commands.processes.events import OrderPacked, PackingAssigned, PackingStarted, PartArrived
 from rmfs_commands.results.files import AtomicFile, to_json, write_text
 from rmfs_commands.states.memory import labelled, memories
 from rmfs_commands.states.packed import TASKS, told_of
@@ -14,18 +15,7 @@ from rmfs_commands.states.resuming import going_on
 from rmfs_commands.states.snapshots import Snapshots
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError
-from rmfs_core.events import (
-    Event,
-    ItemPicked,
-    OrderArrived,
-    OrderAssigned,
-    OrderCompleted,
-    OrderPacked,
-    PackingAssigned,
-    PackingStarted,
-    PartArrived,
-    VisitStarted,
-)
+from rmfs_core.events import Event, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import Scenario, located
 

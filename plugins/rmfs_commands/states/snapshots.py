@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from rmfs_commands.cli.map_drawing import draw_map
+from rmfs_commands.processes.events import OrderPacked, PackingAssigned, PackingStarted, PartArrived, PartPut, PartSent
 from rmfs_commands.states.answers import ARGUMENTS
 from rmfs_commands.states.patches import difference
 from rmfs_commands.states.plain import (
@@ -29,12 +30,6 @@ from rmfs_core.events import (
     OrderAssigned,
     OrderCancelled,
     OrderInStock,
-    OrderPacked,
-    PackingAssigned,
-    PackingStarted,
-    PartArrived,
-    PartPut,
-    PartSent,
     PodLifted,
     PodStored,
     TripDecided,

@@ -71,6 +71,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import attrs
 
 from rmfs_commands.instances.tables import finite
+from rmfs_commands.processes import events as of_processes
 from rmfs_commands.results.files import json_ready
 from rmfs_commands.trace.json_lines import JsonLinesFile, beside_results
 from rmfs_core import events
@@ -98,8 +99,9 @@ def _snake(name: str) -> str:
 
 EVENTS: dict[str, type[Event]] = {
     _snake(name): kind
-    for name, kind in vars(events).items()
-    if isinstance(kind, type) and issubclass(kind, Event) and kind is not Event and name[0] != "_"
+    for module in (events, of_processes)
+    for name in module.__all__
+    if (kind := getattr(module, name)) is not Event
 }
 """Every class of event by its name in a trace."""
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from attrs import evolve
 
+from rmfs_commands.processes.events import StationDown
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.case import Case
 from rmfs_commands.validation.lines import LineCheck
@@ -29,7 +30,7 @@ from rmfs_core.world import Instance
 
 FOLLOWED = (
     *(events.TaskAssigned, events.PodMoveDecided, events.RobotSent, events.RobotRested, events.VisitStarted),
-    *(events.StationClosed, events.RobotsOnDuty, events.StationDown),
+    *(events.StationClosed, events.RobotsOnDuty, StationDown),
 )
 """Events of the time before that tell checks what robots and stations are at; of all else the state tells more."""
 

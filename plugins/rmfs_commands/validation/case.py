@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.fault import KINDS, Fault
 from rmfs_core.clock import TICKS_PER_S
@@ -15,7 +16,6 @@ from rmfs_core.scenario.model import PackingSection, RobotsSection, StationsSect
 from rmfs_core.scenario.service import MAY_SPREAD
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.simulation.services import Services
-from rmfs_core.timetable import Calendar
 from rmfs_core.world import CellKind
 from rmfs_core.world.grid import RESTING
 
@@ -71,10 +71,10 @@ class Case:
             own, section = structure_as(StationsSection, times), "packing"
             given = trace.scenario.get("packing") or {}
             packs = {key: given[key] for key in MAY_SPREAD["packing"] if key in given}
-            packing = structure_as(PackingSection, packs)
+            self.packing = structure_as(PackingSection, packs)
             section, varies = "robots", isinstance(robots.get("lift_s"), Mapping)
             lift_s = structure_as(RobotsSection, {"lift_s": robots["lift_s"]}).lift_s if varies else trace.motion.lift_s
-            self.services = Services(own, seed, picking, zero, lift_s, packing)
+            self.services = Services(own, seed, picking, zero, lift_s)
             self.keeps_places = stations.get("release", "picked") == "handled"
             shortest = min((own.places for own in trace.layout.stations), default=12)
             self.queue_length = int(stations.get("queue_length", min(12, shortest)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
+from rmfs_commands.processes.events import OrderPacked
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.packed import packers_ticks
 from rmfs_commands.validation.robots import recompute_robots
@@ -23,7 +24,6 @@ from rmfs_core.events import (
     ItemPicked,
     OrderAssigned,
     OrderCompleted,
-    OrderPacked,
     PodLifted,
     RobotMoved,
     StationClosed,

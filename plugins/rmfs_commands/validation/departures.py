@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from rmfs_commands.processes.events import OrderPacked
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.tables import Row, arrivals_of, cancelled_in, measured_from
 from rmfs_core.clock import TICKS_PER_S, to_ticks
-from rmfs_core.events import OrderCompleted, OrderPacked
+from rmfs_core.events import OrderCompleted
 
 _Late = tuple[bool, int]
 """Whether an order misses its truck, and when it was done, or the run ended, in ticks after that left."""

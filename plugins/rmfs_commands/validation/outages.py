@@ -8,28 +8,24 @@ from typing import Any
 
 from attrs import define
 
+from rmfs_commands.instances.calendar import Calendar
+from rmfs_commands.processes.events import ChargerDown, ChargerUp, RobotDown, RobotUp, StationDown, StationUp
 from rmfs_commands.validation.case import Case, Handlers, seconds
 from rmfs_commands.validation.state import State
 from rmfs_commands.validation.tables import has_batteries
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import (
     BundleStored,
-    ChargerDown,
-    ChargerUp,
     Event,
     ItemPicked,
     PodMoveDecided,
     PodStored,
-    RobotDown,
     RobotRested,
     RobotSent,
-    RobotUp,
-    StationDown,
-    StationUp,
     TaskAssigned,
 )
 from rmfs_core.randomness import keyed_stream
-from rmfs_core.timetable import Calendar, Timetable, read_spans
+from rmfs_core.timetable import Timetable, read_spans
 from rmfs_core.warehouse import Warehouse
 
 

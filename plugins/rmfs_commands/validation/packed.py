@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from attrs import Factory, define
 
+from rmfs_commands.processes.events import OrderPacked, PackingAssigned, PackingStarted, PartArrived, PartPut, PartSent
 from rmfs_commands.trace.reader import Trace, packing_stations
 from rmfs_commands.validation.tables import (
     Row,
@@ -21,18 +22,7 @@ from rmfs_commands.validation.tables import (
     packing_hours,
 )
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.events import (
-    DecisionMade,
-    OrderArrived,
-    OrderCancelled,
-    OrderCompleted,
-    OrderPacked,
-    PackingAssigned,
-    PackingStarted,
-    PartArrived,
-    PartPut,
-    PartSent,
-)
+from rmfs_core.events import DecisionMade, OrderArrived, OrderCancelled, OrderCompleted
 
 
 @define

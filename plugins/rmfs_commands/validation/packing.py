@@ -8,14 +8,7 @@ from typing import Any
 
 from attrs import Factory, define
 
-from rmfs_commands.validation.case import Case, Handlers, seconds
-from rmfs_commands.validation.tables import packing_hours
-from rmfs_core.clock import to_ticks
-from rmfs_core.events import (
-    ItemPicked,
-    OrderAssigned,
-    OrderCancelled,
-    OrderCompleted,
+from rmfs_commands.processes.events import (
     OrderConsolidated,
     OrderPacked,
     PackingAssigned,
@@ -24,6 +17,11 @@ from rmfs_core.events import (
     PartPut,
     PartSent,
 )
+from rmfs_commands.processes.packing import task_ticks
+from rmfs_commands.validation.case import Case, Handlers, seconds
+from rmfs_commands.validation.tables import packing_hours
+from rmfs_core.clock import to_ticks
+from rmfs_core.events import ItemPicked, OrderAssigned, OrderCancelled, OrderCompleted
 from rmfs_core.simulation.going import Going
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.wording import counted
@@ -247,7 +245,7 @@ class PackingCheck:
             self._add("conveyor-time", event, f"comes in tote {event.tote} with {items}, which was not sent")
             return
         self.come[event.tote] = event.tick, False
-        self.puts[event.tote] = self.case.services.packs("put", event.order, event.items)
+        self.puts[event.tote] = self._ticks("put", event.order, event.items)
         order.come += event.items
         taken, ticks = event.tick - sent.tick, self.known.pop(("conveyor", event.tote), None)
         ticks = self._conveyor(sent.station, event.packing) if ticks is None else ticks
@@ -303,7 +301,7 @@ class PackingCheck:
         """Check that packing took as long as it does; the box is free then."""
         order, ticks = self._order(event), self.known.pop(("pack", event.order), None)
         if ticks is None:
-            ticks = self.case.services.packs("pack", event.order, self._items(event.order))
+            ticks = self._ticks("pack", event.order, self._items(event.order))
         if order.packed or order.begun != event.start_tick or event.tick - event.start_tick != ticks:
             begun = "never" if order.begun is None else seconds(order.begun)
             told = f"is packed{' again' if order.packed else ''} from {seconds(event.start_tick)}"
@@ -313,6 +311,9 @@ class PackingCheck:
         if order.box is not None:
             self.boxes.pop((order.packing, order.box), None)
         self.work[event.packing, "packer"].append((event.tick, -1))
+
+    def _ticks(self, kind: str, order: int, items: int) -> int:
+        return task_ticks(self.case.services, self.case.packing, kind, order, items)
 
     def _begins(self, event: PartPut | PackingStarted, crew: str, start: int) -> None:
         if not self.hours[event.packing].at(start):

@@ -5,19 +5,11 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 
+from rmfs_commands.processes.events import ChargerDown, ChargerUp
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.tables import has_batteries, robots_of
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.events import (
-    ChargerDown,
-    ChargerUp,
-    PodLifted,
-    PodMoveDecided,
-    PodStored,
-    RobotMoved,
-    RobotRested,
-    RobotSent,
-)
+from rmfs_core.events import PodLifted, PodMoveDecided, PodStored, RobotMoved, RobotRested, RobotSent
 
 WH = 3600
 ROBOT_KG, POD_KG, RESISTANCE, EFFICIENCY, SIDE_M, HALF_TRACK_M, LIFT_M, G = 150, 450, 0.015, 0.8, 0.9, 0.3, 0.05, 9.81

@@ -4,20 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from rmfs_commands.processes.events import StationDown, StationUp
+from rmfs_commands.processes.hours import hours_of
 from rmfs_commands.validation.case import Case, Handlers, seconds
 from rmfs_commands.validation.state import State
 from rmfs_core.errors import InputError
-from rmfs_core.events import (
-    OrderAssigned,
-    RobotsOnDuty,
-    StationClosed,
-    StationDown,
-    StationOpened,
-    StationUp,
-    TaskAssigned,
-)
+from rmfs_core.events import OrderAssigned, RobotsOnDuty, StationClosed, StationOpened, TaskAssigned
 from rmfs_core.scenario import scenario_from_dict
-from rmfs_core.simulation.setup import hours_of
 from rmfs_core.timetable import Timetable
 
 

@@ -11,39 +11,42 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rmfs_commands.instances.calendar import Calendar
+from rmfs_commands.processes.events import (
+    ChargerDown,
+    ChargerUp,
+    OrderPacked,
+    PackingAssigned,
+    RobotDown,
+    RobotUp,
+    StationDown,
+    StationUp,
+)
 from rmfs_commands.trace.reader import Trace, packing_stations
 from rmfs_commands.validation.stock import joined_at
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import (
-    ChargerDown,
-    ChargerUp,
     Event,
     ItemPicked,
     OrderArrived,
     OrderAssigned,
     OrderCancelled,
     OrderCompleted,
-    OrderPacked,
-    PackingAssigned,
     PodLifted,
     PodMoveDecided,
     PodStored,
     QueueJoined,
-    RobotDown,
     RobotMoved,
     RobotRested,
     RobotSent,
     RobotsOnDuty,
-    RobotUp,
     StationClosed,
-    StationDown,
     StationOpened,
-    StationUp,
     TaskAssigned,
     VisitEnded,
     VisitStarted,
 )
-from rmfs_core.timetable import ALWAYS, Calendar, Timetable, read_spans
+from rmfs_core.timetable import ALWAYS, Timetable, read_spans
 
 Row = dict[str, float | str | None]
 STATES = ("idle", "to_pod", "to_station", "queue", "station", "storing")

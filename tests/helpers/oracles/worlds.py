@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from attrs import define, evolve, frozen
 
+from rmfs_commands.processes.battery import battery_for_a_moment
 from rmfs_commands.testing import small_instance, small_layout, small_world
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.scenario.model import PackingSection
@@ -201,7 +202,8 @@ class Run:
         for robot, cell in zip(world.robots, lots.sample(layout.storage_locations, len(world.robots)), strict=True):
             world.move(robot, cell, lots.randrange(4))
             if self.batteries:
-                world.put_battery(robot, lots.choice([0.05, 0.2, 0.3, 0.5, 0.8, 0.95]), low=lots.random() < 0.2)
+                share = lots.choice([0.05, 0.2, 0.3, 0.5, 0.8, 0.95])
+                world.put_battery(robot, battery_for_a_moment(share, low=lots.random() < 0.2))
         return world
 
     def go_on(self, world: Warehouse, phase: int) -> None:

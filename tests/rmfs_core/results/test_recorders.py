@@ -24,12 +24,12 @@ from rmfs_commands.cli.main import main
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.instances.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Tables
 from rmfs_commands.results.figures import TIMING, by_heading, show
+from rmfs_commands.results.recorders import load_recorder
 from rmfs_core import InputError, OrderAssignment, Result, RuleError, hookimpl, load_scenario
 from rmfs_core.errors import RunError
 from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderAssigned, OrderCompleted, VisitEnded, VisitStarted
 from rmfs_core.info import RunInfo
 from rmfs_core.results.catalogue import Metric, described_by
-from rmfs_core.results.recorders import load_recorder
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RunSection
 from rmfs_core.warehouse import WarehouseView

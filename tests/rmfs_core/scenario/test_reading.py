@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cases import cases
-from rmfs_commands.instances.toml_lines import line_of
+from rmfs_commands.instances.toml_lines import line_of, read_toml
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import RuleChoice, load_scenario, located, scenario_from_dict
 from rmfs_core.scenario.checks import (
@@ -29,7 +29,7 @@ from rmfs_core.scenario.checks import (
 )
 from rmfs_core.scenario.model import InstanceSection, RulesSection, Scenario, StationsSection
 from rmfs_core.scenario.structuring import KeyProblem, strict_converter, structure
-from rmfs_core.scenario.tomltext import read_toml, shown, toml_key, toml_text, toml_value
+from rmfs_core.scenario.tomltext import shown, toml_key, toml_text, toml_value
 from saying import said
 
 RULES_TEXT = '[rules]\npoa = "pod-match"\npps = "demand"\n'

@@ -50,7 +50,7 @@ def decisions(run: RunContext) -> tuple[Decisions, list[Any], list[tuple[Robot, 
     def go(*_: object) -> None:
         """Nobody drives."""
 
-    return Decisions(run, start, go, go, lambda: None), events, started
+    return Decisions(run, start, go, go, go), events, started
 
 
 def hooks(rule: Any) -> list[str]:

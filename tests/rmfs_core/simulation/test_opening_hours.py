@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import rmfs_core
 from cases import cases
+from rmfs_commands.processes.events import OrderPacked
 from rmfs_commands.testing import small_instance, small_layout, small_world
 from rmfs_commands.testing.traces import Recorder
 from rmfs_commands.validation import validate_trace
@@ -24,7 +25,6 @@ from rmfs_core.events import (
     ItemPicked,
     OrderAssigned,
     OrderCompleted,
-    OrderPacked,
     PodLifted,
     PodStored,
     RobotsOnDuty,

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import rmfs_core
 from replenished import RULES as REPLENISHED
 from replenished import prepared, replenished_world, scenario_of
+from rmfs_commands.processes.battery import battery_for_a_moment
 from rmfs_commands.states.restoring import begin_to_wait
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core import StandstillError, hookimpl
@@ -316,9 +317,9 @@ def test_pods_are_sent_and_robots_charged_otherwise() -> None:
     assert [[pod.id for pod in station.inbound_pods] for station in world.stations] == [[0, 1], [0, 1]]
     robot = (world := small_world({}, {"p": ["a"]})).robots[0]
     assert (robot.charge, robot.low) == (None, False)
-    world.put_battery(robot, 0.25, low=True)
+    world.put_battery(robot, battery_for_a_moment(0.25, low=True))
     assert (robot.charge, robot.low, robot.idle) == (0.25, True, False)
-    world.put_battery(robot, 0.5, low=False)
+    world.put_battery(robot, battery_for_a_moment(0.5, low=False))
     assert (robot.charge, robot.low, robot.idle) == (0.5, False, True)
 
 

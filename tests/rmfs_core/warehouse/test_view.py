@@ -2,10 +2,10 @@
 
 import pytest
 
+from rmfs_commands.processes.battery import Battery
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core.scenario.model import BatterySection
 from rmfs_core.warehouse import Order, Robot, Station, Warehouse, WarehouseView
-from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
 from rmfs_core.world import NORTH, OrderData, StationCells
 

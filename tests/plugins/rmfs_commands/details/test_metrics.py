@@ -23,6 +23,7 @@ from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.spans import Count, Number, length, merged, overlap, percentile, within
 from rmfs_commands.details.stations import Stations
+from rmfs_commands.processes.events import StationDown, StationUp
 from rmfs_commands.validation.checking import validate_trace
 from rmfs_core import InputError
 from rmfs_core.events import (
@@ -38,9 +39,7 @@ from rmfs_core.events import (
     RobotMoved,
     RobotsOnDuty,
     StationClosed,
-    StationDown,
     StationOpened,
-    StationUp,
     TaskAssigned,
     VisitEnded,
     VisitStarted,

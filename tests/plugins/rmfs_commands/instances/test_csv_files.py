@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from cases import cases
+from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.instances.csv_files import read_bundles, read_robots, read_skus
 from rmfs_core.errors import InputError
-from rmfs_core.world import Calendar, Instance, OrderData, PodData, read_instance
+from rmfs_core.world import Instance, OrderData, PodData, read_instance
 from saying import said
 
 ORDERS = "order,arrival_s,sku,quantity\n"

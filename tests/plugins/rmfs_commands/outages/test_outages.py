@@ -15,6 +15,7 @@ from PIL import ImageColor
 import rmfs_core
 from cases import cases
 from damage import assert_found, change, drop
+from rmfs_commands.processes.events import ChargerDown, ChargerUp, RobotDown, RobotUp, StationDown, StationUp
 from rmfs_commands.replay.frames import Camera, palette
 from rmfs_commands.replay.reading import read_replay
 from rmfs_commands.states import read_recording
@@ -23,20 +24,7 @@ from rmfs_commands.trace import Trace, read_trace
 from rmfs_commands.validation import validate_trace
 from rmfs_core import RobotMove, TaskAssignment, hookimpl
 from rmfs_core.errors import InputError, RuleError, StandstillError
-from rmfs_core.events import (
-    ChargerDown,
-    ChargerUp,
-    Event,
-    ItemPicked,
-    OrderAssigned,
-    PodStored,
-    RobotDown,
-    RobotSent,
-    RobotUp,
-    StationDown,
-    StationUp,
-    TaskAssigned,
-)
+from rmfs_core.events import Event, ItemPicked, OrderAssigned, PodStored, RobotSent, TaskAssigned
 from rmfs_core.randomness import keyed_stream
 from rmfs_core.scenario import load_scenario
 from rmfs_core.scenario.model import RuleChoice

@@ -9,13 +9,7 @@ import pytest
 from attrs import define, evolve
 
 from rmfs_commands.layouts import parse_map
-from rmfs_commands.testing import small_instance, small_layout
-from rmfs_core import JointDecision, OrderAssignment, PodTrip, hookimpl
-from rmfs_core.errors import InputError, RuleError, StandstillError
-from rmfs_core.events import (
-    Event,
-    ItemPicked,
-    OrderCompleted,
+from rmfs_commands.processes.events import (
     OrderConsolidated,
     OrderPacked,
     PackingAssigned,
@@ -24,6 +18,10 @@ from rmfs_core.events import (
     PartPut,
     PartSent,
 )
+from rmfs_commands.testing import small_instance, small_layout
+from rmfs_core import JointDecision, OrderAssignment, PodTrip, hookimpl
+from rmfs_core.errors import InputError, RuleError, StandstillError
+from rmfs_core.events import Event, ItemPicked, OrderCompleted
 from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.scenario import load_scenario, scenario_to_dict
 from rmfs_core.scenario.model import PackingSection, RuleChoice, Scenario

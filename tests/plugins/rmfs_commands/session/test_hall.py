@@ -12,7 +12,7 @@ from attrs import evolve
 from cases import cases
 from driven import Log, Told
 from rmfs_commands.cli.main import main
-from rmfs_commands.instances.tables import ORDER_COLUMNS, VISIT_COLUMNS
+from rmfs_commands.instances.tables import ORDER_COLUMNS, VISIT_COLUMNS, Tables
 from rmfs_commands.results.files import to_csv, to_json
 from rmfs_commands.session import Hall, StaleBatchError
 from rmfs_commands.session.day import run_day
@@ -20,7 +20,6 @@ from rmfs_commands.validation import check_trace
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.info import RunInfo
-from rmfs_core.results.result import tables
 from rmfs_core.scenario import load_scenario
 
 EXAMPLES = Path(__file__).parents[4] / "scenarios" / "examples"
@@ -33,7 +32,7 @@ def small() -> Told:
     return run
 
 
-class Rows(tables().Tables):  # type: ignore[misc]
+class Rows(Tables):  # type: ignore[misc]
     """Rows of orders.csv and visits.csv of a session, which knows no order before it arrives."""
 
     def __init__(self, run: Told) -> None:

@@ -14,6 +14,7 @@ import rmfs_core
 from cases import cases
 from damage import Damage, at, change, find, put, told, told_before, twice, without
 from replenished import RULES, scenario_of
+from rmfs_commands.processes.events import PackingStarted, PartPut
 from rmfs_commands.trace import Trace, read_trace
 from rmfs_commands.validation import check_trace, faults_of, validate_trace
 from rmfs_commands.validation.collisions import reached_s
@@ -28,8 +29,6 @@ from rmfs_core.events import (
     OrderArrived,
     OrderCompleted,
     OrderInStock,
-    PackingStarted,
-    PartPut,
     PodMoveDecided,
     QueueJoined,
     RobotMoved,

@@ -7,15 +7,16 @@ import sys
 from collections.abc import Iterable
 from typing import Any, ClassVar, Protocol
 
+from rmfs_commands.instances.tables import TABLE_FILES
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
-from rmfs_core.results.result import RESULT_FILE, tables
+from rmfs_core.results import RESULT_FILE
 from rmfs_core.wording import listed, nearest, one_line, sentence, shown_short
 
 
 def files_of_results() -> list[str]:
     """Return the names of the files that every result has."""
-    return [RESULT_FILE, *(file for file, _ in tables().TABLE_FILES.values())]
+    return [RESULT_FILE, *(file for file, _ in TABLE_FILES.values())]
 
 
 class Recorder(Protocol):
@@ -94,11 +95,6 @@ def _make_observer(entries: entrypoints.Entries, place: str, described: str) -> 
         expected = "a tuple of plain names, none that of a file of results"
         raise InputError(place, f"{described}: expected `files` to be {expected}; found {shown_short(files)}")
     return observer
-
-
-def versions_of_observers() -> dict[str, str]:
-    """Return the versions of the distributions that offer observers of every run: these measure, too."""
-    return dict(entrypoints.origin(entry) for entry, *_ in entrypoints.offers(entrypoints.OBSERVERS).values())
 
 
 def _make(kind: Any, place: str, described: str) -> Any:
