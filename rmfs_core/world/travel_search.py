@@ -142,10 +142,8 @@ def times_near(goal, times, start, spare, moves, passable, offsets, runs, turns,
         return FAR  # there is no way, or none is so long: all are right
     number = times.dtype.type  # arithmetic in that type is done on several at once
     for row in range(len(work.down)):
-        here, beyond = times[4 * width * row : 4 * width * (row + 1)], work.across[work.sides[row]]
-        left = number(within - work.down[row])
-        for at in range(4 * width):
-            here[at] = max(min(here[at], number(left - beyond[at])), number(0))
+        here, left = times[4 * width * row : 4 * width * (row + 1)], number(within - work.down[row])
+        here[:] = np.maximum(np.minimum(here, left - work.across[work.sides[row]]), number(0))
     return within
 
 
