@@ -2,7 +2,8 @@
 
 ``python tools/soak.py [--orders N] [--rate R]``. What a run keeps of its orders, visits and decisions for its results
 is all that may grow. Printed is the resident memory at the end of each simulated day; exit code 1 when a run does not
-complete, or grows after its second day by more than `MOST_KB_PER_ORDER` for each order that it completed since.
+complete, or grows from its second to its last whole day by more than `MOST_KB_PER_ORDER` for each order that it
+completed in between.
 """
 
 from __future__ import annotations
@@ -45,11 +46,6 @@ class Watch:
             self.note()
         self._completed += type(event).__name__ == "OrderCompleted"
 
-    @hookimpl
-    def run_ended(self) -> None:
-        """Note what there is at the end, before the results are made of it."""
-        self.note()
-
     def note(self) -> None:
         """Note what there is now."""
         gc.collect()
@@ -75,9 +71,11 @@ def soak(planner: str, orders: int, per_hour: float) -> None:
     cpu_s = time.process_time() - started
     days = result.metrics["makespan_s"] / DAY_S
     print(f"  {result.status} after {days:.1f} days, {days * DAY_S / cpu_s:,.0f} simulated s per CPU s", flush=True)
-    (before, first), (after, last) = watch.days[min(SETTLED, len(watch.days)) - 1], watch.days[-1]
-    growth_kb = 1000 * (after - before) / max(last - first, 1)
     print(f"  {resident_mb():.0f} MB with the results", flush=True)
+    if len(watch.days) <= SETTLED:
+        sys.exit(result.status != "complete")
+    (before, first), (after, last) = watch.days[SETTLED - 1], watch.days[-1]
+    growth_kb = 1000 * (after - before) / max(last - first, 1)
     print(f"  {growth_kb:.2f} kB an order since day {SETTLED}; at most {MOST_KB_PER_ORDER} are allowed", flush=True)
     sys.exit(result.status != "complete" or growth_kb > MOST_KB_PER_ORDER)
 

@@ -28,9 +28,6 @@ from rmfs_core.world import make_instance, make_layout
 from rmfs_core.world.instance_making import generator_of
 from rmfs_core.world.layout_making import layout_maker
 
-YOUNG = 50_000
-"""Objects that a run makes between two looks for cycles, of which it has few; of Python's 700 most are still in use."""
-
 
 def run(
     scenario: Scenario | str | Path,
@@ -103,6 +100,8 @@ def run(
         if saver is not None:
             prepared.simulation.at_horizon = saver.save
         prepared.simulate()
+        if isinstance(prepared.error, InputError) and prepared.simulation.now == prepared.simulation.context.began:
+            raise prepared.error  # of the state that it begins in, or a recorder: nothing has happened
         result = prepared.conclude()
         if prepared.folder is not None:
             result.save(prepared.folder)
@@ -140,7 +139,7 @@ class PreparedRun:
     def simulate(self) -> None:
         """Let the simulation run, and take note of how it ended."""
         started, thresholds = time.perf_counter(), gc.get_threshold()
-        gc.set_threshold(thresholds[0] and max(thresholds[0], YOUNG), *thresholds[1:])
+        gc.set_threshold(thresholds[0] and max(thresholds[0], 50_000), *thresholds[1:])  # a run makes few cycles
         try:
             with _interrupts_between_events(self.simulation):
                 self.simulation.run()

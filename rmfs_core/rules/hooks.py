@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import attrs
 import pluggy
@@ -19,15 +19,23 @@ SPECIFICATIONS = (DecisionHooks, FilterHooks, TimeHooks, ObserverHooks)
 WAKE = "wake_at"
 
 
+class _Manager(pluggy.PluginManager):
+    """Takes no method of Python's own for a hook: each object has dozens."""
+
+    def parse_hookimpl_opts(self, plugin: Any, name: str) -> Any:
+        return None if name.startswith("__") else super().parse_hookimpl_opts(plugin, name)
+
+
 def new_manager() -> pluggy.PluginManager:
     """Return a plugin manager that knows every hook and has nothing registered."""
-    manager = pluggy.PluginManager("rmfs")
+    manager = _Manager("rmfs")
     for specification in SPECIFICATIONS:
         manager.add_hookspecs(specification)
     return manager
 
 
-_reader = new_manager()
+_options = new_manager().parse_hookimpl_opts
+_of_class: WeakKeyDictionary[type, dict[str, Any]] = WeakKeyDictionary()
 OBSERVER_HOOKS = frozenset(name for name in vars(ObserverHooks) if not name.startswith("_"))
 ARGUMENTS: Mapping[str, tuple[str, ...]] = {
     name: tuple(inspect.signature(function).parameters)[1:]
@@ -40,14 +48,17 @@ ARGUMENTS: Mapping[str, tuple[str, ...]] = {
 
 def marked_methods(plugin: object) -> dict[str, str]:
     """Return hook name to method name for every ``@hookimpl`` method of a rule's class or of an object."""
-    return {options.get("specname") or method: method for method, options in _marked(plugin)}
+    return {options.get("specname") or method: method for method, options in _marked(plugin).items()}
 
 
-def _marked(plugin: object) -> Iterator[tuple[str, Any]]:
-    for method in [name for name in dir(plugin) if not name.startswith("__")]:  # of Python's own there are dozens
-        with suppress(Exception, SystemExit):  # a property that raises is no hook
-            if (options := _reader.parse_hookimpl_opts(plugin, method)) is not None:
-                yield method, options
+def _marked(plugin: object) -> dict[str, Any]:
+    """Return the options of marks by method; each class is looked through once."""
+    kind = plugin if isinstance(plugin, type) else type(plugin)
+    if kind not in _of_class:
+        _of_class[kind] = {name: options for name in dir(kind) if (options := _options(kind, name))}
+    own = {} if plugin is kind else getattr(plugin, "__dict__", {})
+    of_class = {name: options for name, options in _of_class[kind].items() if name not in own}
+    return of_class | {name: options for name in own if (options := _options(plugin, name))}
 
 
 def roles_of(rule: type) -> tuple[Role, ...]:
@@ -58,26 +69,20 @@ def roles_of(rule: type) -> tuple[Role, ...]:
 
 def check_hooks(place: str, plugin: object, class_name: str) -> None:
     """Raise `InputError` for a misspelt hook, an option of pluggy's, or an argument that a hook does not have."""
-    for method, options in _marked(plugin):
+    for method, options in _marked(plugin).items():
         for option in ("wrapper", "hookwrapper", "tryfirst", "trylast", "optionalhook"):
             if options.get(option):  # who is asked or told first, and what comes of an answer, is up to the kernel
                 problem = f"`{method}` is marked with {option}; expected @hookimpl alone"
                 raise InputError(place, f"class {class_name}: {problem}")
-    for hook, method in marked_methods(plugin).items():
-        if hook not in ARGUMENTS:
-            raise InputError(
-                place,
-                f"class {class_name} implements a hook `{hook}`, which does not exist{did_you_mean(hook, ARGUMENTS)}; "
-                f"the hooks are {listed(ARGUMENTS)}",
-            )
+        if (hook := options.get("specname") or method) not in ARGUMENTS:
+            missing = f"a hook `{hook}`, which does not exist{did_you_mean(hook, ARGUMENTS)}"
+            raise InputError(place, f"class {class_name} implements {missing}; the hooks are {listed(ARGUMENTS)}")
         valid = ARGUMENTS[hook]
         for argument in _required_arguments(plugin, method):
             if argument not in valid:
-                raise InputError(
-                    place,
-                    f"class {class_name}: hook `{hook}` has no argument `{argument}`{did_you_mean(argument, valid)}; "
-                    f"{f'valid arguments are {listed(valid)}' if valid else 'it has none'}",
-                )
+                problem = f"hook `{hook}` has no argument `{argument}`{did_you_mean(argument, valid)}"
+                expected = f"valid arguments are {listed(valid)}" if valid else "it has none"
+                raise InputError(place, f"class {class_name}: {problem}; {expected}")
 
 
 def _required_arguments(plugin: object, method: str) -> Iterable[str]:
@@ -96,10 +101,9 @@ def require_attrs_class(place: str, rule: object, rule_name: str) -> type:
     """Return what a rule's name led to if it is an attrs class."""
     if isinstance(rule, type) and attrs.has(rule):
         return rule
-    what = f"class {rule.__name__}" if isinstance(rule, type) else repr(rule)
-    raise InputError(
-        place, f"{rule_name} is no attrs class: expected a class decorated with @attrs.define, found {what}"
-    )
+    found = f"class {rule.__name__}" if isinstance(rule, type) else repr(rule)
+    expected = "expected a class decorated with @attrs.define"
+    raise InputError(place, f"{rule_name} is no attrs class: {expected}, found {found}")
 
 
 def check_rule_class(place: str, rule: object, rule_name: str, role: Role) -> type:
@@ -112,11 +116,8 @@ def check_rule_class(place: str, rule: object, rule_name: str, role: Role) -> ty
     for hook in role.hooks:
         if not roles and callable(getattr(rule, hook, None)):
             raise InputError(place, f"{rule_name} has a method `{hook}` that lacks the @hookimpl decorator")
-    raise InputError(
-        place,
-        f"{rule_name} does not decide {role.label} (hook `{role.hook}`); "
-        f"class {rule.__name__} decides {decided(roles)}",
-    )
+    problem = f"{rule_name} does not decide {role.label} (hook `{role.hook}`)"
+    raise InputError(place, f"{problem}; class {rule.__name__} decides {decided(roles)}")
 
 
 def decided(roles: Collection[Role]) -> str:

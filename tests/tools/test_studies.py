@@ -393,5 +393,5 @@ def test_a_short_run_is_watched_under_both_planners(tmp_path: Path) -> None:
         "whca-n, 20 orders, 119 an hour",
     ]
     assert sum("complete after 0." in line for line in lines) == 2
-    assert sum("kB an order since day 2" in line for line in lines) == 2
+    assert sum(" MB with the results" in line for line in lines) == 2
     assert done.returncode == 0
