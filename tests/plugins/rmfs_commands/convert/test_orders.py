@@ -16,14 +16,11 @@ from calling import refusal, refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
-from rmfs_commands.convert.history import Learned
-from rmfs_commands.convert.lines import OrderLines, Sku, Span
+from rmfs_commands.convert.lines import OrderLines, Sku
 from rmfs_commands.convert.quantities import Quantities
 from rmfs_commands.convert.scenarios import scenario_of
 from rmfs_commands.convert.tables import Table
 from rmfs_commands.convert.time_formats import Moment
-from rmfs_commands.convert.times import Clock
-from rmfs_commands.convert.writing import Stock, write
 from rmfs_core.errors import InputError
 
 LINES = """\
@@ -38,6 +35,7 @@ A-9,,1,2024-03-01T07:00:00
 A-10,lamp,1.0,yesterday
 A-11,lamp,1.0,2024-03-01T23:59:59.5
 """
+ON_ONE_POD = "--pods 1 --skus-per-pod 1 --items 5"
 COLUMNS = ("--order", "Order No", "--sku", "Article", "--quantity", "Qty", "--time", "Created")
 ORDERS = """\
 order,arrival_s,sku,quantity
@@ -88,19 +86,8 @@ def test_compressed_and_parquet_tables_give_the_same(tmp_path: Path) -> None:
 
 
 def test_what_is_written_runs(tmp_path: Path) -> None:
-    pods = [
-        "--pods",
-        "12",
-        "--skus-per-pod",
-        "2",
-        "--items",
-        "1",
-        "--placement",
-        "popularity",
-        "--start",
-        "2024-03-01T06:00",
-    ]
-    main(["convert", "orders", str(table(tmp_path)), *COLUMNS, *pods, "--out", str(tmp_path / "out")])
+    options = f"--pods 12 --skus-per-pod 2 --items 1 --placement popularity --out {tmp_path / 'out'}".split()
+    main(["convert", "orders", str(table(tmp_path)), *COLUMNS, *options, "--start", "2024-03-01T06:00"])
     result = rmfs_core.run(tmp_path / "out" / "scenario.toml")
     assert (result.status, result.metrics["picks"]) == ("complete", 7)
 
@@ -312,53 +299,30 @@ def test_a_history_of_another_layout_is_refused(tmp_path: Path, capsys: pytest.C
 
 
 def test_names_with_commas_and_quotes_are_quoted(tmp_path: Path) -> None:
-    written_files(tmp_path, '1,"a, ""b""",5')
+    assert converted(tmp_path, 'o,s,t\n1,"a, ""b""",5\n', ON_ONE_POD) == ['1,5,"a, ""b""",1']
     assert (tmp_path / "out" / "pods.csv").read_text(encoding="utf-8") == 'pod,sku,quantity\nP1,"a, ""b""",5\n'
-    assert '1,5,"a, ""b""",1\n' in (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8")
-
-
-def written_files(folder: Path, *rows: str, pattern: str | None = None, start: str | None = None) -> list[str]:
-    """Write what rows are (order, SKU, time) and return the names of the files."""
-    file = folder / "lines.csv"
-    file.write_text("o,s,t\n" + "".join(f"{row}\n" for row in rows), encoding="utf-8")
-    reader = Reader(Clock(pattern and [pattern]))
-    with OrderLines(Cleaner(Columns("o", "s", "t"), reader, Choice())) as lines:
-        lines.read(Table(file))
-        zero = lines.gather(Span(start=None if start is None else reader.clock.option("--start", start)))
-        skus = lines.skus()
-        stock = Stock(skus, [[*range(len(skus))]], 5, Learned("random", None))
-        (folder / "out").mkdir()
-        write(lines, folder / "out", zero, stock)
-    return sorted(path.name for path in (folder / "out").iterdir())
 
 
 @cases(
-    "time pattern given start",
-    ("2024-07-01T06:00+02:00", None, None, "2024-07-01T00:00:00+02:00"),
-    ("2024-07-01T06:00+02:00", None, "2024-07-01T05:30+02:00", "2024-07-01T05:30:00+02:00"),
-    ("2024-07-01T06:00", None, "2024-07-01T05:30", "2024-07-01T05:30:00"),
-    ("21600", None, None, None),
-    ("06:00", "%H:%M", None, None),
-    ("06:00", "%H:%M", "05:30", "2000-01-01T05:30:00"),
+    "time options start",
+    ("2024-07-01T06:00+02:00", "", "2024-07-01T00:00:00+02:00"),
+    ("2024-07-01T06:00+02:00", "--start 2024-07-01T05:30+02:00", "2024-07-01T05:30:00+02:00"),
+    ("2024-07-01T06:00", "--start 2024-07-01T05:30", "2024-07-01T05:30:00"),
+    ("21600", "", None),
+    ("06:00", "--time-format %H:%M", None),
+    ("06:00", "--time-format %H:%M --start 05:30", "2000-01-01T05:30:00"),
 )
-def test_time_zero_is_written_where_it_is_known(tmp_path, time, pattern, given, start) -> None:
-    names = written_files(tmp_path, f"1,a,{time}", pattern=pattern, start=given)
-    assert names == ["orders.csv", "pods.csv", "scenario.toml"]
+def test_time_zero_is_written_where_it_is_known(tmp_path, time, options, start) -> None:
+    arrival_s = 1800 if "--start" in options else 21_600
+    assert converted(tmp_path, f"o,s,t\n1,a,{time}\n", f"{ON_ONE_POD} {options}") == [f"1,{arrival_s},a,1"]
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"orders.csv", "pods.csv", "scenario.toml"}
     scenario = tomllib.loads((tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8"))
     assert scenario["instance"].get("start") == start
-    arrival = 1800 if given else 21_600
-    assert (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8").splitlines()[1] == f"1,{arrival},a,1"
 
 
 def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    rows = [
-        "1,cafe\u0301,2024-07-01T06:00+02:00",
-        "1,caf\u00e9,2024-07-01T06:00Z",
-        ",,",
-        "2,tea,noon",
-        "1,,2024-07-01T06:00Z",
-    ]
-    written_files(tmp_path, *rows)
+    rows = ["1,cafe\u0301,2024-07-01T06:00+02:00", "1,caf\u00e9,2024-07-01T06:00Z", ",,", "2,tea,noon"]
+    converted(tmp_path, "\n".join(("o,s,t", *rows, "1,,2024-07-01T06:00Z")), ON_ONE_POD)
     told = capsys.readouterr()
     assert told.out.splitlines() == [
         "Read 4 rows, and 1 without any entry.",

@@ -48,15 +48,7 @@ def test_orders_run_on_the_stock_of_the_warehouse(tmp_path: Path, capsys: pytest
 def test_orders_that_want_more_than_the_pods_hold_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines = tmp_path / "lines.csv"
     lines.write_text("o,s,q\n1,tea,9\n1,mug,4\n2,fork,9\n", encoding="utf-8")
-    main(
-        [
-            "convert",
-            "orders",
-            str(lines),
-            *["--order", "o", "--sku", "s", "--quantity", "q", "--out"],
-            str(tmp_path / "out"),
-        ]
-    )
+    main(["convert", "orders", str(lines), *f"--order o --sku s --quantity q --out {tmp_path / 'out'}".split()])
     out = convert(tmp_path)
     told = capsys.readouterr().out
     cannot = "it cannot run yet: the pods hold fewer items than the orders want of 2 of 3 SKU"
