@@ -194,7 +194,6 @@ def described(name: str) -> RuleDescription:
 
 @cases(
     "source error",
-    ("raise ImportError('no such thing')", "no such thing"),
     ("class Mine: pass", "attrs"),
     ("@define\nclass Mine:\n    @hookimpl\n    def asign_orders(self): pass", "did you mean `assign_orders`"),
 )

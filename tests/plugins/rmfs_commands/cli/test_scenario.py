@@ -51,16 +51,7 @@ def test_check_names_an_order_that_comes_back(tmp_path: Path, capsys: pytest.Cap
 
 
 def test_check_says_that_it_loads_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "mine.py").write_text(
-        "from attrs import define\n"
-        "from rmfs_core import hookimpl\n\n\n"
-        "@define\n"
-        "class Mine:\n"
-        "    @hookimpl\n"
-        "    def assign_orders(self, warehouse):\n"
-        "        return ()\n",
-        encoding="utf-8",
-    )
+    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
     file = tmp_path / "mine.toml"
     file.write_text('[rules]\npoa = "./mine.py:Mine"\npps = "demand"\n', encoding="utf-8")
     code, _, err = run(capsys, "scenario", "check", str(file))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from attrs import evolve
 
 import rmfs_core
 from cases import cases
-from damage import Damage, at, change, find, put, told, told_before, twice, without
+from damage import Damage, at, change, drop, find, put, told, told_before, twice, without
 from replenished import RULES, scenario_of
 from rmfs_commands.trace import Trace, read_trace
 from rmfs_commands.validation import check_trace, faults_of, validate_trace
@@ -440,13 +439,6 @@ def test_driving_through_each_other_is_a_swap(new_script: Any) -> None:
     assert kinds(script) == ["swap"]
 
 
-@pytest.mark.parametrize("metres", [1, 2, 3, 7, 20])
-def test_points_are_reached_when_the_formulas_say(metres: int) -> None:
-    motion = Motion()
-    for metre in range(metres + 1):
-        assert motion.position_m(metres, reached_s(motion, metres, metre)) == pytest.approx(metre)
-
-
 OVERRIDES = (
     "instance.orders=12",
     "instance.arrivals={process='poisson', orders_per_hour=150}",
@@ -469,54 +461,44 @@ def kinds_of(trace: Trace) -> set[str]:
     return {fault.kind for fault in faults_of(trace)}
 
 
-def changed(trace: Trace, kind: type[Event], change: Callable[[Any], Event | None], at: int = 0) -> Trace:
-    """Return a trace whose event of a kind, the first if not said otherwise, is another one, or missing."""
-    places = [i for i, event in enumerate(trace.events) if isinstance(event, kind)]
-    events: list[Event | None] = list(trace.events)
-    events[places[at]] = change(events[places[at]])
-    return evolve(trace, events=tuple(event for event in events if event is not None))
+def sent_to(cell: int) -> Damage:
+    return change(RobotSent, lambda _trace, _event: {"cell": cell}, number=0)
 
 
 def test_robots_rest_where_and_when_they_may(resting: Trace) -> None:
     assert any(isinstance(event, RobotRested) for event in resting.events)
     assert faults_of(resting) == []
-    assert "rested" in kinds_of(changed(resting, RobotSent, lambda _: None))
-    assert "rested" in kinds_of(
-        changed(resting, RobotRested, lambda event: evolve(event, cell=resting.layout.storage_locations[0]))
-    )
+    assert "rested" in kinds_of(drop(RobotSent, number=0)(resting))
+    in_storage = change(RobotRested, lambda trace, _: {"cell": trace.layout.storage_locations[0]}, number=0)
+    assert "rested" in kinds_of(in_storage(resting))
     busy = 0
     for i, event in enumerate(resting.events):
         if isinstance(event, RobotRested):
-            events = (*resting.events[:i], *resting.events[i + 1 :])
-            busy += any(fault.kind == "robot-busy" for fault in faults_of(evolve(resting, events=events)))
+            busy += "robot-busy" in kinds_of(put(resting, i))
     assert busy
 
 
 def test_where_nobody_may_rest(resting: Trace) -> None:
     floor = next(cell for cell in range(len(resting.layout.kind)) if resting.layout.kind[cell] == 1)
-    assert "no-rest" in kinds_of(changed(resting, RobotSent, lambda event: evolve(event, cell=floor)))
+    assert "no-rest" in kinds_of(sent_to(floor)(resting))
     sent = next(event for event in resting.events if isinstance(event, RobotSent))
     others = {i: robot["cell"] for i, robot in enumerate(resting.robots) if i != sent.robot}
     for event in resting.events[: resting.events.index(sent)]:
         if isinstance(event, RobotMoved) and event.robot != sent.robot:
             others[event.robot] = event.to
     taken = next(cell for cell in others.values() if resting.layout.kind[cell] == 2)
-    assert "no-rest" in kinds_of(changed(resting, RobotSent, lambda event: evolve(event, cell=taken)))
+    assert "no-rest" in kinds_of(sent_to(taken)(resting))
 
 
 def test_a_pod_that_is_carried_elsewhere_stands_where_it_was_to(tmp_path: Path) -> None:
     resting = traced(tmp_path, "examples/small", *OVERRIDES, "rules.move=utility")
     assert faults_of(resting) == []
-    events = list(resting.events)
-    decided = next(event for event in events if isinstance(event, PodMoveDecided))
-    bound = events.copy()
-    bound.insert(events.index(decided), TripDecided(tick=decided.tick, pod=decided.pod, station=0))
-    assert "moved-bound" in {fault.kind for fault in faults_of(evolve(resting, events=tuple(bound)))}
+    first = find(resting, PodMoveDecided, 0)
+    decided: Any = resting.events[first]
+    trip = TripDecided(tick=decided.tick, pod=decided.pod, station=0)
+    assert "moved-bound" in kinds_of(put(resting, first, trip, instead_of=0))
     others = (cell for cell in resting.layout.storage_locations if cell != decided.cell)
-    assert any(
-        "moved-elsewhere" in kinds_of(changed(resting, PodMoveDecided, lambda event, to=other: evolve(event, cell=to)))  # type: ignore[misc]
-        for other in others
-    )
+    assert any("moved-elsewhere" in kinds_of(at(first, cell=other)(resting)) for other in others)
 
 
 HOURS = (
@@ -528,36 +510,20 @@ HOURS = (
 )
 BY_LOAD = "rules.activate={rule='backlog-threshold', open_above=2, timeout_s=60}"
 
-Recorded = Callable[[bool], Trace]
 
-
-@pytest.fixture(scope="module")
-def with_hours(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
-    """Return what gives the trace of a run with opening hours, with or without an activation rule, once each."""
-    made: dict[bool, Trace] = {}
-
-    def trace(by_load: bool) -> Trace:
-        if by_load not in made:
-            out: Path = tmp_path_factory.mktemp("hours")
-            rmfs_core.run(
-                "examples/small", overrides=[*HOURS, *([BY_LOAD] if by_load else [])], out=out, record=["trace"]
-            )
-            assert validate_trace(out) == []
-            made[by_load] = read_trace(out / "trace.jsonl.gz")
-        return made[by_load]
-
-    return trace
-
-
-def test_hours_and_rules_that_close(with_hours: Recorded) -> None:
-    trace = with_hours(True)
+def test_hours_and_rules_that_close(tmp_path: Path) -> None:
+    trace, without_rule = (
+        traced(tmp_path / name, "examples/small", *HOURS, *more)
+        for name, more in (("by_load", [BY_LOAD]), ("by_hours", []))
+    )
+    assert validate_trace(tmp_path / "by_load") == validate_trace(tmp_path / "by_hours") == []
     closed = StationClosed(trace.tick, 1)
     at = len(trace.events)
     assert not any("station-hours" in fault for fault in told(put(trace, at, closed, instead_of=0)))
     opened = StationOpened(trace.tick, 0)
     sentence = "station-hours: station 1 opens, which `stations.open` does not say"
     assert sentence in told(put(trace, at, opened, instead_of=0))
-    trace = with_hours(False)
+    trace = without_rule
     scenario = {**trace.scenario, "stations": {k: v for k, v in trace.scenario["stations"].items() if k != "open"}}
     scenario["robots"] = {k: v for k, v in trace.scenario["robots"].items() if k != "available"}
     faults = told(evolve(trace, scenario=scenario))
@@ -577,15 +543,9 @@ INSTANCE = {
 }
 
 
-@pytest.fixture(scope="module")
-def replenished(tmp_path_factory: pytest.TempPathFactory) -> Trace:
-    folder = tmp_path_factory.mktemp("replenished")
-    result = rmfs_core.run(scenario_of(SUPPLY, instance=INSTANCE), out=folder, record=["trace"])
-    assert result.metrics["bundles_stored"] > 4
-    return read_trace(folder / "trace.jsonl.gz")
-
-
-def test_a_run_with_replenishment_has_no_fault(replenished: Trace) -> None:
+def test_a_run_with_replenishment_has_no_fault(tmp_path: Path) -> None:
+    replenished = traced(tmp_path, scenario_of(SUPPLY, instance=INSTANCE))
+    assert sum(isinstance(event, BundleStored) for event in replenished.events) > 4
     assert kinds_of(replenished) == set()
     assert (replenished.instance.levels, replenished.layout.replenishing) == (((3, 8),) * 4, 1)
     assert [station.get("bundle_capacity") for station in replenished.stations] == [None, 10]
@@ -602,7 +562,7 @@ def test_bundles_of_a_file(tmp_path: Path) -> None:
     assert [(bundle.name, bundle.arrival_tick) for bundle in trace.instance.bundles] == [("A", 1000), ("B", 5000)]
     assert trace.instance.skus[-1] == "new"
     assert kinds_of(trace) == set()
-    assert "bundle-arrival" in kinds_of(changed(trace, BundleArrived, lambda event: None, at=1))
+    assert "bundle-arrival" in kinds_of(drop(BundleArrived, number=1)(trace))
 
 
 def test_bundles_while_pickers_are_away_and_stations_activated(tmp_path: Path) -> None:
@@ -619,20 +579,9 @@ def test_bundles_while_pickers_are_away_and_stations_activated(tmp_path: Path) -
 SHORT = ("instance.replenishment.lead_s=1800", "instance.orders=60", "rules.pp=free-flow")
 
 
-@pytest.fixture(scope="module")
-def short_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("short")
-    rmfs_core.run("examples/replenished", overrides=SHORT, out=out, record=["trace"])
-    return out
-
-
-@pytest.fixture(scope="module")
-def short(short_folder: Path) -> Trace:
-    return read_trace(short_folder / "trace.jsonl.gz")
-
-
-def test_orders_that_wait(short_folder: Path, short: Trace) -> None:
-    assert check_trace(short_folder).faults == []
+def test_orders_that_wait(tmp_path: Path) -> None:
+    short = traced(tmp_path, "examples/replenished", *SHORT)
+    assert check_trace(tmp_path).faults == []
     told = {event.order: event.tick for event in short.events if isinstance(event, OrderInStock)}
     assert len(told) > 5
     assert told.items() <= joined_at(short).items()
