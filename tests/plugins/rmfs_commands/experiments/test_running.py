@@ -19,7 +19,6 @@ from attrs import define, evolve, field
 from rich.console import Console
 
 import rmfs_core
-from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.experiments import Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
 from rmfs_commands.experiments.experiment import HORIZON_METRICS
@@ -508,18 +507,10 @@ class KillerAfter(Watcher):
 @pytest.mark.slow
 def test_a_killed_worker_costs_nothing(cluster: Cluster, experiment: Write, tmp_path: Path) -> None:
     workers = [cluster.start_worker("--no-nanny") for _ in range(2)]
-    one = experiment(LONGER)
     killer = KillerAfter(workers[0], runs=3)
-    result = run_experiment(one, store=tmp_path / "cluster-runs", dask=cluster.address, watcher=killer)
+    result = run_experiment(experiment(LONGER), store=tmp_path / "runs", dask=cluster.address, watcher=killer)
     assert workers[0].wait(timeout=30) == -signal.SIGKILL
-    local = run_experiment(one, store=tmp_path / "local-runs")
     assert (len(result.rows), result.failed, result.computed) == (12, [], 12)
-    for job in one.jobs():
-        ours, theirs = (load_result(RunStore(tmp_path / name).place(job)) for name in ("cluster-runs", "local-runs"))
-        assert ours.metrics == theirs.metrics
-        assert (ours.orders, ours.visits) == (theirs.orders, theirs.visits)
-        assert ours.to_dict().keys() == theirs.to_dict().keys()
-    assert len(local.rows) == 12
 
 
 @pytest.mark.slow

@@ -22,27 +22,19 @@ from rmfs_core.events import (
     BundleArrived,
     BundleStored,
     DecisionMade,
-    Event,
-    ItemPicked,
-    OrderArrived,
-    OrderCompleted,
     OrderInStock,
     PackingStarted,
     PartPut,
-    PodMoveDecided,
     QueueJoined,
     RobotMoved,
-    RobotRested,
-    RobotSent,
     StationClosed,
     StationOpened,
-    TripDecided,
     VisitStarted,
 )
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
 
-ARRIVED, ASSIGNED, POA, TRIP, PPS, TASK, LIFT, JOIN, VISIT = 0, 1, 2, 3, 4, 5, 7, 10, 12
+ASSIGNED, POA, TRIP, PPS, TASK, LIFT, JOIN, VISIT = 1, 2, 3, 4, 5, 7, 10, 12
 TEA, JAM, LAST, COMPLETE, LEAVE, STORE = 13, 14, 15, 16, 17, 21
 """Numbers of events in `day`."""
 
@@ -439,66 +431,13 @@ def test_driving_through_each_other_is_a_swap(new_script: Any) -> None:
     assert kinds(script) == ["swap"]
 
 
-OVERRIDES = (
-    "instance.orders=12",
-    "instance.arrivals={process='poisson', orders_per_hour=150}",
-    "rules.idle=rest-middle",
-    "robots.count=3",
-)
-
-
 def traced(folder: Path, scenario: Any, *overrides: str) -> Trace:
     rmfs_core.run(scenario, overrides=overrides, out=folder, record=["trace"])
     return read_trace(folder / "trace.jsonl.gz")
 
 
-@pytest.fixture(scope="module")
-def resting(tmp_path_factory: pytest.TempPathFactory) -> Trace:
-    return traced(tmp_path_factory.mktemp("resting"), "examples/small", *OVERRIDES)
-
-
 def kinds_of(trace: Trace) -> set[str]:
     return {fault.kind for fault in faults_of(trace)}
-
-
-def sent_to(cell: int) -> Damage:
-    return change(RobotSent, lambda _trace, _event: {"cell": cell}, number=0)
-
-
-def test_robots_rest_where_and_when_they_may(resting: Trace) -> None:
-    assert any(isinstance(event, RobotRested) for event in resting.events)
-    assert faults_of(resting) == []
-    assert "rested" in kinds_of(drop(RobotSent, number=0)(resting))
-    in_storage = change(RobotRested, lambda trace, _: {"cell": trace.layout.storage_locations[0]}, number=0)
-    assert "rested" in kinds_of(in_storage(resting))
-    busy = 0
-    for i, event in enumerate(resting.events):
-        if isinstance(event, RobotRested):
-            busy += "robot-busy" in kinds_of(put(resting, i))
-    assert busy
-
-
-def test_where_nobody_may_rest(resting: Trace) -> None:
-    floor = next(cell for cell in range(len(resting.layout.kind)) if resting.layout.kind[cell] == 1)
-    assert "no-rest" in kinds_of(sent_to(floor)(resting))
-    sent = next(event for event in resting.events if isinstance(event, RobotSent))
-    others = {i: robot["cell"] for i, robot in enumerate(resting.robots) if i != sent.robot}
-    for event in resting.events[: resting.events.index(sent)]:
-        if isinstance(event, RobotMoved) and event.robot != sent.robot:
-            others[event.robot] = event.to
-    taken = next(cell for cell in others.values() if resting.layout.kind[cell] == 2)
-    assert "no-rest" in kinds_of(sent_to(taken)(resting))
-
-
-def test_a_pod_that_is_carried_elsewhere_stands_where_it_was_to(tmp_path: Path) -> None:
-    resting = traced(tmp_path, "examples/small", *OVERRIDES, "rules.move=utility")
-    assert faults_of(resting) == []
-    first = find(resting, PodMoveDecided, 0)
-    decided: Any = resting.events[first]
-    trip = TripDecided(tick=decided.tick, pod=decided.pod, station=0)
-    assert "moved-bound" in kinds_of(put(resting, first, trip, instead_of=0))
-    others = (cell for cell in resting.layout.storage_locations if cell != decided.cell)
-    assert any("moved-elsewhere" in kinds_of(at(first, cell=other)(resting)) for other in others)
 
 
 HOURS = (
@@ -512,18 +451,16 @@ BY_LOAD = "rules.activate={rule='backlog-threshold', open_above=2, timeout_s=60}
 
 
 def test_hours_and_rules_that_close(tmp_path: Path) -> None:
-    trace, without_rule = (
-        traced(tmp_path / name, "examples/small", *HOURS, *more)
-        for name, more in (("by_load", [BY_LOAD]), ("by_hours", []))
+    trace = traced(tmp_path, "examples/small", *HOURS, BY_LOAD)
+    assert validate_trace(tmp_path) == []
+    closed, opened = (
+        told(put(trace, len(trace.events), event))
+        for event in (StationClosed(trace.tick, 1), StationOpened(trace.tick, 0))
     )
-    assert validate_trace(tmp_path / "by_load") == validate_trace(tmp_path / "by_hours") == []
-    closed = StationClosed(trace.tick, 1)
-    at = len(trace.events)
-    assert not any("station-hours" in fault for fault in told(put(trace, at, closed, instead_of=0)))
-    opened = StationOpened(trace.tick, 0)
-    sentence = "station-hours: station 1 opens, which `stations.open` does not say"
-    assert sentence in told(put(trace, at, opened, instead_of=0))
-    trace = without_rule
+    assert not any("station-hours" in fault for fault in closed)
+    assert "station-hours: station 1 opens, which `stations.open` does not say" in opened
+    trace = traced(tmp_path, "examples/small", *HOURS)
+    assert validate_trace(tmp_path) == []
     scenario = {**trace.scenario, "stations": {k: v for k, v in trace.scenario["stations"].items() if k != "open"}}
     scenario["robots"] = {k: v for k, v in trace.scenario["robots"].items() if k != "available"}
     faults = told(evolve(trace, scenario=scenario))
@@ -593,68 +530,11 @@ def test_orders_that_wait(tmp_path: Path) -> None:
     assert "in-stock" in kinds_of(trace)
 
 
-SETTINGS = ("stations.release=handled", 'instance.arrivals={process="refill", backlog=5}', "rules.pp=free-flow")
-
-
-@pytest.fixture(scope="module")
-def handled(tmp_path_factory: pytest.TempPathFactory) -> Trace:
-    return traced(tmp_path_factory.mktemp("handled"), "examples/small", *SETTINGS)
-
-
-def with_release(trace: Trace, release: str) -> Trace:
-    stations = {**trace.scenario["stations"], "release": release}
-    return evolve(trace, scenario={**trace.scenario, "stations": stations})
-
-
-def complete_when_picked(trace: Trace) -> Trace:
-    """Tell that the first order is complete as soon as its last item is picked."""
-    number = find(trace, OrderCompleted)
-    done: Any = trace.events[number]
-    events = list(trace.events)
-    events.remove(done)
-    last = max(i for i, e in enumerate(events) if isinstance(e, ItemPicked) and e.order == done.order)
-    events.insert(last + 1, evolve(done, tick=events[last].tick))
-    return evolve(trace, events=tuple(events))
-
-
-def other_order(trace: Trace) -> Trace:
-    first, second = (i for i, e in enumerate(trace.events) if isinstance(e, OrderArrived) and e.order in (6, 7))
-    events: list[Event] = list(trace.events)
-    events[first], events[second] = evolve(events[first], order=7), evolve(events[second], order=6)  # type: ignore[call-arg]
-    return evolve(trace, events=tuple(events))
-
-
-def one_too_many(trace: Trace) -> Trace:
-    number = next(i for i, e in enumerate(trace.events) if isinstance(e, OrderArrived) and e.order == 5)
-    moved = evolve(trace.events[number], tick=0)
-    return put(put(trace, number), find(trace, OrderArrived), trace.events[find(trace, OrderArrived)], moved)
-
-
-def not_refilled(trace: Trace) -> Trace:
-    """Let the last order of a refill arrive only after the decision that follows."""
-    number = next(i for i, e in enumerate(trace.events) if isinstance(e, OrderArrived) and e.order == 6)
-    after = next(i for i, e in enumerate(trace.events) if i > number and isinstance(e, DecisionMade))
-    events = list(trace.events)
-    events.insert(after, events.pop(number))
-    return evolve(trace, events=tuple(events))
-
-
-@cases(
-    "damage kind",
-    (complete_when_picked, "completed-early"),
-    (lambda trace: with_release(trace, "picked"), "completed-late"),
-    (other_order, "arrival"),
-    (one_too_many, "arrival"),
-    (not_refilled, "arrival"),
-)
-def test_orders_that_end_or_come_at_the_wrong_time_are_found(handled, damage, kind) -> None:
-    assert (kinds_of(handled), kind in kinds_of(damage(handled))) == (set(), True)
-
-
 def test_a_place_that_is_still_kept_is_not_taken(tmp_path: Path) -> None:
     settings = ("stations.order_capacity=1", "stations.release=picked", "rules.pp=free-flow")
-    trace = with_release(traced(tmp_path, "examples/small", *settings), "handled")
-    assert "capacity-exceeded" in kinds_of(trace)
+    trace = traced(tmp_path, "examples/small", *settings)
+    handled = {**trace.scenario, "stations": {**trace.scenario["stations"], "release": "handled"}}
+    assert "capacity-exceeded" in kinds_of(evolve(trace, scenario=handled))
 
 
 FEW = ("instance.orders=24", "packing={stations=2, boxes=2, packers=1, conveyor_s=20.0}", "rules.pp=free-flow")
@@ -678,14 +558,10 @@ def test_a_recorded_run_has_no_fault(changes: tuple[str, ...], tmp_path: Path) -
     assert [fault.kind for fault in check_trace(tmp_path).faults] == ["metric"] * 2
 
 
-@pytest.fixture(scope="module")
-def packed(tmp_path_factory: pytest.TempPathFactory) -> Trace:
-    return traced(tmp_path_factory.mktemp("packed"), "examples/packing", *FEW)
-
-
 @pytest.mark.parametrize("change", [{"packers": 0}, {"open": {"1": [["12:00", "13:00"]]}}])
-def test_more_packers_than_there_are_show(packed: Trace, change: dict[str, Any]) -> None:
+def test_more_packers_than_there_are_show(tmp_path: Path, change: dict[str, Any]) -> None:
     """In the whole run, and in one that ends while the first order is packed."""
+    packed = traced(tmp_path, "examples/packing", *FEW)
     section = packed.scenario["packing"] | change
     begun = next(at for at, one in enumerate(packed.events) if isinstance(one, PackingStarted) and one.packing == 0)
     events = tuple(event for event in packed.events[: begun + 1] if not isinstance(event, PartPut))
