@@ -252,33 +252,13 @@ def test_the_throughput_of_two_minutes_and_an_idle_third() -> None:
     assert (throughput.line(125_000, 10, RISING_ASCII), throughput.an_hour(125_000)) == ("=@", 120)
 
 
-def test_what_stations_wait_for() -> None:
-    seen: set[str] = set()
-
-    class Looking:
-        @hookimpl
-        def run_started(self, run: RunInfo) -> None:
-            self.run = run
-
-        @hookimpl
-        def on_event(self, event: Event) -> None:
-            states = robots_by_state(self.run)
-            assert sum(states.values()) == len(self.run.warehouse.robots)
-            assert min(states.values()) >= 0
-            for station in self.run.warehouse.stations:
-                words = waits_for(self.run, station).split()
-                seen.add(" ".join(word for word in words if not word.strip(",").isdigit()))
-
-    run("examples/small", overrides=["instance.orders=15", "robots.count=1"], observers=[Looking()])
-    assert seen == {"orders", "a pod", "a robot for pod", "pod being fetched", "pod carried", "pod in line"}
-
-
 class Watching:
-    """Observer that keeps what a terminal would show, and what robots were seen doing."""
+    """Observer that keeps what a terminal would show, what robots were seen doing, and what stations waited for."""
 
     def __init__(self) -> None:
         self.panel = RunPanel("day", Console(file=io.StringIO(), force_terminal=True, width=110, height=40))
         self.robots: set[str] = set()
+        self.waits: set[str] = set()
         self.shown: set[str] = set()
 
     @hookimpl
@@ -291,7 +271,9 @@ class Watching:
         self.panel.on_event(event)
         states = robots_by_state(self.run, self.panel.counts.moving)
         assert sum(states.values()) == len(self.run.warehouse.robots)
+        assert min(states.values()) >= 0
         self.robots |= {state for state, number in states.items() if number}
+        self.waits |= {re.sub(r" \d+,?", "", waits_for(self.run, one)) for one in self.run.warehouse.stations}
         if isinstance(event, BundleStored | BundleAssigned | VisitEnded):
             picture = io.StringIO()
             Console(file=picture, width=110).print(self.panel.picture())
@@ -307,6 +289,12 @@ CHARGING = (
     "robots.battery={capacity_wh=70, idle_w=200, charging_w=8000}",
     "rules.idle=charge-when-low",
 )
+
+
+def test_what_stations_wait_for() -> None:
+    seen = Watching()
+    run("examples/small", overrides=["instance.orders=15", "robots.count=1"], observers=[seen])
+    assert seen.waits == {"orders", "a pod", "a robot for pod", "pod being fetched", "pod carried", "pod in line"}
 
 
 def test_what_robots_and_stations_do_is_shown() -> None:

@@ -210,6 +210,7 @@ NAMED = (
     (STOCK, "an assignment to another station", "not-assigned"),
     (STOCK, "an assignment before the arrival", "assigned-before-arrival"),
     (STOCK, "a decision of another rule", "rule"),
+    (STOCK, "a decision of another status", "report"),
     (STOCK, "a lift by another robot", "robot-loaded"),
     (STOCK, "a task for another pod", "fetched-twice"),
     (WINDOWS, "an arrival of another order", "arrival"),
