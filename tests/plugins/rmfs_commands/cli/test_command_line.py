@@ -22,6 +22,7 @@ from numba import njit
 from numba.core import caching, environment
 from rich.console import Console
 
+from bad_rules import write_rule
 from calling import exit_code, refused
 from cases import cases
 from rmfs_commands.cli import interrupts
@@ -277,25 +278,14 @@ def test_a_failure_is_json_where_json_is_asked_for(arguments, code, place, capsy
     assert told["problem"] in printed.err
 
 
-FAILS = """
-from attrs import frozen
-from rmfs_core import hookimpl
-@frozen
-class Fails:
-    "PPS: fails."
-    @hookimpl
-    def select_pods(self, warehouse): raise ValueError("no \x1b[31m idea")
-"""
-
-
 def test_a_run_that_fails_is_json(tmp_path, monkeypatch, capsys) -> None:
-    (tmp_path / "fails.py").write_text(FAILS, encoding="utf-8")
+    write_rule(tmp_path, "pps", r'raise ValueError("no \x1b[31m idea")')
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as stop:
-        main(["run", "examples/small", "--set", "rules.pps=./fails.py:Fails", "--out", "out", "--json"])
+        main(["run", "examples/small", "--set", "rules.pps=./bad.py:Bad", "--out", "out", "--json"])
     told = json.loads(capsys.readouterr().out)
     assert (stop.value.code, told["exit_code"], told["status"], told["folder"]) == (1, 1, "failed", "out")
-    assert told["place"].endswith('fails.py:Fails" (fails.py inline), select_pods, at 0.000 s')
+    assert told["place"].endswith('bad.py:Bad" (bad.py inline), select_pods, at 0.000 s')
     assert told["problem"].startswith("raised ValueError: no \\x1b[31m idea (")
 
 

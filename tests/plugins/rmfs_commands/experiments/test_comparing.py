@@ -33,6 +33,7 @@ from rmfs_commands.experiments.report.numbers import left_out
 from rmfs_commands.experiments.report.plots import make_plots
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import scenario_from_dict
+from tiny import TWO_RULES
 
 
 def row(rule_set: str, seed: int, value: float | None, instance: str = "one", **more: Any) -> dict[str, Any]:
@@ -336,18 +337,7 @@ def test_a_bound_is_of_all_runs_or_of_none() -> None:
 
 Write = Callable[..., Experiment]
 
-TRIAL = """
-description = "A trial."
-base = "tiny.toml"
-seeds = [1, 2]
-baseline = "pod-match"
-metrics = ["pile_on", "psv_per_order"]
-[[rule_sets]]
-name = "pod-match"
-[[rule_sets]]
-name = "first-come"
-rules.poa = "first-come"
-"""
+TRIAL = f'description = "A trial."\nmetrics = ["pile_on", "psv_per_order"]\n{TWO_RULES}'
 SEVERAL = TRIAL + '[[rule_sets]]\nname = "slow pickers"\nstations.handle_s = 40.0\n'
 
 

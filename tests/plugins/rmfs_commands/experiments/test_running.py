@@ -31,6 +31,7 @@ from rmfs_commands.experiments.workers import WorkerDiedError
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.scenario import RuleChoice
+from tiny import TWO_RULES
 
 Write = Callable[..., Experiment]
 Rows = list[dict[str, Any]]
@@ -436,18 +437,7 @@ def test_the_display_suits_where_it_goes() -> None:
     assert isinstance(experiment_display(Console(force_terminal=False), "x"), ExperimentLines)
 
 
-LONGER = """
-base = "tiny.toml"
-seeds = { count = 6 }
-baseline = "pod-match"
-[axes]
-instance.orders = [100]
-[[rule_sets]]
-name = "pod-match"
-[[rule_sets]]
-name = "first-come"
-rules.poa = "first-come"
-"""
+LONGER = TWO_RULES.replace("[1, 2]", "{ count = 6 }\naxes = { instance.orders = [100] }")
 
 
 @define

@@ -15,6 +15,7 @@ import pytest
 from attrs import evolve
 from rich.console import Console
 
+from bad_rules import write_rule
 from calling import exit_code
 from cases import cases
 from rmfs_commands.bounds import bounds_of
@@ -41,6 +42,7 @@ from rmfs_core.scenario.service import ServiceTime, Spread
 from rmfs_core.world import make_instance
 
 SEEDS = (1, 2, 3)
+FAILS = 'raise ValueError("out of ideas")'
 
 
 def test_the_answer_is_that_of_the_whole_grid(poisson: Scenario, here: Any, tmp_path: Path) -> None:
@@ -270,16 +272,6 @@ def test_what_can_be_asked_of_a_limit(poisson: Scenario) -> None:
             Target(metric, 2).check(orders)
 
 
-FAILING_RULE = """
-import attrs
-from rmfs_core import hookimpl
-@attrs.define
-class Failing:
-    @hookimpl
-    def choose_storage_location(self, warehouse, pod): raise ValueError("out of ideas")
-"""
-
-
 def trials(scenario: Scenario, target: Target, store: Path, here: Any, told: list[Candidate] | None = None) -> Trials:
     tell = (lambda _: None) if told is None else told.append
     return Trials(Worlds(scenario, target.seeds[:4]), "hall", target, store, here, Watcher(), tell)
@@ -313,8 +305,7 @@ def test_runs_that_are_stored_or_fail(poisson: Scenario, here: Any, tmp_path: Pa
     assert not judge.passes(2, 3)
     expected = Candidate(2, 3, Verdict.FAILS, 4, None, "seed 1 ends with orders left")
     assert judge.judged[2, 3] == expected
-    (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
-    rules = evolve(poisson.rules, pr=RuleChoice("./failing.py:Failing"))
+    rules = evolve(poisson.rules, pr=RuleChoice(write_rule(tmp_path, "pr", FAILS)))
     judge = trials(
         evolve(poisson, rules=rules, folder=str(tmp_path)), Target("turnover_s", 5000), tmp_path / "runs", here
     )
@@ -444,7 +435,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "120")
     (tmp_path / "hall.toml").write_text(POISSON, encoding="utf-8")
-    (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
+    write_rule(tmp_path, "pr", FAILS)
     return tmp_path
 
 
@@ -503,10 +494,10 @@ def test_with_costs_the_cheapest_size_is_sought_beside_the_fewest_robots(folder,
 
 
 def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    failing = ("--set", "rules.pr=./failing.py:Failing", "--out", "out")
+    failing = ("--set", "rules.pr=./bad.py:Bad", "--out", "out")
     assert size_code("hall.toml", "--mean", "5000", *failing, *QUICK) == 1
     printed = capsys.readouterr()
-    assert "Loading code from failing.py." in printed.err
+    assert "Loading code from bad.py." in printed.err
     assert "2 runs failed; out/answer.json says why." in printed.err
     assert "out of ideas" in (folder / "out" / "candidates.csv").read_text("utf-8")
     assert size_code("hall.toml", "--mean", "5000", "--no-inline-rules", *failing, *QUICK) == 2
