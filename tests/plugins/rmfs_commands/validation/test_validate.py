@@ -167,17 +167,9 @@ def test_a_result_is_read_where_there_is_one(copied: Path) -> None:
     for path in (copied, copied / "trace.jsonl.gz", str(copied)):
         report = check_trace(path)
         assert (report.faults, report.metrics_checked, report.collisions_checked) == ([], True, False)
-    alter_metric(copied)
-    assert [fault.kind for fault in validate_trace(copied)] == ["metric"]
     (copied / "result.json").unlink()
     assert not check_trace(copied).metrics_checked
     assert validate_trace(copied) == []
-
-
-def test_collisions_are_looked_for_when_asked_to(copied: Path) -> None:
-    report = check_trace(copied, collisions=True)
-    assert report.collisions_checked
-    assert {fault.kind for fault in report.faults} & {"collision", "swap"}
 
 
 @cases(
@@ -248,7 +240,9 @@ def test_a_trace_of_another_version_alone(copied: Path, capsys: pytest.CaptureFi
 
 def test_many_faults_are_cut_off(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert code_of(str(copied), "--collisions", "--limit", "1") == 1
-    assert "more; --limit shows more of them." in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert re.search(r"collision|swap", told)
+    assert "more; --limit shows more of them." in told
     assert code_of(str(copied), "--no-collisions") == 0
     assert "NOT CHECKED: WHETHER ROBOTS COLLIDE, as --no-collisions asks." in capsys.readouterr().out
 
