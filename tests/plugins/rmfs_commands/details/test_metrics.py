@@ -46,7 +46,7 @@ from rmfs_core.events import (
 )
 from rmfs_core.info import RunInfo
 from rmfs_core.roles import Role
-from rmfs_core.scenario.model import Costs, FailuresSection, RobotsSection, RunSection, StationsSection
+from rmfs_core.scenario.model import Costs, FailuresSection, RunSection, StationsSection
 from rmfs_core.world import Instance, OrderData
 
 
@@ -337,19 +337,6 @@ def test_an_order_of_two_parts(tiny: RunInfo, last_part_s: int, expected: list[f
     assert row_of(tiny, *shift, part(2, complete=False), part(last_part_s, complete=True), *WAY) == expected
 
 
-def test_where_an_orders_time_went(tiny: RunInfo) -> None:
-    before = (
-        *WAY[:1],
-        PodLifted(8_000, 7_000, robot=0, pod=0, cell=3),
-        QueueJoined(8_500, robot=0, pod=0, station=1),
-        VisitStarted(9_000, visit=1, robot=0, pod=0, station=1),
-        VisitEnded(20_000, visit=1, pod=0, station=1, picks=1, next_station=0),
-    )
-    assert row_of(tiny, part(2, complete=True), *before, *WAY[3:]) == [2, 0, 0, 18, 0, 0, 10, 12, 7]
-    assert row_of(tiny, part(0, complete=True), *WAY[5:]) == [0] * 8 + [49]
-    assert row_of(tiny, part(2, complete=True), *WAY[:5]) == [None] * 9
-
-
 H = 3_600_000
 EVENTS: tuple[Event, ...] = (
     OrderArrived(0, 0),
@@ -375,17 +362,6 @@ def test_hours(tiny: RunInfo) -> None:
     ]
 
 
-def test_who_is_there(tiny: RunInfo) -> None:
-    spans = (("00:00", "01:00"),)
-    scenario = evolve(
-        tiny.scenario, stations=StationsSection(open=spans), robots=RobotsSection(count=2, available=spans)
-    )
-    events = (StationClosed(H // 4, 0), RobotsOnDuty(H + H // 2, number=1), StationOpened(2 * H + H // 4, 0))
-    rows = fed(Hours(evolve(tiny, scenario=scenario)), events).rows(2 * H + H // 2)
-    assert [(row["stations_open"], row["robots_on_duty"]) for row in rows] == [(1.25, 2), (1, 1.5), (1.5, 1)]
-    assert "stations_open" not in Hours(tiny).rows(H)[0]
-
-
 AT_STATIONS: tuple[Event, ...] = (
     OrderArrived(0, 0),
     OrderAssigned(0, 0, station=0, skus=(0, 1), items=2, period=1, complete=True),
@@ -396,18 +372,6 @@ AT_STATIONS: tuple[Event, ...] = (
     ItemPicked(40_000, 33_000, 46_000, visit=1, station=0, pod=0, order=0, sku=1),
     OrderAssigned(50_000, 1, station=1, skus=(0,), items=2, period=2, complete=True),
 )
-
-
-@cases(
-    "begin_s first second",
-    # 26 s of work; items wanted from 0 to 40 s; an order in the backlog from 5 to 50 s
-    (0, [2, 1, 26, 20, 14, 4, 0.166667, 1], [0, 0, 0, 10, 50, 45, 0, 0]),
-    (30, [1, 0, 16, 0, 14, 4, 0, 0], [0, 0, 0, 10, 20, 20, 0, 0]),
-)
-def test_two_stations(tiny: RunInfo, begin_s: int, first: list[float], second: list[float]) -> None:
-    rows = fed(Stations(tiny), AT_STATIONS).rows(begin_s * 1000, 60_000)
-    assert [list(row.values())[1:] for row in rows] == [first, second]
-    assert all(row["busy_s"] + row["waiting_s"] + row["idle_s"] == 60 - begin_s for row in rows)
 
 
 DAY = StationsSection(open=(("00:00", "01:00"),))
@@ -445,20 +409,6 @@ TRIP: tuple[Event, ...] = (
     driven(47, 0, 57, 10, 0),
     PodStored(59_000, 57_000, robot=0, pod=0, cell=1),
 )
-
-
-def test_waits_and_time_off_duty(tiny: RunInfo) -> None:
-    robots = fed(Robots(tiny, 0), [TaskAssigned(12_000, robot=0, pod=0), driven(10, 0, 15, 3, None)])
-    row = robots.rows(20_000)[0]
-    assert (row["idle_s"], row["to_pod_s"], row["waiting_s"]) == (12, 8, 0)
-    late = PodLifted(62_000, 60_000, robot=0, pod=0, cell=1)
-    robots = fed(Robots(tiny, 0), (*TRIP[:2], late, driven(65, 0, 70, 9, 0)))
-    assert (robots.for_room_ticks, robots.waiting_ticks) == (40_000, 46_000)
-    assert "off_s" not in Robots(tiny, 0).rows(1000)[0]
-    at_times = evolve(tiny.scenario, robots=RobotsSection(available=(("00:00", "01:00"),)))
-    events = (*TRIP[:2], RobotsOnDuty(21_000, number=0), *TRIP[2:], RobotsOnDuty(100_000, number=1))
-    row = fed(Robots(evolve(tiny, scenario=at_times), 0), events).rows(130_000)[0]
-    assert (row["idle_s"], row["off_s"], row["storing_s"]) == (10 + 30, 41, 12)
 
 
 @pytest.mark.parametrize(
@@ -541,7 +491,7 @@ SMALL = ("instance.orders=10", "rules.pp=free-flow", "robots.count=3", "stations
 TRUCKS = ("instance.departures.times=[20, 60, 5000]", "instance.departures.cutoff_s=1")
 PRICES = "costs={picker_per_h=36, packer_per_h=18, robot_per_h=3.6, late_order=2, late_h=36}"
 PACKED = ("packing={packers=1, sorters=1, conveyor_s=5}",)
-SHIFT = ('stations.open=[["00:01", "00:02"]]',)
+SHIFT = ('stations.open=[["00:01", "00:02"]]', 'robots.available=[["00:00", "00:01"], ["00:01", "24:00", 2]]')
 
 
 RUNS = (0, 0, ()), (0, 0, PACKED), (0, 0, SHIFT), (0, 70, ()), (30, 0, PACKED), (0, 40, PACKED)
