@@ -46,7 +46,7 @@ from rmfs_core.events import (
 )
 from rmfs_core.info import RunInfo
 from rmfs_core.roles import Role
-from rmfs_core.scenario.model import Costs, FailuresSection, RunSection, StationsSection
+from rmfs_core.scenario.model import Costs, FailuresSection, RobotsSection, RunSection, StationsSection
 from rmfs_core.world import Instance, OrderData
 
 
@@ -409,6 +409,20 @@ TRIP: tuple[Event, ...] = (
     driven(47, 0, 57, 10, 0),
     PodStored(59_000, 57_000, robot=0, pod=0, cell=1),
 )
+
+
+def test_waits_and_time_off_duty(tiny: RunInfo) -> None:
+    robots = fed(Robots(tiny, 0), [TaskAssigned(12_000, robot=0, pod=0), driven(10, 0, 15, 3, None)])
+    row = robots.rows(20_000)[0]
+    assert (row["idle_s"], row["to_pod_s"], row["waiting_s"]) == (12, 8, 0)
+    late = PodLifted(62_000, 60_000, robot=0, pod=0, cell=1)
+    robots = fed(Robots(tiny, 0), (*TRIP[:2], late, driven(65, 0, 70, 9, 0)))
+    assert (robots.for_room_ticks, robots.waiting_ticks) == (40_000, 46_000)
+    assert "off_s" not in Robots(tiny, 0).rows(1000)[0]
+    at_times = evolve(tiny.scenario, robots=RobotsSection(available=(("00:00", "01:00"),)))
+    events = (*TRIP[:2], RobotsOnDuty(21_000, number=0), *TRIP[2:], RobotsOnDuty(100_000, number=1))
+    row = fed(Robots(evolve(tiny, scenario=at_times), 0), events).rows(130_000)[0]
+    assert (row["idle_s"], row["off_s"], row["storing_s"]) == (10 + 30, 41, 12)
 
 
 @pytest.mark.parametrize(
