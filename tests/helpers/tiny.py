@@ -15,3 +15,15 @@ poa = "pod-match"
 pps = "demand"
 pp = "free-flow"
 """
+
+TWO_RULES = """
+base = "tiny.toml"
+seeds = [1, 2]
+baseline = "pod-match"
+[[rule_sets]]
+name = "pod-match"
+[[rule_sets]]
+name = "first-come"
+rules.poa = "first-come"
+"""
+"""An experiment on it."""

@@ -75,6 +75,39 @@ def a_fetch_that_never_happened(raw: Raw) -> None:
     ]
 
 
+# Robots without a task, and pods that are carried elsewhere
+
+SENT, RESTED, ELSEWHERE = "robot_sent", "robot_rested", "pod_move_decided"
+dropped("a robot that rests without being sent", SENT)
+changed("a rest in the next cell", RESTED, lambda line: {"cell": line["cell"] + 1})
+
+
+@kind
+def a_robot_sent_to_rest_on_the_floor(raw: Raw) -> None:
+    raw.one(SENT)["cell"] = raw.cells("1")[0]
+
+
+@kind
+def a_robot_sent_to_rest_where_another_stands(raw: Raw) -> None:
+    i = raw.place(SENT)
+    cells = {robot: place["cell"] for robot, place in enumerate(raw.header["robots"])}
+    cells |= {line["robot"]: line["to"] for line in raw.events[:i] if line["e"] == MOVED}
+    del cells[raw.events[i]["robot"]]
+    raw.events[i]["cell"] = next_of([cell for cell in cells.values() if cell in raw.cells("2")])
+
+
+@kind
+def a_trip_of_a_pod_that_is_carried_elsewhere(raw: Raw) -> None:
+    i = raw.place(ELSEWHERE)
+    decided = raw.events[i]
+    raw.events.insert(i, {"e": TRIP, "tick": decided["tick"], "pod": decided["pod"], "station": 0})
+
+
+@kind
+def a_pod_carried_to_another_location(raw: Raw) -> None:
+    raw.one(ELSEWHERE)["cell"] = next_of(raw.free_locations())
+
+
 # Lines and visits
 
 JOINED, STARTED, ENDED = "queue_joined", "visit_started", "visit_ended"
@@ -165,7 +198,7 @@ def a_pick_for_the_order_that_came_later(raw: Raw) -> None:
 
 # Orders
 
-ARRIVED, ASSIGNED, COMPLETED = "order_arrived", "order_assigned", "order_completed"
+ARRIVED, ASSIGNED, COMPLETED, DECIDED = "order_arrived", "order_assigned", "order_completed", "decision_made"
 dropped("an arrival dropped", ARRIVED)
 doubled("an arrival twice", ARRIVED)
 changed("an arrival of another order", ARRIVED, lambda line: {"order": line["order"] ^ 1})
@@ -192,6 +225,17 @@ def an_assignment_before_the_arrival(raw: Raw) -> None:
 
 
 @kind
+def an_arrival_at_the_start(raw: Raw) -> None:
+    raw.move(raw.place(ARRIVED, lambda line: line["tick"] > 0), raw.place(ARRIVED, at=0.0))
+
+
+@kind
+def an_arrival_after_the_next_decision(raw: Raw) -> None:
+    i = raw.place(ARRIVED, lambda line: line["tick"] > 0)
+    raw.move(i, raw.following(i, DECIDED) + 1)
+
+
+@kind
 def assignments_that_change_places(raw: Raw) -> None:
     for i in raw.places(ASSIGNED):
         for j in raw.places(ASSIGNED):
@@ -203,8 +247,6 @@ def assignments_that_change_places(raw: Raw) -> None:
 
 
 # Decisions
-
-DECIDED = "decision_made"
 
 
 def empty(line: Line) -> bool:

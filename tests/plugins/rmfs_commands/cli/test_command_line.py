@@ -5,6 +5,7 @@ import json
 import os
 import random
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -21,7 +22,8 @@ from numba import njit
 from numba.core import caching, environment
 from rich.console import Console
 
-from calling import exit_code
+from bad_rules import write_rule
+from calling import exit_code, refused
 from cases import cases
 from rmfs_commands.cli import interrupts
 from rmfs_commands.cli.compiling import compile_told, compiling_announced
@@ -74,14 +76,7 @@ def test_the_list_of_commands_is_whole(monkeypatch: pytest.MonkeyPatch, capsys: 
 
 
 def sentence(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """Return the one line that a call ends with, exit code 2."""
-    capsys.readouterr()
-    with pytest.raises(SystemExit) as stop:
-        main(arguments)
-    assert stop.value.code == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    (line,) = printed.err.splitlines()
+    (line,) = refused(capsys, main, arguments).splitlines()
     return line
 
 
@@ -139,21 +134,15 @@ def test_help_and_unknown_commands(capsys: pytest.CaptureFixture[str]) -> None:
         assert "Error:" not in told.err
 
 
-PRINTING = [
-    ("--help",),
-    ("rules",),
-    ("scenario", "schema"),
-    ("run", "examples/example-1-integrated", "--out", "out"),
-    ("run", "examples/example-1-integrated", "--out", "out", "--json"),
-]
+RMFS = [sys.executable, "-c", "from rmfs_commands.cli.main import main; main()"]
+RUN = ("run", "examples/example-1-integrated", "--out", "out")
 
 
-@pytest.mark.parametrize("arguments", PRINTING, ids=" ".join)
+@pytest.mark.parametrize("arguments", [("--help",), ("rules",), RUN, (*RUN, "--json")], ids=" ".join)
 def test_a_reader_that_goes_away_ends_a_command_quietly(arguments: tuple[str, ...], tmp_path: Path) -> None:
     """As in `rmfs rules | head`: the exit code is a shell's for a closed pipe, and nothing is said of it."""
-    command = [sys.executable, "-c", "from rmfs_commands.cli.main import main; main()", *arguments]
     pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, cwd=tmp_path) as process:
+    with subprocess.Popen([*RMFS, *arguments], stdout=pipe, stderr=pipe, text=True, cwd=tmp_path) as process:
         process.stdout.close()
         errors = process.stderr.read()
     assert process.returncode == 141
@@ -241,8 +230,7 @@ FULL = "Error: output: cannot be written: No space left on device\n"
     ("scenario list >&- 2>&-", 0, ""),
 )
 def test_output_that_cannot_be_written_is_no_traceback(call: str, code: int, said: str) -> None:
-    program = f"{sys.executable} -c 'from rmfs_commands.cli.main import main; main()'"
-    done = subprocess.run(f"{program} {call}", shell=True, capture_output=True, text=True, check=False)
+    done = subprocess.run(f"{shlex.join(RMFS)} {call}", shell=True, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (code, said)
 
 
@@ -253,10 +241,7 @@ def test_what_click_refuses_is_one_line_too(capsys: pytest.CaptureFixture[str]) 
         (["run", "a", "b\x1b[31m\nc"], "Error: Got unexpected extra argument (b\\x1b[31m c)"),
         (["decide", "a", "--rule", "b", "--seed", "9" * 5000], "Error: Invalid value for '--seed': expected a whole"),
     ):
-        with pytest.raises(SystemExit) as stop:
-            main(arguments)
-        assert stop.value.code == 2
-        usage, *_, last = capsys.readouterr().err.splitlines()
+        usage, *_, last = refused(capsys, main, arguments).splitlines()
         assert usage.startswith("Usage: ")
         assert last.startswith(said)
         assert len(last) < 1200
@@ -293,25 +278,14 @@ def test_a_failure_is_json_where_json_is_asked_for(arguments, code, place, capsy
     assert told["problem"] in printed.err
 
 
-FAILS = """
-from attrs import frozen
-from rmfs_core import hookimpl
-@frozen
-class Fails:
-    "PPS: fails."
-    @hookimpl
-    def select_pods(self, warehouse): raise ValueError("no \x1b[31m idea")
-"""
-
-
 def test_a_run_that_fails_is_json(tmp_path, monkeypatch, capsys) -> None:
-    (tmp_path / "fails.py").write_text(FAILS, encoding="utf-8")
+    write_rule(tmp_path, "pps", r'raise ValueError("no \x1b[31m idea")')
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as stop:
-        main(["run", "examples/small", "--set", "rules.pps=./fails.py:Fails", "--out", "out", "--json"])
+        main(["run", "examples/small", "--set", "rules.pps=./bad.py:Bad", "--out", "out", "--json"])
     told = json.loads(capsys.readouterr().out)
     assert (stop.value.code, told["exit_code"], told["status"], told["folder"]) == (1, 1, "failed", "out")
-    assert told["place"].endswith('fails.py:Fails" (fails.py inline), select_pods, at 0.000 s')
+    assert told["place"].endswith('bad.py:Bad" (bad.py inline), select_pods, at 0.000 s')
     assert told["problem"].startswith("raised ValueError: no \\x1b[31m idea (")
 
 
@@ -365,8 +339,9 @@ main()
 def test_it_calls_the_command_line() -> None:
     done = subprocess.run([sys.executable, "-c", FIRST], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "Interrupted.\n")
-    call = [sys.executable, "-c", "from rmfs_commands.cli.start import main; main()", "--version"]
-    assert subprocess.run(call, capture_output=True, text=True, check=True).stdout.startswith("-c, version ")
+    assert subprocess.run([*CALL, "--version"], capture_output=True, text=True, check=True).stdout.startswith(
+        "-c, version "
+    )
 
 
 CALL = (sys.executable, "-c", "from rmfs_commands.cli.start import main; main()")
@@ -497,9 +472,8 @@ CALLS = [
 def test_the_output_is_json_whatever_a_rule_prints(arguments: tuple[str, ...], tmp_path: Path) -> None:
     (tmp_path / "noisy.py").write_text(NOISY, encoding="utf-8")
     (tmp_path / "state.json").write_text(json.dumps(STATE), encoding="utf-8")
-    command = [sys.executable, "-c", "from rmfs_commands.cli.main import main; main()", *arguments]
     given = json.dumps(STATE) + "\n"
-    done = subprocess.run(command, input=given, capture_output=True, text=True, cwd=tmp_path, check=False)
+    done = subprocess.run([*RMFS, *arguments], input=given, capture_output=True, text=True, cwd=tmp_path, check=False)
     json.loads(done.stdout)
     assert set(PRINTED) <= set(done.stderr.splitlines())
     if arguments[0] in ("run", "decide", "serve"):
@@ -510,14 +484,8 @@ def test_the_output_is_json_whatever_a_rule_prints(arguments: tuple[str, ...], t
 def test_a_stream_that_is_closed_is_no_fault(closed: str, tmp_path: Path) -> None:
     (tmp_path / "noisy.py").write_text(NOISY, encoding="utf-8")
     (tmp_path / "state.json").write_text(json.dumps(STATE), encoding="utf-8")
-    call = f'"{sys.executable}" -c "from rmfs_commands.cli.main import main; main()"'
-    done = subprocess.run(
-        ["sh", "-c", f"{call} decide state.json --rule ./noisy.py:Noisy {closed}"],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        check=False,
-    )
+    call = f"{shlex.join(RMFS)} decide state.json --rule ./noisy.py:Noisy {closed}"
+    done = subprocess.run(["sh", "-c", call], capture_output=True, text=True, cwd=tmp_path, check=False)
     assert done.returncode == 0, done.stderr
     assert "1>&-" in closed or json.loads(done.stdout)["assignments"] == []
 

@@ -5,7 +5,6 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from attrs import evolve
 from jsonschema import Draft202012Validator
 
 from calling import exit_code
@@ -51,16 +50,7 @@ def test_check_names_an_order_that_comes_back(tmp_path: Path, capsys: pytest.Cap
 
 
 def test_check_says_that_it_loads_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "mine.py").write_text(
-        "from attrs import define\n"
-        "from rmfs_core import hookimpl\n\n\n"
-        "@define\n"
-        "class Mine:\n"
-        "    @hookimpl\n"
-        "    def assign_orders(self, warehouse):\n"
-        "        return ()\n",
-        encoding="utf-8",
-    )
+    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
     file = tmp_path / "mine.toml"
     file.write_text('[rules]\npoa = "./mine.py:Mine"\npps = "demand"\n', encoding="utf-8")
     code, _, err = run(capsys, "scenario", "check", str(file))
@@ -483,27 +473,16 @@ def test_names_and_summaries_of_files(files, tmp_path, capsys) -> None:
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
-def test_shipped_scenarios_follow_the_schema_and_read_back(name: str, tmp_path: Path) -> None:
-    scenario = load_scenario(name)
+def test_shipped_scenarios_follow_the_schema(name: str) -> None:
     validator = Draft202012Validator(scenario_schema())
     validator.validate(tomllib.loads(shipped_scenarios()[name].read_text(encoding="utf-8")))
-    validator.validate(scenario_to_dict(scenario))
-    (tmp_path / "again.toml").write_text(to_toml(scenario), encoding="utf-8")
-    again = load_scenario(tmp_path / "again.toml")
-    assert evolve(again, folder=scenario.folder, source=scenario.source) == scenario
+    validator.validate(scenario_to_dict(load_scenario(name)))
 
 
 def test_scenarios_as_toml() -> None:
     scenario = load_scenario("examples/small")
-    text = to_toml(scenario)
-    lines = text.splitlines()
-    place = next(i for i, line in enumerate(lines) if line.startswith("top_speed_m_per_s"))
-    assert lines[place - 1].startswith("# ")
-    assert lines[place - 1].endswith("(m/s)")
-    assert max(map(len, lines)) <= 100
-    bare = to_toml(scenario, comments=False)
-    assert "#" not in bare
-    assert tomllib.loads(bare) == tomllib.loads(text)
+    assert max(map(len, to_toml(scenario).splitlines())) <= 100
+    assert "#" not in to_toml(scenario, comments=False)
     rules = RulesSection(poa_pps=RuleChoice("integrated", {"time_limit_s": 5.0}))
     text = to_toml(Scenario(rules=rules), comments=False)
     table = tomllib.loads(text)["rules"]

@@ -16,14 +16,11 @@ from calling import refusal, refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
-from rmfs_commands.convert.history import Learned
-from rmfs_commands.convert.lines import OrderLines, Sku, Span
+from rmfs_commands.convert.lines import OrderLines, Sku
 from rmfs_commands.convert.quantities import Quantities
 from rmfs_commands.convert.scenarios import scenario_of
 from rmfs_commands.convert.tables import Table
 from rmfs_commands.convert.time_formats import Moment
-from rmfs_commands.convert.times import Clock
-from rmfs_commands.convert.writing import Stock, write
 from rmfs_core.errors import InputError
 
 LINES = """\
@@ -38,6 +35,7 @@ A-9,,1,2024-03-01T07:00:00
 A-10,lamp,1.0,yesterday
 A-11,lamp,1.0,2024-03-01T23:59:59.5
 """
+ON_ONE_POD = "--pods 1 --skus-per-pod 1 --items 5"
 COLUMNS = ("--order", "Order No", "--sku", "Article", "--quantity", "Qty", "--time", "Created")
 ORDERS = """\
 order,arrival_s,sku,quantity
@@ -54,18 +52,22 @@ def table(folder: Path, text: str = LINES) -> Path:
     return file
 
 
-def test_lines_are_brought_together_by_order(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def command(folder: Path, text: str, options: str = "", *more: str) -> list[str]:
+    """Return the command that converts a table with the orders in column o, the SKUs in s, the times in t if any."""
+    times = " --time t" * (",t" in text.partition("\n")[0])
+    given = f"--order o --sku s{times} --out {folder / 'out'} {options}".split()
+    return ["convert", "orders", str(table(folder, text)), *given, *more]
+
+
+def converted(folder: Path, *given: str) -> list[str]:
+    """Convert a table, as `command` has it; return the rows of orders.csv without its header."""
+    main(command(folder, *given))
+    return (folder / "out" / "orders.csv").read_text(encoding="utf-8").splitlines()[1:]
+
+
+def test_lines_are_brought_together_by_order(tmp_path: Path) -> None:
     main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path / "out")])
     assert (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8") == ORDERS
-    said = capsys.readouterr().out
-    assert "Read 9 rows." in said
-    assert 'Left out: 1 row with a quantity that is no whole number from 1 on (returns, weights): row 5 "-1".' in said
-    assert 'Left out: 1 row with no SKU: row 6 "A-9".' in said
-    assert "Left out: 1 row with no order: row 7." in said
-    assert 'Left out: 1 row with no time that can be read: row 8 "yesterday".' in said
-    assert "SKUs that an order repeats: 1 row; quantities are added up." in said
-    assert "Lines with different times: 1 order; the earliest is the order's." in said
-    assert "3 orders, 4 lines, 7 items of 4 SKUs; time 0 is 2024-03-01T00:00:00 (`instance.start`)" in said
 
 
 def test_compressed_and_parquet_tables_give_the_same(tmp_path: Path) -> None:
@@ -83,37 +85,38 @@ def test_compressed_and_parquet_tables_give_the_same(tmp_path: Path) -> None:
         assert (tmp_path / folder / "orders.csv").read_text(encoding="utf-8") == ORDERS
 
 
-@pytest.mark.parametrize("placement", ["random", "popularity", "co-purchase"])
-def test_what_is_written_runs(tmp_path: Path, placement: str) -> None:
-    options = f"--pods 12 --skus-per-pod 2 --items 1 --placement {placement} --start 2024-03-01T06:00".split()
-    main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path / "out"), *options])
+def test_what_is_written_runs(tmp_path: Path) -> None:
+    options = f"--pods 12 --skus-per-pod 2 --items 1 --placement popularity --out {tmp_path / 'out'}".split()
+    main(["convert", "orders", str(table(tmp_path)), *COLUMNS, *options, "--start", "2024-03-01T06:00"])
     result = rmfs_core.run(tmp_path / "out" / "scenario.toml")
     assert (result.status, result.metrics["picks"]) == ("complete", 7)
 
 
 def test_orders_that_are_due(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = table(tmp_path, "o,s,t,d,p\n1,a,06:00,06:01,2\n1,b,06:00,06:02,\n2,a,06:05,noon,\n3,a,06:06,05:00,\n")
-    options = ["--order", "o", "--sku", "s", "--time", "t", "--due", "d", "--priority", "p", "--time-format", "%H:%M"]
-    options += ["--pods", "12", "--skus-per-pod", "1", "--start", "06:00", "--out", str(tmp_path)]
-    main(["convert", "orders", str(file), *options])
+    """An order has the earliest due time and the highest priority of its lines."""
+    text = "o,s,t,d,p\n1,a,06:00,06:02,1\n1,b,06:00,06:01,2\n1,c,06:00,,\n2,a,06:05,noon,\n3,a,06:06,05:00,-1\n"
+    options = "--due d --priority p --time-format %H:%M --pods 12 --skus-per-pod 1 --start 06:00"
+    assert converted(tmp_path, text, options) == [
+        *("1,0,a,1,60,2", "1,0,b,1,60,2", "1,0,c,1,60,2"),
+        *("2,300,a,1,,", "3,360,a,1,0,"),
+    ]
     told = capsys.readouterr().out
-    assert 'Left empty: 1 row with a due time that cannot be read: row 3 "noon".' in told
+    assert 'Left empty: 1 row with a due time that cannot be read: row 4 "noon".' in told
     assert "Lines with different due times: 1 order; the earliest is the order's." in told
+    assert "Lines with different priorities: 1 order; the highest is the order's." in told
     assert "Due before time 0: 1 order; 0 is written." in told
-    orders = rmfs_core.run(tmp_path / "scenario.toml").orders
+    orders = rmfs_core.run(tmp_path / "out" / "scenario.toml").orders
     assert [(order["due_s"], order["priority"]) for order in orders] == [(60.0, 2), (None, 0), (0.0, 0)]
 
 
 @pytest.mark.parametrize("of_heads", [False, True])
 def test_orders_that_go_with_trucks(tmp_path: Path, capsys: pytest.CaptureFixture[str], of_heads: bool) -> None:
-    file = table(tmp_path, "o,s,t,r\n1,a,06:00,south\n1,b,06:00,north\n2,a,06:05,\n3,a,06:06,south\n")
-    options = ["--order", "o", "--sku", "s", "--time", "t", "--route", "r", "--time-format", "%H:%M"]
-    options += ["--orders", str(file)] * of_heads
-    options += ["--pods", "12", "--skus-per-pod", "1", "--start", "06:00", "--out", str(tmp_path)]
-    main(["convert", "orders", str(file), *options])
+    text = "o,s,t,r\n1,a,06:00,south\n1,b,06:00,north\n2,a,06:05,\n3,a,06:06,south\n"
+    options = "--route r --time-format %H:%M --pods 12 --skus-per-pod 1 --start 06:00"
+    converted(tmp_path, text, options, *["--orders", str(tmp_path / "lines.csv")] * of_heads)
     assert "with different routes: 1 order; the first by name is the order's." in capsys.readouterr().out
     trucks = "instance.departures={times={north=['06:10'], south=['06:20']}, column='route'}"
-    orders = rmfs_core.run(tmp_path / "scenario.toml", overrides=[trucks]).orders
+    orders = rmfs_core.run(tmp_path / "out" / "scenario.toml", overrides=[trucks]).orders
     assert [(order["due_s"], order["route"]) for order in orders] == [(600, "north"), (None, ""), (1200, "south")]
 
 
@@ -121,25 +124,24 @@ def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.Capt
     """By arrival: five a's are there, b never runs out, and nothing holds c. Orders left out take nothing."""
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,2\nq,a,3\nq,b,\n", encoding="utf-8")
     lines = "o,s,n,t\n3,a,2,9\n3,b,9,9\n1,a,3,1\n2,a,1,2\n2,c,4,2\n4,a,2,10\n5,a,1,11\n"
-    file = table(tmp_path, lines)
-    options = f"--order o --sku s --quantity n --time t --out {tmp_path}".split()
+    options = f"--quantity n --out {tmp_path} --force"
     (tmp_path / "scenario.toml").write_text(scenario_of(2), encoding="utf-8")
-    main(["convert", "orders", str(file), *options])
+    main(command(tmp_path, lines, options))
     assert refused(capsys, main, ["scenario", "check", str(tmp_path / "scenario.toml")]).endswith(
         "(`rmfs convert orders --in-stock` leaves out what stock cannot serve)\n"
     )
     own, other = "lack of stock", "another line of the order"
     for whole, kept, left in (
-        ([], ["1,1,a,3", "2,2,a,1", "3,9,b,9", "5,11,a,1"], [f"2,c,4,{own}", f"3,a,2,{own}", f"4,a,2,{own}"]),
+        ("", ["1,1,a,3", "2,2,a,1", "3,9,b,9", "5,11,a,1"], [f"2,c,4,{own}", f"3,a,2,{own}", f"4,a,2,{own}"]),
         (
-            ["--whole-orders"],
+            "--whole-orders",
             ["1,1,a,3", "3,9,a,2", "3,9,b,9"],
             [f"2,a,1,{other}", f"2,c,4,{own}", f"4,a,2,{own}", f"5,a,1,{own}"],
         ),
     ):
         capsys.readouterr()
-        table(tmp_path, lines + "0,a,5,0\n0,d,x,0\n" * bool(whole))
-        main(["convert", "orders", str(file), *options, "--force", "--in-stock", str(tmp_path / "pods.csv"), *whole])
+        text = lines + "0,a,5,0\n0,d,x,0\n" * bool(whole)
+        main(command(tmp_path, text, f"{options} {whole}", "--in-stock", str(tmp_path / "pods.csv")))
         assert (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()[1:] == kept
         written = (tmp_path / "left-out.csv").read_text(encoding="utf-8")
         assert written.splitlines() == ["order,sku,quantity,reason", *left]
@@ -148,11 +150,17 @@ def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.Capt
 
 
 def test_several_formats_of_times(tmp_path: Path) -> None:
-    file = table(tmp_path, "o,s,t\n1,a,01.03.2024\n2,a,2024-03-01 06:00\n3,a,03/01/2024\n")
-    formats = [text for pattern in ("iso", "%d.%m.%Y", "%m/%d/%Y") for text in ("--time-format", pattern)]
-    main(["convert", "orders", str(file), *f"--order o --sku s --time t --out {tmp_path}".split(), *formats])
-    written = (tmp_path / "orders.csv").read_text(encoding="utf-8")
-    assert written.splitlines()[1:] == ["1,0,a,1", "3,0,a,1", "2,21600,a,1"]
+    formats = "--time-format iso --time-format %d.%m.%Y --time-format %m/%d/%Y"
+    text = "o,s,t\n1,a,01.03.2024\n2,a,2024-03-01 06:00\n3,a,03/01/2024\n"
+    assert converted(tmp_path, text, formats) == ["1,0,a,1", "3,0,a,1", "2,21600,a,1"]
+
+
+def test_orders_outside_a_span_are_left_out_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "o,s,t\nA,tea,4.999\nA,tea,6\nB,tea,5\nC,tea,7\nD,tea,8\n"
+    assert converted(tmp_path, text, "--from 5 --until 8 --start 3") == ["B,2,tea,1", "C,4,tea,1"]
+    told = capsys.readouterr()
+    assert "Left out: 2 orders with a time outside the chosen span.\n" in told.out
+    assert told.err == ""
 
 
 @pytest.mark.parametrize("zone", ["", "--zone America/New_York"])
@@ -160,131 +168,102 @@ def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone:
     """Nights are named by the local clock where orders come on two days; --open writes them, and the load counts."""
     rows = [f"{day}{hour},a,2024-03-0{day}T{hour:02}:00,{cancelled}" for day in (1, 2) for hour in range(6, 22)
             for cancelled in (f"2024-03-0{day}T23:00" if hour == 8 else "",)]  # fmt: skip
-    file = table(tmp_path, "\n".join(("o,s,t,c", *rows)))
-    options = f"--order o --sku s --time t --cancelled c --pods 9 --skus-per-pod 1 --out {tmp_path} {zone}".split()
-    main(["convert", "orders", str(file), *options])
+    given = (tmp_path, "\n".join(("o,s,t,c", *rows)), f"--cancelled c --pods 9 --skus-per-pod 1 --force {zone}")
+    converted(*given)
     told = capsys.readouterr().out
     night = "though little is ordered from 22:00 to 06:00: --open 06:00-22:00 says when they are."
     assert f"Stations are open all day, {night}" in told
     assert "2 of the orders may be cancelled; " in told
-    main(["convert", "orders", str(file), *options, "--force", "--open", "06:00-14:00", "--open", "14:30-22:00"])
+    converted(*given, "--open", "06:00-14:00", "--open", "14:30-22:00")
     told = capsys.readouterr().out
     assert "little is ordered" not in told
     assert "in 31.0 h of 1" in told
-    scenario = tomllib.loads((tmp_path / "scenario.toml").read_text(encoding="utf-8"))
+    scenario = tomllib.loads((tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8"))
     assert scenario["stations"]["open"] == [["06:00", "14:00"], ["14:30", "22:00"]]
     found = "--open: found '6-22'; expected two times of the day, such as 06:00-22:00"
-    assert found in refused(capsys, main, ["convert", "orders", str(file), *options, "--force", "--open", "6-22"])
-
-
-def test_a_span_of_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    span = ["--from", "2024-03-01T06:06", "--until", "2024-03-01T12:00", "--start", "2024-03-01T06:00"]
-    main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path), *span])
-    written = (tmp_path / "orders.csv").read_text(encoding="utf-8")
-    assert written.splitlines()[1:] == ["A-7,600,tea,3", "A-7,600,spoon,1"]
-    assert "Left out: 2 orders with a time outside the chosen span." in capsys.readouterr().out
+    assert found in refused(capsys, main, command(*given, "--open", "6-22"))
 
 
 @cases(
     "text options written",
-    ("o;s\n1;a\n1;b\n2;a\n", ["--separator", ";"], "order,arrival_s,sku,quantity\n1,0,a,1\n1,0,b,1\n2,0,a,1\n"),
-    (
-        "o,s,p\n1,a,1.000\n",
-        ["--priority", "p", "--thousands", "."],  # priorities have the signs of quantities
-        "order,arrival_s,sku,quantity,priority\n1,0,a,1,1000\n",
-    ),
+    ("o;s\n1;a\n1;b\n2;a\n", "--separator ;", ["1,0,a,1", "1,0,b,1", "2,0,a,1"]),
+    # priorities have the signs of quantities
+    ("o,s,p\n1,a,1.000\n", "--priority p --thousands .", ["1,0,a,1,1000"]),
 )
-def test_the_least_that_is_needed(tmp_path: Path, text: str, options: list[str], written: str) -> None:
-    main(
-        [
-            "convert",
-            "orders",
-            str(table(tmp_path, text)),
-            "--order",
-            "o",
-            "--sku",
-            "s",
-            *options,
-            "--out",
-            str(tmp_path),
-        ]
-    )
-    assert (tmp_path / "orders.csv").read_text(encoding="utf-8") == written
+def test_the_least_that_is_needed(tmp_path: Path, text: str, options: str, written: list[str]) -> None:
+    assert converted(tmp_path, text, options) == written
 
 
 @cases(
     "text options sentence",
-    ("o,s\n1,a\n", ["--sku", "ss"], 'line 1: there is no column "ss" (did you mean `s`?); found o and s'),
-    ("o,s\n", [], "has no order line that could be kept: it has no rows"),
-    ("o,s\n1,\n", [], "has no order line that could be kept: 1 row with no SKU"),
-    ("o,s,t\n1,a,5\n", ["--time", "t", "--start", "9"], "--start: found 9 s, but the first order arrives at 5 s"),
-    ("o,s,d\n1,a,5\n", ["--due", "d"], "--due: found no --time; expected the column that the times are in"),
-    ("o,s,t\n1,a,5\n", ["--time", "t", "--from", "9"], "--from, --until: all orders (1) are outside"),
+    ("o,s\n1,a\n", "--sku ss", 'line 1: there is no column "ss" (did you mean `s`?); found o and s'),
+    ("o,s\n", "", "has no order line that could be kept: it has no rows"),
+    (
+        "o,s\nA,\nB,\n,tea\n",
+        "",
+        'that could be kept: 2 rows with no SKU: row 1 "A", row 2 "B"; 1 row with no order: row 3\n',
+    ),
+    ("o,s,t\n1,a,5\n", "--start 9", "--start: found 9 s, but the first order arrives at 5 s"),
+    (
+        "o,s,t\n1,a,2024-07-01T06:00\n",
+        "--start 2024-07-01T07:00",
+        "--start: found 2024-07-01T07:00:00, but the first order arrives at 2024-07-01T06",
+    ),
+    ("o,s,d\n1,a,5\n", "--due d", "--due: found no --time; expected the column that the times are in"),
+    (
+        "o,s,t\n1,a,4\n2,a,9\n",
+        "--from 5 --until 8",
+        "--from, --until: all orders (2) are outside: from 4 s to 9 s; expected a span with",
+    ),
     (
         "o,s\n1,a\n1,b\n1,c\n",
-        ["--pods", "1", "--skus-per-pod", "2"],
+        "--pods 1 --skus-per-pod 2",
         "found 3 SKUs, and 1 pod for 2; expected --skus-per-pod 3",
     ),
     *(
-        ("o,s\n1,a\n", [option, "2024-03-01"], f"{option}: found no --time; expected the column")
+        ("o,s\n1,a\n", f"{option} 2024-03-01", f"{option}: found no --time; expected the column")
         for option in ("--from", "--until", "--start")
     ),
     (
         "o,s,t\n1,a,1709251200000000\n",
-        ["--time", "t"],
+        "",
         "has no order in time: 1 row with a time more than ten years after time 0 (0 s; --from leaves out what is "
         'earlier): row 1 "1709251200000000 s"; expected another --start or --time-format',
     ),
-    ("o,s\n1,a\n", ["--leave-out-sku", "b"], '--leave-out-sku: no row has the SKU "b"'),
+    ("o,s\n1,a\n", "--history y.csv", "--history: found no --pods; expected both"),
+    ("o,s\n1,a\n", "--leave-out-sku b", '--leave-out-sku: no row has the SKU "b"'),
     (
         "o,s,t\n1,a,13.03.2024\n2,a,14.03.2024\n3,a,2024-03-15\n",
-        ["--time", "t"],
+        "",
         "2 of 3 rows would be left out: 2 rows with no time that can be read: "
         'row 1 "13.03.2024", row 2 "14.03.2024"; '
         "perhaps --time-format %d.%m.%Y; expected at most half, or --force",
     ),
 )
 def test_what_is_wrong_is_said_in_a_sentence(tmp_path, capsys, text, options, sentence) -> None:
-    columns = ["--order", "o", *(() if "--sku" in options else ("--sku", "s"))]
-    command = ["convert", "orders", str(table(tmp_path, text)), *columns, *options, "--out", str(tmp_path / "out")]
-    assert sentence in refused(capsys, main, command)
+    assert sentence in refused(capsys, main, command(tmp_path, text, options))
     assert not (tmp_path / "out").exists()
 
 
 def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "orders.csv").write_text("mine", encoding="utf-8")
-    command = ["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path)]
-    assert "--force replaces it" in refused(capsys, main, command)
-    command[2] = str(tmp_path / "missing.csv")
-    assert "missing.csv: cannot be read: No such file or directory" in refused(capsys, main, command)
+    options = [*COLUMNS, "--out", str(tmp_path)]
+    assert "--force replaces it" in refused(capsys, main, ["convert", "orders", str(table(tmp_path)), *options])
+    told = refused(capsys, main, ["convert", "orders", str(tmp_path / "missing.csv"), *options])
+    assert "missing.csv: cannot be read: No such file or directory" in told
     assert (tmp_path / "orders.csv").read_text(encoding="utf-8") == "mine"
 
 
 def test_most_rows_are_left_out_only_by_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = table(tmp_path, "o,s,q\n" + "1,a,1\n" + "2,a,-1\n" * 2)
-    command = ["convert", "orders", str(file), "--order", "o", "--sku", "s", "--quantity", "q", "--out", str(tmp_path)]
-    refused(capsys, main, command)
-    assert not (tmp_path / "orders.csv").exists()
-    main([*command, "--force"])
+    text = "o,s,q\n" + "1,a,1\n" + "2,a,-1\n" * 2
+    refused(capsys, main, command(tmp_path, text, "--quantity q"))
+    assert not (tmp_path / "out").exists()
+    assert converted(tmp_path, text, "--quantity q --force") == ["1,0,a,1"]
     assert "lines.csv are left out (2 of 3).\n" in capsys.readouterr().err
-    table(tmp_path, "o,s,q\n" + "1,a,1\n" + "2,b,1\n" * 2)
-    main([*command, "--force", "--leave-out-sku", "b"])
+    assert converted(tmp_path, "o,s\n1,a\n2,b\n2,b\n", "--force --leave-out-sku b") == ["1,0,a,1"]
     told = capsys.readouterr()
     assert 'Left out: 2 rows with a SKU to leave out: row 2 "b", row 3 "b".' in told.out
     assert told.err == ""
-
-
-def test_an_order_of_the_opening_hour_is_served_at_once(tmp_path: Path) -> None:
-    file = table(tmp_path, "order,sku,qty,ts\n1,A,1,2024-07-01T06:00:00+02:00\n2,B,2,2024-07-01T21:59:00+02:00\n")
-    columns = ["--order", "order", "--sku", "sku", "--quantity", "qty", "--time", "ts", "--pods", "3"]
-    for number, start in enumerate(([], ["--start", "2024-07-01T05:00+02:00"])):
-        folder = tmp_path / str(number)
-        main(["convert", "orders", str(file), *columns, "--skus-per-pod", "2", "--out", str(folder), *start])
-        overrides = ['stations.open=[["06:00", "22:00"]]', "layout.stations_east=1"]
-        first, last = rmfs_core.run(folder / "scenario.toml", overrides=overrides).orders
-        assert first["arrival_s"] == (3600 if start else 21_600)
-        assert first["turnover_s"] < 120
-        assert last["turnover_s"] < 120
 
 
 def test_an_export_of_an_erp_system(tmp_path: Path) -> None:
@@ -320,52 +299,30 @@ def test_a_history_of_another_layout_is_refused(tmp_path: Path, capsys: pytest.C
 
 
 def test_names_with_commas_and_quotes_are_quoted(tmp_path: Path) -> None:
-    converted(tmp_path, '1,"a, ""b""",5')
+    assert converted(tmp_path, 'o,s,t\n1,"a, ""b""",5\n', ON_ONE_POD) == ['1,5,"a, ""b""",1']
     assert (tmp_path / "out" / "pods.csv").read_text(encoding="utf-8") == 'pod,sku,quantity\nP1,"a, ""b""",5\n'
-    assert '1,5,"a, ""b""",1\n' in (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8")
-
-
-def converted(folder: Path, *rows: str, pattern: str | None = None, start: str | None = None) -> list[str]:
-    """Write what rows are (order, SKU, time) and return the names of the files."""
-    file = folder / "lines.csv"
-    file.write_text("o,s,t\n" + "".join(f"{row}\n" for row in rows), encoding="utf-8")
-    reader = Reader(Clock(pattern and [pattern]))
-    with OrderLines(Cleaner(Columns("o", "s", "t"), reader, Choice())) as lines:
-        lines.read(Table(file))
-        zero = lines.gather(Span(start=None if start is None else reader.clock.option("--start", start)))
-        skus = lines.skus()
-        stock = Stock(skus, [[*range(len(skus))]], 5, Learned("random", None))
-        (folder / "out").mkdir()
-        write(lines, folder / "out", zero, stock)
-    return sorted(path.name for path in (folder / "out").iterdir())
 
 
 @cases(
-    "time pattern given start",
-    ("2024-07-01T06:00+02:00", None, None, "2024-07-01T00:00:00+02:00"),
-    ("2024-07-01T06:00", None, "2024-07-01T05:30", "2024-07-01T05:30:00"),
-    ("21600", None, None, None),
-    ("06:00", "%H:%M", None, None),
-    ("06:00", "%H:%M", "05:30", "2000-01-01T05:30:00"),
+    "time options start",
+    ("2024-07-01T06:00+02:00", "", "2024-07-01T00:00:00+02:00"),
+    ("2024-07-01T06:00+02:00", "--start 2024-07-01T05:30+02:00", "2024-07-01T05:30:00+02:00"),
+    ("2024-07-01T06:00", "--start 2024-07-01T05:30", "2024-07-01T05:30:00"),
+    ("21600", "", None),
+    ("06:00", "--time-format %H:%M", None),
+    ("06:00", "--time-format %H:%M --start 05:30", "2000-01-01T05:30:00"),
 )
-def test_time_zero_is_written_where_it_is_known(tmp_path, time, pattern, given, start) -> None:
-    names = converted(tmp_path, f"1,a,{time}", pattern=pattern, start=given)
-    assert names == ["orders.csv", "pods.csv", "scenario.toml"]
+def test_time_zero_is_written_where_it_is_known(tmp_path, time, options, start) -> None:
+    arrival_s = 1800 if "--start" in options else 21_600
+    assert converted(tmp_path, f"o,s,t\n1,a,{time}\n", f"{ON_ONE_POD} {options}") == [f"1,{arrival_s},a,1"]
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"orders.csv", "pods.csv", "scenario.toml"}
     scenario = tomllib.loads((tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8"))
     assert scenario["instance"].get("start") == start
-    arrival = 1800 if given else 21_600
-    assert (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8").splitlines()[1] == f"1,{arrival},a,1"
 
 
 def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    rows = [
-        "1,cafe\u0301,2024-07-01T06:00+02:00",
-        "1,caf\u00e9,2024-07-01T06:00Z",
-        ",,",
-        "2,tea,noon",
-        "1,,2024-07-01T06:00Z",
-    ]
-    converted(tmp_path, *rows)
+    rows = ["1,cafe\u0301,2024-07-01T06:00+02:00", "1,caf\u00e9,2024-07-01T06:00Z", ",,", "2,tea,noon"]
+    converted(tmp_path, "\n".join(("o,s,t", *rows, "1,,2024-07-01T06:00Z")), ON_ONE_POD)
     told = capsys.readouterr()
     assert told.out.splitlines() == [
         "Read 4 rows, and 1 without any entry.",
@@ -421,30 +378,24 @@ def written(lines: OrderLines, start: int = 0) -> list[str]:
     return stream.getvalue().splitlines()[1:]
 
 
-def test_orders_and_their_times(read: Read) -> None:
-    lines = read(*(f"{row},," for row in ("B,tea,9,1", "A,jam,5,2", "B,tea,7,3", "B,jam,9,1", "C,tea,5,1")))
+def test_orders_come_by_time_and_name(read: Read) -> None:
+    lines = read(*(f"{row},," for row in ("B,tea,9,1", "A,jam,5,2", "B,tea,7.5,3", "B,jam,9,1", "C,tea,5,1")))
     assert lines.gather() == Moment(0)
-    assert written(lines) == ["A,5,jam,2", "C,5,tea,1", "B,7,tea,4", "B,7,jam,1"]
+    stream = io.StringIO()
+    totals, demand = lines.write(stream, 5000)
+    assert stream.getvalue().splitlines() == [
+        "order,arrival_s,sku,quantity",
+        *("A,0,jam,2", "C,0,tea,1", "B,2.5,tea,4", "B,2.5,jam,1"),
+    ]
+    assert (totals["items"], demand.last, demand.lines.total()) == (8, 2500, 4)
     assert (lines.n_orders, lines.n_lines, lines.joined, lines.several["times"]) == (3, 4, 1, 1)
     assert lines.largest(2) == [("B", "tea", 4), ("A", "jam", 2)]
-    lines = read("A,tea,10,2,,", "B,tea,12.5,1,,")
-    assert lines.gather(Span(start=Moment(10_000))) == Moment(10_000)
-    stream = io.StringIO()
-    totals, demand = lines.write(stream, 10_000)
-    assert stream.getvalue() == "order,arrival_s,sku,quantity\nA,0,tea,2\nB,2.5,tea,1\n"
-    assert (totals["items"], demand.last, demand.lines.total()) == (3, 2500, 2)
-    lines = read("A,tea,2024-07-01T06:00,1,,")
-    start = lines.cleaner.reader.clock.option("--start", "2024-07-01T07:00")
-    with pytest.raises(
-        InputError, match="--start: found 2024-07-01T07:00:00, but the first order arrives at 2024-07-01T06"
-    ):
-        lines.gather(Span(start=start))
+
+
+def test_the_time_of_the_day_has_a_column_of_its_own(read: Read) -> None:
     columns = Columns("order", "sku", "time", "qty", time_of_day="due")
     lines = read("A,tea,2024-03-01,1,06:10,", "B,tea, 20240301 ,1,061500,", "C,tea,2024-03-01,1,,", columns=columns)
     assert written(lines, lines.gather().tick) == ["C,0,tea,1", "A,22200,tea,1", "B,22500,tea,1"]
-    lines = read("A,tea,x,x,,", "A,tea,x,x,,", columns=Columns("order", "sku"))
-    assert lines.gather() == Moment(0)
-    assert written(lines) == ["A,0,tea,2"]
 
 
 def test_an_order_is_cancelled_with_the_last_of_its_lines(read: Read) -> None:
@@ -464,21 +415,6 @@ def test_time_zero_is_midnight_by_the_clock_of_the_first_order(read: Read, rows:
     assert lines.cleaner.reader.clock.iso(zero) == "2024-07-01T00:00:00+02:00"
     assert written(lines, zero.tick) == ["A,21600,tea,1", "B,25200,tea,1"]
     assert lines.offsets == [0, 7_200_000]
-
-
-def test_orders_outside_a_span_are_left_out_whole(read: Read) -> None:
-    lines = read(*(f"{row},1,," for row in ("A,tea,4.999", "A,tea,6", "B,tea,5", "C,tea,7", "D,tea,8")))
-    lines.gather(Span(Moment(5000), Moment(8000)))
-    assert written(lines) == ["B,5,tea,1", "C,7,tea,1"]
-    assert lines.left_out == {"a time outside the chosen span": 2}
-    assert lines.cleaner.dropped.unasked == 0
-    lines = read("A,tea,4,1,,", "B,tea,9,1,,")
-    with pytest.raises(InputError, match=r"\(2\) are outside: from 4 s to 9 s; expected a span with"):
-        lines.gather(Span(Moment(5000), Moment(8000)))
-    with pytest.raises(
-        InputError, match=r'could be kept: 2 rows with no SKU: row 1 "A", row 2 "B"; 1 row with no order: row 3$'
-    ):
-        read("A,,1,1,,", "B,,1,1,,", ",tea,1,1,,")
 
 
 def test_an_order_that_loses_a_line_is_shortened(read: Read) -> None:
@@ -524,25 +460,6 @@ def test_skus_by_their_lines_and_orders_by_arrival(read: Read) -> None:
     assert list(lines.baskets(2)) == [["jam"], ["tea", "rye"]]
 
 
-def test_due_times_and_priorities(read: Read) -> None:
-    """An order has the earliest and the highest of its lines; what cannot be read is left empty."""
-    rows = ["A,tea,5,1,60,1", "A,jam,5,1,30,3", "B,tea,6,1,,", "C,tea,7,1,soon,-1", "D,tea,8,1,2,2.0", "A,rye,5,1,45,"]
-    lines = read(*rows, columns=Columns("order", "sku", "time", due="due", priority="prio"))
-    lines.gather()
-    stream = io.StringIO()
-    assert lines.write(stream, 5000)[0]["early"] == 1
-    assert stream.getvalue().splitlines() == [
-        "order,arrival_s,sku,quantity,due_s,priority",
-        "A,0,tea,1,25,3",
-        "A,0,jam,1,25,3",
-        "A,0,rye,1,25,3",
-        "B,1,tea,1,,",
-        "C,2,tea,1,,",
-        "D,3,tea,1,0,2",
-    ]
-    assert lines.several == {"times": 0, "dues": 1, "priorities": 1, "routes": 0}
-
-
 CLEANING_ALL = Columns("order", "sku", "time", "qty", "due", "prio")
 
 
@@ -553,14 +470,6 @@ def cleaned(
     cleaner = Cleaner(columns, reader or Reader(), choice or Choice())
     filled = [(*row, *[""] * (9 - len(row))) for row in rows]
     return cleaner, list(cleaner.lines("lines.csv", enumerate(filled, 1)))
-
-
-def test_a_row_is_an_order_line() -> None:
-    _, lines = cleaned((" A ", "tea", "5", "2.0", "60", "3"), ("B", "cafe\u0301", "6", "1"))
-    assert lines == [
-        ("A", "tea", 5000, 0, 2, 60_000, 3, None, 1, None),
-        ("B", "caf\u00e9", 6000, 0, 1, *[None] * 3, 2, None),
-    ]
 
 
 def test_each_row_left_out_has_its_reason() -> None:
@@ -583,17 +492,9 @@ def test_each_row_left_out_has_its_reason() -> None:
 
 
 def test_skus_to_leave_out_and_signs_are_looked_at() -> None:
-    choice = Choice(("cafe\u0301",), most=8)
-    cleaner, lines = cleaned(
-        ("A", "caf\u00e9", "1", "1"), ("A", "tea", "1", "9"), ("A", "tea", "1", "8"), choice=choice
-    )
-    assert len(lines) == 1
-    assert cleaner.left_out() == [
-        '1 row with a SKU to leave out: row 1 "caf\u00e9"',
-        '1 row with more than 8 items in a line: row 2 "9"',
-    ]
-    assert cleaner.dropped.unasked == 0
+    cleaner, _ = cleaned(("A", "caf\u00e9", "1", "1"), choice=Choice(("cafe\u0301",)))
     cleaner.check_choice(list)
+    assert cleaner.dropped.unasked == 0
     cleaner, _ = cleaned(("A", "FRACHT", "1", "1"), choice=Choice(("fracht",)))
     missing = r'^--leave-out-sku: no row has the SKU "fracht"'
     with pytest.raises(InputError, match=missing + r" \(did you mean `FRACHT`\?\); expected SKUs of the table$"):
@@ -627,14 +528,8 @@ def test_what_cannot_be_read_is_left_empty() -> None:
 
 @cases(
     "rows problem",
-    (
-        [("A", "tea", "4", "1"), ("B", "tea", "2024-03-01", "1")],
-        "row 2, time: found dates without an offset where the rows before have seconds",
-    ),
-    (
-        [("A", "tea", "2024-03-01", "1", "500")],
-        "row 1, due: found seconds where the rows before have dates without an offset",
-    ),
+    ([("A", "tea", "4", "1"), ("B", "tea", "2024-03-01", "1")], "row 2, time: found dates without an offset"),
+    ([("A", "tea", "2024-03-01", "1", "500")], "row 1, due: found seconds where the rows before have dates"),
 )
 def test_times_of_two_kinds_are_refused(rows: list[tuple[str, ...]], problem: str) -> None:
     assert refusal(lambda: cleaned(*rows)).startswith(f"lines.csv, {problem}")
@@ -652,13 +547,6 @@ def test_times_of_two_kinds_are_refused(rows: list[tuple[str, ...]], problem: st
 def test_numbers_that_may_mean_two_things_are_asked_about(row: tuple[str, ...], question: str) -> None:
     cleaner, _ = cleaned(row)
     assert refusal(lambda: cleaner.ask("lines.csv")).startswith(question)
-
-
-def test_a_format_is_guessed_where_no_time_can_be_read() -> None:
-    cleaner, _ = cleaned(("A", "tea", "13.03.2024", "1"), reader=Reader(Clock()))
-    assert cleaner.left_out() == [
-        '1 row with no time that can be read: row 1 "13.03.2024"; perhaps --time-format %d.%m.%Y'
-    ]
 
 
 HEADS = """\
@@ -714,13 +602,6 @@ def test_an_order_is_left_out_once(tmp_path: Path, capsys: pytest.CaptureFixture
     told = capsys.readouterr().out
     assert f"Left out: 2 rows with no header in {tmp_path / 'heads.csv'} that is kept: row 4" in told
     assert "Left out: 3 orders with no row that is kept.\n" in told
-
-
-def test_orders_of_two_tables_run(tmp_path: Path) -> None:
-    convert(tmp_path, *OF_HEADS[2:], "--pods", "12", "--skus-per-pod", "1", heads=HEADS.replace("Document", "Order"))
-    result = rmfs_core.run(tmp_path / "out" / "scenario.toml")
-    assert [order["arrival_s"] for order in result.orders] == [21_900.0, 22_200.0]
-    assert result.status == "complete"
 
 
 @cases(

@@ -238,17 +238,6 @@ def given(*arguments: str) -> dict[str, Any]:
     return found
 
 
-def test_without_options() -> None:
-    assert given() == {
-        "separator": ",",
-        "encoding": "utf-8",
-        "decimal": None,
-        "thousands": None,
-        "time_format": None,
-        "zone": None,
-    }
-
-
 @cases(
     "arguments value",
     *((("--separator", text), "\t") for text in ("tab", "\t", "\\t")),

@@ -5,7 +5,6 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
-from attrs import define
 
 from calling import refusal
 from cases import cases
@@ -14,7 +13,6 @@ from rmfs_commands.convert.names import Names
 from rmfs_commands.convert.numeric_dates import NumericDates, looks_of
 from rmfs_commands.convert.quantities import Quantities
 from rmfs_commands.convert.shares import check_emptied, check_share, warn_of_share
-from rmfs_commands.convert.tally import Tally
 from rmfs_commands.convert.time_formats import (
     ABSOLUTE,
     LOCAL,
@@ -362,58 +360,34 @@ def test_one_name_has_one_spelling() -> None:
     assert names.respelled == 1
 
 
-@define
-class Rows:
-    rows: int
-    dropped: Tally
-
-    def left_out(self) -> list[str]:
-        return [part for _, part in self.dropped.parts()]
-
-
-def rows(number: int, left: int, chosen: int = 0) -> Rows:
-    """Return rows some of which were left out without being asked for, some since an option says so."""
-    tally = Tally()
-    for row in range(left + chosen):
-        tally.note("no SKU" if row < left else "a SKU to leave out", row, "", chosen=row >= left)
-    return Rows(number, tally)
-
-
-def test_columns_that_cannot_be_read() -> None:
-    found = r"^a.csv: 6 of 10 rows would be left out: 6 rows with no SKU: row 0.*--force$"
-    with pytest.raises(InputError, match=found):
-        check_share(Path("a.csv"), rows(10, 6), force=False)
-    check_share(Path("a.csv"), rows(10, 6), force=True)
-    check_share(Path("a.csv"), rows(10, 5, chosen=5), force=False)
+def cleaner_of(rows: int, left: int = 0, chosen: int = 0, emptied: int = 0) -> Cleaner:
+    """Return a cleaner of rows some of which were left out unasked, some by an option, some without a due time."""
     cleaner = Cleaner(Columns("o", "s"), Reader(), Choice())
-    for row in range(1, 7):
+    cleaner.rows = rows
+    for row in range(left):
+        cleaner.dropped.note("no SKU", row, "A\n")
+    for row in range(chosen):
+        cleaner.dropped.note("a SKU to leave out", row, "", chosen=True)
+    for row in range(emptied):
         cleaner.emptied.note("a due time that cannot be read", row, "soon")
-    cleaner.rows = 12
-    check_emptied(Path("a.csv"), cleaner, force=False)
-    cleaner.rows = 11
-    check_emptied(Path("a.csv"), cleaner, force=True)
-    found = (
-        r'^a.csv: would be left empty: 6 rows with a due time that cannot be read: row 1 "soon", .*; expected at most'
-    )
-    with pytest.raises(InputError, match=found):
-        check_emptied(Path("a.csv"), cleaner, force=False)
+    return cleaner
+
+
+@cases(
+    "check few many sentence",
+    (check_share, {"left": 5, "chosen": 5}, {"left": 6}, r'6 of 10 rows .*: 6 rows with no SKU: row 0 "A\\n", .*force'),
+    (check_emptied, {"emptied": 5}, {"emptied": 6}, 'would be left empty: 6 rows with a due .*: row 0 "soon", .*force'),
+)
+def test_more_than_half_of_the_rows_need_force(check, few, many, sentence) -> None:
+    check(Path("a.csv"), cleaner_of(10, **few), force=False)
+    check(Path("a.csv"), cleaner_of(10, **many), force=True)
+    with pytest.raises(InputError, match=f"^a.csv: {sentence}$"):
+        check(Path("a.csv"), cleaner_of(10, **many), force=False)
 
 
 @pytest.mark.parametrize(
     ("left", "said"), [(1, ""), (2, "Warning: 20 % of the rows of a.csv are left out (2 of 10).\n")]
 )
 def test_more_than_a_tenth_is_a_warning(capsys: pytest.CaptureFixture[str], left: int, said: str) -> None:
-    warn_of_share("a.csv", rows(10, left, chosen=3))
+    warn_of_share("a.csv", cleaner_of(10, left, chosen=3))
     assert capsys.readouterr().err == said
-
-
-def test_rows_are_counted_and_the_first_are_named() -> None:
-    tally = Tally()
-    for row in range(4, 9):
-        tally.note("no SKU", row, "A\n" if row == 4 else "")
-    tally.note("a SKU to leave out", 9, "tea", chosen=True)
-    assert [part for _, part in tally.parts()] == [
-        '5 rows with no SKU: row 4 "A\\n", row 5, row 6',
-        '1 row with a SKU to leave out: row 9 "tea"',
-    ]
-    assert tally.unasked == 5

@@ -18,13 +18,9 @@ from cases import cases
 from random_worlds import random_world
 from rmfs_commands.cli.summary import print_bottleneck
 from rmfs_commands.details.bottleneck import LIMITS, PARTS, Packed, sentences
-from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.details.observer import Details
-from rmfs_commands.details.robots import Robots
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_core.events import PodStored, RobotsOnDuty, TaskAssigned
-from rmfs_core.info import RunInfo
 from rmfs_core.results import Result
 from rmfs_core.rules import RuleSet
 from rmfs_core.simulation.engine import Simulation
@@ -139,11 +135,17 @@ def test_one_station_has_no_spread() -> None:
     assert (found["limit"], found["causes_percent"]["spread"]) == ("held", 0)
 
 
+def orders_at(folder: Path, *times_s: int) -> list[str]:
+    """Write orders of an item each that arrive at these times, and a pod; return what names the files."""
+    rows = "".join(f"{number},{time_s},a,1\n" for number, time_s in enumerate(times_s))
+    (folder / "orders.csv").write_text(f"order,arrival_s,sku,quantity\n{rows}", encoding="utf-8")
+    (folder / "pods.csv").write_text("pod,sku,quantity\np,a,\n", encoding="utf-8")
+    return [f"instance.{kind}_file={folder / kind}.csv" for kind in ("orders", "pods")]
+
+
 def test_orders_before_the_warm_up_are_told(tmp_path: Path) -> None:
     """Also where the run is over before an order arrives, at the end of the warm-up."""
-    (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\nA,0,a,1\nB,90,a,1\n", encoding="utf-8")
-    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,\n", encoding="utf-8")
-    files = [f"instance.{kind}_file={tmp_path / kind}.csv" for kind in ("orders", "pods")]
+    files = orders_at(tmp_path, 0, 90)
     for given in ((*SMALL, "run.until_s=600"), (*files, "run.until_s=60")):
         found = bottleneck(*given, "run.warmup_s=90")
         assert found["limit"] is None
@@ -183,10 +185,9 @@ def test_nothing_is_said_of_one_more_box() -> None:
 
 def test_one_more_station_by_hand(tmp_path: Path) -> None:
     """Three orders of an item of 300 s, all there at once: two pickers need 300, 300 and 600 s, 400 s on average."""
-    (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\nA,0,a,1\nB,0,a,1\nC,0,a,1\n", encoding="utf-8")
-    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,\n", encoding="utf-8")
-    files = [f"instance.{kind}_file={tmp_path / kind}.csv" for kind in ("orders", "pods")]
-    found = bottleneck(*files, "layout.stations_east=1", "stations.handle_s=300", "rules.pp=free-flow")
+    found = bottleneck(
+        *orders_at(tmp_path, 0, 0, 0), "layout.stations_east=1", "stations.handle_s=300", "rules.pp=free-flow"
+    )
     assert found["limit"] == "pickers"
     assert found["gain"]["time_s"] == pytest.approx(found["orders_time_s"] - 400, abs=0.001)
     at_most = f"at most {found['gain']['time_s']:.0f} s (38 %) less time"
@@ -218,12 +219,6 @@ def test_stations_that_a_rule_closes_are_no_matter_of_hours() -> None:
     assert found["causes_percent"]["closed"] > 10
 
 
-def test_it_is_in_the_file_and_comes_back(tmp_path: Path) -> None:
-    result = rmfs_core.run("examples/small", overrides=SMALL, out=tmp_path)
-    assert load_result(tmp_path).summary == result.summary
-    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["summary"] == result.summary
-
-
 @pytest.mark.parametrize("seed", range(12))
 def test_all_adds_up_in_random_worlds(seed: int) -> None:
     """Whatever the rule, and wherever the run is ended."""
@@ -248,20 +243,6 @@ def test_all_adds_up_in_random_worlds(seed: int) -> None:
         cancelled = any(order.cancelled for order in simulation.warehouse.orders)  # whose time counts as well
         if simulation.status == "complete" and not run.warmup_s and not cancelled:
             assert found["orders_time_s"] == pytest.approx(turnover, abs=1e-6)
-
-
-def test_when_no_robot_is_free(tiny: RunInfo) -> None:
-    """Two robots: both busy from 3 to 7 s, and from 8 s on, when only one is on duty."""
-    robots = Robots(tiny, 0)
-    for event in (
-        TaskAssigned(1_000, 0, 0),
-        TaskAssigned(3_000, 1, 1),
-        PodStored(7_000, 6_000, 0, 0, 5),
-        RobotsOnDuty(8_000, number=0),
-        RobotsOnDuty(9_000, number=1),
-    ):
-        robots.handlers[type(event)](event)
-    assert [robots.none_free(tick) for tick in (9_000, 12_000)] == [5_000, 5_000]
 
 
 def test_what_would_help_keeps_its_abbreviations() -> None:

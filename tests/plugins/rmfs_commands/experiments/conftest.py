@@ -6,18 +6,7 @@ from pathlib import Path
 import pytest
 
 from rmfs_commands.experiments import Experiment, load_experiment
-from tiny import TINY
-
-TWO_RULES = """
-base = "tiny.toml"
-seeds = [1, 2]
-baseline = "pod-match"
-[[rule_sets]]
-name = "pod-match"
-[[rule_sets]]
-name = "first-come"
-rules.poa = "first-come"
-"""
+from tiny import TINY, TWO_RULES
 
 DEADLY = '''
 import os

@@ -28,6 +28,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, scenario_from_dict, shipped_scenarios
 from rmfs_core.scenario.structuring import KeyProblem
+from tiny import TWO_RULES
 
 
 def points(key: str, *values: Any) -> tuple[AxisPoint, ...]:
@@ -285,13 +286,9 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ("[[rule_sets]]", "[[rule_sets]", "this is no valid TOML"),
 )
 def test_mistakes_are_named(experiment: Write, folder: Path, old: str, new: str, problem: str) -> None:
-    text = (
-        'base = "tiny.toml"\n\nseeds = [1, 2]\nbaseline = "pod-match"\n[[rule_sets]]\nname = "pod-match"\n'
-        '[[rule_sets]]\nname = "first-come"\nrules.poa = "first-come"\n'
-    )
-    assert old in text
+    assert old in TWO_RULES
     with pytest.raises(InputError) as caught:
-        experiment(text.replace(old, new, 1))
+        experiment(TWO_RULES.replace(old, new, 1))
     assert str(caught.value).startswith(str(folder / "experiment.toml"))
     assert problem in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -19,7 +19,6 @@ from attrs import define, evolve, field
 from rich.console import Console
 
 import rmfs_core
-from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.experiments import Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
 from rmfs_commands.experiments.experiment import HORIZON_METRICS
@@ -32,6 +31,7 @@ from rmfs_commands.experiments.workers import WorkerDiedError
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.scenario import RuleChoice
+from tiny import TWO_RULES
 
 Write = Callable[..., Experiment]
 Rows = list[dict[str, Any]]
@@ -44,9 +44,6 @@ class Recorder(Watcher):
 
     def started(self, total: int, stored: int, slots: int) -> None:
         self.told.append(f"started {total} {stored} {slots}")
-
-    def run_dropped(self, job: Job, problem: str) -> None:
-        self.told.append(f"dropped {job.rule_set} {job.seed}: {problem}")
 
     def run_repeated(self, job: Job, problem: str) -> None:
         self.told.append(f"repeated {job.rule_set} {job.seed}: {problem}")
@@ -111,21 +108,13 @@ def test_rows_are_what_single_runs_measure(experiment: Write, folder: Path, tmp_
     assert {path.name for path in (tmp_path / "runs").glob("*/*")} == {*keys}
     files = {path.name for path in (tmp_path / "runs" / keys[0][:2] / keys[0]).iterdir()}
     assert {"result.json", "orders.csv", "visits.csv", "periods.csv", "run.json"} <= files
-    assert [(row["rule_set"], row["seed"]) for row in result.rows] == [
-        ("pod-match", 1),
-        ("pod-match", 2),
-        ("first-come", 1),
-        ("first-come", 2),
-    ]
     row = result.rows[3]
     alone = rmfs_core.run(folder / "tiny.toml", seed=2, overrides=["rules.poa=first-come"])
     assert {name: row[name] for name in alone.metrics} == alone.metrics
-    timing = {"wall_s", "decision_s_first", "decision_s_later", "run_s", "hook_s.assign_orders", "hook_s.plan_path"}
-    assert timing <= row.keys()
     assert (row["instance"], row["scenario"], row["status"], row["error"]) == ("tiny", "tiny", "complete", None)
-    assert row["run_s"] >= row["wall_s"] > 0
     assert not result.failed
     table = result.table()
+    assert table["rule_set"] == ["pod-match", "pod-match", "first-come", "first-come"]
     assert table["seed"] == [1, 2, 1, 2]
     assert len({len(column) for column in table.values()}) == 1
 
@@ -218,18 +207,6 @@ name = "good"
 name = "bad"
 rules.pr = { rule = "./bad.py:%s" }
 """
-
-
-@pytest.mark.slow
-def test_a_run_that_fails_is_a_row_with_its_error(experiment: Write, tmp_path: Path) -> None:
-    """A rule that raises fails its own runs; they are stored, since they would end the same way again."""
-    one = experiment(FAILING % "Raising")
-    result = run_experiment(one, store=tmp_path / "runs", jobs=2)
-    assert [row["status"] for row in result.rows] == ["complete", "complete", "failed", "failed"]
-    assert result.failed[0]["error_kind"] == "RuleError"
-    assert "no idea" in result.failed[0]["error"]
-    assert result.failed[0]["picks"] > 0
-    assert run_experiment(one, store=tmp_path / "runs").computed == 0
 
 
 @pytest.mark.slow
@@ -327,11 +304,9 @@ def test_what_an_observer_measures_is_compared(experiment: Write, folder: Path, 
 @pytest.mark.parametrize("metric", ["legs_drivn", "seed"])
 def test_a_metric_that_nobody_measured_is_named(metric: str, experiment: Write, folder: Path, tmp_path: Path) -> None:
     (folder / "legs.py").write_text(MEASURING, encoding="utf-8")
-    one = experiment(MEASURED.replace("half", metric))
+    one, there_is_none = experiment(MEASURED.replace("half", metric)), f'line 5, metrics: there is no metric "{metric}"'
     for _ in range(2):  # the second time from the store
-        with pytest.raises(
-            InputError, match=f'experiment.toml, line 5, metrics: there is no metric "{metric}"'
-        ) as caught:
+        with pytest.raises(InputError, match=there_is_none) as caught:
             run_experiment(one, store=tmp_path / "runs", jobs=1)
         assert f"`{metric}`" not in caught.value.problem  # it is no hint to itself
         assert 2 <= len(list((tmp_path / "runs").glob("*/*"))) < 6
@@ -462,18 +437,7 @@ def test_the_display_suits_where_it_goes() -> None:
     assert isinstance(experiment_display(Console(force_terminal=False), "x"), ExperimentLines)
 
 
-LONGER = """
-base = "tiny.toml"
-seeds = { count = 6 }
-baseline = "pod-match"
-[axes]
-instance.orders = [100]
-[[rule_sets]]
-name = "pod-match"
-[[rule_sets]]
-name = "first-come"
-rules.poa = "first-come"
-"""
+LONGER = TWO_RULES.replace("[1, 2]", "{ count = 6 }\naxes = { instance.orders = [100] }")
 
 
 @define
@@ -533,18 +497,10 @@ class KillerAfter(Watcher):
 @pytest.mark.slow
 def test_a_killed_worker_costs_nothing(cluster: Cluster, experiment: Write, tmp_path: Path) -> None:
     workers = [cluster.start_worker("--no-nanny") for _ in range(2)]
-    one = experiment(LONGER)
     killer = KillerAfter(workers[0], runs=3)
-    result = run_experiment(one, store=tmp_path / "cluster-runs", dask=cluster.address, watcher=killer)
+    result = run_experiment(experiment(LONGER), store=tmp_path / "runs", dask=cluster.address, watcher=killer)
     assert workers[0].wait(timeout=30) == -signal.SIGKILL
-    local = run_experiment(one, store=tmp_path / "local-runs")
     assert (len(result.rows), result.failed, result.computed) == (12, [], 12)
-    for job in one.jobs():
-        ours, theirs = (load_result(RunStore(tmp_path / name).place(job)) for name in ("cluster-runs", "local-runs"))
-        assert ours.metrics == theirs.metrics
-        assert (ours.orders, ours.visits) == (theirs.orders, theirs.visits)
-        assert ours.to_dict().keys() == theirs.to_dict().keys()
-    assert len(local.rows) == 12
 
 
 @pytest.mark.slow

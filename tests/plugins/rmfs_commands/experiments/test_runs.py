@@ -116,12 +116,8 @@ def test_the_files_of_generators_count(folder: Path, section: str, given: Any) -
     """Also in lists and tables, and with their names: a text that is the name of a file may be just a label."""
     tiny, other = load_scenario(folder / "tiny.toml"), folder / "other.txt"
     keys = []
-    for number, used in (
-        ("1", given),
-        ("2", given),
-        ("1", given),
-        ("1", json.loads(json.dumps(given).replace("w", "other"))),
-    ):
+    named_otherwise = json.loads(json.dumps(given).replace("w", "other"))
+    for number, used in (("1", given), ("2", given), ("1", given), ("1", named_otherwise)):
         (folder / "w.txt").write_text(number, encoding="utf-8")
         other.write_text(number, encoding="utf-8")
         parameters = {"history": used, "name": "none such", "level": 3}
@@ -211,9 +207,8 @@ def test_what_the_selected_rules_import_counts(path: Path, folder: Path) -> None
     assert {"rmfs_core", "rmfs_rules.helpers", "rmfs_commands.details", "rmfs_commands.instances"} <= found.keys()
     assert {"rmfs_rules.pod_match", "rmfs_rules.demand"} <= found.keys()
     assert {"spaces.thing_rules", "thing_tools", "thing_single"} <= found.keys()
-    assert found.keys().isdisjoint(
-        {"thing_other", "attrs", "json", "numpy", "rmfs_rules.sipp", "rmfs_commands.testing"}
-    )
+    others = {"thing_other", "attrs", "json", "numpy", "rmfs_rules.sipp", "rmfs_commands.testing"}
+    assert found.keys().isdisjoint(others)
     assert all(digest.startswith("sha256:") for digest in found.values())
 
 
@@ -242,13 +237,8 @@ def test_a_changed_file_changes_its_package_alone(path: Path, folder: Path, file
 def test_a_rule_that_another_asks_counts(path: Path, folder: Path) -> None:
     cases = '[{ rule = "thing", before_s = 9 }, { rule = "nearest" }]'
     found = sources(load_scenario(folder / "tiny.toml", ["rules.pr=switch", f"rules.pr.cases={cases}"]))
-    assert {
-        "rmfs_rules.switch",
-        "rmfs_rules.nearest",
-        "spaces.thing_rules",
-        "thing_tools",
-        "thing_single",
-    } <= found.keys()
+    asked = {"rmfs_rules.switch", "rmfs_rules.nearest", "spaces.thing_rules", "thing_tools", "thing_single"}
+    assert asked <= found.keys()
 
 
 def test_the_selected_generator_counts_alone(install: Callable[..., None], folder: Path) -> None:

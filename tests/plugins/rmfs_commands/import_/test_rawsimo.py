@@ -17,7 +17,7 @@ from rawsimo_files import keys, xgenc, xinst, xitem, xsett
 from rmfs_commands.import_.notes import Imported, Note, Notes
 from rmfs_commands.import_.rawsimo import import_rawsimo
 from rmfs_commands.import_.warehouses import Moving, Picking, Storing, commonest, read_instance_file, read_layout_file
-from rmfs_commands.import_.waypoints import Drawn, StationPoints, Waypoint, draw, nearest
+from rmfs_commands.import_.waypoints import Drawn, StationPoints, Waypoint, draw
 from rmfs_commands.layouts import block_map, parse_map
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
@@ -163,6 +163,7 @@ def test_bundles_of_a_rate_are_times_in_a_file(tmp_path: Path) -> None:
     bundles = list(csv.DictReader(imported.files["bundles.csv"].splitlines()))
     assert 10 < len(bundles) < 35
     assert [row["arrival_s"] for row in bundles[:2]] == ["0.0", "0.0"]
+    assert "orders for which stock has nothing left when they arrive" in [note.what for note in imported.notes.taken]
     scenario = load_scenario(written(tmp_path, imported), ["run.until_s=7200"])
     assert rmfs_core.run(scenario).status == "complete"
 
@@ -504,15 +505,3 @@ def test_stations_without_waypoints_are_refused() -> None:
         drawn(points, [evolve(stations[0], queue=(78,))])
     with pytest.raises(InputError, match="found no waypoint; expected some"):
         drawn({}, stations)
-
-
-def test_what_is_drawn_of_little() -> None:
-    layout = parse_map(TINY, "hall")
-    storage = frozenset({CellKind.STORAGE})
-    assert (nearest(layout, 0, storage, ()), nearest(layout, 0, storage, (7,))) == (7, 8)
-    assert nearest(layout, 0, storage, layout.storage_locations) is None
-    notes = Notes()
-    notes.add("elevators", 0)
-    notes.add("semaphores", 2)
-    notes.add("bots", 1, "robots")
-    assert notes.taken == [Note("semaphores", 2, "left out"), Note("bots", 1, "robots")]

@@ -8,21 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from bad_rules import write_rule
 from calling import exit_code
 from cases import cases
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.run.command import default_folder
 from tiny import TINY
-
-FAILING_RULE = """
-import attrs
-from rmfs_core import hookimpl
-@attrs.define
-class Failing:
-    @hookimpl
-    def choose_storage_location(self, warehouse, pod): return self.somewhere()
-    def somewhere(self): raise ValueError("out of ideas")
-"""
 
 
 @pytest.fixture
@@ -30,7 +21,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     (tmp_path / "small.toml").write_text(TINY, encoding="utf-8")
-    (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
+    write_rule(tmp_path, "pr", 'raise ValueError("out of ideas")')
     return tmp_path
 
 
@@ -106,8 +97,10 @@ def test_a_packing_run_tells_what_is_not_packed_and_leaves_no_file_to_a_run_with
 @cases(
     "arguments problem",
     (("nowhere.toml",), "nowhere.toml"),
+    (("",), 'Error: "": there is no such file'),  # as a shell makes of a variable that is not set
+    (("small.toml", "--out", ""), "'--out': expected a name, found nothing"),
     (("small.toml", "--set", "robots.cuont=3"), "cuont"),
-    (("small.toml", "--set", "rules.pr=./failing.py:Failing", "--no-inline-rules"), "failing.py"),
+    (("small.toml", "--set", "rules.pr=./bad.py:Bad", "--no-inline-rules"), "bad.py"),
     (("small.toml", "--out", "small.toml"), "expected a folder"),
     (("small.toml", "--seed", "-1"), "-1"),
     (("small.toml", "--fast"), "--fast"),
@@ -119,22 +112,22 @@ def test_wrong_input(folder, capsys, arguments, problem) -> None:
     printed = capsys.readouterr().err
     assert problem in printed
     assert "Traceback" not in printed
-    assert not (folder / "rmfs-runs").exists()
+    assert {path.name for path in folder.iterdir()} == {"small.toml", "bad.py"}
 
 
 def test_a_rule_that_fails(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert exit_code("run", "small.toml", "--set", "rules.pr=./failing.py:Failing", "--out", "out") == 1
+    assert exit_code("run", "small.toml", "--set", "rules.pr=./bad.py:Bad", "--out", "out") == 1
     printed = capsys.readouterr().err
     assert "Loading code from" in printed
-    assert "failing.py" in printed
+    assert "bad.py" in printed
     assert "What was measured until the error is in out" in printed
     assert printed.splitlines()[-1].startswith("Error: ")
     assert "Traceback" not in printed
     assert "With --traceback the same command prints" in printed
     assert load_result("out").status == "failed"
-    assert exit_code("run", "small.toml", "--set", "rules.pr=./failing.py:Failing", "--traceback") == 1
+    assert exit_code("run", "small.toml", "--set", "rules.pr=./bad.py:Bad", "--traceback") == 1
     printed = capsys.readouterr().err
-    assert "in somewhere" in printed
+    assert "in choose_storage_location" in printed
     assert 'raise ValueError("out of ideas")' in printed
 
 
@@ -176,22 +169,11 @@ def test_json_is_all_that_is_printed(folder: Path, capsys: pytest.CaptureFixture
 
 
 def test_a_rule_from_the_current_folder_with_a_shipped_scenario(folder, capsys) -> None:
-    few = ("examples/small", "--set", "instance.orders=5", "--set", "rules.pr=./failing.py:Failing")
+    few = ("examples/small", "--set", "instance.orders=5", "--set", "rules.pr=./bad.py:Bad")
     assert exit_code("run", *few, "--out", "out") == 1
     err = capsys.readouterr().err
-    assert f"Loading code from {folder}/failing.py." in err
+    assert f"Loading code from {folder}/bad.py." in err
     assert "out of ideas" in err
-    assert exit_code("run", *few, "--no-inline-rules") == 2
-    assert "--no-inline-rules refuses" in capsys.readouterr().err
-
-
-def test_no_name_is_no_file_and_no_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """An empty text, as a shell makes of a variable that is not set, is not the current folder."""
-    assert exit_code("run", "") == 2
-    assert 'Error: "": there is no such file' in capsys.readouterr().err
-    assert exit_code("run", "small.toml", "--out", "") == 2
-    assert "'--out': expected a name, found nothing" in capsys.readouterr().err
-    assert not (folder / "result.json").exists()
 
 
 def test_robots_and_stations_that_never_meet_are_said_before_and_after(folder, capsys) -> None:

@@ -256,7 +256,6 @@ def test_what_a_rule_does_wrong_is_named(rule, kind, world, problem, monkeypatch
 def test_a_failure_is_an_assertion_error() -> None:
     with pytest.raises(AssertionError, match="NeverAssigns does not conform"):
         check_rule(NeverAssigns())
-    assert conformance_report(NeverAssigns()).findings[0].kind == "starved order"
     rule = Watches()
     check_rule(rule)
     assert rule.seen == []

@@ -314,9 +314,8 @@ def test_small_worlds_are_as_named() -> None:
     assert WORLDS["a single robot"].scenario.robots.count == 1
     assert WORLDS["order capacity"].scenario.stations.order_capacity == (2, 1)
     assert WORLDS["no order"].instance.orders == ()
-    assert len(small_layout(block_columns=4).storage_locations) == 2 * len(
-        small_layout(block_columns=2).storage_locations
-    )
+    wide, narrow = (len(small_layout(block_columns=columns).storage_locations) for columns in (4, 2))
+    assert wide == 2 * narrow
     layout = small_layout(2, block_columns=3)
     world = small_world({"1": {"a": 9}}, {"p": ["a"]}, capacities=(1, 1), counts_orders=True, layout=layout)
     assert world.travel.layout is layout
@@ -334,15 +333,9 @@ def test_instances_are_written_down_by_names() -> None:
     ]
     assert [(pod.name, pod.contents) for pod in given.pods] == [("p", ((0, None), (1, None))), ("q", ((0, 2),))]
     assert not given.unlimited_stock
-    due = {"2": 1.5}
-    assert [order.due_tick for order in small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, due_s=due).orders] == [
-        None,
-        1500,
-    ]
-    assert [order.due_s for order in small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, due_s=due).orders] == [
-        None,
-        1.5,
-    ]
+    due = ({"1": ["a"], "2": ["a"]}, {"p": ["a"]})
+    assert [order.due_tick for order in small_instance(*due, due_s={"2": 1.5}).orders] == [None, 1500]
+    assert [order.due_s for order in small_world(*due, due_s={"2": 1.5}).orders] == [None, 1.5]
 
 
 @pytest.mark.parametrize("stations", [1, 2, 4])

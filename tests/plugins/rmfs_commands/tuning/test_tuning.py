@@ -17,11 +17,9 @@ from calling import exit_code
 from cases import cases
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.experiments import Experiment
-from rmfs_commands.experiments.store import RunStore
 from rmfs_commands.tuning import searching
 from rmfs_commands.tuning.searching import Search, Trial, objectives_of
 from rmfs_commands.tuning.space import make_space
-from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import load_scenario
 
@@ -195,22 +193,6 @@ def test_a_search_over_instances(scenario: Path, capsys: pytest.CaptureFixture[s
     ]
     searched = [run.metrics["turnover_s"] for run in now if run.scenario.seed >= 3]
     assert float(own["turnover_s"]) == pytest.approx(fmean(searched))
-
-
-def test_a_full_disk_is_no_answer(scenario: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    out = scenario.parent / "out"
-    saved, refused = RunStore.save, InputError("runs", "cannot be written: no space left")
-
-    def save(store: RunStore, job: Any, outcome: Any) -> Any:
-        if job.rule_set not in "0":
-            raise refused
-        return saved(store, job, outcome)
-
-    monkeypatch.setattr(RunStore, "save", save)
-    call = ("tune", str(scenario), "--rules", "poa", "--runs", "10", "--seeds", "2", "-j", "1", "--out", str(out))
-    assert exit_code(*call) == 2
-    assert "no space left" in capsys.readouterr().err
-    assert not (out / "tuned.toml").exists()
 
 
 def test_code_that_changes_ends_a_search(

@@ -27,7 +27,6 @@ from rmfs_commands.validation import KINDS, Fault, check_trace, faults_of
 from rmfs_commands.validation.case import Case, avoids_collisions
 from rmfs_commands.validation.header import check_readable
 from rmfs_commands.validation.opening import check_opening, made_alike
-from rmfs_commands.validation.state import State
 from rmfs_core.errors import InputError
 from rmfs_core.motion import Motion
 from rmfs_core.world import WEST, OrderData, PodData, StationCells
@@ -168,17 +167,9 @@ def test_a_result_is_read_where_there_is_one(copied: Path) -> None:
     for path in (copied, copied / "trace.jsonl.gz", str(copied)):
         report = check_trace(path)
         assert (report.faults, report.metrics_checked, report.collisions_checked) == ([], True, False)
-    alter_metric(copied)
-    assert [fault.kind for fault in validate_trace(copied)] == ["metric"]
     (copied / "result.json").unlink()
     assert not check_trace(copied).metrics_checked
     assert validate_trace(copied) == []
-
-
-def test_collisions_are_looked_for_when_asked_to(copied: Path) -> None:
-    report = check_trace(copied, collisions=True)
-    assert report.collisions_checked
-    assert {fault.kind for fault in report.faults} & {"collision", "swap"}
 
 
 @cases(
@@ -249,7 +240,9 @@ def test_a_trace_of_another_version_alone(copied: Path, capsys: pytest.CaptureFi
 
 def test_many_faults_are_cut_off(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert code_of(str(copied), "--collisions", "--limit", "1") == 1
-    assert "more; --limit shows more of them." in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert re.search(r"collision|swap", told)
+    assert "more; --limit shows more of them." in told
     assert code_of(str(copied), "--no-collisions") == 0
     assert "NOT CHECKED: WHETHER ROBOTS COLLIDE, as --no-collisions asks." in capsys.readouterr().out
 
@@ -300,38 +293,6 @@ def test_a_scenario_without_its_stations_is_refused(day: Trace, key: str) -> Non
 def test_only_free_flow_ignores_other_robots(day: Trace, rules: Mapping[str, Any], expected: bool) -> None:
     """The rule may be written by its name or as a table; all other planners have to avoid collisions."""
     assert avoids_collisions(evolve(day, scenario={**day.scenario, "rules": rules})) is expected
-
-
-HERE = 27
-"""Where P0 stands at the start of the day."""
-
-
-@pytest.fixture
-def state(day: Trace) -> State:
-    return State(evolve(day, robots=(*day.robots, {"cell": 0, "heading": 2})))
-
-
-def test_pods_may_be_at_a_station_from_the_start(day: Trace) -> None:
-    at_station, in_queue = {"cell": 39, "heading": 0}, {"cell": 38, "heading": 0}
-    pods = ({"cell": 38, "robot": 0, "bound_for": [0]}, {"cell": 39, "robot": 1, "bound_for": [0]})
-    state = State(evolve(day, robots=(in_queue, at_station), pods=pods))
-    assert state.stations[0].line == [1, 0]
-    assert state.stored == {}
-    assert [(robot.pod, robot.task) for robot in state.robots] == [(0, 0), (1, 1)]
-    assert [(pod.bound, pod.next_station) for pod in state.pods] == [([(0, 0)], 0)] * 2
-
-
-def test_who_has_a_pod(state: State) -> None:
-    state.take(0, 0)
-    state.take(1, 0)
-    assert (state.robots[0].pod, state.robots[1].pod, state.pods[0].robot) == (None, 0, 1)
-    state.take(1, 1)
-    assert (state.pods[0].robot, state.pods[1].robot, state.robots[1].pod) == (None, 1, 1)
-    state.take(1, None)
-    assert (state.pods[1].robot, state.robots[1].pod) == (None, None)
-    state.put(1, HERE)
-    state.take(0, 0)
-    assert state.stored[HERE] == 1
 
 
 def places(trace: Trace, **parts: dict[str, Any]) -> Trace:
