@@ -16,67 +16,15 @@ from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.results.files import to_json
 from rmfs_commands.states import read_state, state_from_dict, state_json, state_schema, state_to_dict
-from rmfs_commands.states.mementos import memento_of
-from rmfs_commands.states.names import Names
 from rmfs_commands.states.patches import difference, patched
 from rmfs_commands.states.plain import Memento, PartMemento, RequestMemento
 from rmfs_commands.states.rebuilding import LacksError, OpenState, open_state
 from rmfs_commands.states.restoring import ContradictionError, restore
-from rmfs_commands.states.state import LayoutState, MotionState, RandomState, StationState
 from rmfs_commands.testing import small_world
 from rmfs_core import InputError
-from rmfs_core.motion import Motion
-from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_core.warehouse.promises import next_request
-from rmfs_core.world import NORTH, Layout, OrderData, PodData
-
-
-def test_a_memento_has_no_time_before_the_start_and_no_fifth_heading() -> None:
-    memento = Memento.of(WarehouseView(small_world({}, {"p": ["a"]})), ("a",))
-    with pytest.raises(ValueError, match="'now' must be >= 0: -1"):
-        evolve(memento, now=-1)
-    with pytest.raises(ValueError, match="'heading' must be in range"):
-        evolve(memento.robots[0], heading=4)
-
-
-@pytest.fixture
-def layout(folder_map: list[str]) -> Layout:
-    return parse_map("\n".join(folder_map), "map")
-
-
-def made(content: dict[str, Any], layout: Layout) -> Memento:
-    state = state_from_dict(content, "state.json")
-    return memento_of(state, Names(state, "state.json"), layout)
-
-
-def test_requests_are_numbered_on(at_work: dict[str, Any], layout: Layout) -> None:
-    station = at_work["stations"]["north"]
-    two = [{"order": "A", "sku": "tea", "id": 7}, {"order": "A", "sku": "milk"}]
-    changed = at_work | {"stations": {"north": station | {"requests": two}}}
-    assert [request.id for request in made(changed, layout).stations[0].requests] == [7, 8]
-    assert [request.id for request in made(at_work, layout).stations[0].requests] == [2]
-
-
-def test_what_a_state_leaves_out_is_filled_in(by_hand: dict[str, Any], layout: Layout) -> None:
-    found = made(by_hand, layout)
-    assert found.now == 0
-    assert [pod.cell for pod in found.pods] == list(layout.storage_locations[:2])
-    assert (found.stations[0].queue_length, found.stations[0].queue_room) == (12, 13)
-    assert (found.robots, found.waiting) == ((), ())
-
-
-def test_pods_in_a_line_are_carried_by_somebody(by_hand: dict[str, Any], layout: Layout) -> None:
-    station = {"item_capacity": 4, "line": ["P2", "P1"], "requests": [{"order": "A", "sku": "tea"}]}
-    found = made(by_hand | {"stations": {"north": station}}, layout)
-    cells = layout.stations[0]
-    assert [(robot.task, robot.cell, robot.heading) for robot in found.robots] == [
-        (1, cells.station, NORTH),
-        (0, cells.queue[0], NORTH),
-    ]
-    assert [pod.cell for pod in found.pods] == [None, None]
-    assert found.stations[0].inbound == (1, 0)
-    assert [(part.station, part.skus) for part in found.orders[0].parts] == [(0, (1,))]
+from rmfs_core.world import NORTH, OrderData, PodData
 
 
 def opened_from(content: dict[str, Any]) -> OpenState:
@@ -247,21 +195,6 @@ def half_done() -> Warehouse:
     return world
 
 
-def test_a_restored_warehouse_is_another_one() -> None:
-    world = half_done()
-    before = Memento.of(WarehouseView(world), SKUS)
-    again = restore(before, world.travel)
-    for warehouse in (again, world):
-        station, pod = warehouse.stations[0], warehouse.pods[0]
-        request = next_request(station, pod)
-        assert (request.id, request.pod) == (1, pod)
-        warehouse.fulfil(request, pod)
-        assert next_request(station, pod) is None
-        if warehouse is again:
-            assert Memento.of(WarehouseView(world), SKUS) == before
-    assert Memento.of(WarehouseView(again), SKUS) == Memento.of(WarehouseView(world), SKUS)
-
-
 def test_what_is_in_hand_keeps_its_place() -> None:
     """An item that is picked and not yet handled; another one that was not picked here cannot be in hand."""
     world = small_world({"1": {"a": 1}, "2": {"b": 1}}, {"p": ["a"]}, capacities=[2])
@@ -346,14 +279,6 @@ def test_contradictions_of_the_whole(changed: Callable[[Memento], dict[str, Any]
     with pytest.raises(ContradictionError) as caught:
         restore(evolve(memento, **changed(memento)), world.travel)
     assert caught.value.path == (key,)
-
-
-def test_defaults_and_limits() -> None:
-    assert MotionState().motion() == Motion()
-    assert MotionState(top_speed_m_per_s=2.0).motion() == Motion(top_speed_m_per_s=2.0)
-    assert RandomState(str((1 << 128) - 1), "0").has_uint32 == 0
-    assert LayoutState(blocks=LayoutSection()).map is None
-    assert StationState(order_capacity=1).item_capacity is None
 
 
 def test_the_schema_takes_states_and_nothing_else(by_hand: dict[str, object], at_work: dict[str, object]) -> None:
@@ -453,19 +378,13 @@ def test_what_is_wrong_is_named(by_hand, path, value, place, problem) -> None:
 
 def test_ids_and_numbers(by_hand: dict[str, Any]) -> None:
     assert state_from_dict({**by_hand, "seed": 10**19}).seed == 10**19
-    found = names_of(by_hand)
-    assert (found.pods, found.stations) == ({"P1": 0, "P2": 1}, {"north": 0})
-    assert found.skus == {"milk": 0, "tea": 1, "jam": 2}
-    assert names_of(by_hand | {"skus": ["jam", "tea", "milk", "rye"]}).skus == {"jam": 0, "tea": 1, "milk": 2, "rye": 3}
-    orders = {"A": by_hand["orders"]["A"] | {"arrival_s": 9}, "B": by_hand["orders"]["B"], "C": {"lines": {"tea": 1}}}
-    assert names_of(by_hand | {"orders": orders}).orders == {"B": 0, "C": 1, "A": 2}
-
-
-@pytest.mark.parametrize("missing", ["format", "version", "pods", "stations", "orders"])
-def test_what_must_be_there(by_hand: dict[str, Any], missing: str) -> None:
-    del by_hand[missing]
-    with pytest.raises(InputError, match=f"state, {missing}"):
-        state_from_dict(by_hand)
+    names = opened_from(by_hand).names
+    assert (names.pods, names.stations) == ({"P1": 0, "P2": 1}, {"north": 0})
+    assert names.skus == {"milk": 0, "tea": 1, "jam": 2}
+    by_hand["skus"] = ["jam", "tea", "milk", "rye"]
+    by_hand["orders"] = {"A": by_hand["orders"]["A"] | {"arrival_s": 9}, "B": {"lines": {"jam": 2}}}
+    names = opened_from(by_hand).names
+    assert (names.skus, names.orders) == ({"jam": 0, "tea": 1, "milk": 2, "rye": 3}, {"B": 0, "A": 1})
 
 
 @cases(
@@ -483,22 +402,6 @@ def test_files_that_are_no_states(tmp_path: Path, text: str, problem: str) -> No
         read_state(file)
 
 
-def names_of(content: dict[str, Any]) -> Names:
-    return Names(state_from_dict(content, "state.json"), "state.json")
-
-
-def test_names_that_are_not_listed_are_refused(by_hand: dict[str, Any]) -> None:
-    found = names_of(by_hand)
-    assert (found.pod("P2"), found.station("north"), found.order("B"), found.sku("jam")) == (1, 0, 1, 2)
-    with pytest.raises(InputError) as caught:
-        found.sku("mlk", "orders", "A", "lines", "mlk")
-    assert "state.json" in str(caught.value)
-    assert 'names SKU "mlk", which the state does not list (did you mean `milk`?)' in str(caught.value)
-    for find, kind in ((found.pod, "pod"), (found.station, "station"), (found.order, "order")):
-        with pytest.raises(InputError, match=f'names {kind} "nobody", which the state does not list'):
-            find("nobody", "waiting", 0)
-
-
 values = st.recursive(
     st.booleans() | st.integers() | st.text(max_size=3) | st.lists(st.integers(), max_size=3),
     lambda inner: st.dictionaries(st.text("abc", max_size=2), inner, max_size=4),
@@ -511,6 +414,7 @@ objects = st.dictionaries(st.text("abc", max_size=2), values, max_size=4)
 def test_the_difference_leads_from_one_to_the_other(before: dict[str, Any], after: dict[str, Any]) -> None:
     copy = repr(before)
     assert patched(before, difference(before, after)) == after
+    assert difference(after, after) == {}
     assert repr(before) == copy
 
 
@@ -529,5 +433,15 @@ def test_the_standards_examples(before: dict[str, Any], patch: dict[str, Any], a
     assert patched(before, patch) == after
 
 
-def test_nothing_changed_is_an_empty_patch() -> None:
-    assert difference({"a": {"b": None}, "c": [1]}, {"a": {"b": None}, "c": [1]}) == {}
+def test_requests_are_numbered_on_and_pods_in_a_line_carried(at_work: dict[str, Any], folder_map: list[str]) -> None:
+    north = at_work["stations"]["north"]
+    north["requests"] = [{"order": "A", "sku": "tea", "id": 7}, {"order": "A", "sku": "milk"}]
+    north["line"] = ["P1", "P2"]
+    del at_work["pods"]["P2"]["cell"], at_work["robots"]
+    view = opened_from(at_work).view
+    station, cells = view.stations[0], parse_map("\n".join(folder_map), "map").stations[0]
+    assert [request.id for request in station.open_requests] == [7, 8]
+    assert [(robot.task, robot.cell, robot.heading) for robot in view.robots] == [
+        (0, cells.station, NORTH),
+        (1, cells.queue[0], NORTH),
+    ]
