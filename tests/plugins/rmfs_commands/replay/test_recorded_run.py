@@ -58,10 +58,9 @@ def test_the_trace_alone(day: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
     assert not (tmp_path / "replay.html").exists()
 
 
-def cut_off(folder: Path) -> None:
-    file = folder / "trace.jsonl.gz"
-    lines = gzip.decompress(file.read_bytes()).splitlines(keepends=True)
-    file.write_bytes(gzip.compress(b"".join(lines[:-5])))
+def other_pod(lines: list[str]) -> list[str]:
+    at = next(i for i, line in enumerate(lines) if '"e":"trip_decided"' in line)
+    return [*lines[:at], lines[at].replace('"pod":', '"pod":9'), *lines[at + 1 :]]
 
 
 def cut_through(folder: Path) -> None:
@@ -70,40 +69,42 @@ def cut_through(folder: Path) -> None:
 
 
 def other_result(folder: Path) -> None:
-    file = folder / "result.json"
-    content = json.loads(file.read_text(encoding="utf-8"))
+    content = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     content["scenario"]["rules"]["pps"] = "completes"
-    file.write_text(json.dumps(content), encoding="utf-8")
+    (folder / "result.json").write_text(json.dumps(content), encoding="utf-8")
 
 
-def no_result(folder: Path) -> None:
-    (folder / "result.json").write_text("[]", encoding="utf-8")
-
-
-def other_ids(folder: Path) -> None:
-    file = folder / "trace.jsonl.gz"
-    text = gzip.decompress(file.read_bytes()).decode()
-    at = text.index('"e":"trip_decided"')
-    file.write_bytes(gzip.compress((text[:at] + text[at:].replace('"pod":', '"pod":9', 1)).encode()))
+def changed(folder: Path, by: Callable[[list[str]], list[str]], name: str = "trace.jsonl.gz") -> None:
+    """Change the lines of a recorded file."""
+    lines = gzip.decompress((folder / name).read_bytes()).decode().splitlines(keepends=True)
+    (folder / name).write_bytes(gzip.compress("".join(by(lines)).encode()))
 
 
 def other_header(folder: Path) -> None:
     (folder / "result.json").unlink()
-    file = folder / "trace.jsonl.gz"
-    header, rest = gzip.decompress(file.read_bytes()).decode().split("\n", 1)
-    changed = json.loads(header)
-    changed["scenario"]["rules"] = ["nearest"]
-    file.write_bytes(gzip.compress(f"{json.dumps(changed)}\n{rest}".encode()))
+
+    def other(lines: list[str]) -> list[str]:
+        header = json.loads(lines[0])
+        header["scenario"]["rules"] = ["nearest"]
+        return [f"{json.dumps(header)}\n", *lines[1:]]
+
+    changed(folder, other)
 
 
 @cases(
     "damage sentence",
     (lambda folder: (folder / "trace.jsonl.gz").unlink(), r"has no trace.jsonl.gz; `rmfs run --trace` records one"),
-    (cut_off, r"the trace was cut off here; expected a last line with the event 'end'"),
+    (
+        lambda folder: changed(folder, lambda lines: lines[:-5]),
+        "the trace was cut off here; expected a last line with the event 'end'",
+    ),
     (cut_through, r"trace.jsonl.gz, line \d+: the file was cut off here"),
     (other_result, r"another run than trace.jsonl.gz: its rules.pps is 'completes', that of the trace 'demand'"),
-    (no_result, "expected a result that rmfs has written, with the key `metrics`"),
-    (other_ids, "TripDecided names pod 9"),
+    (
+        lambda folder: (folder / "result.json").write_text("[]", encoding="utf-8"),
+        "expected a result that rmfs has written, with the key `metrics`",
+    ),
+    (lambda folder: changed(folder, other_pod), "TripDecided names pod 9"),
 )
 def test_what_is_no_recorded_run(day: Path, tmp_path: Path, damage: Callable[[Path], object], sentence: str) -> None:
     shutil.copytree(day, tmp_path, dirs_exist_ok=True)
@@ -229,18 +230,14 @@ def test_charges_are_what_rules_see(seen: tuple[Replay, Seen]) -> None:
     assert any(b - a > 0.1 * WHOLE for line in lines for a, b in zip(line.charges, line.charges[1:], strict=False))
 
 
-def test_the_page_is_told_them(seen: tuple[Replay, Seen]) -> None:
-    replay, _ = seen
-    found = told(replay)["charges"]
-    lines = replay.columns.charges.lines(replay.tick)
+def test_the_page_is_told_them(seen: tuple[Replay, Seen], replay: Replay) -> None:
+    charged, _ = seen
+    found = told(charged)["charges"]
+    lines = charged.columns.charges.lines(charged.tick)
     assert found["n"] == [len(line.ticks) for line in lines]
-    assert sum(found["tick"][: found["n"][0]]) == replay.tick
+    assert sum(found["tick"][: found["n"][0]]) == charged.tick
     assert len(found["charge"]) == sum(found["n"])
-
-
-def test_without_batteries_there_is_nothing(replay: Replay) -> None:
-    assert replay.columns.charges.lines(replay.tick) == []
-    assert told(replay)["charges"] == {"n": [], "tick": [], "charge": []}
+    assert told(replay)["charges"] == {"n": [], "tick": [], "charge": []}  # there are no batteries
 
 
 def test_a_line_is_straight_between_points() -> None:
@@ -348,7 +345,7 @@ def test_bundles_closed_stations_and_moved_pods(restocked: Path) -> None:
     assert not any(world.bundles)
 
 
-def test_each_decision_has_what_was_decided(day: Path, replay: Replay) -> None:
+def test_each_decision_has_what_was_decided(day: Path, replay: Replay, short: Path) -> None:
     columns = replay.decisions
     recorded = list(read_recording(day))
     assert list(accumulate(columns["tick"])) == [to_ticks(one.time_s) for one in recorded]
@@ -362,6 +359,7 @@ def test_each_decision_has_what_was_decided(day: Path, replay: Replay) -> None:
         if what == 1
     ]
     assert (columns["backlog"][0], columns["backlog"][-1]) == (20, 0)
+    assert read_replay(short).decisions is None  # none was recorded
 
 
 def test_bundles_rests_and_moves(restocked: Path) -> None:
@@ -381,18 +379,15 @@ def test_bundles_rests_and_moves(restocked: Path) -> None:
     assert min(waiting) >= 1
 
 
-def test_nothing_recorded(short: Path) -> None:
-    assert read_replay(short).decisions is None
-
-
 def test_decisions_of_another_run(day: Path, tmp_path: Path, replay: Replay) -> None:
     shutil.copytree(day, tmp_path, dirs_exist_ok=True)
-    file = tmp_path / "decisions.jsonl.gz"
-    lines = gzip.decompress(file.read_bytes()).decode().splitlines()
-    changed = json.loads(lines[1])
-    changed["decision"]["assignments"][0]["order"] = "none of these"
-    lines[1] = json.dumps(changed)
-    file.write_bytes(gzip.compress("\n".join(lines).encode()))
+
+    def other(lines: list[str]) -> list[str]:
+        decided = json.loads(lines[1])
+        decided["decision"]["assignments"][0]["order"] = "none of these"
+        return [lines[0], f"{json.dumps(decided)}\n", *lines[2:]]
+
+    changed(tmp_path, other, "decisions.jsonl.gz")
     with pytest.raises(InputError, match="line 2: is no decision of the run that the trace tells of"):
         recorded_decisions(tmp_path, replay.start)
 
@@ -461,45 +456,6 @@ def refusal(address: str, **headers: str) -> tuple[int, str]:
         return answer.code, answer.read().decode("utf-8")
 
 
-def test_only_who_has_the_token_is_answered() -> None:
-    watch, other = Watch("day"), Watch("day")
-    rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
-    assert len(watch.token) > 30
-    assert watch.token != other.token
-    with urllib.request.urlopen(watch.address, timeout=10) as answer:
-        assert (answer.status, answer.headers["Content-Type"]) == (200, "text/html; charset=utf-8")
-        assert watch.token not in answer.read().decode("utf-8")
-    assert asked(watch.address)
-    page, _, _ = watch.address.partition("?")
-    without = (403, "Open the address that rmfs run --watch printed, with its token.")
-    for path in ("", "run", "etc"):
-        for query in (
-            "",
-            "?token=",
-            f"?token={other.token}",
-            f"?token={watch.token[:-1]}",
-            "?token=%C3%A9",
-            "?after=0",
-        ):
-            assert refusal(f"{page}{path}{query}") == without, (path, query)
-    watch.close()
-
-
-def test_only_this_machine_s_pages_are_answered() -> None:
-    watch = Watch("day")
-    rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
-    elsewhere = (403, "This page is for the machine that it runs on.")
-    assert refusal(watch.address, Host="example.org") == elsewhere
-    assert refusal(watch.address, Host="localhost.example.org:80") == elsewhere
-    assert refusal(watch.address.replace("?", "etc?")) == (404, "There is / and /run.")
-    tunnel = urllib.request.Request(watch.address, headers={"Host": "localhost:8000"})
-    with urllib.request.urlopen(tunnel, timeout=10) as answer:
-        assert answer.status == 200
-    assert asked(watch.address, after=0)
-    assert asked(watch.address, after=int("9" * 4000))  # is no time: the whole run
-    watch.close()
-
-
 @pytest.mark.slow
 def test_the_command_shows_the_run_in_a_browser_until_ctrl_c(tmp_path: Path) -> None:
     program = f"{HEED}; from rmfs_commands.cli.main import main; main()"
@@ -525,3 +481,28 @@ def test_the_command_shows_the_run_in_a_browser_until_ctrl_c(tmp_path: Path) -> 
         finally:
             process.kill()
     assert (tmp_path / "out" / "result.json").is_file()
+
+
+def test_only_this_machine_s_pages_with_the_token_are_answered() -> None:
+    watch, other = Watch("day"), Watch("day")
+    rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
+    assert len(watch.token) > 30
+    assert watch.token != other.token
+    for host in ({}, {"Host": "localhost:8000"}):  # as through a tunnel
+        request = urllib.request.Request(watch.address, headers=host)
+        with urllib.request.urlopen(request, timeout=10) as answer:
+            assert (answer.status, answer.headers["Content-Type"]) == (200, "text/html; charset=utf-8")
+            assert watch.token not in answer.read().decode("utf-8")
+    assert asked(watch.address)
+    assert asked(watch.address, after=0)
+    assert asked(watch.address, after=int("9" * 4000))  # is no time: the whole run
+    page, _, _ = watch.address.partition("?")
+    without = (403, "Open the address that rmfs run --watch printed, with its token.")
+    queries = ("", "?token=", f"?token={other.token}", f"?token={watch.token[:-1]}", "?token=%C3%A9", "?after=0")
+    for path in ("", "run", "etc"):
+        for query in queries:
+            assert refusal(f"{page}{path}{query}") == without, (path, query)
+    for host in ("example.org", "localhost.example.org:80"):
+        assert refusal(watch.address, Host=host) == (403, "This page is for the machine that it runs on.")
+    assert refusal(watch.address.replace("?", "etc?")) == (404, "There is / and /run.")
+    watch.close()

@@ -1,6 +1,5 @@
 """Changes of a kept state: answered as the whole state is, byte for byte, and at the price of what changed."""
 
-import gc
 import json
 from typing import Any
 
@@ -8,7 +7,6 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rmfs_commands.serve import service
 from rmfs_commands.serve.service import SMALL, Service
 from rmfs_commands.states import state_json
 from rmfs_commands.states.patches import patched
@@ -112,13 +110,3 @@ def test_what_did_not_change_is_not_read_again(kept: Service, monkeypatch: pytes
         "orders": ["4"],
         "robots": ["1"],
     } | {key: [] for key in ("pods", "stations")}
-
-
-def test_garbage_is_collected_at_the_first_large_state_of_a_warehouse_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    collected: list[None] = []
-    monkeypatch.setattr(gc, "collect", lambda: collected.append(None))
-    monkeypatch.setattr(service, "LARGE", 100)
-    asked = Service.of(["pod-match"])
-    for warehouse in ("a", "a", "b", "a"):
-        asked.answer(json.dumps({"warehouse": warehouse, "state": SMALL}).encode())
-    assert len(collected) == 2
