@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import pytest
 
 import rmfs_core
-from calling import exit_code, refusal
+from calling import exit_code, refusal, refused
 from cases import cases
 from rmfs_commands.bench import command
 from rmfs_commands.bench.bench import QUALITY, WARM_UP_ORDERS, bench, contestant
@@ -99,15 +99,6 @@ def test_a_rule_warms_up_in_a_small_copy_of_the_world(install: Callable[..., Non
     orders = [line.split() for line in file.read_text().splitlines()]
     assert [int(number) for number, _ in orders] == [WARM_UP_ORDERS, 9, 9]
     assert [seed for _, seed in orders[1:]] == ["3", "4"]
-
-
-def test_a_failed_run_is_measured_too(install: Callable[..., None]) -> None:
-    install("acme", {"both": "acme_rules:Both"}, acme_rules=COUNTING)
-    one = contestant("both", RuleChoice("both"), decides=Role.POA)
-    (run,) = bench([one], ["small"], [1], overrides=FEW)
-    assert run.status == "failed"
-    assert "stands still" in run.error
-    assert run.metrics["psv_per_order"] is None
 
 
 @cases(
@@ -267,15 +258,6 @@ class Interrupted:
 class Endless(Nothing):
     "POA: needs unlimited stock."
     needs = ("unlimited stock",)
-@define
-class Both:
-    "POA and PPS: the first of everything."
-    @hookimpl
-    def assign_orders(self, warehouse):
-        return assign_best_pairs(warehouse, lambda _: np.zeros(len(warehouse.backlog), dtype=np.int64))
-    @hookimpl
-    def select_pods(self, warehouse, max_fetches):
-        return send_pods(warehouse, max_fetches, lambda station, pods, wanted: pods[0])
 """
 
 
@@ -288,9 +270,8 @@ def called(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, st
 
 @pytest.fixture
 def acme(install: Any) -> None:
-    head = "import numpy as np\nfrom rmfs_core.rule_helpers import assign_best_pairs, send_pods\n"
-    names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Endless", "Both")}
-    install("acme", names, acme_rules=head + RULES)
+    names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Endless")}
+    install("acme", names, acme_rules=RULES)
 
 
 def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
@@ -309,15 +290,6 @@ def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
     assert all(run["calls"] > 0 and run["seconds"] > 0 and run["status"] == "complete" for run in runs)
     visits = (runs[0]["metrics"]["psv_per_order"] + runs[1]["metrics"]["psv_per_order"]) / 2
     assert next(line for line in out.splitlines() if line.startswith("first-come")).split()[1] == f"{visits:.2f}"
-
-
-def test_rules_of_other_distributions(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, _ = called(capsys, "both", "pod-match", "--decides", "POA", *SHORT, "--seed", "1")
-    assert code == 0
-    assert sum(line.startswith(("both", "pod-match")) for line in out.splitlines()) == 2
-    code, _, err = called(capsys, "both", *SHORT)
-    assert code == 2
-    assert "decides POA and PPS; say which of them is asked" in err
 
 
 def test_runs_that_fail_or_are_interrupted(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
@@ -351,7 +323,9 @@ def test_wrong_input(acme: None, capsys: pytest.CaptureFixture[str], arguments: 
 
 @pytest.mark.parametrize(("name", "row"), [("all.csv", "small,first-come,"), ("all.tex", "& small & first-come &")])
 def test_a_table_for_a_paper(name: str, row: str, tmp_path: Path) -> None:
-    main(["bench", "pod-match", "first-come", *SHORT, "--seed", "1", "--table", str(tmp_path / name)])
+    main(
+        ["bench", "pod-match", "first-come", "--decides", "POA", *SHORT, "--seed", "1", "--table", str(tmp_path / name)]
+    )
     assert row in (tmp_path / name).read_text(encoding="utf-8")
 
 
@@ -366,10 +340,10 @@ def test_runs_that_end_at_their_horizon_are_named(tmp_path: Path, capsys: pytest
     assert said in file.read_text(encoding="utf-8").replace(r"\_", "_")
 
 
-def test_a_table_that_cannot_be_written_is_refused_before_the_runs(tmp_path, capsys) -> None:
-    assert exit_code("bench", "pod-match", *SHORT, "--table", str(tmp_path / "none" / "all.csv")) == 2
-    said = capsys.readouterr()
-    assert "expected a file in a folder that is there" in said.err
-    assert said.out == ""
-    assert exit_code("bench", "pod-match", *SHORT, "--table", str(tmp_path / "all.xls")) == 2
-    assert "expected a name that ends in .tex or .csv, found all.xls" in capsys.readouterr().err
+@cases(
+    "table problem",
+    ("none/all.csv", "expected a file in a folder that is there"),
+    ("all.xls", "expected a name that ends in .tex or .csv, found all.xls"),
+)
+def test_a_table_that_cannot_be_written_is_refused_before_the_runs(tmp_path, capsys, table, problem) -> None:
+    assert problem in refused(capsys, main, ["bench", "pod-match", *SHORT, "--table", str(tmp_path / table)])

@@ -15,6 +15,7 @@ from PIL import ImageColor
 import rmfs_core
 from cases import cases
 from damage import assert_found, change, drop
+from rmfs_commands.details.loading import load_result
 from rmfs_commands.replay.frames import Camera, palette
 from rmfs_commands.replay.reading import read_replay
 from rmfs_commands.states import read_recording
@@ -345,11 +346,6 @@ def test_a_robot_is_repaired_in_a_maintenance_cell_if_one_is_free() -> None:
     assert {(True, False), (False, True)} == set(downs)
 
 
-def sum_of(row: dict[str, float]) -> float:
-    """Return the times of a row of robots.csv, those that are in none of the others."""
-    return sum(seconds for name, seconds in row.items() if name.endswith("_s"))
-
-
 def test_pictures_mark_what_is_out_of_service(charged: Path) -> None:
     """A line in a colour of its own crosses robots and chargers that are down, and nothing before one is."""
     camera, events = Camera(read_replay(charged), 600), read_trace(charged / "trace.jsonl.gz").events
@@ -364,70 +360,58 @@ def test_pictures_mark_what_is_out_of_service(charged: Path) -> None:
         assert marked(tick)
 
 
-@cases(
-    "damage kind",
-    (drop(ChargerDown), "outage"),
-    (drop(ChargerUp), "outage"),
-    (change(ChargerUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
-    (change(ChargerDown, lambda t, e: {"cell": 0}), "outage"),
-    (change(RobotSent, lambda t, e: {"cell": t.layout.maintenance[0]}), "outage"),
-)
-def test_the_validator_knows_chargers_and_maintenance_cells(
-    damage: Callable[[Trace], Trace], kind: str, charged: Path
-) -> None:
-    assert_found(damage(read_trace(charged / "trace.jsonl.gz")), kind)
-
-
 @pytest.fixture(scope="module")
 def charged(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run whose chargers and robots fail."""
+    """A run whose chargers and robots fail, its trace and its decisions."""
     folder = tmp_path_factory.mktemp("charged")
-    record = ["trace", "decisions"]
-    result = rmfs_core.run("examples/small", overrides=[ROBOTS, *CHARGERS], out=folder, record=record)
-    assert validate_trace(folder) == []
-    assert result.metrics["charger_failures"]
-    assert "Chargers failed" in result.summary["outages"]
-    assert "chargers_down" in (folder / "hours.csv").read_text().splitlines()[0]
-    with (folder / "robots.csv").open() as file:
-        rows = [{name: float(text) for name, text in row.items()} for row in csv.DictReader(file)]
-    assert min(row["idle_s"] for row in rows) >= 0
-    whole, low = sum(map(sum_of, rows)), sum(row["low_s"] for row in rows)
-    assert whole == pytest.approx(len(rows) * result.metrics["simulated_s"])
-    assert low > 0
-    assert 100 * low / whole == pytest.approx(result.summary["bottleneck"]["robots_percent"]["low"], abs=0.01)
+    rmfs_core.run("examples/small", overrides=[ROBOTS, *CHARGERS], out=folder, record=["trace", "decisions"])
     return folder
 
 
-def test_decision_states_know_chargers_out_of_service(charged: Path) -> None:
-    down = 0
-    for recorded in list(read_recording(charged))[::20]:
-        state = recorded.state()
-        view = open_state(state).view
-        assert {*state.chargers_down} == {*view.travel.layout.chargers} - {*view.chargers}
-        down += len(state.chargers_down)
-    assert down
+def test_times_of_robots_that_wait_for_a_charger_add_up(charged: Path) -> None:
+    assert validate_trace(charged) == []
+    result = load_result(charged)
+    assert result.metrics["charger_failures"]
+    assert "Chargers failed" in result.summary["outages"]
+    assert "chargers_down" in (charged / "hours.csv").read_text().splitlines()[0]
+    with (charged / "robots.csv").open() as file:
+        rows = [{name: float(text) for name, text in row.items()} for row in csv.DictReader(file)]
+    assert min(row["idle_s"] for row in rows) >= 0
+    whole = sum(seconds for row in rows for name, seconds in row.items() if name.endswith("_s"))
+    low = sum(row["low_s"] for row in rows)
+    assert whole == pytest.approx(len(rows) * result.metrics["simulated_s"])
+    assert low > 0
+    assert 100 * low / whole == pytest.approx(result.summary["bottleneck"]["robots_percent"]["low"], abs=0.01)
 
 
 @cases(
-    "damage kind",
-    (drop(RobotDown), "outage"),
-    (drop(RobotUp), "out-of-service"),
-    (drop(StationDown), "outage"),
-    (drop(StationUp), "out-of-service"),
-    (change(RobotDown, lambda t, e: {"planned": not e.planned}), "outage"),
-    (change(RobotUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
-    (change(StationUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
+    "of damage kind",
+    ("charged", drop(ChargerDown), "outage"),
+    ("charged", drop(ChargerUp), "outage"),
+    ("charged", change(ChargerUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
+    ("charged", change(ChargerDown, lambda t, e: {"cell": 0}), "outage"),
+    ("charged", change(RobotSent, lambda t, e: {"cell": t.layout.maintenance[0]}), "outage"),
+    ("run", drop(RobotDown), "outage"),
+    ("run", drop(RobotUp), "out-of-service"),
+    ("run", drop(StationDown), "outage"),
+    ("run", drop(StationUp), "out-of-service"),
+    ("run", change(RobotDown, lambda t, e: {"planned": not e.planned}), "outage"),
+    ("run", change(RobotUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
+    ("run", change(StationUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
 )
-def test_the_validator_draws_for_itself(damage: Callable[[Trace], Trace], kind: str, run: Path) -> None:
-    assert_found(damage(read_trace(run / "trace.jsonl.gz")), kind)
+def test_the_validator_draws_for_itself(of: str, damage: Callable[[Trace], Trace], kind: str, request: Any) -> None:
+    assert_found(damage(read_trace(request.getfixturevalue(of) / "trace.jsonl.gz")), kind)
 
 
-def test_decision_states_keep_what_is_down(run: Path) -> None:
-    seen = 0
-    for recorded in read_recording(run):
+@pytest.mark.parametrize("of", ["run", "charged"])
+def test_decision_states_keep_what_is_down(of: str, request: Any) -> None:
+    seen = {"robots": 0, "chargers": 0}
+    for recorded in list(read_recording(request.getfixturevalue(of)))[::5]:
         state = recorded.state()
         down = [name for name, robot in (state.robots or {}).items() if not robot.in_service]
         view = open_state(state).view
         assert [robot.name for robot in view.robots if not robot.in_service] == down
-        seen += len(down)
-    assert seen
+        assert {*state.chargers_down} == {*view.travel.layout.chargers} - {*view.chargers}
+        seen = {"robots": seen["robots"] + len(down), "chargers": seen["chargers"] + len(state.chargers_down)}
+    assert seen["robots"]
+    assert bool(seen["chargers"]) is (of == "charged")

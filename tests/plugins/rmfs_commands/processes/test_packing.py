@@ -88,9 +88,6 @@ def scripted(tiny_run: Prepare, rules: dict[str, Any], change: Callable[[Scenari
     return found
 
 
-# The same as today
-
-
 @pytest.mark.parametrize("rule", ["pod-match", *SPLITTING])
 def test_where_packing_takes_no_time_packed_is_picked(tiny_run: Prepare, rule: str) -> None:
     """With as many packers as there are orders, all is as without packing stations, until the last order is packed."""
@@ -101,9 +98,6 @@ def test_where_packing_takes_no_time_packed_is_picked(tiny_run: Prepare, rule: s
         assert plain.of(kind) == packed.of(kind)
     assert {e.order: e.tick for e in packed.of(OrderPacked)} == {e.order: e.tick for e in packed.of(OrderCompleted)}
     assert not any("packing" in vars(type(event)).get("__slots__", ()) for event in plain.events)
-
-
-# Boxes
 
 
 @pytest.mark.parametrize("rule", SPLITTING)
@@ -197,9 +191,6 @@ def test_an_impossible_decision_of_packing_is_refused(tiny_run: Prepare, rules: 
         scripted(tiny_run, {"poa_pps": Scripted()} | rules, packing(stations=2, boxes=1, packers=1)).done()
 
 
-# Conveyors and packers
-
-
 @pytest.mark.parametrize(("packers", "sorters"), [(1, 0), (2, 0), (5, 0), (1, 1)])
 def test_single_items_are_packed_as_a_queue_says(tiny_run: Prepare, packers: int, sorters: int) -> None:
     """By hand: the n-th one begins when it comes, or when one of so many packers is done; each takes 30 + 5 s."""
@@ -289,9 +280,6 @@ def test_the_view_says_how_far_an_order_is(tiny_run: Prepare) -> None:
             assert packing_of.expected_s == packed[event.order]
             assert packing_of.items_in_box in (0, run.warehouse.orders[event.order].items)
     assert run.simulation.view.free_boxes == 3
-
-
-# What is wrong
 
 
 @pytest.mark.parametrize(
