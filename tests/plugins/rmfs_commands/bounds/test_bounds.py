@@ -270,14 +270,6 @@ def test_it_is_the_cheapest_of_all_choices(finite: bool) -> None:
             assert (found.cost, found.how) == (cheapest_of_all(instance, costs), "optimal")
 
 
-def test_stock_counts() -> None:
-    orders = {"1": {"a": 3}, "2": {"a": 2}}
-    assert cheapest_cover(small_instance(orders, {p: {"a": 2} for p in "pqrs"}), [1] * 4).cost == 3
-    assert cheapest_cover(small_instance(orders, {p: ["a"] for p in "pqrs"}), [1] * 4).cost == 1
-    assert cheapest_cover(small_instance({}, {"p": ["a"]}), [1]).cost == 0
-    assert cheapest_cover(small_instance({"1": ["b"]}, {"p": ["a"], "q": ["b"]}), [5, 3]).cost == 3
-
-
 def test_a_limit_leaves_a_bound() -> None:
     rng = random.Random("a hard cover")
     skus = [f"s{i}" for i in range(70)]

@@ -143,7 +143,6 @@ def test_the_rewards_of_an_episode_add_up(reward: Any, total: Any, decides: str)
 
 
 def test_a_reward_function_is_told_what_happened_since_the_last_choice() -> None:
-    """The first step begins with the run, and the last one ends with it."""
     told: list[tuple[int, int, list[int], int]] = []
 
     def reward(step: Step) -> float:
@@ -311,7 +310,6 @@ def test_a_feature_that_is_no_share_is_named(returned: Any) -> None:
 @settings(max_examples=8, deadline=None)
 @given(st.data())
 def test_after_a_restore_the_same_actions_give_the_same_run(data: Any) -> None:
-    """In the same environment after other actions, and in another one from the snapshot's pickle."""
     decides, may_wait = data.draw(st.sampled_from(["PPS", "POA+PPS", ["POA", "PPS", "TA"]])), data.draw(st.booleans())
     given_: dict[str, Any] = {"overrides": ["instance.orders=6", "rules.pps=random"], "may_wait": may_wait}
     env, other = (rmfs_commands.gym.make("examples/small", decides, **given_) for _ in range(2))

@@ -190,14 +190,12 @@ def test_dates_count_from_the_start_of_the_scenario(tmp_path: Path) -> None:
     (("1,2024-07-01T00:30:00+02:00,a,1,", "1,2024-06-30T22:30:00Z,b,1,"), [81_000_000]),
 )
 def test_time_zero_does_not_depend_on_the_order_of_rows(tmp_path, rows, arrivals) -> None:
-    """Whichever row is first, the clock is that of the earliest arrival."""
     for sorted_rows in (rows, rows[::-1]):
         orders = read(tmp_path, DATED + "".join(f"{row}\n" for row in sorted_rows)).orders
         assert [order.arrival_tick for order in orders] == arrivals
 
 
 def test_the_time_of_day_is_that_of_the_start() -> None:
-    """By its own clock; midnight without a start."""
     assert Calendar("2024-07-01T06:00+02:00").time_of_day() == 6 * 3_600_000
     assert Calendar(None).time_of_day() == 0
 

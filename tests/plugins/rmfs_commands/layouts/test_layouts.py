@@ -162,7 +162,6 @@ def test_cells_before_a_station_may_be_kept_clear() -> None:
 
 @cases("width height", (3000, 3000), (3_000_000, 1), (1, 3_000_000), (LONGEST_SIDE + 1, 2), (1, LONGEST_SIDE + 1))
 def test_a_map_that_no_memory_has_room_for_is_refused(width: int, height: int) -> None:
-    """All in all, or in a row or column: a single line may be as long as a file."""
     expected = "expected at most 5,000 in a row or column and 4,000,000 in all"
     assert (
         refusal(lambda: parse_map("#\n" * (height - 1) + "#" * width, "hall.txt"))

@@ -74,8 +74,6 @@ class Told:
 
 @define
 class ToAnyone:
-    """Gives the first pod to the first robot, whatever that does."""
-
     @hookimpl
     def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
         return [TaskAssignment(0, pod.id) for pod in warehouse.waiting_pods[:1]]
@@ -83,8 +81,6 @@ class ToAnyone:
 
 @define
 class ToBrokenCharger:
-    """Sends a robot to a charger that is out of service."""
-
     @hookimpl
     def idle_robots(self, warehouse: Any) -> list[RobotMove]:
         down = {*warehouse.travel.layout.chargers} - {*warehouse.chargers}
@@ -278,7 +274,6 @@ def test_wrong_failures_are_said(override: str, sentence: str) -> None:
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run with all that can fail, its trace and its decisions."""
     folder = tmp_path_factory.mktemp("run")
     rmfs_core.run("examples/small", overrides=[ROBOTS, STATIONS, MAINTAINED], out=folder, record=["trace", "decisions"])
     return folder

@@ -78,7 +78,6 @@ class Scripted:
 
 
 def scripted(tiny_run: Prepare, rules: dict[str, Any], change: Callable[[Scenario], Scenario]) -> ToldRun:
-    """Return a run with rules as objects."""
     run = tiny_run(INSTANCE, capacity=(9, 9), robots=3, change=change)
     scenario = evolve(run.simulation.scenario, rules=with_objects(run.simulation.scenario.rules, rules))
     keys = {"poa", "pps", "poa_pps", "packing", "packing_task"} & rules.keys()
@@ -314,8 +313,6 @@ def test_rules_of_packing_stations_need_some(tiny_run: Prepare) -> None:
 
 
 def test_a_rule_that_waits_for_ever_is_told_of(tiny_run: Prepare) -> None:
-    """Packed orders do not count there: the orders that are left are named."""
-
     @define
     class Idle:
         @hookimpl

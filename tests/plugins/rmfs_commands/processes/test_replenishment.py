@@ -353,7 +353,6 @@ def survives(scenario: Scenario, pp: str) -> None:
 @given(scenario=worlds())
 @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
 def test_nothing_is_lost_and_nothing_stands_still(scenario: Scenario) -> None:
-    """Every order is completed from stock that had to be brought, without traffic and with."""
     for pp in ("free-flow", "sipp"):
         survives(scenario, pp)
 

@@ -50,7 +50,6 @@ def served(rule: str, **reply: Any) -> Iterator[str]:
 
 
 def result_with(scenario: str, key: str, choice: str, folder: Path) -> tuple[str, str]:
-    """Return the tables of orders and visits of a run with a rule for a key."""
     changed = rmfs.load_scenario(scenario, [f"rules.{key}={choice}", *SHORT.get(scenario, ())])
     rmfs.run(changed, out=folder)
     return tuple((folder / name).read_text() for name in ("orders.csv", "visits.csv"))  # type: ignore[return-value]

@@ -25,7 +25,7 @@ from cases import cases
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.replay import notebook
 from rmfs_commands.replay.frames import ABOVE, BESIDE, Camera, clock_time, most_open, palette, pictures
-from rmfs_commands.replay.page import LIVE, RECORDED, VIEW, live_page, packed, page, script
+from rmfs_commands.replay.page import VIEW, live_page, packed, page
 from rmfs_commands.replay.positions import ways
 from rmfs_commands.replay.reading import Replay, read_replay
 from rmfs_commands.replay.telling import metrics_of, rules_of, summaries, told
@@ -43,7 +43,7 @@ def test_the_page_is_packed_whole_and_needs_nothing_else(replay: Replay) -> None
     text = page([replay, replay])
     assert text.count('<script type="text/plain" class="run">') == 2
     assert not re.search(
-        r"""(?:src|href)=(?!"data:,")|https?://|@import ["u]|url\(|\bfetch\(|^import """, text, re.MULTILINE
+        r"""(?:src|href)=(?!"data:,")|https?://|@import ["u]|url\(|\bfetch\(|^import |^export """, text, re.MULTILINE
     )
     assert "<title>day and day</title>" in text
     assert not re.search(r"\$(title|policy|style|runs|script)\b", text)
@@ -86,34 +86,6 @@ def test_the_page_keeps_names_and_scripts_apart(replay: Replay) -> None:
         assert inline.policy == {**common, **more, **hashes}
         assert not [name for name in inline.attributes if name == "style" or name.startswith("on")]
     assert "<title>&lt;b&gt;</title>" in page([attrs.evolve(replay, name="<b>")])
-
-
-def code_of(text: str) -> str:
-    return re.sub(r"/\*.*?\*/|(?<![:\"'])//[^\n]*", "", text, flags=re.DOTALL)
-
-
-def names_of(text: str) -> list[str]:
-    defined = re.findall(
-        r"^(?:export )?(?:async )?(?:const|let|var|class|function\*?) (\w+|\$|\[[^]]*\]|\{[^}]*\})", text, re.MULTILINE
-    )
-    return [name for one in defined for name in re.findall(r"\w+|\$", one)]
-
-
-@pytest.mark.parametrize(("entry", "others"), [(RECORDED, {LIVE, "live.mjs"}), (LIVE, {RECORDED})])
-def test_all_modules_are_in_the_script_after_what_they_import(entry: str, others: set[str]) -> None:
-    whole = script(entry)
-    modules = {file.name: file.read_text(encoding="utf-8") for file in VIEW.glob("*.mjs") if file.name not in others}
-    names = names_of(whole)
-    assert sorted(names) == sorted(name for text in modules.values() for name in names_of(text))
-    assert len(names) == len(set(names))
-    heads = {name: text.splitlines()[1] for name, text in modules.items()}
-    assert all(whole.count(head) == 1 for head in heads.values())
-    for name, text in modules.items():
-        for imported in re.findall(r'^import .* from "\./(.*)";$', text, re.MULTILINE):
-            assert whole.index(heads[imported]) < whole.index(heads[name]), (imported, name)
-    assert whole.count("// @ts-check") == len(modules)
-    assert not re.search(r"\b(import|export)\b", code_of(whole))
-    assert not re.search(r"<!--|</script|<script", whole)  # these would end the element, or hide its end
 
 
 def frame_of(shown: rmfs_commands.replay.Page) -> dict[str, str]:

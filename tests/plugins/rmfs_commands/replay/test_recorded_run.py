@@ -27,7 +27,7 @@ from calling import exit_code
 from cases import cases
 from chromium import Chromium
 from rmfs_commands.replay.charges import WHOLE, Line
-from rmfs_commands.replay.columns import KINDS, Columns, ColumnsBuilder, whole_run
+from rmfs_commands.replay.columns import KINDS, Columns, ColumnsBuilder
 from rmfs_commands.replay.live import RUNNING, Watch
 from rmfs_commands.replay.positions import ways
 from rmfs_commands.replay.reading import Replay, read_replay
@@ -38,10 +38,9 @@ from rmfs_commands.states.recorded import read_recording
 from rmfs_commands.trace import read_trace
 from rmfs_commands.validation.collisions import reached_s
 from rmfs_core import InputError, hookimpl
-from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
+from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import Event, PodLifted, PodStored, RobotMoved
 from rmfs_core.info import RunInfo
-from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
 from rmfs_core.scenario import load_scenario
 
@@ -75,7 +74,6 @@ def other_result(folder: Path) -> None:
 
 
 def changed(folder: Path, by: Callable[[list[str]], list[str]], name: str = "trace.jsonl.gz") -> None:
-    """Change the lines of a recorded file."""
     lines = gzip.decompress((folder / name).read_bytes()).decode().splitlines(keepends=True)
     (folder / name).write_bytes(gzip.compress("".join(by(lines)).encode()))
 
@@ -172,16 +170,6 @@ def test_no_leg_is_lost(day: Path, replay: Replay) -> None:
         ]
 
 
-@pytest.mark.parametrize("metres", [1, 2, 5, 20])
-def test_a_leg_that_was_cut_off_was_on_its_way_farther(metres: int) -> None:
-    motion = Motion()
-    assert whole_run(motion, metres, motion.run_ticks(metres)) == metres
-    passed_at_speed = next(t for t in range(60_000) if motion.position_m(metres + 4, to_seconds(t)) >= metres)
-    whole = whole_run(motion, metres, passed_at_speed + 10)
-    assert whole > metres
-    assert metres <= motion.position_m(whole, to_seconds(passed_at_speed + 10)) < metres + 1
-
-
 @cases(
     "event named",
     (PodLifted(5, 0, robot=99, pod=0, cell=0), "PodLifted names robot 99"),
@@ -189,7 +177,6 @@ def test_a_leg_that_was_cut_off_was_on_its_way_farther(metres: int) -> None:
     (RobotMoved(5, 0, 0, 10**6, 3, 0, 0, 0, 1, None), "RobotMoved names origin 1000000"),
 )
 def test_what_is_not_there_is_refused(replay: Replay, event: Event, named: str) -> None:
-    """An event that names what the header does not have would show something else."""
     with pytest.raises(InputError, match=named):
         ColumnsBuilder(replay.start).add(event)
 
@@ -432,21 +419,6 @@ def test_a_browser_is_told_of_the_run_so_far(tmp_path: Path) -> None:
     with pytest.raises(urllib.error.URLError):
         asked(watch.address)
     watch.close()
-
-
-def test_telling_costs_a_tenth_of_the_time_at_most() -> None:
-    watch = Watch("day")
-    told_at: list[float] = []
-
-    class Often:
-        @hookimpl
-        def on_event(self, event: Event) -> None:
-            if watch.news(event.tick - 1) is not None:
-                told_at.append(time.monotonic())
-
-    rmfs_core.run("examples/small", overrides=SETTINGS, observers=[Often(), watch])
-    watch.close()
-    assert 1 <= len(told_at) < 100
 
 
 def refusal(address: str, **headers: str) -> tuple[int, str]:

@@ -195,7 +195,6 @@ def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]
     (("run.until_s=90", "run.warmup_s=100"), 100, 0, 3, "The run ended at its horizon at 0:01:30: "),
 )
 def test_headings_are_the_metrics(tmp_path, changes, begin, late, left, lead) -> None:
-    """Orders that were cancelled, that arrive when the run is over, or in its warm-up, are not among them."""
     (tmp_path / "orders.csv").write_text(DAY, encoding="utf-8")
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\nP,tea,\nQ,ale,\n", encoding="utf-8")
     (tmp_path / "day.toml").write_text(HALL, encoding="utf-8")

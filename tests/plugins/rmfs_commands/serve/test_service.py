@@ -146,22 +146,6 @@ def test_a_rule_that_cannot_be_had(rules: list[str], settings: list[str], proble
         Service.of(rules, settings, allow_inline=False)
 
 
-@cases(
-    "rule role",
-    ("first-come", Role.POA),
-    ("nearest-pod", Role.PPS),
-    ("pod-index", Role.POA_PPS),
-    ("nearest", Role.PR),
-    ("assignment", Role.TA),
-)
-def test_the_small_state_has_something_to_decide(rule: str, role: Role) -> None:
-    """Of each kind: so that warming up does something."""
-    given = state_from_dict({**SMALL, "ask": {"decides": role.label, "pod": "3"}})
-    (decided, *_) = decide(given, RuleChoice(rule)).decision.values()
-    assert role in ASKED
-    assert decided
-
-
 def test_warming_up_asks_a_rule(trouble, capfd, monkeypatch) -> None:
     asked: list[Role] = []
     service = Service.of(["random"])
@@ -234,8 +218,6 @@ async def sent_by(app: Any, receive: Callable[[], Awaitable[Any]], **changes: An
 
 @define
 class Scripted:
-    """Instead of rules: a reply, or an error."""
-
     answer: Reply | RmfsError = field(factory=lambda: Reply(200, b'{"decides":"POA"}\n'))
     pid: int | None = 1
     names: tuple[str, ...] = ("scripted",)

@@ -365,7 +365,6 @@ def test_an_order_whose_turn_has_not_come_can_be_cancelled_or_set_aside() -> Non
 
 @cases("seconds", 0.0, 1e8)
 def test_orders_whose_turn_has_not_come_are_left_out_of_a_state_and_named(seconds: float) -> None:
-    """At the first time that a session takes, and at the last."""
     session = Hall(load_scenario("examples/small", REFILL))
     a, b, c, d = ({"kind": "order_arrived", "order": name, "lines": {"1": 1}} for name in "ABCD")
     tell(session, *({"kind": "station_closed", "station": one} for one in ("1", "2")), a, b, c, d, c, seconds=seconds)

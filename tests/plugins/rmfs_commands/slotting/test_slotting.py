@@ -44,7 +44,6 @@ DAY_S = 86_400
 
 
 def orders_csv(days: range, *, per_day: int = 6, name: str = "o", column: str = "arrival_s") -> str:
-    """Orders of a pair of SKUs each."""
     rows = [f"order,{column},sku,quantity"]
     for day in days:
         for i in range(per_day):
@@ -55,7 +54,6 @@ def orders_csv(days: range, *, per_day: int = 6, name: str = "o", column: str = 
 
 
 def made(folder: Path, orders: str | None = None, pods: str | None = None, instance: str = "", rules: str = "") -> Path:
-    """Write a scenario of four pods with two SKUs each."""
     stock = "".join(f"P{i},{sku},20\n" for i, pod in enumerate(PODS) for sku in pod)
     (folder / "orders.csv").write_text(orders or orders_csv(range(10)), encoding="utf-8")
     (folder / "pods.csv").write_text(pods or f"pod,sku,quantity\n{stock}", encoding="utf-8")
@@ -234,7 +232,6 @@ def test_what_is_no_history_is_refused(
     ("run.warmup_s = 3600", "run.warmup_s"),
 )
 def test_what_counts_from_time_0_is_refused(tmp_path: Path, given: str, key: str) -> None:
-    """Each later day is a run of its own."""
     file = made(tmp_path)
     scenario = load_scenario(str(file), given.split(";"))
     said = refusal(lambda: read_past(scenario, None, str(6 * DAY_S), 10))

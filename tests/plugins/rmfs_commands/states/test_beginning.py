@@ -252,7 +252,6 @@ BUSY = {"stations": BY_HAND["stations"] | {"1": BY_HAND["stations"]["1"] | {"pic
 
 @pytest.mark.parametrize("pp", ["free-flow", "sipp"])
 def test_pods_that_are_carried_get_a_location_each(tmp_path: Path, pp: str) -> None:
-    """The reserved one first, and then the first that is free."""
     given = written(tmp_path, **CARRIED, reserved=[41])
     result = simulate(given, f"rules.pp={pp}", "instance.orders=0", observers=[told := ToldRun()])
     assert result.status == "complete"
@@ -345,7 +344,6 @@ def test_cell_0_is_a_storage_location_as_any_other(tmp_path: Path) -> None:
 def test_what_cannot_be_is_refused(
     tmp_path: Path, changes: dict[str, Any], overrides: tuple[str, ...], sentence: str
 ) -> None:
-    """In one sentence: place, what was found, what would be right."""
     with pytest.raises(InputError) as error:
         simulate(written(tmp_path, **changes), "instance.orders=0", *overrides)
     assert sentence in str(error.value)
@@ -381,7 +379,6 @@ def packs(folder: Path, *overrides: str, tasks: Any = (), working: Any = (), **o
 
 
 def test_a_packing_hall_by_hand_goes_on(tmp_path: Path) -> None:
-    """Items picked that are not at a packing station come with the next tote; begun tasks end in time."""
     result = packs(tmp_path)
     assert (result.status, result.metrics["orders_packed"], result.metrics["totes"]) == ("complete", 3, 2)
     assert result.metrics["packed_makespan_s"] == pytest.approx(36143, abs=1)
@@ -421,7 +418,6 @@ WRONG = (REMOVED, None, "nobody", "wait", 1e6, -1, -1.5, 0, 3.5, 10**12, 1e300, 
 
 
 def paths(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the paths of all that is in tables and lists."""
     entries = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
     for key, value in entries:
         yield (*path, key)
@@ -430,7 +426,6 @@ def paths(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """Return states by their worlds."""
     folder = tmp_path_factory.mktemp("saved")
     made = {
         world: stopped(folder, at_s, *WORLDS[world], f"rules.pp={pp}")[1].read_text() for world, pp, at_s in STOPPED

@@ -105,7 +105,6 @@ def test_stations_are_of_the_kinds_that_the_layout_has() -> None:
 
 
 def test_a_run_explains_what_was_decided_for_bundles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The bundles, their stations and pods, what other rules would have done; and it is part of a pod's story."""
     rmfs_core.run("examples/replenished", overrides=["instance.orders=40"], out=tmp_path, record=["decisions"])
     chosen = next(recorded for recorded in read_recording(tmp_path) if recorded.decides.label == "RPS")
     (store,) = chosen.decision["stores"]
@@ -203,8 +202,6 @@ FEW = (
 
 
 class Mementos:
-    """States that rules of packing stations were shown."""
-
     def __init__(self) -> None:
         self.seen: list[Memento] = []
 
@@ -220,7 +217,6 @@ class Mementos:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, list[Memento]]:
-    """Decisions of a run with few boxes, and what was there."""
     folder, observer = tmp_path_factory.mktemp("packed"), Mementos()
     rmfs_core.run("examples/packing", overrides=FEW, out=folder, record=["decisions"], observers=[observer])
     return read_recording(folder), observer.seen
@@ -294,7 +290,6 @@ STATE: dict[str, Any] = {
 def answer_of(
     rule: str, decides: str, change: Callable[[dict[str, Any]], object] = lambda state: None, **ask: Any
 ) -> Any:
-    """Return what a rule decides in the state above, changed."""
     orders = {name: {**order} for name, order in STATE["orders"].items()}
     stations = [{**station} for station in STATE["packing"]["stations"]]
     state = {**STATE, "orders": orders, "packing": {**STATE["packing"], "stations": stations}}

@@ -140,7 +140,6 @@ def test_a_broken_robot_and_a_pod_on_the_floor(at_work: dict[str, Any]) -> None:
 
 @cases("rule straight", ("free-flow", True), ("sipp", False), ("whca-n", False))
 def test_a_path_among_robots_that_stand(at_work: dict[str, Any], rule: str, straight: bool) -> None:
-    """r2 drives from the corner along the top; a rule that reserves goes round r3, which stands there."""
     at_work["robots"] |= {"r2": {"cell": 0, "heading": 0}, "r3": {"cell": 3}}
     ask = {"decides": "PP", "robot": "r2", "goal": 7}
     decision = decide(state_from_dict(at_work | {"ask": ask}), RuleChoice(rule)).decision
@@ -280,7 +279,6 @@ def test_times_in_a_state(by_hand: dict[str, Any]) -> None:
 
 
 def test_what_a_rule_needs_is_checked(by_hand: dict[str, Any], acme: None) -> None:
-    """A state that lacks what a rule declares to need is refused, as a scenario would be."""
     by_hand["pods"]["P1"]["contents"]["milk"] = 5
     with pytest.raises(InputError, match=r'rule "endless" .* needs pods whose SKUs never run out'):
         decide(state_from_dict(by_hand), RuleChoice("endless"), decides=Role.POA)
@@ -430,7 +428,6 @@ def test_many_rules_one_after_the_other(by_hand: dict[str, Any]) -> None:
 
 
 def test_no_name_is_taken_for_another(by_hand: dict[str, Any], install: Any) -> None:
-    """A rule that is no longer installed is gone, though it was asked before."""
     source = "\n@define\nclass Lazy:\n    @hookimpl\n    def assign_orders(self, warehouse):\n        return []\n"
     with pytest.raises(InputError, match="there is no rule"):
         decide(state_from_dict(by_hand), RuleChoice("acme-lazy"))
