@@ -209,7 +209,11 @@ def test_a_journal_has_one_writer_and_one_scenario(small: Told, journal: Path) -
         Hall(small.scenario.with_seed(2), journal)
 
 
-ARRIVES = {"id": "a", "kind": "order_arrived", "order": "A", "lines": {"1": 1}}
+ARRIVES = {"kind": "order_arrived", "order": "A", "lines": {"1": 1}}
+
+
+def batch_of(**event: Any) -> dict[str, Any]:
+    return {"after": 1, "time_s": 9, "events": [{"id": "a", **event}]}
 
 
 @cases(
@@ -220,17 +224,11 @@ ARRIVES = {"id": "a", "kind": "order_arrived", "order": "A", "lines": {"1": 1}}
     ({"after": 1, "time_s": 4, "events": []}, "no time before 5"),
     ({"after": 1, "time_s": float("nan"), "events": []}, "found nan; expected seconds"),
     ({"after": 1, "time_s": 1.8e9, "events": []}, "found 1800000000.0; expected seconds since the hall's time 0"),
-    (
-        {"after": 1, "time_s": 9, "events": [ARRIVES | {"due_s": 2e10}]},
-        "due_s: found 20000000000.0; expected seconds from 0 to 1e10",
-    ),
-    ({"after": 1, "time_s": 9, "events": [{"id": "a", "kind": "short"}]}, "events.0.pod: is missing"),
-    ({"after": 1, "time_s": 9, "events": [{"id": "a", "kind": "pod_liftet"}]}, "did you mean `pod_lifted`"),
-    ({"after": 1, "time_s": 9, "events": [{"id": "a", "kind": "handled", "station": 1}]}, "events.0.station: found 1"),
-    (
-        {"after": 1, "time_s": 9, "events": [{"id": "a", "kind": "handled", "station": "1", "pod": "1"}]},
-        "is not a field",
-    ),
+    (batch_of(due_s=2e10, **ARRIVES), "due_s: found 20000000000.0; expected seconds from 0 to 1e10"),
+    (batch_of(kind="short"), "events.0.pod: is missing"),
+    (batch_of(kind="pod_liftet"), "did you mean `pod_lifted`"),
+    (batch_of(kind="handled", station=1), "events.0.station: found 1"),
+    (batch_of(kind="handled", station="1", pod="1"), "is not a field"),
 )
 def test_a_batch_is_taken_whole_or_not_at_all(small: Told, batch: Any, problem: str) -> None:
     hall = Hall(small.scenario)
