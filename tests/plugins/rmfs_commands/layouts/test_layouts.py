@@ -85,27 +85,6 @@ def test_aisles_and_replenishment_stations() -> None:
     assert parse_map(draw_map(layout), "drawn").stations == layout.stations
 
 
-TINY = """
-..#
-.qO
-...
-"""
-
-
-def test_a_drawn_map_is_read_cell_by_cell() -> None:
-    layout = parse_map(TINY, "tiny")
-    check_layout(layout, "tiny")
-    assert (layout.width, layout.height) == (3, 3)
-    assert layout.storage_locations == (2,)
-    assert layout.stations[0].station == 5
-    assert layout.stations[0].queue == (4,)
-    assert layout.may_step(4, EAST)
-    assert not layout.may_step(4, WEST)
-    assert layout.may_step(3, EAST)  # into the queue
-    assert layout.may_step(5, SOUTH)  # out of the station
-    assert not layout.may_step(5, WEST)
-
-
 @cases(
     "text message",
     ("", "map: the map is empty; expected rows of characters such as `#` and `.`"),

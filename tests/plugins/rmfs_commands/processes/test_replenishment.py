@@ -57,15 +57,6 @@ def at_station(warehouse: Warehouse, sku: int, items: int) -> Bundle:
     return bundle
 
 
-def test_rules_see_picking_stations_and_replenishment_stations_apart() -> None:
-    view = WarehouseView(replenished_world({}, {"p": {"a": 1}}))
-    assert [station.id for station in view.stations] == [0]
-    assert [station.id for station in view.replenishment_stations] == [1]
-    assert view.station(1).stores
-    assert not view.station(1).picks
-    assert view.available().shape == (1, 1)
-
-
 def test_a_bundle_takes_space_as_soon_as_its_pod_is_chosen() -> None:
     warehouse = replenished_world({"1": {"a": 1}}, {"p": {"a": 3}}, pod_capacity=10, sizes=(2,))
     pod, (station, _) = warehouse.pods[0], warehouse.stations

@@ -84,26 +84,23 @@ def test_stories() -> None:
 
 def test_assignments_are_shown_with_stations_and_backlog(at_work: Content) -> None:
     """P1 is in the line and has the tea; the parts at the station keep two of its four places."""
-    out = explained(decision("POA", {"assignments": [JAM]}, at_work | {"time_s": 90.0}), max_wait_s=60.0)
+    at_work["orders"]["C"] = {"lines": {"jam": 9}, "arrival_s": 40, "waits_for_stock": True}
+    now = at_work | {"version": 2, "time_s": 90.0}
+    out = explained(decision("POA", {"assignments": [JAM]}, now), max_wait_s=60.0)
     assert "Decision 1: POA by acme, period 1, at 90.000 s" in out
     assert "Parameters: max_wait_s = 60.0." in out
     assert "north 2 of 4 items 1 0 3 P1*, P2" in out
     assert "* in the line at the station" in out
-    assert "Backlog: 1 order with 2 open items; decided for: 1." in out
+    assert "Backlog: 1 order with 2 open items; 1 more waits for stock; decided for: 1." in out
     assert "B 60 s 2 x jam north: jam" in out
     assert "--limit" not in out
 
 
-def test_stations_that_count_orders_say_so(by_hand: Content) -> None:
-    by_hand["stations"]["north"] = {"order_capacity": 3}
-    out = explained(decision("POA", {"assignments": []}, by_hand | {"time_s": 0.0}))
-    assert "north 3 of 3 orders 0 0 13 -" in out
-
-
 def test_few_orders_of_a_long_backlog_are_shown(by_hand: Content) -> None:
-    by_hand["orders"]["C"] = {"lines": {"tea": 1}}
+    by_hand["orders"]["C"], by_hand["stations"]["north"] = {"lines": {"tea": 1}}, {"order_capacity": 3}
     given = {"assignments": [JAM | {"order": "C", "skus": ["tea"]}]}
     out = explained(decision("POA", given, by_hand | {"time_s": 0.0}), limit=1)
+    assert "north 3 of 3 orders 0 0 13 -" in out
     assert "C 0 s tea north: tea" in out
     assert "\nA 0 s" not in out
     assert "... and 2 more orders; --limit shows more." in out

@@ -153,6 +153,11 @@ REPLENISHED = (
     "rules.rps=correlated",
 )
 AT_PICKING = ("layout.replenishment_west=", "stations.also_replenish=true", "rules.roa=", "rules.rps=")
+WAITING = (*REPLENISHED, "instance.replenishment.lead_s=900")
+PACKING = (
+    *(*JOINT, "rules.poa_pps=pod-index", "instance.start='2024-03-01T06:30:15'"),
+    "packing={stations=2, boxes=2, packers=1, sorters=1, open={2=[['06:00', '05:00']]}}",
+)
 RULE_SETS = {
     "sequential": ("rules.pr=random",),
     "common-lines and nearest-pod": ("rules.poa=common-lines", "rules.pps=nearest-pod", "rules.pr=fixed"),
@@ -183,6 +188,8 @@ RULE_SETS = {
     ),
     "replenishment": (*REPLENISHED, "rules.roa=same-pod", "rules.rps=random"),
     "replenishment at picking stations": (*REPLENISHED, *AT_PICKING, "rules.roa_rps=pod-first"),
+    "orders that wait for stock": WAITING,
+    "packing stations": PACKING,
     "packing capacity": (*JOINT, 'rules.poa_pps={rule="split-over-time",packing_capacity=2}'),
 }
 
@@ -205,6 +212,8 @@ def test_every_decision_of_a_run_is_made_again(record: Any, settings: tuple[str,
     assert min(kinds.values()) >= 2
     decided = [role for role in (Role.ROA, Role.RPS, Role.ROA_RPS) if getattr(recording.scenario.rules, role.key)]
     assert kinds.keys() >= {"PR", "TA", *(role.label for role in decided)}
+    if recording.scenario.packing:
+        assert min(kinds["packing"], kinds["packing-task"]) >= 5
 
 
 @cases(
@@ -217,6 +226,9 @@ def test_every_decision_of_a_run_is_made_again(record: Any, settings: tuple[str,
     REPLENISHED,
     ("stations.release=handled", "stations.order_capacity=2"),
     ("stations.release=handled", "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
+    ("stations.release=handled", "stations.item_capacity=3"),
+    WAITING,
+    PACKING,
     ('instance.arrivals={process="refill", backlog=4}', "stations.release=handled"),
     (
         'stations.open={1 = [["00:00", "00:02"]], 2 = [["00:01", "24:00"]]}',

@@ -4,7 +4,6 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 from attrs import evolve
 
@@ -68,22 +67,6 @@ def test_a_stream_reads_as_far_as_it_is_asked(trace_file: Path) -> None:
     assert [next(events), next(events)] == list(READ[:2])
     with pytest.raises(InputError, match=r"line 4: found the event None; expected one of "):
         next(events)
-
-
-def test_cells_are_read_by_their_digits(trace_file: Path) -> None:
-    def change(lines: list[str]) -> list[str]:
-        header = json.loads(lines[0])
-        width = header["layout"]["width"]
-        header["layout"]["kind"][0] = "2" * width
-        header["layout"]["moves"][0] = "f" * width
-        return [json.dumps(header), *lines[1:]]
-
-    before = read_trace(trace_file).layout
-    rewrite(trace_file, change)
-    after = read_trace(trace_file).layout
-    assert set(after.kind[: after.width]) == {2}
-    assert set(after.moves[: after.width]) == {15}
-    assert np.array_equal(after.kind[after.width :], before.kind[before.width :])
 
 
 @cases(
@@ -165,14 +148,6 @@ def test_a_file_that_is_no_such_file(tmp_path: Path, content: bytes | None, prob
         path.write_bytes(content)
     with pytest.raises(InputError, match=problem):
         list(read_json_lines(path))
-
-
-def test_lines_have_their_place(tmp_path: Path) -> None:
-    path = tmp_path / "lines.gz"
-    path.write_bytes(gzip.compress(b'{"x": 1}\n{"y": 2}\n[3]\n'))
-    lines = read_json_lines(path)
-    assert [next(lines)[0], next(lines)[0]] == [f"{path}, line 1", f"{path}, line 2"]
-    assert refusal(lambda: next(lines)) == f"{path}, line 3: expected a JSON object, found list"
 
 
 def test_what_nobody_commits_is_gone(tmp_path: Path) -> None:
