@@ -181,20 +181,18 @@ SHIFTS = 'robots.maintenance={1=[["00:00","12:00"]], 2=[["12:00","24:00"]]}'
 RESTING = ("rules.idle=rest-middle", "layout.maintenance_cells=1", "rules.move=utility")
 
 
-@pytest.mark.parametrize(
+@cases(
     "overrides",
-    [
-        (ROBOTS, STATIONS),
-        (ROBOTS, STATIONS, *HOURS),
-        (SHIFTS,),
-        (ROBOTS, 'robots.maintenance={1=[["00:00","24:00"]]}'),
-        (ROBOTS, STATIONS, SHIFTS, *HOURS),
-        ("robots.count=30", "robots.failures={mtbf_h=2,mttr_s=3600}", STATIONS, *HOURS),
-        ("robots.failures={mtbf_h=1000,mttr_s=9}", *HOURS),
-        (ROBOTS, STATIONS, *RESTING),
-        (*CHARGERS, STATIONS, *HOURS),
-        ("stations.outages={mtbf_h=0.001,mttr_s=3600}",),
-    ],
+    (ROBOTS, STATIONS),
+    (ROBOTS, STATIONS, *HOURS),
+    (SHIFTS,),
+    (ROBOTS, 'robots.maintenance={1=[["00:00","24:00"]]}'),
+    (ROBOTS, STATIONS, SHIFTS, *HOURS),
+    ("robots.count=30", "robots.failures={mtbf_h=2,mttr_s=3600}", STATIONS, *HOURS),
+    ("robots.failures={mtbf_h=1000,mttr_s=9}", *HOURS),
+    (ROBOTS, STATIONS, *RESTING),
+    (*CHARGERS, STATIONS, *HOURS),
+    ("stations.outages={mtbf_h=0.001,mttr_s=3600}",),
 )
 def test_a_run_that_cannot_go_on_ends_soon(overrides: tuple[str, ...]) -> None:
     """Hours, maintenance and outages wake nobody who could do anything: the same error as without them, in days."""

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from attrs import define, evolve
 
+from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_instance, small_layout
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, hookimpl
@@ -141,12 +142,10 @@ def test_a_part_over_time_waits_for_the_rest_of_it_at_its_station(tiny_run: Prep
         assert all(number == 1 for number, order in zip(totes, run.warehouse.orders, strict=True) if not order.split)
 
 
-@pytest.mark.parametrize(
-    ("rules", "keys", "told"),
-    [
-        ({"poa_pps": Scripted(often=3, careless=True)}, {}, "split 2 orders; free boxes at the packing stations: 1"),
-        ({"poa_pps": Scripted(often=9, over_time=True, careless=True)}, {"stations": 2}, "split 6 orders; .*: 2"),
-    ],
+@cases(
+    "rules keys told",
+    ({"poa_pps": Scripted(often=3, careless=True)}, {}, "split 2 orders; free boxes at the packing stations: 1"),
+    ({"poa_pps": Scripted(often=9, over_time=True, careless=True)}, {"stations": 2}, "split 6 orders; .*: 2"),
 )
 def test_a_decision_that_splits_without_a_box_is_refused(tiny_run: Prepare, rules: Any, keys: Any, told: str) -> None:
     with pytest.raises(RuleError, match=told):
@@ -171,19 +170,17 @@ class Chooses:
         return self.answer
 
 
-@pytest.mark.parametrize(
-    ("rules", "told"),
-    [
-        ({"packing": Sends([])}, "assign_packing, at 0.000 s: named packing stations: 0; expected 1, one for each"),
-        ({"packing": Sends([2])}, "named packing station 2, which does not exist; ids are 0 to 1"),
-        ({"packing": Sends("ab")}, "returned str 'ab'; expected a sequence of ids"),
-        (
-            {"packing": Sends([0]), "poa_pps": Scripted()},
-            r"sent split order 2 \(id 2\) to packing station 1, where no box is free",
-        ),
-        ({"packing_task": Chooses(9)}, r"choose_packing_task, at [0-9.]+ s: named task 9, which does not exist"),
-        ({"packing_task": Chooses(None)}, "named task None; expected a whole number"),
-    ],
+@cases(
+    "rules told",
+    ({"packing": Sends([])}, "assign_packing, at 0.000 s: named packing stations: 0; expected 1, one for each"),
+    ({"packing": Sends([2])}, "named packing station 2, which does not exist; ids are 0 to 1"),
+    ({"packing": Sends("ab")}, "returned str 'ab'; expected a sequence of ids"),
+    (
+        {"packing": Sends([0]), "poa_pps": Scripted()},
+        r"sent split order 2 \(id 2\) to packing station 1, where no box is free",
+    ),
+    ({"packing_task": Chooses(9)}, r"choose_packing_task, at [0-9.]+ s: named task 9, which does not exist"),
+    ({"packing_task": Chooses(None)}, "named task None; expected a whole number"),
 )
 def test_an_impossible_decision_of_packing_is_refused(tiny_run: Prepare, rules: Any, told: str) -> None:
     with pytest.raises(RuleError, match=told):
@@ -281,13 +278,11 @@ def test_the_view_says_how_far_an_order_is(tiny_run: Prepare) -> None:
     assert run.simulation.view.free_boxes == 3
 
 
-@pytest.mark.parametrize(
-    ("keys", "told"),
-    [
-        ({"stations": 2, "open": {"2": ()}}, "packing.open: found no span for station 2; expected one that opens it"),
-        ({"open": {"2": ()}}, "packing.open.2: no station 2; expected 1 to 1"),
-        ({"conveyor_speed_m_per_s": 1.0}, "packing.conveyor_speed_m_per_s: expected a map that says where"),
-    ],
+@cases(
+    "keys told",
+    ({"stations": 2, "open": {"2": ()}}, "packing.open: found no span for station 2; expected one that opens it"),
+    ({"open": {"2": ()}}, "packing.open.2: no station 2; expected 1 to 1"),
+    ({"conveyor_speed_m_per_s": 1.0}, "packing.conveyor_speed_m_per_s: expected a map that says where"),
 )
 def test_a_section_that_makes_no_sense_is_refused(tiny_run: Prepare, keys: Any, told: str) -> None:
     with pytest.raises(InputError, match=told):

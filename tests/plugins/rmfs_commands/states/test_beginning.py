@@ -186,8 +186,12 @@ def test_what_is_said_of_a_run_is_of_its_own_time(tmp_path: Path) -> None:
         assert [(row["hour"], int(row["picks"])) for row in csv.DictReader(file)] == [("10", later.metrics["picks"])]
 
 
-@pytest.mark.parametrize(
-    "change", ["whca-n", "whca-n stations.open.2=[]", "free-flow", "sipp rules.poa=first-come rules.pps=nearest-pod"]
+@cases(
+    "change",
+    "whca-n",
+    "whca-n stations.open.2=[]",
+    "free-flow",
+    "sipp rules.poa=first-come rules.pps=nearest-pod",
 )
 @pytest.mark.parametrize("at_s", [40.25, 160.0, 301.5])
 def test_another_scenario_goes_on(tmp_path: Path, change: str, at_s: float) -> None:

@@ -241,23 +241,21 @@ def test_a_rule_that_decides_more_is_asked_that_unless_told_otherwise() -> None:
     assert decide(state_from_dict(state), RuleChoice("first-come")).decides is Role.POA
 
 
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        (lambda s: s.pop("packing"), r'orders.2.packing.station: names packing station "1"; the state has 0'),
-        (lambda s: s["orders"]["1"].update(packing={"station": "3"}), 'packing station "3"; the state has 2'),
-        (lambda s: s["orders"]["2"].update(packing={"station": "1"}), "expected a box for an order that is split"),
-        (lambda s: s["orders"]["1"].update(packing={"station": "1", "box": 0}), "found a box that two orders have"),
-        (lambda s: s["orders"]["3"].update(parts=[]), "found it for an order of which no part is assigned"),
-        (lambda s: s["packing"]["stations"][0].update(orders=["3"]), "whose `packing` names it .* not packed: 2, 3"),
-        (lambda s: s["packing"].update(stations=[]), "expected one packing station or more"),
-        (
-            lambda s: s["packing"]["stations"][1].update(tasks=[{"kind": "pack", "order": "3"}]),
-            r'packing.stations\[1\].tasks: names order "3", which is not bound for it',
-        ),
-        (lambda s: s.update(version=1), "found `packing` in a state of version 1"),
-        (lambda s: s["ask"].update(orders=["2"]), 'ask.orders: names order "2", which is bound for a packing station'),
-    ],
+@cases(
+    "change told",
+    (lambda s: s.pop("packing"), r'orders.2.packing.station: names packing station "1"; the state has 0'),
+    (lambda s: s["orders"]["1"].update(packing={"station": "3"}), 'packing station "3"; the state has 2'),
+    (lambda s: s["orders"]["2"].update(packing={"station": "1"}), "expected a box for an order that is split"),
+    (lambda s: s["orders"]["1"].update(packing={"station": "1", "box": 0}), "found a box that two orders have"),
+    (lambda s: s["orders"]["3"].update(parts=[]), "found it for an order of which no part is assigned"),
+    (lambda s: s["packing"]["stations"][0].update(orders=["3"]), "whose `packing` names it .* not packed: 2, 3"),
+    (lambda s: s["packing"].update(stations=[]), "expected one packing station or more"),
+    (
+        lambda s: s["packing"]["stations"][1].update(tasks=[{"kind": "pack", "order": "3"}]),
+        r'packing.stations\[1\].tasks: names order "3", which is not bound for it',
+    ),
+    (lambda s: s.update(version=1), "found `packing` in a state of version 1"),
+    (lambda s: s["ask"].update(orders=["2"]), 'ask.orders: names order "2", which is bound for a packing station'),
 )
 def test_a_state_that_contradicts_itself_is_refused(change: Callable[[dict[str, Any]], object], told: str) -> None:
     with pytest.raises(InputError, match=told):
