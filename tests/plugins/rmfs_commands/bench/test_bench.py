@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import pytest
 
 import rmfs_core
+from bad_rules import write_rule
 from calling import exit_code, refusal, refused
 from cases import cases
 from rmfs_commands.bench import command
@@ -25,14 +26,7 @@ from rmfs_core.scenario import RuleChoice, RulesSection, load_scenario
 from rmfs_rules.demand import Demand
 
 FEW = ["instance.orders=9"]
-MINE = """
-from attrs import define
-from rmfs_core import OrderAssignment, hookimpl
-@define
-class Mine:
-    "POA: the first order that fits."
-    @hookimpl
-    def assign_orders(self, warehouse):
+FIRST = """
         fits = ((o, s) for o in warehouse.backlog for s in warehouse.stations if warehouse.fits(o, s))
         return [OrderAssignment(o.id, s.id) for o, s in fits][:1]
 """
@@ -116,31 +110,23 @@ def test_an_override_that_no_run_would_show_is_refused(rules: list[str], overrid
     )
 
 
+PLAIN = {
+    **{"poa": "pod-match", "pps": "demand", "poa_pps": None},
+    **{"pr": "nearest", "ta": "nearest-robot", "pp": "free-flow", "filters": []},
+}
+
+
 def names(world: str, role: Role, *overrides: str) -> dict[str, object]:
     return names_of(world_with(world, role, RuleChoice("new"), overrides).rules)
 
 
 def names_of(rules: RulesSection) -> dict[str, object]:
-    found = {
-        key: getattr(rules, key)
-        for key in (*PLAIN, "roa", "rps", "roa_rps")
-        if getattr(rules, key) is not None or key in PLAIN
-    }
+    chosen = {key: getattr(rules, key) for key in (*PLAIN, "roa", "rps", "roa_rps")}
     return {
-        key: choice.rule if isinstance(choice, RuleChoice) else [one.rule for one in choice] if choice else choice
-        for key, choice in found.items()
+        key: [one.rule for one in choice] if isinstance(choice, tuple) else choice and choice.rule
+        for key, choice in chosen.items()
+        if key in PLAIN or choice is not None
     }
-
-
-PLAIN = {
-    "poa": "pod-match",
-    "pps": "demand",
-    "poa_pps": None,
-    "pr": "nearest",
-    "ta": "nearest-robot",
-    "pp": "free-flow",
-    "filters": (),
-}
 
 
 @cases(
@@ -175,12 +161,8 @@ def test_a_rule_for_bundles_has_bundles_to_decide_about(role: Role, changed: dic
 @pytest.mark.parametrize("world", WORLDS)
 def test_a_world_is_its_scenario_with_fixed_rules(world: str) -> None:
     given, made = load_scenario(WORLDS[world]), world_with(world, Role.POA, RuleChoice("new"))
-    assert (made.instance, made.layout, made.robots, made.stations) == (
-        given.instance,
-        given.layout,
-        given.robots,
-        given.stations,
-    )
+    for section in ("instance", "layout", "robots", "stations"):
+        assert getattr(made, section) == getattr(given, section)
     assert names(world, Role.POA) == PLAIN | {"poa": "new"}
     assert FIXED.keys() == {Role.POA, Role.PPS, Role.PR, Role.TA, Role.PP}
 
@@ -188,7 +170,7 @@ def test_a_world_is_its_scenario_with_fixed_rules(world: str) -> None:
 def test_a_scenario_of_ones_own_is_a_world_with_its_own_rules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also with files of its own folder, for a rule of the current one, and up to a horizon."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.py").write_text(MINE, encoding="utf-8")
+    mine = write_rule(tmp_path, "poa", FIRST)
     shipped = load_scenario("examples/from-csv")
     world = tmp_path / "there" / "world.toml"
     world.parent.mkdir()
@@ -200,7 +182,7 @@ def test_a_scenario_of_ones_own_is_a_world_with_its_own_rules(tmp_path: Path, mo
     joint = tmp_path / "joint.toml"
     joint.write_text('[rules]\npoa_pps = "pod-index"\n', encoding="utf-8")
     assert names(str(joint), Role.PPS) == PLAIN | {"pps": "new", "ta": "balanced", "pp": "sipp"}
-    one = contestant("mine", RuleChoice("./mine.py:Mine"))
+    one = contestant("mine", RuleChoice(mine))
     (run,) = bench([one], [str(world)], [1])
     assert (run.status, run.world) == ("horizon", str(world))
     assert run.calls > 0

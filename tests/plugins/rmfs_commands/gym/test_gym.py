@@ -24,6 +24,7 @@ from hypothesis import strategies as st
 
 import rmfs_commands.gym
 import rmfs_core
+from bad_rules import write_rule
 from cases import cases
 from copying import COPIES, Policy, copy_of
 from rmfs_commands.gym import FEATURES, Choice, Learned, PolicyRule, RowNetwork, write_networks
@@ -406,11 +407,7 @@ def test_an_abandoned_episode_leaves_nothing_behind() -> None:
 
 
 def test_an_episode_can_follow_one_that_failed(tmp_path: Path) -> None:
-    (tmp_path / "bad.py").write_text(
-        "from attrs import define\nfrom rmfs_core import hookimpl\n\n@define\nclass Bad:\n"
-        "    @hookimpl\n    def choose_storage_location(self, warehouse):\n"
-        "        return warehouse.free_storage_locations[0] if warehouse.now_s < 0 else -1\n"
-    )
+    write_rule(tmp_path, "pr", "return warehouse.free_storage_locations[0] if warehouse.now_s < 0 else -1")
     scenario = tmp_path / "scenario.toml"
     scenario.write_text('[instance]\norders = 10\n[rules]\npoa = "pod-match"\npps = "demand"\npp = "free-flow"\n')
     env = rmfs_commands.gym.make(scenario, "PPS", overrides=[f"rules.pr={tmp_path}/bad.py:Bad"])

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from attrs import define, evolve
+from attrs import define
 from PIL import ImageColor
 
 import rmfs_core
@@ -40,7 +40,6 @@ from rmfs_core.events import (
 )
 from rmfs_core.randomness import keyed_stream
 from rmfs_core.scenario import load_scenario
-from rmfs_core.scenario.model import RuleChoice
 
 ROBOTS, STATIONS = "robots.failures={mtbf_h=0.1,mttr_s=60}", "stations.outages={mtbf_h=0.1,mttr_s=60}"
 SEED = load_scenario("examples/small").seed
@@ -246,11 +245,14 @@ def test_all_rules_meet_the_same_failures_and_see_them_only_when_they_happen() -
     assert found[0][:least] == found[1][:least]
 
 
-def test_a_task_for_a_robot_that_is_down_is_refused() -> None:
-    rules = RuleChoice(f"{__file__}:ToAnyone")
-    scenario = load_scenario("examples/small", ['robots.maintenance={1=[["00:00","01:00"]]}'])
-    with pytest.raises(RuleError, match=r"gave pod .* to robot 1 .*, which is out of service"):
-        rmfs_core.run(evolve(scenario, rules=evolve(scenario.rules, ta=rules)))
+@cases(
+    "overrides key rule sentence",
+    (['robots.maintenance={1=[["00:00","01:00"]]}'], "ta", "ToAnyone", "to robot 1 .*, which is out of service"),
+    (CHARGERS, "idle", "ToBrokenCharger", "a charger that is out of service"),
+)
+def test_what_is_out_of_service_is_no_decision(overrides, key: str, rule: str, sentence: str) -> None:
+    with pytest.raises(RuleError, match=sentence):
+        rmfs_core.run("examples/small", overrides=[*overrides, f"rules.{key}={__file__}:{rule}"])
 
 
 @cases(
@@ -316,13 +318,6 @@ def test_who_charges_where_a_charger_fails_goes_on_or_waits() -> None:
         assert (down - up, again - down) == (round(1000 * rng.exponential(180)), round(1000 * rng.exponential(90)))
         number += 1
     assert number
-
-
-def test_a_charger_out_of_service_is_refused() -> None:
-    scenario = load_scenario("examples/small", CHARGERS)
-    idle = RuleChoice(f"{__file__}:ToBrokenCharger")
-    with pytest.raises(RuleError, match="a charger that is out of service"):
-        rmfs_core.run(evolve(scenario, rules=evolve(scenario.rules, idle=idle)))
 
 
 def test_a_robot_is_repaired_in_a_maintenance_cell_if_one_is_free() -> None:

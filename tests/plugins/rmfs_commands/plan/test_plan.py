@@ -14,6 +14,7 @@ from attrs import define, field
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bad_rules import write_rule
 from calling import exit_code, refusal
 from cases import cases
 from reserving import EVEN, hold_until
@@ -343,20 +344,6 @@ def test_other_orders_are_tried_while_robots_are_lost(effort: int, arrived: list
     assert [plan.trip for plan in plans] == [Trip(0, 1), Trip(3, 2)]
 
 
-@pytest.mark.parametrize("exclusive", [True, False])
-def test_robots_hold_where_they_stand_unless_nothing_is_reserved(exclusive: bool) -> None:
-    seen: list[int] = []
-
-    class Looks:
-        def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
-            seen.append(sum(len(table.reserved(cell)) for cell in range(roads.cells)))
-            return straight(roads, query, query.goal)
-
-    plan_trips(HALL, Looks(), [Trip(0, 1), Trip(6, 7)], exclusive)
-    assert seen[0] == (2 if exclusive else 0)
-    assert (seen[1] > 2) is exclusive
-
-
 ROADS = roads_of_map(parse_map("......\n......", "hall"))
 
 
@@ -365,15 +352,11 @@ def rng() -> np.random.Generator:
 
 
 def test_an_impossible_path_of_a_rule_is_an_error(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (room.parent / "wild.py").write_text(
-        "from attrs import define\nfrom rmfs_core import Leg, Path, hookimpl\n\n\n@define\nclass Wild:\n"
-        "    @hookimpl\n    def plan_path(self, goal):\n        return Path((Leg(goal),))\n",
-        encoding="utf-8",
-    )
+    wild = write_rule(room.parent, "pp", "return Path((Leg(goal),))")
     roads = roads_of_map(read_map(room))
     monkeypatch.chdir(room.parent)
-    planner = find_planner("./wild.py:Wild", {}, rng())
-    with pytest.raises(RunError, match=r"Wild.* gave robot 1 \(id 0\) an impossible path: .* is no straight run"):
+    planner = find_planner(wild, {}, rng())
+    with pytest.raises(RunError, match=r"Bad.* gave robot 1 \(id 0\) an impossible path: .* is no straight run"):
         planner.search(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 23))
 
 

@@ -37,9 +37,8 @@ from rmfs_commands.reproduction.report_files import write_report
 from rmfs_commands.reproduction.settings import Setting, settings
 from rmfs_commands.reproduction.statements import Comparison, Statement, statements
 from rmfs_commands.reproduction.tables import NO_NUMBER, NO_RUN, Line, Table, as_factor, in_range
+from rmfs_commands.testing import small_instance
 from rmfs_core.scenario import RuleChoice, load_scenario
-from rmfs_core.world import Instance
-from rmfs_core.world.instance import OrderData
 
 
 def test_nothing_is_hidden(row) -> None:
@@ -61,24 +60,15 @@ def test_nothing_is_hidden(row) -> None:
     ]
 
 
-THREE_ORDERS = Instance(
-    skus=("2", "1"),
-    orders=(
-        OrderData("a", arrival_tick=0, lines=((0, 1),)),
-        OrderData("b", arrival_tick=0, lines=((1, 1),)),
-        OrderData("c", arrival_tick=0, lines=((1, 1), (0, 1))),
-        OrderData("d", arrival_tick=0, lines=((1, 1),)),
-    ),
-    pods=(),
-)
+FOUR_ORDERS = small_instance({"a": ["2"], "b": ["1"], "c": ["1", "2"], "d": ["1"]}, {})
 
 
 def test_the_papers_distributions() -> None:
     assert truncated_geometric(0.5, 2) == pytest.approx([2 / 3, 1 / 3])
-    table = order_lengths(load_paper()["order-lengths"], {1: THREE_ORDERS})
+    table = order_lengths(load_paper()["order-lengths"], {1: FOUR_ORDERS})
     assert [line.ours.mean for line in table.lines[:3] if line.ours] == [0.75, 0.25, 0.0]
     assert len(table.lines) == 20
-    table = sku_probabilities(load_paper()["sku-probabilities"], {1: THREE_ORDERS})
+    table = sku_probabilities(load_paper()["sku-probabilities"], {1: FOUR_ORDERS})
     assert [line.ours.mean for line in table.lines[:2] if line.ours] == pytest.approx([2 / 3, 1 / 3])
     tables = distribution_tables(range(1, 11), load_paper())
     verdicts = [line.verdict for table in tables for line in table.lines if line.label[0] not in BEYOND]
@@ -129,11 +119,8 @@ def test_figures_of_the_packing_capacity_and_large_sets(row) -> None:
     assert verdicts["integrated", "pod-station visits"] == "in range"
     assert verdicts["integrated", "robot distance"] == "below"
     assert verdicts["split-over-time", "robot distance"] == "no complete run"
-    rows = [
-        row("sequential", psv_per_order=1.0),
-        row("packing-10", psv_per_order=0.65),
-        row("split-among-stations", psv_per_order=0.3),
-    ]
+    visits = {"sequential": 1.0, "packing-10": 0.65, "split-among-stations": 0.3}
+    rows = [row(name, psv_per_order=number) for name, number in visits.items()]
     (table,) = packing_tables(rows, load_paper())
     assert [line.verdict for line in table.lines] == ["in range", "below"]
 
@@ -163,12 +150,7 @@ def verdict(table: Table, *label: str) -> str:
 
 def test_visits_relative_to_sequential(row) -> None:
     """0.75 of the sequential visits lie in the paper's range of 20 % to 30 % fewer; half of them in "about 50 %"."""
-    rows = [
-        row("sequential", psv_per_order=2.0),
-        row("integrated", psv_per_order=1.5),
-        row("split-among-stations", psv_per_order=1.0),
-        row("split-over-time", psv_per_order=1.0),
-    ]
+    rows = [row(name, psv_per_order=number) for name, number in zip(METHODS, (2.0, 1.5, 1.0, 1.0), strict=True)]
     table = tables_of(rows)["pod-station-visits"]
     assert [line.label for line in table.lines] == [("50 orders", method) for method in METHODS[1:]]
     assert [line.ours.mean for line in table.lines if line.ours] == [0.75, 0.5, 0.5]
@@ -177,11 +159,8 @@ def test_visits_relative_to_sequential(row) -> None:
 
 def test_the_second_baseline_is_sequential_with_six_orders(row) -> None:
     """Item capacity costs the sequential rules a quarter more visits; a model that saves 40 % of these saves 25 %."""
-    rows = [
-        row("sequential", psv_per_order=2.5),
-        row("sequential, 6 orders", psv_per_order=2.0),
-        row("split-among-stations", psv_per_order=1.5),
-    ]
+    visits = {"sequential": 2.5, "sequential, 6 orders": 2.0, "split-among-stations": 1.5}
+    rows = [row(name, psv_per_order=number) for name, number in visits.items()]
     table = tables_of(rows)["second-baseline"]
     six = table.ours("50 orders", "visits", "sequential, 6 orders to sequential")
     model = table.ours("50 orders", "visits", "split-among-stations to sequential, 6 orders")

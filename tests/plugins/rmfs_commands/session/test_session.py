@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from attrs import evolve
 
+from bad_rules import write_rule
 from cases import cases
 from driven import Log, Told
 from hall_trial import BACK, RULES, OwnHall, scenario_of, trouble
@@ -27,7 +28,7 @@ from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.info import RunInfo
 from rmfs_core.results.result import tables
-from rmfs_core.scenario import load_scenario
+from rmfs_core.scenario import RuleChoice, load_scenario
 
 EXAMPLES = Path(__file__).parents[4] / "scenarios" / "examples"
 
@@ -258,25 +259,16 @@ def test_a_fact_counts_once(small: Told) -> None:
 
 
 BAD = """
-from attrs import define
-from rmfs_core import hookimpl
-from rmfs_core.decisions import OrderAssignment
-
-@define
-class Bad:
-    @hookimpl
-    def assign_orders(self, warehouse):
         if any(order.name == "bad" for order in warehouse.backlog):
             raise ValueError("no")
-        first = warehouse.backlog[0]
-        return [OrderAssignment(first.id, 0, [line.sku for line in first.lines])]
+        return [OrderAssignment(warehouse.backlog[0].id, 0, [line.sku for line in warehouse.backlog[0].lines])]
 """
 
 
 @cases("kept", True, False)
 def test_a_rule_that_fails_changes_nothing(small: Told, journal: Path, kept: bool) -> None:
-    (journal.parent / "bad.py").write_text(BAD)
-    rules = evolve(small.scenario.rules, poa=evolve(small.scenario.rules.poa, rule=f"{journal.parent}/bad.py:Bad"))
+    write_rule(journal.parent, "poa", BAD)
+    rules = evolve(small.scenario.rules, poa=RuleChoice(f"{journal.parent}/bad.py:Bad"))
     hall = Hall(evolve(small.scenario, rules=rules), journal if kept else None)
     sku = small.info.instance.skus[0]
 

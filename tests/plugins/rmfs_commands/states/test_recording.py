@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import rmfs_core
+from bad_rules import write_rule
 from calling import refusal
 from cases import cases
 from rmfs_commands.cli.single_rule import load_rule
@@ -30,22 +31,6 @@ from rmfs_core.warehouse import WarehouseView
 from rmfs_core.warehouse.parts import Part, ReadOnly
 
 SETTINGS = ("instance.orders=6", "rules.pp=free-flow")
-RULES = """
-@define
-class Late:
-    "POA: first come, until five orders are left."
-    @hookimpl
-    def assign_orders(self, warehouse):
-        if len(warehouse.backlog) <= 5:
-            return [OrderAssignment(99, 0)]
-        return [OrderAssignment(warehouse.backlog[0].id, 0)]
-
-@define
-class Raising:
-    "POA: raises."
-    @hookimpl
-    def assign_orders(self, warehouse): raise ZeroDivisionError("nothing to divide")
-"""
 
 
 def test_decisions_are_all_there(tmp_path: Path) -> None:
@@ -75,13 +60,14 @@ def test_recordings_and_folders(tmp_path: Path) -> None:
         rmfs_core.run("examples/small", record=["decisions"])
 
 
-@pytest.mark.parametrize(("rule", "problem"), [("late", "named order 99"), ("raising", "nothing to divide")])
-def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, install: Any, rule: str, problem: str) -> None:
-    install(
-        "acme",
-        {"late": "acme_rules:Late", "raising": "acme_rules:Raising"},
-        acme_rules=f"from rmfs_core import OrderAssignment\n{RULES}",
-    )
+@cases(
+    "body problem",
+    ("return [OrderAssignment(99 if len(warehouse.backlog) <= 5 else warehouse.backlog[0].id, 0)]", "named order 99"),
+    ('raise ZeroDivisionError("nothing to divide")', "nothing to divide"),
+)
+def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, body: str, problem: str) -> None:
+    write_rule(tmp_path, "poa", body)
+    rule = f"{tmp_path}/bad.py:Bad"
     with pytest.raises(RuleError, match=problem):
         rmfs_core.run("examples/small", overrides=[*SETTINGS, f"rules.poa={rule}"], out=tmp_path, record=["decisions"])
     *_, last = read_recording(tmp_path)
