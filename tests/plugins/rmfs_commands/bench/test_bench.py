@@ -30,7 +30,7 @@ FIRST = """
         fits = ((o, s) for o in warehouse.backlog for s in warehouse.stations if warehouse.fits(o, s))
         return [OrderAssignment(o.id, s.id) for o, s in fits][:1]
 """
-COUNTING = """
+RULES = """
 import json
 from pathlib import Path
 @define
@@ -50,10 +50,20 @@ class Both:
     def assign_orders(self, warehouse): return []
     @hookimpl
     def select_pods(self, warehouse): return []
+@define
+class Endless(Both):
+    "POA: needs unlimited stock."
+    needs = ("unlimited stock",)
 """
 
 
-def test_a_contestant_says_what_it_decides(install: Callable[..., None]) -> None:
+@pytest.fixture
+def acme(install: Any) -> None:
+    names = {name.lower(): f"acme_rules:{name}" for name in ("Counts", "Both", "Endless")}
+    install("acme", names, acme_rules=RULES)
+
+
+def test_a_contestant_says_what_it_decides(acme: None) -> None:
     first, joint, pps = (contestant(name, RuleChoice(name)) for name in ("first-come", "integrated", "demand"))
     assert [(one.role, one.decides, one.field) for one in (first, joint, pps)] == [
         (Role.POA, "POA", "POA, POA+PPS"),
@@ -61,7 +71,6 @@ def test_a_contestant_says_what_it_decides(install: Callable[..., None]) -> None
         (Role.PPS, "PPS", "PPS"),
     ]
     assert first.distribution == "rmfs"
-    install("acme", {"both": "acme_rules:Both"}, acme_rules=COUNTING)
     assert contestant("both", RuleChoice("both"), decides=Role.PPS).role is Role.PPS
     with pytest.raises(InputError, match="decides POA and PPS; say which of them is asked"):
         contestant("both", RuleChoice("both"))
@@ -85,8 +94,7 @@ def test_every_rule_runs_in_every_world_with_every_seed() -> None:
     assert QUALITY.keys() <= {metric.name for group in METRICS.values() for metric in group}
 
 
-def test_a_rule_warms_up_in_a_small_copy_of_the_world(install: Callable[..., None], tmp_path: object) -> None:
-    install("acme", {"counts": "acme_rules:Counts"}, acme_rules=COUNTING)
+def test_a_rule_warms_up_in_a_small_copy_of_the_world(acme: None, tmp_path: Path) -> None:
     file = tmp_path / "runs.txt"
     one = contestant("counts", RuleChoice("counts", {"file": str(file)}))
     assert len(list(bench([one], ["small"], [3, 4], overrides=FEW))) == 2
@@ -221,26 +229,6 @@ def test_worlds_and_rules_can_be_chosen() -> None:
 
 
 SHORT = ("--set", "instance.orders=10", "--world", "small")
-RULES = """
-@define
-class Nothing:
-    "POA: assigns nothing, so the run stands still."
-    @hookimpl
-    def assign_orders(self, warehouse): return []
-INTERRUPTS = iter([KeyboardInterrupt])
-@define
-class Interrupted:
-    "POA: somebody presses Ctrl-C while it thinks for the first time."
-    @hookimpl
-    def assign_orders(self, warehouse):
-        for interrupt in INTERRUPTS:
-            raise interrupt
-        return []
-@define
-class Endless(Nothing):
-    "POA: needs unlimited stock."
-    needs = ("unlimited stock",)
-"""
 
 
 def called(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
@@ -248,12 +236,6 @@ def called(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, st
     code = exit_code("bench", *arguments)
     out, err = capsys.readouterr()
     return code, "\n".join(" ".join(line.split()) for line in out.splitlines()), err
-
-
-@pytest.fixture
-def acme(install: Any) -> None:
-    names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Endless")}
-    install("acme", names, acme_rules=RULES)
 
 
 def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
@@ -274,13 +256,14 @@ def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
     assert next(line for line in out.splitlines() if line.startswith("first-come")).split()[1] == f"{visits:.2f}"
 
 
-def test_runs_that_fail_or_are_interrupted(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, err = called(capsys, "nothing", "first-come", *SHORT, "--seed", "1")
+def test_runs_that_fail_or_are_interrupted(acme: None, tmp_path, monkeypatch, capsys) -> None:
+    code, out, err = called(capsys, "both", "first-come", "--decides", "POA", *SHORT, "--seed", "1")
     assert code == 1
-    assert "nothing 1 of 1 failed - - -" in out
+    assert "both 1 of 1 failed - - -" in out
     assert next(line for line in out.splitlines() if line.startswith("first-come")).count("-") == 1
-    assert "nothing, small, seed 1 failed: The run stands still" in err
-    code, out, err = called(capsys, "interrupted", "first-come", *SHORT)
+    assert "both, small, seed 1 failed: The run stands still" in err
+    monkeypatch.chdir(tmp_path)
+    code, out, err = called(capsys, write_rule(tmp_path, "poa", "raise KeyboardInterrupt"), "first-come", *SHORT)
     assert (code, out) == (130, "")
     assert "Interrupted." in err
 
@@ -288,7 +271,7 @@ def test_runs_that_fail_or_are_interrupted(acme: None, capsys: pytest.CaptureFix
 @cases(
     "arguments problem",
     (("first-comes",), "did you mean `first-come`"),
-    (("endless", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
+    (("endless", "--decides", "POA", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
     (("integrated", "--set", "instance.order=5"), "unknown key"),
     (("pod-match", "--set", "rules.poa=first-come"), "replaces `rules.poa`"),
     (("pod-match", "--set", "rules.poa.name=first-come"), "replaces `rules.poa`"),

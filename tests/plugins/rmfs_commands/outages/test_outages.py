@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from attrs import define
 from PIL import ImageColor
 
 import rmfs_core
+from bad_rules import write_rule
 from cases import cases
 from damage import assert_found, change, drop
 from rmfs_commands.details.loading import load_result
@@ -22,7 +22,7 @@ from rmfs_commands.states import read_recording
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.trace import Trace, read_trace
 from rmfs_commands.validation import validate_trace
-from rmfs_core import RobotMove, TaskAssignment, hookimpl
+from rmfs_core import hookimpl
 from rmfs_core.errors import InputError, RuleError, StandstillError
 from rmfs_core.events import (
     ChargerDown,
@@ -71,39 +71,26 @@ class Told:
         self.look(self.view, event)
 
 
-@define
-class ToAnyone:
-    @hookimpl
-    def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
-        return [TaskAssignment(0, pod.id) for pod in warehouse.waiting_pods[:1]]
-
-
-@define
-class ToBrokenCharger:
-    @hookimpl
-    def idle_robots(self, warehouse: Any) -> list[RobotMove]:
+TO_ANYONE = "return [TaskAssignment(0, pod.id) for pod in warehouse.waiting_pods[:1]]"
+TO_BROKEN_CHARGER = """
         down = {*warehouse.travel.layout.chargers} - {*warehouse.chargers}
         return [RobotMove(robot.id, min(down)) for robot in warehouse.resting_robots[:1] if down]
-
-
-@define
-class ForAMinute:
-    """Gives robots tasks in the first minute, and none later."""
-
-    @hookimpl
-    def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
-        pairs = zip(warehouse.idle_robots, warehouse.waiting_pods, strict=False)
+"""
+FOR_A_MINUTE = """
+        pairs = zip(warehouse.idle_robots, warehouse.waiting_pods)
         return [TaskAssignment(robot.id, pod.id) for robot, pod in pairs if warehouse.now_s < 60]
-
-
-@define
-class OnlyTogether:
-    """Gives tasks to the first robot alone, while the first station is in service."""
-
-    @hookimpl
-    def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
+"""
+ONLY_TOGETHER = """
         able = [robot for robot in warehouse.idle_robots if robot.id == 0 and warehouse.stations[0].in_service]
-        return [TaskAssignment(robot.id, pod.id) for robot, pod in zip(able, warehouse.waiting_pods, strict=False)]
+        return [TaskAssignment(robot.id, pod.id) for robot, pod in zip(able, warehouse.waiting_pods)]
+"""
+"""It gives tasks to the first robot alone, while the first station is in service."""
+
+
+@pytest.fixture
+def ruled(tmp_path: Path) -> Callable[[str, str], str]:
+    """Return a function that writes a rule for a key, and returns the override that takes it."""
+    return lambda key, body: f"rules.{key}={tmp_path}/{write_rule(tmp_path, key, body)[2:]}"
 
 
 def told(*overrides: str, name: str = "examples/small", look: Callable[[Any, Event], None] = lambda *_: None) -> Told:
@@ -193,11 +180,10 @@ RESTING = ("rules.idle=rest-middle", "layout.maintenance_cells=1", "rules.move=u
     (*CHARGERS, STATIONS, *HOURS),
     ("stations.outages={mtbf_h=0.001,mttr_s=3600}",),
 )
-def test_a_run_that_cannot_go_on_ends_soon(overrides: tuple[str, ...]) -> None:
+def test_a_run_that_cannot_go_on_ends_soon(overrides: tuple[str, ...], ruled: Callable[[str, str], str]) -> None:
     """Hours, maintenance and outages wake nobody who could do anything: the same error as without them, in days."""
-    ends = f"The run stands still at .*asked last: .*{ForAMinute.__name__}"
-    with pytest.raises(StandstillError, match=ends) as found:
-        told(*overrides, f"rules.ta={__file__}:ForAMinute", "run.until_s=1000000")
+    with pytest.raises(StandstillError, match=r"The run stands still at .*asked last: .*bad\.py:Bad") as found:
+        told(*overrides, ruled("ta", FOR_A_MINUTE), "run.until_s=1000000")
     assert float(str(found.value).split()[5]) < 3 * 86_400
 
 
@@ -210,10 +196,10 @@ def test_a_run_waits_for_the_part_of_the_day_in_which_it_goes_on() -> None:
     assert result.metrics["simulated_s"] > 86_400
 
 
-def test_a_run_waits_for_a_robot_and_a_station_that_are_seldom_in_service_together() -> None:
+def test_a_run_waits_for_a_robot_and_a_station_that_are_seldom_in_service_together(ruled) -> None:
     seldom = ("robots.failures={mtbf_h=0.005,mttr_s=1800}", "stations.outages={mtbf_h=0.005,mttr_s=1800}")
-    rule = f"rules.ta={__file__}:OnlyTogether"
-    result = rmfs_core.run("examples/small", overrides=[*seldom, rule, "instance.orders=8"])
+    over = [*seldom, ruled("ta", ONLY_TOGETHER), "instance.orders=8"]
+    result = rmfs_core.run("examples/small", overrides=over)
     assert result.status == "complete"
     assert result.metrics["simulated_s"] > 86_400
 
@@ -246,13 +232,13 @@ def test_all_rules_meet_the_same_failures_and_see_them_only_when_they_happen() -
 
 
 @cases(
-    "overrides key rule sentence",
-    (['robots.maintenance={1=[["00:00","01:00"]]}'], "ta", "ToAnyone", "to robot 1 .*, which is out of service"),
-    (CHARGERS, "idle", "ToBrokenCharger", "a charger that is out of service"),
+    "overrides key body sentence",
+    (['robots.maintenance={1=[["00:00","01:00"]]}'], "ta", TO_ANYONE, "to robot 1 .*, which is out of service"),
+    (CHARGERS, "idle", TO_BROKEN_CHARGER, "a charger that is out of service"),
 )
-def test_what_is_out_of_service_is_no_decision(overrides, key: str, rule: str, sentence: str) -> None:
+def test_what_is_out_of_service_is_no_decision(overrides, key, body, sentence, ruled) -> None:
     with pytest.raises(RuleError, match=sentence):
-        rmfs_core.run("examples/small", overrides=[*overrides, f"rules.{key}={__file__}:{rule}"])
+        rmfs_core.run("examples/small", overrides=[*overrides, ruled(key, body)])
 
 
 @cases(
