@@ -6,7 +6,7 @@ import math
 import pickle
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
@@ -716,9 +716,8 @@ from rmfs_commands.gym import PolicyRule
 @define
 class Policy(PolicyRule):
     decides = (Role.POA, Role.PPS)
-    slot: int | None = None
     def choose(self, choice):
-        return min(choice.options) if self.slot is None else self.slot
+        return min(choice.options)
 """
 
 
@@ -745,31 +744,28 @@ def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return file
 
 
-@define
-class First(PolicyRule):
-    def choose(self, choice: Choice) -> int:
-        return int(choice.mask.argmax())
+def policy(*roles: Role, choose: Callable[[Choice], Any] = lambda choice: int(choice.mask.argmax())) -> PolicyRule:
+    """Return a rule that decides so, by default on the first slot."""
+
+    @define
+    class Choosing(PolicyRule):
+        decides = roles
+
+        def choose(self, choice: Choice) -> int:
+            return choose(choice)
+
+    return Choosing()
 
 
 def test_it_keeps_to_what_every_rule_promises() -> None:
-    @define
-    class Checked(First):
-        decides = tuple(FEATURES)
-
-    assert check_rule(Checked()).decides == ("POA", "PPS", "POA+PPS", "PR", "TA")
+    assert check_rule(policy(*FEATURES)).decides == ("POA", "PPS", "POA+PPS", "PR", "TA")
 
 
 @pytest.mark.parametrize("role", FEATURES)
-def test_it_chooses_as_in_the_environment(scenario: Path, role: Role) -> None:
-    overrides = [f"rules.{role.key}=./policy.py:Policy"] if role in (Role.POA, Role.PPS) else []
-    env = rmfs_commands.gym.make(scenario, role.label, overrides=overrides)
-    over, env_info = False, env.reset()[1]
-    while not over:
-        *_, terminated, truncated, env_info = env.step(int(env_info["action_mask"].argmax()))
-        over = terminated or truncated
-    policy = (scenario.parent / "policy.py").read_text()
-    (scenario.parent / "any.py").write_text(policy.replace("(Role.POA, Role.PPS)", f"(Role.{role.name},)"))
-    by_rule = rmfs_core.run(scenario, overrides=[f"rules.{role.key}=./any.py:Policy"])
+def test_it_chooses_as_in_the_environment(role: Role) -> None:
+    env = made(role.label)
+    played(env)
+    by_rule = rmfs_core.run("examples/small", overrides=FEW, rules={role.key: policy(role)})
     assert (by_rule.orders, by_rule.visits) == (env.result.orders, env.result.visits)
 
 
@@ -788,23 +784,11 @@ def test_it_is_a_rule_of_a_scenario(scenario: Path) -> None:
         rmfs_core.run(scenario, overrides=[f"rules.poa={policy.replace('= 1', '= 0')}"])
 
 
-@pytest.mark.parametrize("slot", ["99", "-1"])
-def test_a_slot_that_stands_for_nothing_is_named(scenario: Path, slot: str) -> None:
+@pytest.mark.parametrize("slot", [99, -1, None])
+def test_a_slot_that_stands_for_nothing_is_named(slot: int | None) -> None:
     sentence = f"chose slot {slot}; expected one of the .* slots of 100 that `mask` allows"
     with pytest.raises(RuleError, match=sentence):
-        rmfs_core.run(scenario, overrides=[f'rules.poa={{rule = "./policy.py:Policy", slot = {slot}}}'])
-
-
-def test_a_choice_that_is_no_number_is_named() -> None:
-    @define
-    class Forgetful(PolicyRule):
-        decides = (Role.PPS,)
-
-        def choose(self, choice: Choice) -> Any:
-            return None
-
-    with pytest.raises(AssertionError, match="chose slot None; expected one of"):
-        check_rule(Forgetful())
+        rmfs_core.run("examples/small", overrides=FEW, rules={"poa": policy(Role.POA, choose=lambda _: slot)})
 
 
 def test_who_lets_it_go_on_is_asked() -> None:

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rmfs_core
-from calling import exit_code, refusal
+from calling import exit_code, refusal, refused
 from cases import cases
+from rmfs_commands.cli.main import main
 from rmfs_commands.instances.days import HOUR, draw_day, read_peaks
 from rmfs_commands.instances.generator import draw_distinct, generate_instance, order_lengths, sku_demand
 from rmfs_core.errors import InputError
@@ -288,8 +289,7 @@ def test_a_file_is_made_that_says_how(folder: Path, capsys: pytest.CaptureFixtur
     ("--start noon", '--start: expected a time in ISO 8601, such as 2024-03-01T06:30, found "noon"'),
 )
 def test_what_makes_no_sense_is_refused(folder, capsys, options, said) -> None:
-    assert exit_code("scale", "orders.csv", "--out", "new.csv", *options.split()) == 2
-    assert said in capsys.readouterr().err
+    assert said in refused(capsys, main, ["scale", "orders.csv", "--out", "new.csv", *options.split()])
     assert not (folder / "new.csv").exists()
 
 

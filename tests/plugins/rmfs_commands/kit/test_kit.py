@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from calling import exit_code
+from calling import refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.kit import NewRule, project_files, selecting, trying, write_project
@@ -60,8 +60,7 @@ def test_into_another_folder(folder: str, tmp_path: Path, monkeypatch: pytest.Mo
 def test_bad_input_is_refused(arguments, problem, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there").mkdir()
-    assert exit_code("new-rule", *arguments) == 2
-    assert problem in capsys.readouterr().err
+    assert problem in refused(capsys, main, ["new-rule", *arguments])
     assert [path.name for path in tmp_path.rglob("*")] == ["there"]
 
 

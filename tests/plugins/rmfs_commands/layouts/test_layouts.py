@@ -10,9 +10,10 @@ import pytest
 from attrs import evolve
 
 import rmfs
-from calling import exit_code, refusal
+from calling import exit_code, refusal, refused
 from cases import cases
 from rmfs_commands.cli.hall import wanted_of_pods
+from rmfs_commands.cli.main import main
 from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_commands.cli.not_simulated import NOT_SIMULATED_PAGE
 from rmfs_commands.layouts import block_map, parse_map
@@ -212,5 +213,5 @@ def test_a_page_needs_nothing_else(name, tmp_path, monkeypatch, capsys) -> None:
 
 
 def test_a_picture_as_text_has_no_file(capsys: pytest.CaptureFixture[str]) -> None:
-    assert exit_code("scenario", "map", "examples/small", "--out", "x.html") == 2
-    assert capsys.readouterr().err == "Error: --out: is for a page; expected --html, too\n"
+    said = refused(capsys, main, ["scenario", "map", "examples/small", "--out", "x.html"])
+    assert said == "Error: --out: is for a page; expected --html, too\n"

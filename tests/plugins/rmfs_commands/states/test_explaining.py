@@ -235,8 +235,7 @@ def test_notes_are_for_tables_that_need_them() -> None:
 
 
 def made(number: int, decides: str, content: Content, decided: Any, **ask: Any) -> Recorded:
-    content = {**content, "ask": {"decides": decides, "period": number, **ask}, "time_s": float(number)}
-    return Recorded(number, Role.labelled(decides), "rule", content, decided, None, f"line {number}")
+    return decision(decides, decided, content | {"time_s": float(number)}, number=number, **ask)
 
 
 def content(room: int, **changes: Any) -> Content:
@@ -244,18 +243,13 @@ def content(room: int, **changes: Any) -> Content:
 
     They arrived after the order at the station.
     """
-    lines = {"milk": 1, "tea": 1}
-    orders: dict[str, Any] = {name: {"arrival_s": 0.5, "lines": lines.copy(), "parts": []} for name in "AB"}
-    pods = {"P": {"contents": {"milk": None, "tea": None}}}
-    state = {"orders": orders, "pods": pods, "stations": {"s": full_station(orders, room)}}
-    return state | {"layout": {"map": ["....", "...."]}} | changes
-
-
-def full_station(orders: dict[str, Any], room: int) -> Content:
-    """Return a station for four items, of which so many fit now; the others are for an order that it adds."""
+    orders: dict[str, Any] = {name: {"arrival_s": 0.5, "lines": {"milk": 1, "tea": 1}, "parts": []} for name in "AB"}
     if room < 4:
         orders["F"] = {"lines": {"jam": 4 - room}, "parts": [{"station": "s", "skus": ["jam"], "period": 1}]}
-    return {"item_capacity": 4, "requests": [{"order": "F", "sku": "jam"}] * (4 - room)}
+    station = {"item_capacity": 4, "requests": [{"order": "F", "sku": "jam"}] * (4 - room)}
+    pods = {"P": {"contents": {"milk": None, "tea": None}}}
+    state = {"orders": orders, "pods": pods, "stations": {"s": station}, "layout": {"map": ["....", "...."]}}
+    return state | changes
 
 
 def test_why_an_order_waited() -> None:
@@ -442,7 +436,6 @@ def test_wrong_input(decide: Any, arguments: str, changes: dict[str, Any], probl
     code, out, err = decide(*arguments.split(), **changes)
     assert (code, out) == (2, "")
     assert problem in err
-    assert "Traceback" not in err
 
 
 def test_standard_input(by_hand: Any, capsys: Any, monkeypatch: Any) -> None:
@@ -558,9 +551,7 @@ def test_stories_of_orders_and_pods(sequential: str, capsys: pytest.CaptureFixtu
     ("--period 1 --against ./a.py:A --no-inline-rules", "--no-inline-rules refuses"),
 )
 def test_what_cannot_be_explained_is_refused(sequential, capsys, arguments, problem) -> None:
-    code, out, err = explain(capsys, sequential, *arguments.split())
-    assert (code, out) == (2, "")
-    assert problem in err
+    assert problem in " ".join(refused(capsys, main, ["explain", sequential, *arguments.split()]).split())
 
 
 @cases(
@@ -571,8 +562,7 @@ def test_what_cannot_be_explained_is_refused(sequential, capsys, arguments, prob
 )
 def test_a_recording_that_was_changed(change: Any, damaged: Any, tmp_path: Path, capsys: Any) -> None:
     folder = damaged(lambda lines: [lines[0], change(lines[1]), *lines[2:]])
-    code, _, err = explain(capsys, str(folder), "--decision", "1", "--state", str(tmp_path / "state.json"))
-    assert code == 2
+    err = refused(capsys, main, ["explain", str(folder), "--decision", "1", "--state", str(tmp_path / "state.json")])
     assert err.startswith(f"Error: {folder}/decisions.jsonl.gz")
     assert "raised" not in err
     assert not (tmp_path / "state.json").exists()
