@@ -163,14 +163,10 @@ def test_where_the_files_cannot_go_is_said_before_the_search(room, tmp_path, cap
     ("window", "has reserves = 'window'; expected 'fleet', 'full paths', 'windows' or None", 2),
 )
 def test_a_rule_that_heeds_nobody_is_named(reserves, problem, code, room, capsys, monkeypatch) -> None:
-    (room.parent / "mine.py").write_text(
-        "from attrs import define\nfrom rmfs_core import Path, hookimpl\n\n\n@define\nclass Mine:\n"
-        f"    reserves = {reserves!r}\n\n    @hookimpl\n    def plan_path(self, warehouse, robot, goal):\n"
-        "        return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, loaded=False))\n",
-        encoding="utf-8",
-    )
+    body = "return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, loaded=False))"
+    mine = write_rule(room.parent, "pp", f"{body}\n    reserves = {reserves!r}")
     monkeypatch.chdir(room.parent)
-    found, _, error = ask([room.name, "--pp", "./mine.py:Mine"], capsys)
+    found, _, error = ask([room.name, "--pp", mine], capsys)
     assert (found, error.count("\n")) == (code, 1)
     assert problem in error
 

@@ -153,17 +153,12 @@ def test_a_decision_that_splits_without_a_box_is_refused(tiny_run: Prepare, rule
 
 
 @define
-class Sends:
+class Answers:
     answer: Any = ()
 
     @hookimpl
     def assign_packing(self, orders: Any) -> Any:
-        return self.answer if isinstance(self.answer, str | int) else [*self.answer][: len(orders)]
-
-
-@define
-class Chooses:
-    answer: Any = 0
+        return self.answer if isinstance(self.answer, str) else self.answer[: len(orders)]
 
     @hookimpl
     def choose_packing_task(self) -> Any:
@@ -172,15 +167,15 @@ class Chooses:
 
 @cases(
     "rules told",
-    ({"packing": Sends([])}, "assign_packing, at 0.000 s: named packing stations: 0; expected 1, one for each"),
-    ({"packing": Sends([2])}, "named packing station 2, which does not exist; ids are 0 to 1"),
-    ({"packing": Sends("ab")}, "returned str 'ab'; expected a sequence of ids"),
+    ({"packing": Answers([])}, "assign_packing, at 0.000 s: named packing stations: 0; expected 1, one for each"),
+    ({"packing": Answers([2])}, "named packing station 2, which does not exist; ids are 0 to 1"),
+    ({"packing": Answers("ab")}, "returned str 'ab'; expected a sequence of ids"),
     (
-        {"packing": Sends([0]), "poa_pps": Scripted()},
+        {"packing": Answers([0]), "poa_pps": Scripted()},
         r"sent split order 2 \(id 2\) to packing station 1, where no box is free",
     ),
-    ({"packing_task": Chooses(9)}, r"choose_packing_task, at [0-9.]+ s: named task 9, which does not exist"),
-    ({"packing_task": Chooses(None)}, "named task None; expected a whole number"),
+    ({"packing_task": Answers(9)}, r"choose_packing_task, at [0-9.]+ s: named task 9, which does not exist"),
+    ({"packing_task": Answers(None)}, "named task None; expected a whole number"),
 )
 def test_an_impossible_decision_of_packing_is_refused(tiny_run: Prepare, rules: Any, told: str) -> None:
     with pytest.raises(RuleError, match=told):
