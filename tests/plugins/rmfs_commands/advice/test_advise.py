@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from attrs import evolve
 
-from calling import exit_code
+from calling import exit_code, refused
 from cases import cases
 from rmfs_commands.advice.answer import (
     Best,
@@ -24,6 +24,7 @@ from rmfs_commands.advice.answer import (
 )
 from rmfs_commands.advice.candidates import advice_experiment, lets_split
 from rmfs_commands.advice.cutting import cut
+from rmfs_commands.cli.main import main
 from rmfs_commands.cli.serving import SERVING, serving_lines
 from rmfs_commands.experiments import ExperimentResult
 from rmfs_commands.experiments.compare import Interval
@@ -258,25 +259,22 @@ def test_rules_that_fail_are_not_kept(small: Scenario, whole: Callable[[str], bo
 @cases(
     "found shown",
     (Interval(0.591, -1, 1, 1, 0.369, 0.811, 1), "59 % [37, 81] more time"),
-    (Interval(-0.08, -1, 1, 1, -0.12, 0.021, 1), "8 % [\N{MINUS SIGN}2, 12] less time"),
+    (Interval(-0.08, -1, 1, 1, -0.12, 0.021, 1), "8 % [-2, 12] less time"),
     (Interval(0.08), "8 % more time"),
 )
 def test_a_difference_in_words(found: Interval, shown: str) -> None:
-    assert more(found, "less", "time") == shown
+    assert more(found, "less", "time").replace("\N{MINUS SIGN}", "-") == shown
 
 
 @cases(
     "found shown",
     (Interval(None), "-"),
     (Interval(0.124), "+12 %"),
-    (
-        Interval(-0.391, -0.5, 0.1, 0.01, -0.441, -0.339, 0.02),
-        "\N{MINUS SIGN}39 % [\N{MINUS SIGN}44, \N{MINUS SIGN}34]",
-    ),
+    (Interval(-0.391, -0.5, 0.1, 0.01, -0.441, -0.339, 0.02), "-39 % [-44, -34]"),
     (Interval(-0.001, -1, 1, 1, -0.004, 0.25, 1), "0 % [0, +25]"),
 )
 def test_shares_are_whole_percent(found: Interval, shown: str) -> None:
-    assert share(found) == shown
+    assert share(found).replace("\N{MINUS SIGN}", "-") == shown
 
 
 def test_the_command_answers_and_goes_on_where_it_stopped(tmp_path, monkeypatch, capsys) -> None:
@@ -303,23 +301,14 @@ def test_the_command_answers_and_goes_on_where_it_stopped(tmp_path, monkeypatch,
     (("--most", "missed_percent=2"), "expected a scenario with a section `costs` with --most"),
     (("--most", "departed_share=1"), "more of `departed_share` is better; expected one of which less is"),
     (("--most", "late_percent=nan"), "expected a metric and a number, as in --most missed_percent=2, found late_per"),
-    (
-        ("--most", "nosuch=1", "--set", "costs.kwh=1"),
-        '--most nosuch=1: there is no metric "nosuch"; `rmfs metrics` lists all',
-    ),
+    (("--most", "nosuch=1", "--set", "costs.kwh=1"), 'there is no metric "nosuch"; `rmfs metrics` lists all'),
     (("--set", "instance.orders=0"), "instance.orders=0: found no orders; expected at least one"),
-    (
-        ("--hours", "1", "--set", "run.warmup_s=100"),
-        "run.warmup_s=100: no order arrives between the warm-up and the end",
-    ),
+    (("--hours", "1", "--set", "run.warmup_s=100"), "run.warmup_s=100: no order arrives between the warm-up and"),
     (("--hours", "1", "--set", "run.warmup_s=10800", *PART), "--hours: no order arrives between the warm-up"),
     (("--set", "instance.pods=1000"), "1000 pods, but the layout has"),
 )
 def test_what_is_wrong_is_one_sentence(arguments, sentence, capsys) -> None:
-    assert exit_code("advise", "examples/small", "--quiet", *arguments) == 2
-    printed = capsys.readouterr()
-    assert sentence in printed.err
-    assert printed.out == ""
+    assert sentence in refused(capsys, main, ["advise", "examples/small", "--quiet", *arguments])
 
 
 def test_the_lines_of_a_scenario_select_the_same_rules(tmp_path: Path) -> None:

@@ -38,8 +38,10 @@ from rmfs_core.world import make_instance
 
 SET = benchmark_set()
 SMALLEST = SET.find("start-50-one")
-FEW = [one for one in SET.instances.values() if one.scenario.instance.orders <= 250]
-LARGE = [one for one in SET.instances.values() if one.scenario.instance.orders > 250]
+EACH = [
+    pytest.param(one, id=one.name, marks=() if one.scenario.instance.orders <= 250 else pytest.mark.slow)
+    for one in SET.instances.values()
+]
 
 
 def claim(value: float, *, offline: bool = False, rule: str = "pod-index") -> Claim:
@@ -64,13 +66,8 @@ class TestSet:
         assert {name for one in SET.instances.values() for name in one.objectives} == {*OBJECTIVES}
         assert sum(one.scenario.instance.generator == "order-table" for one in SET.instances.values()) == 2
 
-    @cases("one", *FEW, ids=[one.name for one in FEW])
-    def test_small_instances_are_made_as_frozen(self, one: Any) -> None:
-        assert made_checksum(one.scenario) == one.checksum
-
-    @pytest.mark.slow
-    @cases("one", *LARGE, ids=[one.name for one in LARGE])
-    def test_large_instances_are_made_as_frozen(self, one: Any) -> None:
+    @cases("one", *EACH)
+    def test_instances_are_made_as_frozen(self, one: Any) -> None:
         assert made_checksum(one.scenario) == one.checksum
 
     def test_another_seed_has_another_checksum(self) -> None:
@@ -97,11 +94,8 @@ class TestSet:
         assert said in refusal(lambda: make_instance(wrong))
 
     def test_names_may_end_in_a_star(self) -> None:
-        assert [one.name for one in SET.chosen(["start-50-one", "table-*"])] == [
-            "start-50-one",
-            "table-wholesale",
-            "table-retail",
-        ]
+        chosen = [one.name for one in SET.chosen(["start-50-one", "table-*"])]
+        assert chosen == ["start-50-one", "table-wholesale", "table-retail"]
         assert "start-50-on: there is no such instance" in refusal(lambda: SET.find("start-50-on"))
 
     def test_a_failed_run_has_reached_nothing(self) -> None:
@@ -156,31 +150,30 @@ class TestClaims:
         assert best_of(claims, one)["pod_station_visits"].rules == {"poa_pps": "lns"}
         assert without_beaten(claims, SET) == [claims[1]]
 
-    def test_a_file_of_claims_reads_back_and_a_wrong_line_is_named(self, tmp_path: Path) -> None:
+    def test_a_file_of_claims_reads_back(self, tmp_path: Path) -> None:
         file = tmp_path / "mine.jsonl"
         file.write_text(claim_line(claim(7)))
         assert read_claims(file) == [claim(7)]
-        file.write_text(claim_line(claim(7)) + "{}\n")
-        assert "mine.jsonl, line 2: expected a claim" in refusal(lambda: read_claims(file))
-        file.write_text(claim_line(claim(5)))
-        said = "mine.jsonl, line 1: claims pod_station_visits 5 of start-50-a; no run can have less than 6"
-        assert said in refusal(lambda: read_claims(file))
-        file.write_text(claim_line(attrs.evolve(claim(7), instance="nowhere")))
-        assert 'there is no instance "nowhere"' in refusal(lambda: read_claims(file))
 
     @cases(
-        "key value said",
-        ("offline", "yes", "expected a claim, as"),
-        ("trace", 5, "expected a claim, as"),
-        ("rules", {"poa_pps": {"rule": 5}}, "expected a claim, as"),
-        ("rules", {"poa_pps": {"n": 5}}, "expected a claim, as"),
-        ("rules", {"poa_pps": "nope"}, 'there is no rule "nope"'),
+        "changed said",
+        ({"offline": "yes"}, "expected a claim, as"),
+        ({"trace": 5}, "expected a claim, as"),
+        ({"rules": {"poa_pps": {"rule": 5}}}, "expected a claim, as"),
+        ({"rules": {"poa_pps": {"n": 5}}}, "expected a claim, as"),
+        ({"rules": {"poa_pps": "nope"}}, 'there is no rule "nope"'),
+        ({"instance": "nowhere"}, 'there is no instance "nowhere"'),
+        (
+            {"metrics": {"pod_station_visits": 5}},
+            "pod_station_visits 5 of start-50-a; no run can have less than 6",
+        ),
     )
-    def test_a_wrong_value_in_a_claim_is_refused(self, key: str, value: Any, said: str, tmp_path: Path) -> None:
+    def test_a_wrong_claim_is_refused_with_its_line(self, changed: dict[str, Any], said: str, tmp_path: Path) -> None:
         file = tmp_path / "mine.jsonl"
-        file.write_text(json.dumps(attrs.asdict(claim(7)) | {key: value}) + "\n")
-        assert refusal(lambda: read_claims(file)).startswith(f"{file}, line 1: ")
-        assert said in refusal(lambda: read_claims(file))
+        file.write_text(claim_line(claim(7)) + json.dumps(attrs.asdict(claim(7)) | changed) + "\n")
+        told = refusal(lambda: read_claims(file))
+        assert told.startswith(f"{file}, line 2: ")
+        assert said in told
 
     def test_a_value_of_another_file_is_marked_as_unverified(self) -> None:
         (best,) = table.best_known([SET.find("start-50-a")], [claim(6, offline=True)])
@@ -235,20 +228,16 @@ class TestKnown:
         one = SET.find(name)
         assert known_bounds()[name] == {bound.metric: bound.value for bound in bounds_of(one.scenario, one.objectives)}
 
-    @cases("name objective", ("start-50-one", "pod_station_visits"), ("start-50-a", "turnover_s"))
-    def test_small_claims_are_made_again(self, name: str, objective: str, tmp_path: Path) -> None:
-        known = best_of(CLAIMS, SET.find(name))[objective]
-        assert repeat(known, SET, tmp_path).metrics == known.metrics
-
-    @pytest.mark.slow
     @cases(
         "name objective",
-        ("start-100-a", "turnover_s"),
-        ("stock-150", "pod_station_visits"),
-        ("packing-60", "packed_s"),
-        ("due-300", "late_orders"),
+        ("start-50-one", "pod_station_visits"),
+        ("start-50-a", "turnover_s"),
+        pytest.param("start-100-a", "turnover_s", marks=pytest.mark.slow),
+        pytest.param("stock-150", "pod_station_visits", marks=pytest.mark.slow),
+        pytest.param("packing-60", "packed_s", marks=pytest.mark.slow),
+        pytest.param("due-300", "late_orders", marks=pytest.mark.slow),
     )
-    def test_more_claims_are_made_again(self, name: str, objective: str, tmp_path: Path) -> None:
+    def test_claims_are_made_again(self, name: str, objective: str, tmp_path: Path) -> None:
         known = best_of(CLAIMS, SET.find(name))[objective]
         assert repeat(known, SET, tmp_path).metrics == known.metrics
 
@@ -292,9 +281,7 @@ class TestSchedules:
 
 
 class TestCommand:
-    def test_a_run_is_written_run_and_claimed(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
-    ) -> None:
+    def test_a_run_is_written_run_and_claimed(self, tmp_path, monkeypatch, capsys) -> None:
         monkeypatch.chdir(tmp_path)
         assert exit_code("benchmark", "write", "start-50-one") == 0
         assert exit_code("run", "start-50-one.toml", "--trace", "--quiet", "--out", "mine") == 0
@@ -320,17 +307,8 @@ class TestCommand:
 
     @pytest.mark.slow
     def test_rules_run_on_instances_and_are_not_run_again(self, tmp_path: Path, capsys: Any) -> None:
-        call = (
-            "benchmark",
-            "run",
-            "start-50-o*",
-            "start-50-a",
-            "--rules",
-            "poa_pps=pod-index",
-            "--jobs",
-            "1",
-            "--json",
-        )
+        asked = ("start-50-o*", "start-50-a", "--rules", "poa_pps=pod-index", "--jobs", "1", "--json")
+        call = ("benchmark", "run", *asked)
         assert exit_code(*call, "--out", str(tmp_path)) == 0
         runs = json.loads(capsys.readouterr().out)["runs"]
         assert {(row["scenario"], row["seed"]) for row in runs} == {("start-50-one", 4103), ("start-50-a", 4100)}

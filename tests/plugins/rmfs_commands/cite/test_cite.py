@@ -104,21 +104,6 @@ def test_a_docstring_writes_no_entries(tmp_path, monkeypatch, capsys) -> None:
     assert "  doi = {10.1000/a%5Cb},\n" in printed
 
 
-RULE = '''
-from attrs import define
-from rmfs_core import hookimpl
-@define
-class Mine:
-    """POA: my own.
-    References
-    ----------
-    A. Bee: On honey. Hive 1, 2, 2001.
-    """
-    @hookimpl
-    def assign_orders(self, warehouse): return []
-'''
-
-
 def keys(*what: str) -> dict[str, list[str]]:
     return {one.reference.key: list(one.rules) for one in cited(what)}
 
@@ -127,9 +112,9 @@ def test_rules_of_scenarios_and_runs(tmp_path: Path) -> None:
     found = keys("pod-match", "demand", "pod-match")
     assert next(iter(found)) == "rmfs"
     assert found["xie2019efficient"] == found["merschformann2019decision"] == ["pod-match", "demand"]
-    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
+    (tmp_path / "mine.py").write_text(HOSTILE, encoding="utf-8")
     switch = '{ rule = "switch", cases = [{ rule = "nearest-pod", before_s = 60 }, { rule = "demand" }] }'
-    scenario = f'[rules]\npoa = "./mine.py:Mine"\npps = {switch}\n'
+    scenario = f'[rules]\npoa = "./mine.py:Hostile"\npps = {switch}\n'
     (tmp_path / "mine.toml").write_text(scenario, encoding="utf-8")
     found = keys(str(tmp_path / "mine.toml"))
     assert len(found["bee2001honey"]) == 1

@@ -1,10 +1,12 @@
-"""The environment: observations, actions, rewards, and how it is made; episodes, and policies as rules."""
+"""The environment: observations, actions, rewards; episodes, policies as rules, and the rule ``learned``."""
 
 import gc
+import json
+import math
 import pickle
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
@@ -12,7 +14,6 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-import psutil
 import pytest
 from attrs import define, evolve
 from greenlet import getcurrent, greenlet
@@ -23,25 +24,29 @@ from hypothesis import strategies as st
 
 import rmfs_commands.gym
 import rmfs_core
+from bad_rules import write_rule
 from cases import cases
 from copying import COPIES, Policy, copy_of
-from rmfs_commands.gym import FEATURES, Choice, PolicyRule
+from rmfs_commands.gym import FEATURES, Choice, Learned, PolicyRule, RowNetwork, write_networks
 from rmfs_commands.gym.choices import Feature, PodChoices, Table, of_locations, of_orders, of_robots
 from rmfs_commands.gym.covering import of_orders_and_pods
 from rmfs_commands.gym.env import ID, DecisionEnv
 from rmfs_commands.gym.episode import Episode
+from rmfs_commands.gym.rewards import Step
 from rmfs_commands.testing import check_rule, small_world
-from rmfs_core import InputError, RuleError, Scenario, load_scenario
-from rmfs_core.events import TaskAssigned
+from rmfs_core import InputError, RuleError, load_scenario
 from rmfs_core.roles import Role
 from rmfs_core.warehouse import Warehouse, WarehouseView
 
 FEW = ["instance.orders=10", "rules.pp=free-flow"]
-MODULE_ID = f"rmfs_commands.gym.env:{ID}"
 
 
 def first(_observation: Any, mask: Any) -> int:
     return int(np.argmax(mask))
+
+
+def made(decides: Any = "PPS", **given: Any) -> DecisionEnv:
+    return rmfs_commands.gym.make("examples/small", decides, **{"overrides": FEW} | given)
 
 
 def played(env: DecisionEnv, policy: Policy = first, **reset: Any) -> list[tuple[Any, float, int]]:
@@ -66,7 +71,7 @@ def same(one: Sequence[tuple[Any, float, int]], other: Sequence[tuple[Any, float
 
 @pytest.mark.parametrize("decides", ["POA", "PPS", "PR", "TA", "POA+PPS", ["PPS", "TA"]])
 def test_gymnasium_finds_nothing_wrong(decides: Any) -> None:
-    env = gymnasium.make(MODULE_ID, scenario="examples/small", decides=decides, overrides=FEW)
+    env = gymnasium.make(f"rmfs_commands.gym.env:{ID}", scenario="examples/small", decides=decides, overrides=FEW)
     check_env(env.unwrapped)
     env.close()
 
@@ -74,8 +79,9 @@ def test_gymnasium_finds_nothing_wrong(decides: Any) -> None:
 @pytest.mark.parametrize(("decides", "rule"), COPIES)
 def test_a_policy_that_copies_a_rule_gives_the_rules_files(decides: str, rule: str, tmp_path: Path) -> None:
     """Visits and orders are byte for byte those of the rule itself; only POA is asked more often."""
-    overrides = ["instance.orders=25", f"rules.{decides.lower()}={rule}"]
-    env = rmfs_commands.gym.make("examples/small", decides, overrides=overrides)
+    key = decides.lower()
+    overrides = ["instance.orders=25", f"rules.{key}={rule}"]
+    env = made(decides, overrides=overrides)
     played(env, copy_of(decides, rule))
     env.result.save(tmp_path / "gym")
     by_rule = rmfs_core.run("examples/small", overrides=overrides, out=tmp_path / "rule")
@@ -83,38 +89,39 @@ def test_a_policy_that_copies_a_rule_gives_the_rules_files(decides: str, rule: s
         assert (tmp_path / "gym" / file).read_bytes() == (tmp_path / "rule" / file).read_bytes()
     differing = {name for name, number in by_rule.metrics.items() if env.result.metrics[name] != number}
     assert differing <= ({"periods"} if decides == "POA" else set())
-    assert {name for name in by_rule.timing if name not in env.result.timing} == set()
+    assert env.result.timing.keys() == by_rule.timing.keys()
+    assert env.result.timing["profile_s"].keys() == by_rule.timing["profile_s"].keys()
+    assert env.result.versions == {**by_rule.versions, "Caller": "object of rmfs_commands.gym.episode"}
+    assert env.result.hook_calls.keys() == by_rule.hook_calls.keys()
+    assert getattr(env.result.scenario.rules, key).rule == "Caller"
 
 
 def test_seeds_of_episodes() -> None:
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    env = made()
     once, other, again = (played(env, seed=seed) for seed in (5, 6, 5))
     assert same(once, again)
     assert not same(once, other)
     assert (env.result.seed, env.result.metrics["orders_total"]) == (5, 10)
 
     def seeds(**given: Any) -> list[int]:
-        env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, **given)
+        env = made(**given)
         return [env.reset()[1]["seed"] for _ in range(3)]
 
     of_scenario, of_nine = seeds(), seeds(seed=9)
     assert (of_scenario[0], of_nine[0]) == (1, 9)
     assert (len({*of_scenario, *of_nine}), seeds(seed=1)) == (6, of_scenario)
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    env = made()
     env.reset(seed=9)
     assert [env.reset()[1]["seed"] for _ in range(2)] == of_nine[1:]
 
 
 def test_masks_and_slots() -> None:
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    env = made()
     _, info = env.reset()
-    mask = env.action_masks()
+    mask, allowed = env.action_masks(), sorted(env.choice.options)
     assert (info["action_mask"].dtype, mask.dtype) == (np.int8, np.bool_)
-    assert np.flatnonzero(mask).tolist() == np.flatnonzero(info["action_mask"]).tolist() == sorted(env.choice.options)
+    assert np.flatnonzero(mask).tolist() == np.flatnonzero(info["action_mask"]).tolist() == allowed
     assert env.action_space.sample(mask=info["action_mask"]) in env.choice.options
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
-    _, info = env.reset()
-    allowed = np.flatnonzero(info["action_mask"]).tolist()
     gap = next((a, b) for a, b in pairwise(allowed) if b > a + 1)
     assert env.step(gap[0] + 1)[-1]["action"] == gap[1]
     for forbidden in range(0, env.action_space.n, 5):
@@ -138,27 +145,41 @@ def test_the_rewards_of_an_episode_add_up(reward: Any, total: Any, decides: str)
     assert sum(step[1] for step in steps) == pytest.approx(-len(steps) if expected is None else -expected)
 
 
-def test_runs_that_are_cut_off_or_without_a_choice() -> None:
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=[*FEW, "run.until_s=100"])
+def test_a_reward_function_is_told_what_happened_since_the_last_choice() -> None:
+    told: list[tuple[int, int, list[int], int]] = []
+
+    def reward(step: Step) -> float:
+        told.append((step.since_tick, step.warehouse.now_tick, [e.tick for e in step.events], step.orders_open))
+        return 0.0
+
+    env = made(reward=reward)
+    played(env)
+    assert (told[0][0], told[-1][1] / 1000, told[-1][3]) == (0, env.result.metrics["makespan_s"], 0)
+    assert all(before[1] == after[0] for before, after in pairwise(told))
+    assert all(since <= tick <= now for since, now, ticks, _ in told for tick in ticks)
+    assert told[0][2]
+    assert max(orders_open for *_, orders_open in told) == 10
+
+
+def test_a_run_that_is_cut_off_has_no_choice_at_its_end() -> None:
+    env = made(overrides=[*FEW, "run.until_s=100"])
     env.reset()
     over = (False, False)
     while over == (False, False):
         _, _, *over, info = env.step(env.action_space.sample())
         over = tuple(over)
-    assert over == (False, True)
-    assert info["time_s"] == 100
+    assert (over, info["time_s"], env.result.status) == ((False, True), 100, "horizon")
     assert not info["action_mask"].any()
-    assert env.result.status == "horizon"
 
 
 def test_reset_never_begins_a_run_without_a_choice() -> None:
     """A seed that was given is refused; of seeds that are drawn, those whose run asks nothing are passed over."""
-    nothing = rmfs_commands.gym.make("examples/small", "PR", overrides=[*FEW, "run.until_s=15"])
+    nothing = made("PR", overrides=[*FEW, "run.until_s=15"])
     with pytest.raises(InputError, match="reset: the run of seed 7 asks nothing of PR; expected a longer run"):
         nothing.reset(seed=7)
     with pytest.raises(InputError, match="reset: none of 20 runs asks anything of PR; expected a longer run"):
         nothing.reset()
-    env = rmfs_commands.gym.make("examples/small", "PR", overrides=[*FEW, "run.until_s=90"])
+    env = made("PR", overrides=[*FEW, "run.until_s=90"])
     asked, refused = set(), set()
     for seed in range(8):
         try:
@@ -172,7 +193,7 @@ def test_reset_never_begins_a_run_without_a_choice() -> None:
 
 def test_slots_stand_for_what_the_choice_says() -> None:
     def choice(decides: str) -> Any:
-        env = rmfs_commands.gym.make("examples/small", decides, overrides=FEW)
+        env = made(decides)
         env.reset()
         return env.choice
 
@@ -232,8 +253,8 @@ def test_waiting(scenario: Path) -> None:
     seen: list[WarehouseView] = []
     watching = [Feature("seen", "nothing", None, lambda warehouse, _: seen.append(warehouse) or 0.0)]
     for decides in ("POA", "PPS", "POA+PPS", "TA"):
-        plain = rmfs_commands.gym.make("examples/small", decides, overrides=FEW)
-        env = rmfs_commands.gym.make("examples/small", decides, overrides=FEW, may_wait=True, features=watching)
+        plain = made(decides)
+        env = made(decides, may_wait=True, features=watching)
         last, steps = plain.action_space.n, played(plain)
         assert env.action_space.n == last + 1
         assert [step[1:] for step in played(env)] == [step[1:] for step in steps]
@@ -264,7 +285,7 @@ def test_features_of_ones_own() -> None:
         Feature("number", "the pod's id", 10, lambda warehouse, choice: [pod.id for pod in choice.options.values()]),
         Feature("busy", "share of the robots with a task", None, lambda w, _: 1 - len(w.idle_robots) / len(w.robots)),
     ]
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, features=own, may_wait=True)
+    env = made(features=own, may_wait=True)
     for observation, *_ in [(env.reset()[0],), *played(env)[:-1]]:
         assert env.observation_space.contains(observation)
         known, slots = len(FEATURES[Role.PPS]), np.flatnonzero(observation[:30].any(axis=1))
@@ -282,7 +303,7 @@ def test_features_of_ones_own() -> None:
     lambda warehouse, choice: float("nan"),
 )
 def test_a_feature_that_is_no_share_is_named(returned: Any) -> None:
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, features=[Feature("odd", "", None, returned)])
+    env = made(features=[Feature("odd", "", None, returned)])
     with pytest.raises(
         RuleError, match=r"feature 'odd': returned .*; expected one number of 0 to 1, or one for each of"
     ):
@@ -292,7 +313,6 @@ def test_a_feature_that_is_no_share_is_named(returned: Any) -> None:
 @settings(max_examples=8, deadline=None)
 @given(st.data())
 def test_after_a_restore_the_same_actions_give_the_same_run(data: Any) -> None:
-    """In the same environment after other actions, and in another one from the snapshot's pickle."""
     decides, may_wait = data.draw(st.sampled_from(["PPS", "POA+PPS", ["POA", "PPS", "TA"]])), data.draw(st.booleans())
     given_: dict[str, Any] = {"overrides": ["instance.orders=6", "rules.pps=random"], "may_wait": may_wait}
     env, other = (rmfs_commands.gym.make("examples/small", decides, **given_) for _ in range(2))
@@ -324,7 +344,7 @@ def test_after_a_restore_the_same_actions_give_the_same_run(data: Any) -> None:
 
 
 def test_a_snapshot_fits_the_environment_it_is_of() -> None:
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    env = made()
     with pytest.raises(InputError, match="snapshot: no episode is under way; expected `reset` first"):
         env.snapshot()
     env.reset()
@@ -332,7 +352,7 @@ def test_a_snapshot_fits_the_environment_it_is_of() -> None:
         env.step(0)
     snapshot = env.snapshot()
     for world in (["instance.orders=9"], ["run.until_s=10"], ["stations.item_capacity=5"]):
-        other = rmfs_commands.gym.make("examples/small", "PPS", overrides=[*FEW, *world])
+        other = made(overrides=[*FEW, *world])
         with pytest.raises(InputError, match="restore: the run of the snapshot comes to another choice here; expected"):
             other.restore(env.snapshot())
         with pytest.raises(InputError, match="step: no episode is under way"):
@@ -346,8 +366,8 @@ def test_a_snapshot_fits_the_environment_it_is_of() -> None:
 
 @pytest.mark.parametrize("kind", [SyncVectorEnv, pytest.param(AsyncVectorEnv, marks=pytest.mark.slow)])
 def test_vectors_of_environments(kind: Any) -> None:
-    alone = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
-    envs = kind([lambda: rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)] * 2)
+    alone = made()
+    envs = kind([made] * 2)
     _, infos = envs.reset(seed=3)
     assert infos["seed"].tolist() == [3, 4]
     expected = played(alone, seed=4)
@@ -371,7 +391,7 @@ def simulations() -> int:
 
 def test_an_abandoned_episode_leaves_nothing_behind() -> None:
     before = simulations()
-    env: DecisionEnv | None = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    env: DecisionEnv | None = made()
     for _ in range(2):
         env.reset()
         env.step(0)
@@ -386,26 +406,8 @@ def test_an_abandoned_episode_leaves_nothing_behind() -> None:
     assert simulations() == before
 
 
-@pytest.mark.slow
-def test_memory_stays_flat_over_a_thousand_resets() -> None:
-    """Each abandons an episode under way; after the first 500 memory grows no more (under 4 kB a reset)."""
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
-    used = []
-    for number in range(1200):
-        env.reset(seed=number % 50)
-        env.step(0)
-        if number in (499, 1199):
-            gc.collect()
-            used.append(psutil.Process().memory_info().rss)
-    assert used[1] - used[0] < 700 * 4096
-
-
 def test_an_episode_can_follow_one_that_failed(tmp_path: Path) -> None:
-    (tmp_path / "bad.py").write_text(
-        "from attrs import define\nfrom rmfs_core import hookimpl\n\n@define\nclass Bad:\n"
-        "    @hookimpl\n    def choose_storage_location(self, warehouse):\n"
-        "        return warehouse.free_storage_locations[0] if warehouse.now_s < 0 else -1\n"
-    )
+    write_rule(tmp_path, "pr", "return warehouse.free_storage_locations[0] if warehouse.now_s < 0 else -1")
     scenario = tmp_path / "scenario.toml"
     scenario.write_text('[instance]\norders = 10\n[rules]\npoa = "pod-match"\npps = "demand"\npp = "free-flow"\n')
     env = rmfs_commands.gym.make(scenario, "PPS", overrides=[f"rules.pr={tmp_path}/bad.py:Bad"])
@@ -417,7 +419,7 @@ def test_an_episode_can_follow_one_that_failed(tmp_path: Path) -> None:
 
 
 def test_an_episode_belongs_to_the_thread_that_began_it() -> None:
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    env = made()
     env.reset()
     with ThreadPoolExecutor(1) as thread:
         with pytest.raises(InputError, match="step: the episode was begun in another thread; expected `reset` in this"):
@@ -430,18 +432,16 @@ def test_an_episode_belongs_to_the_thread_that_began_it() -> None:
 @pytest.mark.parametrize("reward", [None, 10**400])
 def test_a_reward_that_is_no_number_is_named(reward: Any, parts: int) -> None:
     given: Any = (lambda step: reward) if parts == 1 else {"visits": 1, lambda step: reward: 1}
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, reward=given)
+    env = made(reward=given)
     env.reset()
     with pytest.raises(InputError, match=r"reward: returned \w+; expected a number"):
         env.step(0)
 
 
 def test_a_reward_that_fails_at_the_last_choice_leaves_the_result() -> None:
-    plain = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    plain = made()
     played(plain)
-    env = rmfs_commands.gym.make(
-        "examples/small", "PPS", overrides=FEW, reward=lambda step: 0.0 if env.choice.mask.any() else 1 / 0
-    )
+    env = made(reward=lambda step: 0.0 if env.choice.mask.any() else 1 / 0)
     with pytest.raises(ZeroDivisionError):
         played(env)
     assert env.result.orders == plain.result.orders
@@ -451,7 +451,7 @@ def test_a_reward_that_fails_at_the_last_choice_leaves_the_result() -> None:
 
 @pytest.mark.parametrize("action", [-1, 30, 0.5, "0", None, np.array([1])])
 def test_an_action_that_is_no_slot_is_named(action: Any) -> None:
-    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    env = made()
     env.reset()
     with pytest.raises(InputError, match=r"action: found .*; expected a whole number from 0 to 29"):
         env.step(action)
@@ -513,7 +513,7 @@ def test_every_observation_lies_within_its_space() -> None:
     ]
     for world in worlds:
         for decides, features in FEATURES.items():
-            env = rmfs_commands.gym.make("examples/small", decides.label, overrides=[*FEW, *world])
+            env = made(decides.label, overrides=[*FEW, *world])
             for observation, *_ in played(env):
                 assert env.observation_space.contains(observation)
                 assert observation.shape[1] == len(features)
@@ -709,20 +709,6 @@ def test_robots_for_a_pod(world: Warehouse) -> None:
     assert shown(choice, 0) == pytest.approx(expected, rel=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("decides", "slots"),
-    [(Role.POA, 14), (Role.PPS, 3), (Role.TA, 2), (Role.PR, None), (Role.POA_PPS, 28)],
-    ids=str,
-)
-def test_a_run_that_is_over_has_nothing_to_choose(world: Warehouse, decides: Role, slots: int | None) -> None:
-    view = WarehouseView(world)
-    choice = Table(orders_shown=7, pods_shown=2).nothing(decides, view)
-    number = slots or len(view.travel.layout.storage_locations)
-    assert choice.observation.shape == (number, len(FEATURES[decides]))
-    assert not choice.observation.any()
-    assert not choice.mask.any()
-
-
 POLICY = """
 from attrs import define
 from rmfs_core.roles import Role
@@ -730,9 +716,8 @@ from rmfs_commands.gym import PolicyRule
 @define
 class Policy(PolicyRule):
     decides = (Role.POA, Role.PPS)
-    slot: int | None = None
     def choose(self, choice):
-        return min(choice.options) if self.slot is None else self.slot
+        return min(choice.options)
 """
 
 
@@ -747,15 +732,6 @@ def test_a_feature_that_cannot_be_shown_is_named(given: dict[str, Any], sentence
         Feature("x", "", **given)
 
 
-def test_a_policy_with_a_feature_without_a_function_is_named(scenario: Path) -> None:
-    text = POLICY.replace(
-        "class Policy(PolicyRule):\n", 'class Policy(PolicyRule):\n    features = (Feature("x", ""),)\n'
-    )
-    (scenario.parent / "policy.py").write_text("from rmfs_commands.gym import Feature\n" + text)
-    with pytest.raises((RuleError, InputError), match=r"features: found Feature.*; expected `Feature`s with a fun"):
-        rmfs_core.run(scenario)
-
-
 @pytest.fixture
 def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
@@ -768,31 +744,28 @@ def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return file
 
 
-@define
-class First(PolicyRule):
-    def choose(self, choice: Choice) -> int:
-        return int(choice.mask.argmax())
+def policy(*roles: Role, choose: Callable[[Choice], Any] = lambda choice: int(choice.mask.argmax())) -> PolicyRule:
+    """Return a rule that decides so, by default on the first slot."""
+
+    @define
+    class Choosing(PolicyRule):
+        decides = roles
+
+        def choose(self, choice: Choice) -> int:
+            return choose(choice)
+
+    return Choosing()
 
 
 def test_it_keeps_to_what_every_rule_promises() -> None:
-    @define
-    class Checked(First):
-        decides = tuple(FEATURES)
-
-    assert check_rule(Checked()).decides == ("POA", "PPS", "POA+PPS", "PR", "TA")
+    assert check_rule(policy(*FEATURES)).decides == ("POA", "PPS", "POA+PPS", "PR", "TA")
 
 
 @pytest.mark.parametrize("role", FEATURES)
-def test_it_chooses_as_in_the_environment(scenario: Path, role: Role) -> None:
-    overrides = [f"rules.{role.key}=./policy.py:Policy"] if role in (Role.POA, Role.PPS) else []
-    env = rmfs_commands.gym.make(scenario, role.label, overrides=overrides)
-    over, env_info = False, env.reset()[1]
-    while not over:
-        *_, terminated, truncated, env_info = env.step(int(env_info["action_mask"].argmax()))
-        over = terminated or truncated
-    policy = (scenario.parent / "policy.py").read_text()
-    (scenario.parent / "any.py").write_text(policy.replace("(Role.POA, Role.PPS)", f"(Role.{role.name},)"))
-    by_rule = rmfs_core.run(scenario, overrides=[f"rules.{role.key}=./any.py:Policy"])
+def test_it_chooses_as_in_the_environment(role: Role) -> None:
+    env = made(role.label)
+    played(env)
+    by_rule = rmfs_core.run("examples/small", overrides=FEW, rules={role.key: policy(role)})
     assert (by_rule.orders, by_rule.visits) == (env.result.orders, env.result.visits)
 
 
@@ -811,96 +784,96 @@ def test_it_is_a_rule_of_a_scenario(scenario: Path) -> None:
         rmfs_core.run(scenario, overrides=[f"rules.poa={policy.replace('= 1', '= 0')}"])
 
 
-@pytest.mark.parametrize("slot", ["99", "-1"])
-def test_a_slot_that_stands_for_nothing_is_named(scenario: Path, slot: str) -> None:
+@pytest.mark.parametrize("slot", [99, -1, None])
+def test_a_slot_that_stands_for_nothing_is_named(slot: int | None) -> None:
     sentence = f"chose slot {slot}; expected one of the .* slots of 100 that `mask` allows"
     with pytest.raises(RuleError, match=sentence):
-        rmfs_core.run(scenario, overrides=[f'rules.poa={{rule = "./policy.py:Policy", slot = {slot}}}'])
+        rmfs_core.run("examples/small", overrides=FEW, rules={"poa": policy(Role.POA, choose=lambda _: slot)})
 
 
-def test_a_choice_that_is_no_number_is_named() -> None:
-    @define
-    class Forgetful(PolicyRule):
-        decides = (Role.PPS,)
-
-        def choose(self, choice: Choice) -> Any:
-            return None
-
-    with pytest.raises(AssertionError, match="chose slot None; expected one of"):
-        check_rule(Forgetful())
-
-
-PLACE = ["instance.orders=10", "rules.pp=free-flow"]
-
-
-@pytest.fixture
-def small() -> Scenario:
-    return load_scenario("examples/small", PLACE)
-
-
-def to_its_end(episode: Episode) -> int:
-    """Choose the first slot until the run is over; return how many choices there were."""
-    number, choice = 0, episode.go_on()
-    while choice is not None:
-        number, choice = number + 1, episode.go_on(min(choice.options))
-    return number
-
-
-def test_it_stops_at_each_choice_and_goes_on(small: Scenario) -> None:
-    episode = Episode(small, [Role.TA])
-    assert not episode.complete
-    choices = to_its_end(episode)
-    assert choices == sum(isinstance(event, TaskAssigned) for event in episode.heard().events)
-    assert episode.complete
-
-
-def test_its_result_is_one_of_a_run(small: Scenario) -> None:
-    episode = Episode(small, [Role.PPS])
-    to_its_end(episode)
-    result, by_run = episode.result(), rmfs_core.run(small)
-    assert result.status == "complete"
-    assert result.metrics.keys() == by_run.metrics.keys()
-    assert result.timing.keys() == by_run.timing.keys()
-    assert result.timing["profile_s"].keys() == by_run.timing["profile_s"].keys()
-    assert result.versions == {**by_run.versions, "Caller": "object of rmfs_commands.gym.episode"}
-    assert result.hook_calls.keys() == by_run.hook_calls.keys()
-    assert {row["order"] for row in result.orders} == {row["order"] for row in by_run.orders}
-    assert (result.scenario.rules.pps.rule, result.periods[1]["rule"]) == ("Caller", "Caller")
-
-
-def test_what_is_heard_is_heard_once(small: Scenario) -> None:
-    episode = Episode(small, [Role.PPS])
-    choice = episode.go_on()
-    first = episode.heard()
-    assert (first.since_tick, first.orders_open) == (0, 10)
-    assert first.events
-    assert episode.heard().events == ()
-    while choice is not None:
-        before = episode.simulation.now
-        choice = episode.go_on(min(choice.options))
-        step = episode.heard()
-        assert step.since_tick == before
-        assert all(before <= event.tick <= step.warehouse.now_tick for event in step.events)
-    assert step.orders_open == 0
-
-
-@pytest.mark.parametrize("steps", [0, 1, 5])
-def test_closing_ends_it_wherever_it_is(small: Scenario, steps: int) -> None:
-    episode = Episode(small, [Role.POA])
-    slot = None
-    for _ in range(steps):
-        choice = episode.go_on(slot)
-        slot = min(choice.options)
-    episode.heard()
-    episode.close()
-    episode.close()
-    assert episode.heard().events == ()
-    assert not episode.complete
-
-
-def test_who_lets_it_go_on_is_asked(small: Scenario) -> None:
-    episode = Episode(small, [Role.TA])
+def test_who_lets_it_go_on_is_asked() -> None:
+    episode = Episode(load_scenario("examples/small", FEW), [Role.TA])
     choice = episode.go_on()
     elsewhere = greenlet(episode.go_on, getcurrent())
     choice = elsewhere.switch(min(choice.options))
     assert episode.go_on(min(choice.options)) is not None
+
+
+FIFTEEN = ["instance.orders=15", "rules.pp=free-flow"]
+
+
+def test_a_network_scores_each_row_by_itself() -> None:
+    """With 2 features and 1 unit: 3 x - y + 2 tanh(x + 4 y - 1). Ties go to the lowest slot, masked slots to nobody."""
+    network = RowNetwork.of([3, -1, 1, 4, -1, 2], 2)
+    rows = np.array([[0.0, 1.0], [0.3, 0.0], [1.0, 1.0], [0.5, 0.5], [0.5, 0.5]], np.float32)
+    scores = [3 * x - y + 2 * math.tanh(x + 4 * y - 1) for x, y in rows.tolist()]
+    assert scores.index(max(scores)) == 2
+    assert network.best(rows, np.ones(5)) == 2
+    assert network.best(rows, np.array([1, 1, 0, 1, 1])) == 3
+    assert network.best(rows, np.array([1, 1, 0, 0, 0])) == max((0, 1), key=scores.__getitem__)
+    assert network.best(np.vstack([rows] * 40), np.arange(200) >= 100) == 102
+    assert (RowNetwork.size(2, 1), RowNetwork.size(8, 0), RowNetwork.of(range(8), 8).outer.size) == (6, 8, 0)
+
+
+def test_weights_of_a_scenario(tmp_path: Path) -> None:
+    """A file's network decides as the rule that it imitates, in the environment as in a run; its digest is kept."""
+    weights = [0.0] * 8
+    weights[[feature.name for feature in FEATURES[Role.PPS]].index("drive")] = -1.0
+    write_networks(tmp_path / "near.json", {"PPS": weights})
+    rule = f'rules.pps={{rule = "learned", weights = "{tmp_path}/near.json"}}'
+    learned = rmfs_core.run("examples/small", overrides=[*FIFTEEN, rule])
+    nearest = rmfs_core.run("examples/small", overrides=[*FIFTEEN, "rules.pps=nearest-pod"])
+    assert (learned.orders, learned.visits) == (nearest.orders, nearest.visits)
+    assert any("near.json" in name for name in learned.versions)
+    with pytest.raises(InputError, match=r"the features of PPS are .*; expected serves, .*, idle, wait"):
+        rmfs_core.run("examples/small", overrides=[*FIFTEEN, rule.replace("}", ", may_wait = true}")])
+    write_networks(tmp_path / "near.json", {"PPS": [*weights, -9]}, may_wait=True)
+    waiting = rmfs_core.run("examples/small", overrides=[*FIFTEEN, rule.replace("}", ", may_wait = true}")])
+    assert (waiting.orders, waiting.visits) == (nearest.orders, nearest.visits)
+    write_networks(tmp_path / "near.json", {"PPS": weights})
+    joint = rmfs_core.load_scenario("paper-250", [rule.replace("rules.pps", "rules.poa_pps"), *FIFTEEN])
+    with pytest.raises(RuleError, match=r"its file has no network for POA\+PPS; expected one that was trained for it"):
+        rmfs_core.run(joint)
+
+
+@cases(
+    "weights sentence",
+    ({"PPS": [1.0, 2, 3]}, "weights of PPS: expected 8 finite numbers, and 10 more for each hidden unit, found 3"),
+    ({"PPS": [math.nan] * 8}, "weights of PPS: expected 8 finite numbers"),
+    ({"PPS": "abc"}, "weights of PPS: "),
+    ({"pps": [0.0] * 8}, "weights: found 'pps'; expected POA, PPS, PR, TA or POA.PPS"),
+)
+def test_weights_that_no_network_has_are_not_written(weights: Any, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=sentence):
+        write_networks(tmp_path / "odd.json", {"POA": [0.0] * 8, **weights})
+    assert not [*tmp_path.iterdir()]
+
+
+@cases(
+    "told sentence",
+    ("[]", "odd.json holds no weights of networks; expected a file of `rmfs.gym.write_networks`"),
+    ("{", "odd.json holds no weights of networks"),
+    ({"PR+TA": {}}, "no role is called 'PR.TA'"),
+    ({"PPS": {"features": ["a"], "weights": [1]}}, "the features of PPS are .'a'.; expected serves, completes"),
+    (
+        {"PPS": {"features": ["a"], "weights": [1, 2]}},
+        "expected 1 finite numbers, and 3 more for each hidden unit, fou",
+    ),
+    ({"PPS": {"features": ["a"], "weights": [math.nan]}}, "expected 1 finite numbers"),
+    ({"PPS": {"features": ["a"], "weights": [[1]]}}, "expected 1 finite numbers"),
+    ({"PPS": {"weights": [1]}}, "holds no weights of networks"),
+)
+def test_a_file_without_networks_is_named(told: Any, sentence: str, tmp_path: Path) -> None:
+    file = tmp_path / "odd.json"
+    file.write_text(told if isinstance(told, str) else json.dumps(told))
+    with pytest.raises(ValueError, match=sentence):
+        Learned(weights=file)
+    with pytest.raises(InputError, match=f'rule "learned" .rmfs [^:]*: .*{sentence}'):
+        rmfs_core.run("examples/small", overrides=[f'rules.pps={{rule="learned",weights="{file}"}}'])
+
+
+@pytest.mark.parametrize("decides", Learned.decides)
+def test_the_shipped_weights_give_more_than_chance(decides: Role) -> None:
+    by_rule = rmfs_core.run(rmfs_core.load_scenario("examples/small", FIFTEEN), rules={decides.key: Learned()})
+    by_chance = rmfs_core.run("examples/small", overrides=[*FIFTEEN, "rules.pps=random"])
+    assert by_rule.metrics["psv_per_order"] < by_chance.metrics["psv_per_order"]

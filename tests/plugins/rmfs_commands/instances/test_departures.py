@@ -1,5 +1,6 @@
 """Due times of orders that go with trucks."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -106,6 +107,5 @@ def test_wrong_departures_are_refused_in_a_sentence(tmp_path: Path, departures: 
     ('instance.departures.column="x"', "expected it with `instance.orders_file`, where that column is"),
 )
 def test_what_does_not_go_with_generated_orders(override: str, problem: str) -> None:
-    with pytest.raises(InputError) as error:
+    with pytest.raises(InputError, match=re.escape(problem)):
         make_instance(load_scenario("examples/small", ['instance.departures.times=["10:00"]', override]))
-    assert problem in error.value.problem

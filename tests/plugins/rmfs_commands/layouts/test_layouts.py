@@ -10,9 +10,10 @@ import pytest
 from attrs import evolve
 
 import rmfs
-from calling import exit_code, refusal
+from calling import exit_code, refusal, refused
 from cases import cases
 from rmfs_commands.cli.hall import wanted_of_pods
+from rmfs_commands.cli.main import main
 from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_commands.cli.not_simulated import NOT_SIMULATED_PAGE
 from rmfs_commands.layouts import block_map, parse_map
@@ -85,27 +86,6 @@ def test_aisles_and_replenishment_stations() -> None:
     assert parse_map(draw_map(layout), "drawn").stations == layout.stations
 
 
-TINY = """
-..#
-.qO
-...
-"""
-
-
-def test_a_drawn_map_is_read_cell_by_cell() -> None:
-    layout = parse_map(TINY, "tiny")
-    check_layout(layout, "tiny")
-    assert (layout.width, layout.height) == (3, 3)
-    assert layout.storage_locations == (2,)
-    assert layout.stations[0].station == 5
-    assert layout.stations[0].queue == (4,)
-    assert layout.may_step(4, EAST)
-    assert not layout.may_step(4, WEST)
-    assert layout.may_step(3, EAST)  # into the queue
-    assert layout.may_step(5, SOUTH)  # out of the station
-    assert not layout.may_step(5, WEST)
-
-
 @cases(
     "text message",
     ("", "map: the map is empty; expected rows of characters such as `#` and `.`"),
@@ -162,7 +142,6 @@ def test_cells_before_a_station_may_be_kept_clear() -> None:
 
 @cases("width height", (3000, 3000), (3_000_000, 1), (1, 3_000_000), (LONGEST_SIDE + 1, 2), (1, LONGEST_SIDE + 1))
 def test_a_map_that_no_memory_has_room_for_is_refused(width: int, height: int) -> None:
-    """All in all, or in a row or column: a single line may be as long as a file."""
     expected = "expected at most 5,000 in a row or column and 4,000,000 in all"
     assert (
         refusal(lambda: parse_map("#\n" * (height - 1) + "#" * width, "hall.txt"))
@@ -234,5 +213,5 @@ def test_a_page_needs_nothing_else(name, tmp_path, monkeypatch, capsys) -> None:
 
 
 def test_a_picture_as_text_has_no_file(capsys: pytest.CaptureFixture[str]) -> None:
-    assert exit_code("scenario", "map", "examples/small", "--out", "x.html") == 2
-    assert capsys.readouterr().err == "Error: --out: is for a page; expected --html, too\n"
+    said = refused(capsys, main, ["scenario", "map", "examples/small", "--out", "x.html"])
+    assert said == "Error: --out: is for a page; expected --html, too\n"

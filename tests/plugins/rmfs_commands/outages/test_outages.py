@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from attrs import define, evolve
 from PIL import ImageColor
 
 import rmfs_core
+from bad_rules import write_rule
 from cases import cases
 from damage import assert_found, change, drop
+from rmfs_commands.details.loading import load_result
 from rmfs_commands.processes.events import ChargerDown, ChargerUp, RobotDown, RobotUp, StationDown, StationUp
 from rmfs_commands.replay.frames import Camera, palette
 from rmfs_commands.replay.reading import read_replay
@@ -22,12 +23,11 @@ from rmfs_commands.states import read_recording
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.trace import Trace, read_trace
 from rmfs_commands.validation import validate_trace
-from rmfs_core import RobotMove, TaskAssignment, hookimpl
+from rmfs_core import hookimpl
 from rmfs_core.errors import InputError, RuleError, StandstillError
 from rmfs_core.events import Event, ItemPicked, OrderAssigned, PodStored, RobotSent, TaskAssigned
 from rmfs_core.randomness import keyed_stream
 from rmfs_core.scenario import load_scenario
-from rmfs_core.scenario.model import RuleChoice
 
 ROBOTS, STATIONS = "robots.failures={mtbf_h=0.1,mttr_s=60}", "stations.outages={mtbf_h=0.1,mttr_s=60}"
 SEED = load_scenario("examples/small").seed
@@ -59,43 +59,26 @@ class Told:
         self.look(self.view, event)
 
 
-@define
-class ToAnyone:
-    """Gives the first pod to the first robot, whatever that does."""
-
-    @hookimpl
-    def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
-        return [TaskAssignment(0, pod.id) for pod in warehouse.waiting_pods[:1]]
-
-
-@define
-class ToBrokenCharger:
-    """Sends a robot to a charger that is out of service."""
-
-    @hookimpl
-    def idle_robots(self, warehouse: Any) -> list[RobotMove]:
+TO_ANYONE = "return [TaskAssignment(0, pod.id) for pod in warehouse.waiting_pods[:1]]"
+TO_BROKEN_CHARGER = """
         down = {*warehouse.travel.layout.chargers} - {*warehouse.chargers}
         return [RobotMove(robot.id, min(down)) for robot in warehouse.resting_robots[:1] if down]
-
-
-@define
-class ForAMinute:
-    """Gives robots tasks in the first minute, and none later."""
-
-    @hookimpl
-    def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
-        pairs = zip(warehouse.idle_robots, warehouse.waiting_pods, strict=False)
+"""
+FOR_A_MINUTE = """
+        pairs = zip(warehouse.idle_robots, warehouse.waiting_pods)
         return [TaskAssignment(robot.id, pod.id) for robot, pod in pairs if warehouse.now_s < 60]
-
-
-@define
-class OnlyTogether:
-    """Gives tasks to the first robot alone, while the first station is in service."""
-
-    @hookimpl
-    def assign_tasks(self, warehouse: Any) -> list[TaskAssignment]:
+"""
+ONLY_TOGETHER = """
         able = [robot for robot in warehouse.idle_robots if robot.id == 0 and warehouse.stations[0].in_service]
-        return [TaskAssignment(robot.id, pod.id) for robot, pod in zip(able, warehouse.waiting_pods, strict=False)]
+        return [TaskAssignment(robot.id, pod.id) for robot, pod in zip(able, warehouse.waiting_pods)]
+"""
+"""It gives tasks to the first robot alone, while the first station is in service."""
+
+
+@pytest.fixture
+def ruled(tmp_path: Path) -> Callable[[str, str], str]:
+    """Return a function that writes a rule for a key, and returns the override that takes it."""
+    return lambda key, body: f"rules.{key}={tmp_path}/{write_rule(tmp_path, key, body)[2:]}"
 
 
 def told(*overrides: str, name: str = "examples/small", look: Callable[[Any, Event], None] = lambda *_: None) -> Told:
@@ -172,26 +155,23 @@ SHIFTS = 'robots.maintenance={1=[["00:00","12:00"]], 2=[["12:00","24:00"]]}'
 RESTING = ("rules.idle=rest-middle", "layout.maintenance_cells=1", "rules.move=utility")
 
 
-@pytest.mark.parametrize(
+@cases(
     "overrides",
-    [
-        (ROBOTS, STATIONS),
-        (ROBOTS, STATIONS, *HOURS),
-        (SHIFTS,),
-        (ROBOTS, 'robots.maintenance={1=[["00:00","24:00"]]}'),
-        (ROBOTS, STATIONS, SHIFTS, *HOURS),
-        ("robots.count=30", "robots.failures={mtbf_h=2,mttr_s=3600}", STATIONS, *HOURS),
-        ("robots.failures={mtbf_h=1000,mttr_s=9}", *HOURS),
-        (ROBOTS, STATIONS, *RESTING),
-        (*CHARGERS, STATIONS, *HOURS),
-        ("stations.outages={mtbf_h=0.001,mttr_s=3600}",),
-    ],
+    (ROBOTS, STATIONS),
+    (ROBOTS, STATIONS, *HOURS),
+    (SHIFTS,),
+    (ROBOTS, 'robots.maintenance={1=[["00:00","24:00"]]}'),
+    (ROBOTS, STATIONS, SHIFTS, *HOURS),
+    ("robots.count=30", "robots.failures={mtbf_h=2,mttr_s=3600}", STATIONS, *HOURS),
+    ("robots.failures={mtbf_h=1000,mttr_s=9}", *HOURS),
+    (ROBOTS, STATIONS, *RESTING),
+    (*CHARGERS, STATIONS, *HOURS),
+    ("stations.outages={mtbf_h=0.001,mttr_s=3600}",),
 )
-def test_a_run_that_cannot_go_on_ends_soon(overrides: tuple[str, ...]) -> None:
+def test_a_run_that_cannot_go_on_ends_soon(overrides: tuple[str, ...], ruled: Callable[[str, str], str]) -> None:
     """Hours, maintenance and outages wake nobody who could do anything: the same error as without them, in days."""
-    ends = f"The run stands still at .*asked last: .*{ForAMinute.__name__}"
-    with pytest.raises(StandstillError, match=ends) as found:
-        told(*overrides, f"rules.ta={__file__}:ForAMinute", "run.until_s=1000000")
+    with pytest.raises(StandstillError, match=r"The run stands still at .*asked last: .*bad\.py:Bad") as found:
+        told(*overrides, ruled("ta", FOR_A_MINUTE), "run.until_s=1000000")
     assert float(str(found.value).split()[5]) < 3 * 86_400
 
 
@@ -204,10 +184,10 @@ def test_a_run_waits_for_the_part_of_the_day_in_which_it_goes_on() -> None:
     assert result.metrics["simulated_s"] > 86_400
 
 
-def test_a_run_waits_for_a_robot_and_a_station_that_are_seldom_in_service_together() -> None:
+def test_a_run_waits_for_a_robot_and_a_station_that_are_seldom_in_service_together(ruled) -> None:
     seldom = ("robots.failures={mtbf_h=0.005,mttr_s=1800}", "stations.outages={mtbf_h=0.005,mttr_s=1800}")
-    rule = f"rules.ta={__file__}:OnlyTogether"
-    result = rmfs_core.run("examples/small", overrides=[*seldom, rule, "instance.orders=8"])
+    over = [*seldom, ruled("ta", ONLY_TOGETHER), "instance.orders=8"]
+    result = rmfs_core.run("examples/small", overrides=over)
     assert result.status == "complete"
     assert result.metrics["simulated_s"] > 86_400
 
@@ -239,11 +219,14 @@ def test_all_rules_meet_the_same_failures_and_see_them_only_when_they_happen() -
     assert found[0][:least] == found[1][:least]
 
 
-def test_a_task_for_a_robot_that_is_down_is_refused() -> None:
-    rules = RuleChoice(f"{__file__}:ToAnyone")
-    scenario = load_scenario("examples/small", ['robots.maintenance={1=[["00:00","01:00"]]}'])
-    with pytest.raises(RuleError, match=r"gave pod .* to robot 1 .*, which is out of service"):
-        rmfs_core.run(evolve(scenario, rules=evolve(scenario.rules, ta=rules)))
+@cases(
+    "overrides key body sentence",
+    (['robots.maintenance={1=[["00:00","01:00"]]}'], "ta", TO_ANYONE, "to robot 1 .*, which is out of service"),
+    (CHARGERS, "idle", TO_BROKEN_CHARGER, "a charger that is out of service"),
+)
+def test_what_is_out_of_service_is_no_decision(overrides, key, body, sentence, ruled) -> None:
+    with pytest.raises(RuleError, match=sentence):
+        rmfs_core.run("examples/small", overrides=[*overrides, ruled(key, body)])
 
 
 @cases(
@@ -265,7 +248,6 @@ def test_wrong_failures_are_said(override: str, sentence: str) -> None:
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run with all that can fail, its trace and its decisions."""
     folder = tmp_path_factory.mktemp("run")
     rmfs_core.run("examples/small", overrides=[ROBOTS, STATIONS, MAINTAINED], out=folder, record=["trace", "decisions"])
     return folder
@@ -312,13 +294,6 @@ def test_who_charges_where_a_charger_fails_goes_on_or_waits() -> None:
     assert number
 
 
-def test_a_charger_out_of_service_is_refused() -> None:
-    scenario = load_scenario("examples/small", CHARGERS)
-    idle = RuleChoice(f"{__file__}:ToBrokenCharger")
-    with pytest.raises(RuleError, match="a charger that is out of service"):
-        rmfs_core.run(evolve(scenario, rules=evolve(scenario.rules, idle=idle)))
-
-
 def test_a_robot_is_repaired_in_a_maintenance_cell_if_one_is_free() -> None:
     downs = []
 
@@ -331,11 +306,6 @@ def test_a_robot_is_repaired_in_a_maintenance_cell_if_one_is_free() -> None:
 
     told(ROBOTS, "layout.maintenance_cells=1", look=look)
     assert {(True, False), (False, True)} == set(downs)
-
-
-def sum_of(row: dict[str, float]) -> float:
-    """Return the times of a row of robots.csv, those that are in none of the others."""
-    return sum(seconds for name, seconds in row.items() if name.endswith("_s"))
 
 
 def test_pictures_mark_what_is_out_of_service(charged: Path) -> None:
@@ -352,70 +322,58 @@ def test_pictures_mark_what_is_out_of_service(charged: Path) -> None:
         assert marked(tick)
 
 
-@cases(
-    "damage kind",
-    (drop(ChargerDown), "outage"),
-    (drop(ChargerUp), "outage"),
-    (change(ChargerUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
-    (change(ChargerDown, lambda t, e: {"cell": 0}), "outage"),
-    (change(RobotSent, lambda t, e: {"cell": t.layout.maintenance[0]}), "outage"),
-)
-def test_the_validator_knows_chargers_and_maintenance_cells(
-    damage: Callable[[Trace], Trace], kind: str, charged: Path
-) -> None:
-    assert_found(damage(read_trace(charged / "trace.jsonl.gz")), kind)
-
-
 @pytest.fixture(scope="module")
 def charged(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run whose chargers and robots fail."""
+    """A run whose chargers and robots fail, its trace and its decisions."""
     folder = tmp_path_factory.mktemp("charged")
-    record = ["trace", "decisions"]
-    result = rmfs_core.run("examples/small", overrides=[ROBOTS, *CHARGERS], out=folder, record=record)
-    assert validate_trace(folder) == []
-    assert result.metrics["charger_failures"]
-    assert "Chargers failed" in result.summary["outages"]
-    assert "chargers_down" in (folder / "hours.csv").read_text().splitlines()[0]
-    with (folder / "robots.csv").open() as file:
-        rows = [{name: float(text) for name, text in row.items()} for row in csv.DictReader(file)]
-    assert min(row["idle_s"] for row in rows) >= 0
-    whole, low = sum(map(sum_of, rows)), sum(row["low_s"] for row in rows)
-    assert whole == pytest.approx(len(rows) * result.metrics["simulated_s"])
-    assert low > 0
-    assert 100 * low / whole == pytest.approx(result.summary["bottleneck"]["robots_percent"]["low"], abs=0.01)
+    rmfs_core.run("examples/small", overrides=[ROBOTS, *CHARGERS], out=folder, record=["trace", "decisions"])
     return folder
 
 
-def test_decision_states_know_chargers_out_of_service(charged: Path) -> None:
-    down = 0
-    for recorded in list(read_recording(charged))[::20]:
-        state = recorded.state()
-        view = open_state(state).view
-        assert {*state.chargers_down} == {*view.travel.layout.chargers} - {*view.chargers}
-        down += len(state.chargers_down)
-    assert down
+def test_times_of_robots_that_wait_for_a_charger_add_up(charged: Path) -> None:
+    assert validate_trace(charged) == []
+    result = load_result(charged)
+    assert result.metrics["charger_failures"]
+    assert "Chargers failed" in result.summary["outages"]
+    assert "chargers_down" in (charged / "hours.csv").read_text().splitlines()[0]
+    with (charged / "robots.csv").open() as file:
+        rows = [{name: float(text) for name, text in row.items()} for row in csv.DictReader(file)]
+    assert min(row["idle_s"] for row in rows) >= 0
+    whole = sum(seconds for row in rows for name, seconds in row.items() if name.endswith("_s"))
+    low = sum(row["low_s"] for row in rows)
+    assert whole == pytest.approx(len(rows) * result.metrics["simulated_s"])
+    assert low > 0
+    assert 100 * low / whole == pytest.approx(result.summary["bottleneck"]["robots_percent"]["low"], abs=0.01)
 
 
 @cases(
-    "damage kind",
-    (drop(RobotDown), "outage"),
-    (drop(RobotUp), "out-of-service"),
-    (drop(StationDown), "outage"),
-    (drop(StationUp), "out-of-service"),
-    (change(RobotDown, lambda t, e: {"planned": not e.planned}), "outage"),
-    (change(RobotUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
-    (change(StationUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
+    "of damage kind",
+    ("charged", drop(ChargerDown), "outage"),
+    ("charged", drop(ChargerUp), "outage"),
+    ("charged", change(ChargerUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
+    ("charged", change(ChargerDown, lambda t, e: {"cell": 0}), "outage"),
+    ("charged", change(RobotSent, lambda t, e: {"cell": t.layout.maintenance[0]}), "outage"),
+    ("run", drop(RobotDown), "outage"),
+    ("run", drop(RobotUp), "out-of-service"),
+    ("run", drop(StationDown), "outage"),
+    ("run", drop(StationUp), "out-of-service"),
+    ("run", change(RobotDown, lambda t, e: {"planned": not e.planned}), "outage"),
+    ("run", change(RobotUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
+    ("run", change(StationUp, lambda t, e: {"tick": e.tick + 1}), "outage"),
 )
-def test_the_validator_draws_for_itself(damage: Callable[[Trace], Trace], kind: str, run: Path) -> None:
-    assert_found(damage(read_trace(run / "trace.jsonl.gz")), kind)
+def test_the_validator_draws_for_itself(of: str, damage: Callable[[Trace], Trace], kind: str, request: Any) -> None:
+    assert_found(damage(read_trace(request.getfixturevalue(of) / "trace.jsonl.gz")), kind)
 
 
-def test_decision_states_keep_what_is_down(run: Path) -> None:
-    seen = 0
-    for recorded in read_recording(run):
+@pytest.mark.parametrize("of", ["run", "charged"])
+def test_decision_states_keep_what_is_down(of: str, request: Any) -> None:
+    seen = {"robots": 0, "chargers": 0}
+    for recorded in list(read_recording(request.getfixturevalue(of)))[::5]:
         state = recorded.state()
         down = [name for name, robot in (state.robots or {}).items() if not robot.in_service]
         view = open_state(state).view
         assert [robot.name for robot in view.robots if not robot.in_service] == down
-        seen += len(down)
-    assert seen
+        assert {*state.chargers_down} == {*view.travel.layout.chargers} - {*view.chargers}
+        seen = {"robots": seen["robots"] + len(down), "chargers": seen["chargers"] + len(state.chargers_down)}
+    assert seen["robots"]
+    assert bool(seen["chargers"]) is (of == "charged")

@@ -5,6 +5,7 @@ import json
 import math
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,11 @@ from attrs import define, field
 from hypothesis import given
 from hypothesis import strategies as st
 
-from calling import exit_code, refusal
+from bad_rules import write_rule
+from calling import exit_code, refusal, refused
 from cases import cases
 from reserving import EVEN, hold_until
+from rmfs_commands.cli.main import main
 from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.plan import (
@@ -110,17 +113,14 @@ def test_maps_and_trips_that_cannot_be_planned_are_one_sentence(room, tmp_path, 
     (tmp_path / "bad.map").write_text("type octile\nheight 1\nwidth 2\nmap\n..\n", encoding="utf-8")
     scen = room.with_suffix(".scen")
     scen.write_text("version 1\n0 room.map 8 4 0 0 1 0 1\n0 room.map 8 4 0 0 2 0 1\n", encoding="utf-8")
+    taken = "room.scen: robots 1 and 2 have the same start, row 1, column 1"
     for arguments, problem in (
         ([str(tmp_path / "bad.map")], "bad.map: found starts and goals for 1 robot"),
-        (
-            [str(room), "--scen", str(scen), "--agents", "2"],
-            "room.scen: robots 1 and 2 have the same start, row 1, column 1",
-        ),
+        ([str(room), "--scen", str(scen), "--agents", "2"], taken),
     ):
         code, _, error = ask(arguments, capsys)
-        assert code == 2
+        assert (code, error.count("\n")) == (2, 1)
         assert error.startswith(f"Error: {tmp_path}/{problem}")
-        assert error.count("\n") == 1
 
 
 @cases(
@@ -133,13 +133,7 @@ def test_maps_and_trips_that_cannot_be_planned_are_one_sentence(room, tmp_path, 
     (["--agents", "50"], "found starts and goals for"),
 )
 def test_wrong_options_are_refused(arguments, problem, room, capsys) -> None:
-    code, _, error = ask([str(room), *arguments], capsys)
-    assert code == 2
-    assert problem in error
-
-
-def unplannable(*_: object) -> None:
-    pytest.fail("the search began")
+    assert problem in refused(capsys, main, ["plan", str(room), *arguments])
 
 
 def test_an_interrupted_search_leaves_no_folder(room, tmp_path, capsys, monkeypatch) -> None:
@@ -153,7 +147,7 @@ def test_an_interrupted_search_leaves_no_folder(room, tmp_path, capsys, monkeypa
 
 
 def test_where_the_files_cannot_go_is_said_before_the_search(room, tmp_path, capsys, monkeypatch) -> None:
-    monkeypatch.setattr("rmfs_commands.plan.plan_by_priorities", unplannable)
+    monkeypatch.setattr("rmfs_commands.plan.plan_by_priorities", lambda *_: pytest.fail("the search began"))
     (tmp_path / "taken" / "paths.csv").mkdir(parents=True)
     in_the_way = f"{room}/out: found a file; expected a folder, or a new name"
     for out, problem in (
@@ -169,14 +163,10 @@ def test_where_the_files_cannot_go_is_said_before_the_search(room, tmp_path, cap
     ("window", "has reserves = 'window'; expected 'fleet', 'full paths', 'windows' or None", 2),
 )
 def test_a_rule_that_heeds_nobody_is_named(reserves, problem, code, room, capsys, monkeypatch) -> None:
-    (room.parent / "mine.py").write_text(
-        "from attrs import define\nfrom rmfs_core import Path, hookimpl\n\n\n@define\nclass Mine:\n"
-        f"    reserves = {reserves!r}\n\n    @hookimpl\n    def plan_path(self, warehouse, robot, goal):\n"
-        "        return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, loaded=False))\n",
-        encoding="utf-8",
-    )
+    body = "return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, loaded=False))"
+    mine = write_rule(room.parent, "pp", f"{body}\n    reserves = {reserves!r}")
     monkeypatch.chdir(room.parent)
-    found, _, error = ask([room.name, "--pp", "./mine.py:Mine"], capsys)
+    found, _, error = ask([room.name, "--pp", mine], capsys)
     assert (found, error.count("\n")) == (code, 1)
     assert problem in error
 
@@ -191,16 +181,9 @@ def test_json(room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert sum(trip["arrives_s"] for trip in trips) == pytest.approx(document["costs"]["sum_of_costs_s"])
 
 
-SIGNS = "type octile\nheight 4\nwidth 8\nmap\n........\n.@@..@@.\n...G.S..\nTT....OO\n"
-
-
-def written(folder: Path, text: str, name: str = "room.map") -> Path:
-    (folder / name).write_text(text, encoding="utf-8")
-    return folder / name
-
-
-def test_a_map_is_floor_and_walls(tmp_path: Path) -> None:
-    layout = read_map(written(tmp_path, SIGNS))
+def test_a_map_is_floor_and_walls(room: Path) -> None:
+    room.write_text(ROOM.replace("........\nTT", "...G.S..\nTT"), encoding="utf-8")
+    layout = read_map(room)
     assert (layout.width, layout.height, layout.stations) == (8, 4, ())
     assert [int(cell) for cell in np.flatnonzero(layout.kind == CellKind.WALL)] == [9, 10, 13, 14, 24, 25, 30, 31]
     assert set(layout.kind.tolist()) == {CellKind.WALL, CellKind.FLOOR}
@@ -219,75 +202,58 @@ def test_maps_of_both_kinds(tmp_path: Path) -> None:
                 assert layout.may_step(cell + step, (heading + 2) % 4)
                 assert free.flat[cell]
                 assert free.flat[cell + step]
-    given = small_layout(stations=2)
-    layout = read_map(written(tmp_path, draw_map(given), "hall.txt"))
+    given, hall = small_layout(stations=2), tmp_path / "hall.txt"
+    hall.write_text(draw_map(given), encoding="utf-8")
+    layout = read_map(hall)
     assert (layout.storage_locations, layout.stations) == (given.storage_locations, given.stations)
 
 
 @cases(
     "text problem",
-    ("type octile\nheight x\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 5,000, found 'x'"),
-    ("type octile\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 5,000, found ''"),
-    ("type octile\nheight 0\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 5,000, found '0'"),
-    (
-        f"type octile\nheight {'9' * 5000}\nwidth 8\nmap\n",
-        f"room.map: expected a line `height N`, N from 1 to 5,000, found '{'9' * 79}",
-    ),
-    (
-        "type octile\nheight 1\nwidth 3000000\nmap\n",
-        "room.map: expected a line `width N`, N from 1 to 5,000, found '3000000'",
-    ),
+    ("type octile\nheight x\nwidth 8\nmap\n", ": expected a line `height N`, N from 1 to 5,000, found 'x'"),
+    ("type octile\nwidth 8\nmap\n", ": expected a line `height N`, N from 1 to 5,000, found ''"),
+    ("type octile\nheight 0\nwidth 8\nmap\n", ": expected a line `height N`, N from 1 to 5,000, found '0'"),
+    (f"type octile\nheight {'9' * 5000}\nmap\n", f": expected a line `height N`, N from 1 to 5,000, found '{'9' * 79}"),
+    ("type octile\nheight 1\nwidth 9999\nmap\n", ": expected a line `width N`, N from 1 to 5,000, found '9999'"),
     (
         "type octile\nheight 4000\nwidth 4000\nmap\n",
-        "room.map: found a map of 4,000 x 4,000 cells; expected at most 5,000 in a row or column and 4,000,000 in all",
+        ": found a map of 4,000 x 4,000 cells; expected at most 5,000 in a row or column and 4,000,000 in all",
     ),
-    ("type octile\nheight 1\nwidth 8\n....", "room.map, line 4: expected the line `map` after type, height and width"),
-    ("type octile\nheight 2\nwidth 2\nmap\n..\n", "room.map: found 1 row of the map; expected 2, as its height says"),
-    ("type octile\nheight 1\nwidth 3\nmap\n..\n", "room.map, line 5: found 2 cells; expected 3, the map's width"),
-    ("type octile\nheight 1\nwidth 2\nmap\n.x\n", "room.map, line 5: unknown sign 'x'; expected one of . G S @ O T W"),
-    ("", "room.map: the map is empty; expected rows of characters such as `#` and `.`"),
+    ("type octile\nheight 1\nwidth 8\n....", ", line 4: expected the line `map` after type, height and width"),
+    ("type octile\nheight 2\nwidth 2\nmap\n..\n", ": found 1 row of the map; expected 2, as its height says"),
+    ("type octile\nheight 1\nwidth 3\nmap\n..\n", ", line 5: found 2 cells; expected 3, the map's width"),
+    ("type octile\nheight 1\nwidth 2\nmap\n.x\n", ", line 5: unknown sign 'x'; expected one of . G S @ O T W"),
+    ("", ": the map is empty; expected rows of characters such as `#` and `.`"),
 )
-def test_wrong_maps_are_refused(text: str, problem: str, tmp_path: Path) -> None:
-    assert refusal(lambda: read_map(written(tmp_path, text))) == f"{tmp_path}/{problem}"
+def test_wrong_maps_are_refused(text: str, problem: str, room: Path) -> None:
+    room.write_text(text, encoding="utf-8")
+    assert refusal(lambda: read_map(room)) == f"{room}{problem}"
 
 
-TRIPS = "version 1\n0\troom.map\t8\t4\t0\t0\t7\t2\t9\n\n0\tmy room.map\t8\t4\t7\t2\t0\t2\t9\n"
-
-
-def test_trips_are_read_in_order(tmp_path: Path) -> None:
-    layout = read_map(written(tmp_path, SIGNS))
-    scen = written(tmp_path, TRIPS, "room.scen")
+def test_trips_are_read_in_order(room: Path, tmp_path: Path) -> None:
+    layout, scen = read_map(room), tmp_path / "room.scen"
+    scen.write_text(SCEN.replace("0\troom.map\t8\t4\t7", "\n0\tmy room.map\t8\t4\t7"), encoding="utf-8")
     assert read_trips(scen, layout) == read_trips(scen, layout, 2) == (Trip(0, 23), Trip(23, 16))
     assert read_trips(scen, layout, 1) == (Trip(0, 23),)
-    blanks = written(tmp_path, "version 1.0\n0 room.map 8 4 1 0 2 0 1\n", "blanks.scen")
-    assert read_trips(blanks, layout) == (Trip(1, 2),)
+    scen.write_text("version 1.0\n0 room.map 8 4 1 0 2 0 1\n", encoding="utf-8")
+    assert read_trips(scen, layout) == (Trip(1, 2),)
 
 
 @cases(
     "text problem",
-    ("", "room.scen, line 1: expected the line `version 1`, as in MovingAI's scenarios"),
-    ("version 1\n", "room.scen: found 0 trips; expected at least 2, one for each robot"),
-    (
-        "version 1\n0 room.map 8 4 0\n",
-        "room.scen, line 2: found 5 fields; expected bucket, map, width, height, start x",
-    ),
-    ("version 1\n0 room.map 9 4 0 0 1 0 1\n", "room.scen, line 2: found a map of 9 x 4 cells; the map given has 8 x 4"),
-    ("version 1\n0 room.map 8 4 0 0 8 0 1\n", "room.scen, line 2: found the cell x 8, y 0, which is not on the map"),
-    ("version 1\n\n0 room.map 8 4 0 0 1 1 1\n", "room.scen, line 3: found the cell x 1, y 1, which is a wall"),
-    (
-        "version 1\n0 room.map 8 4 0 0 -1 0 1\n",
-        "room.scen, line 2: expected a whole number from 0 to 5,000, found '-1'",
-    ),
-    (
-        f"version 1\n0 room.map {'9' * 12} 4 0 0 1 0 1\n",
-        f"room.scen, line 2: expected a whole number from 0 to 5,000, found '{'9' * 12}'",
-    ),
+    ("", ", line 1: expected the line `version 1`, as in MovingAI's scenarios"),
+    ("version 1\n", ": found 0 trips; expected at least 2, one for each robot"),
+    ("version 1\n0 room.map 8 4 0\n", ", line 2: found 5 fields; expected bucket, map, width, height, start x"),
+    ("version 1\n0 room.map 9 4 0 0 1 0 1\n", ", line 2: found a map of 9 x 4 cells; the map given has 8 x 4"),
+    ("version 1\n0 room.map 8 4 0 0 8 0 1\n", ", line 2: found the cell x 8, y 0, which is not on the map"),
+    ("version 1\n\n0 room.map 8 4 0 0 1 1 1\n", ", line 3: found the cell x 1, y 1, which is a wall"),
+    ("version 1\n0 room.map 8 4 0 0 -1 0 1\n", ", line 2: expected a whole number from 0 to 5,000, found '-1'"),
+    ("version 1\n0 room.map 9999 4 0 0 1 0 1\n", ", line 2: expected a whole number from 0 to 5,000, found '9999'"),
 )
-def test_wrong_scenarios_are_refused(text: str, problem: str, tmp_path: Path) -> None:
-    layout = read_map(written(tmp_path, SIGNS))
-    assert refusal(lambda: read_trips(written(tmp_path, text, "room.scen"), layout, 2)).startswith(
-        f"{tmp_path}/{problem}"
-    )
+def test_wrong_scenarios_are_refused(text: str, problem: str, room: Path) -> None:
+    scen = room.with_suffix(".scen")
+    scen.write_text(text, encoding="utf-8")
+    assert refusal(lambda: read_trips(scen, read_map(room), 2)).startswith(f"{scen}{problem}")
 
 
 def test_files_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -373,20 +339,6 @@ def test_other_orders_are_tried_while_robots_are_lost(effort: int, arrived: list
     assert [plan.trip for plan in plans] == [Trip(0, 1), Trip(3, 2)]
 
 
-@pytest.mark.parametrize("exclusive", [True, False])
-def test_robots_hold_where_they_stand_unless_nothing_is_reserved(exclusive: bool) -> None:
-    seen: list[int] = []
-
-    class Looks:
-        def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
-            seen.append(sum(len(table.reserved(cell)) for cell in range(roads.cells)))
-            return straight(roads, query, query.goal)
-
-    plan_trips(HALL, Looks(), [Trip(0, 1), Trip(6, 7)], exclusive)
-    assert seen[0] == (2 if exclusive else 0)
-    assert (seen[1] > 2) is exclusive
-
-
 ROADS = roads_of_map(parse_map("......\n......", "hall"))
 
 
@@ -395,15 +347,11 @@ def rng() -> np.random.Generator:
 
 
 def test_an_impossible_path_of_a_rule_is_an_error(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (room.parent / "wild.py").write_text(
-        "from attrs import define\nfrom rmfs_core import Leg, Path, hookimpl\n\n\n@define\nclass Wild:\n"
-        "    @hookimpl\n    def plan_path(self, goal):\n        return Path((Leg(goal),))\n",
-        encoding="utf-8",
-    )
+    wild = write_rule(room.parent, "pp", "return Path((Leg(goal),))")
     roads = roads_of_map(read_map(room))
     monkeypatch.chdir(room.parent)
-    planner = find_planner("./wild.py:Wild", {}, rng())
-    with pytest.raises(RunError, match=r"Wild.* gave robot 1 \(id 0\) an impossible path: .* is no straight run"):
+    planner = find_planner(wild, {}, rng())
+    with pytest.raises(RunError, match=r"Bad.* gave robot 1 \(id 0\) an impossible path: .* is no straight run"):
         planner.search(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 23))
 
 
@@ -524,8 +472,7 @@ def test_effort_of_priorities(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     plans = plan_by_priorities(roads, planner, random_trips(roads, 15, 2, "shelves"), 5, np.random.default_rng(1))
     assert 90 <= planner.asked < 90 + GROUP
     assert sum(plan.queries for plan in plans) == planner.asked
-    hall = roads_on(travel_on(parse_map("....\n....", "hall"), EVEN))
-    plans = searched(hall, (Trip(0, 3), Trip(4, 7)))
+    plans = searched(HALL, (Trip(0, 3), Trip(4, 7)))
     assert [(plan.queries, plan.delay_ticks) for plan in plans] == [(1, 0), (1, 0)]
 
 
@@ -571,28 +518,24 @@ def test_a_map_that_is_too_small_is_refused(text: str, found: int) -> None:
     assert said == f"my.map: found starts and goals for {found} robots; expected 5"
 
 
-LONG_HALL = roads_of_map(parse_map("......\n......", "hall"))
-LONG_EVEN = roads_on(
-    travel_on(parse_map("......\n......", "hall"), Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0))
-)
+LONG_EVEN = roads_on(travel_on(ROADS.layout, Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0)))
 """A robot has the cell it leaves until a second after, when it stands in the next one."""
 
 
-def drive(cell: int, *legs: Leg, heading: int = EAST) -> TimedPath:
-    return timed_path(LONG_HALL, Query(0, cell, heading, 0, legs[-1].to), legs)
+def drive(cell: int, *legs: Leg, heading: int = EAST, roads: Roads = ROADS) -> TimedPath:
+    return timed_path(roads, Query(0, cell, heading, 0, legs[-1].to), legs)
 
 
-def even(cell: int, *legs: Leg, heading: int = EAST) -> TimedPath:
-    return timed_path(LONG_EVEN, Query(0, cell, heading, 0, legs[-1].to), legs)
+even = partial(drive, roads=LONG_EVEN)
 
 
 def test_collisions_are_found() -> None:
     first = drive(0, Leg(5))
-    assert collisions(LONG_HALL, [first, drive(6, Leg(11))]) == ()
-    assert {hit.cell for hit in collisions(LONG_HALL, [first, drive(5, Leg(0), heading=WEST)])} == {2, 3}
-    assert [hit.cell for hit in collisions(LONG_HALL, [first, drive(5, Leg(5, 1000))])] == [5]
-    assert collisions(LONG_HALL, [drive(1, Leg(5)), drive(0, Leg(4, 500))])
-    assert collisions(LONG_HALL, [drive(1, Leg(5)), drive(0, Leg(4, 2100))]) == ()
+    assert collisions(ROADS, [first, drive(6, Leg(11))]) == ()
+    assert {hit.cell for hit in collisions(ROADS, [first, drive(5, Leg(0), heading=WEST)])} == {2, 3}
+    assert [hit.cell for hit in collisions(ROADS, [first, drive(5, Leg(5, 1000))])] == [5]
+    assert collisions(ROADS, [drive(1, Leg(5)), drive(0, Leg(4, 500))])
+    assert collisions(ROADS, [drive(1, Leg(5)), drive(0, Leg(4, 2100))]) == ()
     (hit,) = collisions(LONG_EVEN, [even(5, Leg(5)), even(0, Leg(5))])
     assert (hit.cell, hit.first, hit.second) == (5, 0, 1)
     assert (hit.since_s, hit.until_s) == (pytest.approx(4), math.inf)

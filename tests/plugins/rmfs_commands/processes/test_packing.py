@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from attrs import define, evolve
 
+from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.processes.events import (
     OrderConsolidated,
@@ -76,7 +77,6 @@ class Scripted:
 
 
 def scripted(tiny_run: Prepare, rules: dict[str, Any], change: Callable[[Scenario], Scenario]) -> ToldRun:
-    """Return a run with rules as objects."""
     run = tiny_run(INSTANCE, capacity=(9, 9), robots=3, change=change)
     scenario = evolve(run.simulation.scenario, rules=with_objects(run.simulation.scenario.rules, rules))
     keys = {"poa", "pps", "poa_pps", "packing", "packing_task"} & rules.keys()
@@ -84,9 +84,6 @@ def scripted(tiny_run: Prepare, rules: dict[str, Any], change: Callable[[Scenari
     found = ToldRun(Simulation(scenario, INSTANCE, small_layout(2), loaded))
     loaded.register_observer(found)
     return found
-
-
-# The same as today
 
 
 @pytest.mark.parametrize("rule", ["pod-match", *SPLITTING])
@@ -99,9 +96,6 @@ def test_where_packing_takes_no_time_packed_is_picked(tiny_run: Prepare, rule: s
         assert plain.of(kind) == packed.of(kind)
     assert {e.order: e.tick for e in packed.of(OrderPacked)} == {e.order: e.tick for e in packed.of(OrderCompleted)}
     assert not any("packing" in vars(type(event)).get("__slots__", ()) for event in plain.events)
-
-
-# Boxes
 
 
 @pytest.mark.parametrize("rule", SPLITTING)
@@ -146,12 +140,10 @@ def test_a_part_over_time_waits_for_the_rest_of_it_at_its_station(tiny_run: Prep
         assert all(number == 1 for number, order in zip(totes, run.warehouse.orders, strict=True) if not order.split)
 
 
-@pytest.mark.parametrize(
-    ("rules", "keys", "told"),
-    [
-        ({"poa_pps": Scripted(often=3, careless=True)}, {}, "split 2 orders; free boxes at the packing stations: 1"),
-        ({"poa_pps": Scripted(often=9, over_time=True, careless=True)}, {"stations": 2}, "split 6 orders; .*: 2"),
-    ],
+@cases(
+    "rules keys told",
+    ({"poa_pps": Scripted(often=3, careless=True)}, {}, "split 2 orders; free boxes at the packing stations: 1"),
+    ({"poa_pps": Scripted(often=9, over_time=True, careless=True)}, {"stations": 2}, "split 6 orders; .*: 2"),
 )
 def test_a_decision_that_splits_without_a_box_is_refused(tiny_run: Prepare, rules: Any, keys: Any, told: str) -> None:
     with pytest.raises(RuleError, match=told):
@@ -159,43 +151,33 @@ def test_a_decision_that_splits_without_a_box_is_refused(tiny_run: Prepare, rule
 
 
 @define
-class Sends:
+class Answers:
     answer: Any = ()
 
     @hookimpl
     def assign_packing(self, orders: Any) -> Any:
-        return self.answer if isinstance(self.answer, str | int) else [*self.answer][: len(orders)]
-
-
-@define
-class Chooses:
-    answer: Any = 0
+        return self.answer if isinstance(self.answer, str) else self.answer[: len(orders)]
 
     @hookimpl
     def choose_packing_task(self) -> Any:
         return self.answer
 
 
-@pytest.mark.parametrize(
-    ("rules", "told"),
-    [
-        ({"packing": Sends([])}, "assign_packing, at 0.000 s: named packing stations: 0; expected 1, one for each"),
-        ({"packing": Sends([2])}, "named packing station 2, which does not exist; ids are 0 to 1"),
-        ({"packing": Sends("ab")}, "returned str 'ab'; expected a sequence of ids"),
-        (
-            {"packing": Sends([0]), "poa_pps": Scripted()},
-            r"sent split order 2 \(id 2\) to packing station 1, where no box is free",
-        ),
-        ({"packing_task": Chooses(9)}, r"choose_packing_task, at [0-9.]+ s: named task 9, which does not exist"),
-        ({"packing_task": Chooses(None)}, "named task None; expected a whole number"),
-    ],
+@cases(
+    "rules told",
+    ({"packing": Answers([])}, "assign_packing, at 0.000 s: named packing stations: 0; expected 1, one for each"),
+    ({"packing": Answers([2])}, "named packing station 2, which does not exist; ids are 0 to 1"),
+    ({"packing": Answers("ab")}, "returned str 'ab'; expected a sequence of ids"),
+    (
+        {"packing": Answers([0]), "poa_pps": Scripted()},
+        r"sent split order 2 \(id 2\) to packing station 1, where no box is free",
+    ),
+    ({"packing_task": Answers(9)}, r"choose_packing_task, at [0-9.]+ s: named task 9, which does not exist"),
+    ({"packing_task": Answers(None)}, "named task None; expected a whole number"),
 )
 def test_an_impossible_decision_of_packing_is_refused(tiny_run: Prepare, rules: Any, told: str) -> None:
     with pytest.raises(RuleError, match=told):
         scripted(tiny_run, {"poa_pps": Scripted()} | rules, packing(stations=2, boxes=1, packers=1)).done()
-
-
-# Conveyors and packers
 
 
 @pytest.mark.parametrize(("packers", "sorters"), [(1, 0), (2, 0), (5, 0), (1, 1)])
@@ -289,16 +271,11 @@ def test_the_view_says_how_far_an_order_is(tiny_run: Prepare) -> None:
     assert run.simulation.view.free_boxes == 3
 
 
-# What is wrong
-
-
-@pytest.mark.parametrize(
-    ("keys", "told"),
-    [
-        ({"stations": 2, "open": {"2": ()}}, "packing.open: found no span for station 2; expected one that opens it"),
-        ({"open": {"2": ()}}, "packing.open.2: no station 2; expected 1 to 1"),
-        ({"conveyor_speed_m_per_s": 1.0}, "packing.conveyor_speed_m_per_s: expected a map that says where"),
-    ],
+@cases(
+    "keys told",
+    ({"stations": 2, "open": {"2": ()}}, "packing.open: found no span for station 2; expected one that opens it"),
+    ({"open": {"2": ()}}, "packing.open.2: no station 2; expected 1 to 1"),
+    ({"conveyor_speed_m_per_s": 1.0}, "packing.conveyor_speed_m_per_s: expected a map that says where"),
 )
 def test_a_section_that_makes_no_sense_is_refused(tiny_run: Prepare, keys: Any, told: str) -> None:
     with pytest.raises(InputError, match=told):
@@ -324,8 +301,6 @@ def test_rules_of_packing_stations_need_some(tiny_run: Prepare) -> None:
 
 
 def test_a_rule_that_waits_for_ever_is_told_of(tiny_run: Prepare) -> None:
-    """Packed orders do not count there: the orders that are left are named."""
-
     @define
     class Idle:
         @hookimpl

@@ -15,8 +15,6 @@ import rmfs_core
 from cases import cases
 from replenished import prepared, replenished_world, scenario_of
 from rmfs_commands.processes.supply import Supply
-from rmfs_commands.states.plain import BundleMemento, Memento
-from rmfs_commands.states.restoring import ContradictionError, restore
 from rmfs_commands.testing import small_instance, validate_trace
 from rmfs_core import BundleAssignment, BundleDecision, InputError, StandstillError, StoreBundle, hookimpl
 from rmfs_core.events import (
@@ -53,20 +51,10 @@ def brought(instance: Instance, *bundles: tuple[float, int, int]) -> Instance:
     return evolve(instance, bundles=tuple(data))
 
 
-# The state
 def at_station(warehouse: Warehouse, sku: int, items: int) -> Bundle:
     bundle = warehouse.bundle_arrives(sku, items)
     warehouse.assign_bundle(bundle, warehouse.stations[1])
     return bundle
-
-
-def test_rules_see_picking_stations_and_replenishment_stations_apart() -> None:
-    view = WarehouseView(replenished_world({}, {"p": {"a": 1}}))
-    assert [station.id for station in view.stations] == [0]
-    assert [station.id for station in view.replenishment_stations] == [1]
-    assert view.station(1).stores
-    assert not view.station(1).picks
-    assert view.available().shape == (1, 1)
 
 
 def test_a_bundle_takes_space_as_soon_as_its_pod_is_chosen() -> None:
@@ -97,52 +85,6 @@ def test_stored_items_cover_requests_where_the_pod_is_bound_for() -> None:
     assert pod.free_items(1) == 3
 
 
-def test_a_new_sku_on_a_pod_is_found() -> None:
-    warehouse = replenished_world({}, {"p": {"a": 1}, "q": {"b": 1}})
-    view = WarehouseView(warehouse)
-    before = view.free_items
-    bundle = at_station(warehouse, 1, 4)
-    warehouse.bind_bundle(bundle, warehouse.pods[0])
-    warehouse.store_bundle(bundle, warehouse.pods[0])
-    assert [pod.name for pod in view.pods_with(1)] == ["p", "q"]
-    assert view.free_items.pod is not before.pod
-    assert list(zip(view.free_items.pod, view.free_items.sku, view.free_items.number, strict=True)) == [
-        (0, 0, 1),
-        (0, 1, 4),
-        (1, 1, 1),
-    ]
-
-
-def test_a_memento_has_the_bundles() -> None:
-    warehouse = replenished_world({"1": {"a": 1}}, {"p": {"a": 3}}, pod_capacity=12, bundle_capacity=3, sizes=(2,))
-    warehouse.advance(5000)
-    first, second, _ = (warehouse.bundle_arrives(0, 2, name) for name in ("x", "y", "z"))
-    for bundle in (second, first):
-        warehouse.assign_bundle(bundle, warehouse.stations[1])
-    warehouse.bind_bundle(first, warehouse.pods[0])
-    memento = Memento.of(WarehouseView(warehouse), ("a",))
-    again = restore(memento, warehouse.travel)
-    assert Memento.of(WarehouseView(again), ("a",)) == memento
-    assert [bundle.name for bundle in again.stations[1].bundles] == ["y", "x"]
-    assert [bundle.arrival_s for bundle in again.bundles.values()] == [5.0]
-    assert (again.pods[0].free_space, again.bundle_arrives(0, 1).id) == (2, 3)
-
-
-@cases(
-    "wrong",
-    BundleMemento(0, "x", 7, 1, 0),  # there is no such SKU
-    BundleMemento(0, "x", 0, 1, 0, station=0),  # nothing is stored there
-    BundleMemento(0, "x", 0, 1, 0, station=1, pod=0),  # the pod is bound nowhere
-)
-def test_bundles_that_cannot_be_are_refused(wrong: BundleMemento) -> None:
-    warehouse = replenished_world({}, {"p": {"a": 3}})
-    memento = evolve(Memento.of(WarehouseView(warehouse), ("a",)), bundles=(wrong,))
-    with pytest.raises(ContradictionError) as caught:
-        restore(memento, warehouse.travel)
-    assert caught.value.path[:2] == ("bundles", 0)
-
-
-# Decisions
 def waiting_and_assigned() -> Warehouse:
     warehouse = replenished_world({}, {"p": {"a": 3}, "q": {"b": 6}, "r": {"a": 1}}, pod_capacity=6)
     at_station(warehouse, 0, 2)
@@ -167,15 +109,8 @@ def waiting_and_assigned() -> Warehouse:
     (Role.ROA_RPS, [StoreBundle(0, 0)], "expected BundleDecision"),
 )
 def test_impossible_decisions_are_refused(role: Role, answer: Any, problem: str) -> None:
-    assert problem in said(
-        ImpossibleError,
-        apply_replenishment,
-        waiting_and_assigned(),
-        answer,
-        role=role,
-        max_fetches=9,
-        keep=lambda _: None,
-    )
+    given = {"role": role, "max_fetches": 9, "keep": lambda _: None}
+    assert problem in said(ImpossibleError, apply_replenishment, waiting_and_assigned(), answer, **given)
 
 
 def test_pods_that_are_bound_already_need_no_robot() -> None:
@@ -189,7 +124,6 @@ def test_pods_that_are_bound_already_need_no_robot() -> None:
         apply_replenishment(warehouse, [StoreBundle(1, 0)], role=Role.RPS, max_fetches=0, keep=events.append)
 
 
-# Runs
 def test_storing_holds_pod_and_worker() -> None:
     """Two bundles for one pod: one visit, 10 s each; then the order that nobody could serve is picked."""
     instance = brought(small_instance({"1": {"a": 3}}, {"p": {"a": 1}}), (0, 0, 1), (0, 0, 2))
@@ -276,7 +210,6 @@ def test_a_joint_rule_decides_both() -> None:
     assert result.metrics["bundles_stored"]
 
 
-# What scenarios are refused for
 REORDER = {"process": "reorder-point", "reorder_point": 1, "order_up_to": 4}
 
 
@@ -310,7 +243,6 @@ def test_a_process_needs_rules_and_a_station() -> None:
         open_warehouse(scenario, make_instance(scenario), make_layout(scenario))
 
 
-# Random worlds
 SUPPLIES: tuple[dict[str, Any], ...] = (
     {"process": "reorder-point", "reorder_point": 2, "order_up_to": 6, "bundle_items": 4, "lead_s": 60.0},
     {"process": "reorder-point", "reorder_point": 0, "order_up_to": 3, "lead_s": 600.0},
@@ -412,7 +344,6 @@ def survives(scenario: Scenario, pp: str) -> None:
 @given(scenario=worlds())
 @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
 def test_nothing_is_lost_and_nothing_stands_still(scenario: Scenario) -> None:
-    """Whatever the world: every order is completed from stock that had to be brought, without traffic and with."""
     for pp in ("free-flow", "sipp"):
         survives(scenario, pp)
 
@@ -440,8 +371,7 @@ def test_what_has_run_low_or_is_waited_for_is_ordered() -> None:
     supply.picked(0)
     assert supply.order(0) == []
     supply.picked(0)
-    assert supply.order(0) == [5]
-    assert supply.order(0) == []
+    assert [supply.order(0), supply.order(0)] == [[5], []]
     supply, wanted = Supply(scenario_of(FROM_TWO_TO_SEVEN), LOW), [OrderLine(0, 9)]
     supply.waits(wanted)
     assert supply.order(0) == [12]

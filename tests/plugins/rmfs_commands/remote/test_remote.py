@@ -13,7 +13,6 @@ import pytest
 
 import rmfs
 from rmfs_commands.serve.service import Service
-from rmfs_commands.states.written import read_answer
 from rmfs_core.errors import InputError, RuleError
 from tests.helpers.cases import cases
 from tests.helpers.tiny import TINY
@@ -50,7 +49,6 @@ def served(rule: str, **reply: Any) -> Iterator[str]:
 
 
 def result_with(scenario: str, key: str, choice: str, folder: Path) -> tuple[str, str]:
-    """Return the tables of orders and visits of a run with a rule for a key."""
     changed = rmfs.load_scenario(scenario, [f"rules.{key}={choice}", *SHORT.get(scenario, ())])
     rmfs.run(changed, out=folder)
     return tuple((folder / name).read_text() for name in ("orders.csv", "visits.csv"))  # type: ignore[return-value]
@@ -185,8 +183,3 @@ def test_an_answer_without_what_was_asked_for() -> None:
         scenario = rmfs.load_scenario("examples/small", [f"rules.pr={{ rule = 'remote', url = '{url}' }}"])
         with pytest.raises(RuleError, match="answered without `cell`"):
             rmfs.run(scenario)
-
-
-def test_answers_are_read_as_strictly_as_states() -> None:
-    with pytest.raises(InputError, match=r"answer, assignments\[0\].skus\[1\]: expected a text in quotes, found 7"):
-        read_answer({"assignments": [{"order": "A", "station": "1", "skus": ["x", 7]}]})

@@ -27,7 +27,7 @@ from calling import exit_code
 from cases import cases
 from chromium import Chromium
 from rmfs_commands.replay.charges import WHOLE, Line
-from rmfs_commands.replay.columns import KINDS, Columns, ColumnsBuilder, whole_run
+from rmfs_commands.replay.columns import KINDS, Columns, ColumnsBuilder
 from rmfs_commands.replay.live import RUNNING, Watch
 from rmfs_commands.replay.positions import ways
 from rmfs_commands.replay.reading import Replay, read_replay
@@ -38,10 +38,9 @@ from rmfs_commands.states.recorded import read_recording
 from rmfs_commands.trace import read_trace
 from rmfs_commands.validation.collisions import reached_s
 from rmfs_core import InputError, hookimpl
-from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
+from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import Event, PodLifted, PodStored, RobotMoved
 from rmfs_core.info import RunInfo
-from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
 from rmfs_core.scenario import load_scenario
 
@@ -58,10 +57,9 @@ def test_the_trace_alone(day: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
     assert not (tmp_path / "replay.html").exists()
 
 
-def cut_off(folder: Path) -> None:
-    file = folder / "trace.jsonl.gz"
-    lines = gzip.decompress(file.read_bytes()).splitlines(keepends=True)
-    file.write_bytes(gzip.compress(b"".join(lines[:-5])))
+def other_pod(lines: list[str]) -> list[str]:
+    at = next(i for i, line in enumerate(lines) if '"e":"trip_decided"' in line)
+    return [*lines[:at], lines[at].replace('"pod":', '"pod":9'), *lines[at + 1 :]]
 
 
 def cut_through(folder: Path) -> None:
@@ -70,40 +68,41 @@ def cut_through(folder: Path) -> None:
 
 
 def other_result(folder: Path) -> None:
-    file = folder / "result.json"
-    content = json.loads(file.read_text(encoding="utf-8"))
+    content = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     content["scenario"]["rules"]["pps"] = "completes"
-    file.write_text(json.dumps(content), encoding="utf-8")
+    (folder / "result.json").write_text(json.dumps(content), encoding="utf-8")
 
 
-def no_result(folder: Path) -> None:
-    (folder / "result.json").write_text("[]", encoding="utf-8")
-
-
-def other_ids(folder: Path) -> None:
-    file = folder / "trace.jsonl.gz"
-    text = gzip.decompress(file.read_bytes()).decode()
-    at = text.index('"e":"trip_decided"')
-    file.write_bytes(gzip.compress((text[:at] + text[at:].replace('"pod":', '"pod":9', 1)).encode()))
+def changed(folder: Path, by: Callable[[list[str]], list[str]], name: str = "trace.jsonl.gz") -> None:
+    lines = gzip.decompress((folder / name).read_bytes()).decode().splitlines(keepends=True)
+    (folder / name).write_bytes(gzip.compress("".join(by(lines)).encode()))
 
 
 def other_header(folder: Path) -> None:
     (folder / "result.json").unlink()
-    file = folder / "trace.jsonl.gz"
-    header, rest = gzip.decompress(file.read_bytes()).decode().split("\n", 1)
-    changed = json.loads(header)
-    changed["scenario"]["rules"] = ["nearest"]
-    file.write_bytes(gzip.compress(f"{json.dumps(changed)}\n{rest}".encode()))
+
+    def other(lines: list[str]) -> list[str]:
+        header = json.loads(lines[0])
+        header["scenario"]["rules"] = ["nearest"]
+        return [f"{json.dumps(header)}\n", *lines[1:]]
+
+    changed(folder, other)
 
 
 @cases(
     "damage sentence",
     (lambda folder: (folder / "trace.jsonl.gz").unlink(), r"has no trace.jsonl.gz; `rmfs run --trace` records one"),
-    (cut_off, r"the trace was cut off here; expected a last line with the event 'end'"),
+    (
+        lambda folder: changed(folder, lambda lines: lines[:-5]),
+        "the trace was cut off here; expected a last line with the event 'end'",
+    ),
     (cut_through, r"trace.jsonl.gz, line \d+: the file was cut off here"),
     (other_result, r"another run than trace.jsonl.gz: its rules.pps is 'completes', that of the trace 'demand'"),
-    (no_result, "expected a result that rmfs has written, with the key `metrics`"),
-    (other_ids, "TripDecided names pod 9"),
+    (
+        lambda folder: (folder / "result.json").write_text("[]", encoding="utf-8"),
+        "expected a result that rmfs has written, with the key `metrics`",
+    ),
+    (lambda folder: changed(folder, other_pod), "TripDecided names pod 9"),
 )
 def test_what_is_no_recorded_run(day: Path, tmp_path: Path, damage: Callable[[Path], object], sentence: str) -> None:
     shutil.copytree(day, tmp_path, dirs_exist_ok=True)
@@ -171,16 +170,6 @@ def test_no_leg_is_lost(day: Path, replay: Replay) -> None:
         ]
 
 
-@pytest.mark.parametrize("metres", [1, 2, 5, 20])
-def test_a_leg_that_was_cut_off_was_on_its_way_farther(metres: int) -> None:
-    motion = Motion()
-    assert whole_run(motion, metres, motion.run_ticks(metres)) == metres
-    passed_at_speed = next(t for t in range(60_000) if motion.position_m(metres + 4, to_seconds(t)) >= metres)
-    whole = whole_run(motion, metres, passed_at_speed + 10)
-    assert whole > metres
-    assert metres <= motion.position_m(whole, to_seconds(passed_at_speed + 10)) < metres + 1
-
-
 @cases(
     "event named",
     (PodLifted(5, 0, robot=99, pod=0, cell=0), "PodLifted names robot 99"),
@@ -188,7 +177,6 @@ def test_a_leg_that_was_cut_off_was_on_its_way_farther(metres: int) -> None:
     (RobotMoved(5, 0, 0, 10**6, 3, 0, 0, 0, 1, None), "RobotMoved names origin 1000000"),
 )
 def test_what_is_not_there_is_refused(replay: Replay, event: Event, named: str) -> None:
-    """An event that names what the header does not have would show something else."""
     with pytest.raises(InputError, match=named):
         ColumnsBuilder(replay.start).add(event)
 
@@ -229,18 +217,14 @@ def test_charges_are_what_rules_see(seen: tuple[Replay, Seen]) -> None:
     assert any(b - a > 0.1 * WHOLE for line in lines for a, b in zip(line.charges, line.charges[1:], strict=False))
 
 
-def test_the_page_is_told_them(seen: tuple[Replay, Seen]) -> None:
-    replay, _ = seen
-    found = told(replay)["charges"]
-    lines = replay.columns.charges.lines(replay.tick)
+def test_the_page_is_told_them(seen: tuple[Replay, Seen], replay: Replay) -> None:
+    charged, _ = seen
+    found = told(charged)["charges"]
+    lines = charged.columns.charges.lines(charged.tick)
     assert found["n"] == [len(line.ticks) for line in lines]
-    assert sum(found["tick"][: found["n"][0]]) == replay.tick
+    assert sum(found["tick"][: found["n"][0]]) == charged.tick
     assert len(found["charge"]) == sum(found["n"])
-
-
-def test_without_batteries_there_is_nothing(replay: Replay) -> None:
-    assert replay.columns.charges.lines(replay.tick) == []
-    assert told(replay)["charges"] == {"n": [], "tick": [], "charge": []}
+    assert told(replay)["charges"] == {"n": [], "tick": [], "charge": []}  # there are no batteries
 
 
 def test_a_line_is_straight_between_points() -> None:
@@ -348,7 +332,7 @@ def test_bundles_closed_stations_and_moved_pods(restocked: Path) -> None:
     assert not any(world.bundles)
 
 
-def test_each_decision_has_what_was_decided(day: Path, replay: Replay) -> None:
+def test_each_decision_has_what_was_decided(day: Path, replay: Replay, short: Path) -> None:
     columns = replay.decisions
     recorded = list(read_recording(day))
     assert list(accumulate(columns["tick"])) == [to_ticks(one.time_s) for one in recorded]
@@ -362,6 +346,7 @@ def test_each_decision_has_what_was_decided(day: Path, replay: Replay) -> None:
         if what == 1
     ]
     assert (columns["backlog"][0], columns["backlog"][-1]) == (20, 0)
+    assert read_replay(short).decisions is None  # none was recorded
 
 
 def test_bundles_rests_and_moves(restocked: Path) -> None:
@@ -381,18 +366,15 @@ def test_bundles_rests_and_moves(restocked: Path) -> None:
     assert min(waiting) >= 1
 
 
-def test_nothing_recorded(short: Path) -> None:
-    assert read_replay(short).decisions is None
-
-
 def test_decisions_of_another_run(day: Path, tmp_path: Path, replay: Replay) -> None:
     shutil.copytree(day, tmp_path, dirs_exist_ok=True)
-    file = tmp_path / "decisions.jsonl.gz"
-    lines = gzip.decompress(file.read_bytes()).decode().splitlines()
-    changed = json.loads(lines[1])
-    changed["decision"]["assignments"][0]["order"] = "none of these"
-    lines[1] = json.dumps(changed)
-    file.write_bytes(gzip.compress("\n".join(lines).encode()))
+
+    def other(lines: list[str]) -> list[str]:
+        decided = json.loads(lines[1])
+        decided["decision"]["assignments"][0]["order"] = "none of these"
+        return [lines[0], f"{json.dumps(decided)}\n", *lines[2:]]
+
+    changed(tmp_path, other, "decisions.jsonl.gz")
     with pytest.raises(InputError, match="line 2: is no decision of the run that the trace tells of"):
         recorded_decisions(tmp_path, replay.start)
 
@@ -439,65 +421,11 @@ def test_a_browser_is_told_of_the_run_so_far(tmp_path: Path) -> None:
     watch.close()
 
 
-def test_telling_costs_a_tenth_of_the_time_at_most() -> None:
-    watch = Watch("day")
-    told_at: list[float] = []
-
-    class Often:
-        @hookimpl
-        def on_event(self, event: Event) -> None:
-            if watch.news(event.tick - 1) is not None:
-                told_at.append(time.monotonic())
-
-    rmfs_core.run("examples/small", overrides=SETTINGS, observers=[Often(), watch])
-    watch.close()
-    assert 1 <= len(told_at) < 100
-
-
 def refusal(address: str, **headers: str) -> tuple[int, str]:
     with pytest.raises(urllib.error.HTTPError) as refused:
         urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=10)
     with refused.value as answer:
         return answer.code, answer.read().decode("utf-8")
-
-
-def test_only_who_has_the_token_is_answered() -> None:
-    watch, other = Watch("day"), Watch("day")
-    rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
-    assert len(watch.token) > 30
-    assert watch.token != other.token
-    with urllib.request.urlopen(watch.address, timeout=10) as answer:
-        assert (answer.status, answer.headers["Content-Type"]) == (200, "text/html; charset=utf-8")
-        assert watch.token not in answer.read().decode("utf-8")
-    assert asked(watch.address)
-    page, _, _ = watch.address.partition("?")
-    without = (403, "Open the address that rmfs run --watch printed, with its token.")
-    for path in ("", "run", "etc"):
-        for query in (
-            "",
-            "?token=",
-            f"?token={other.token}",
-            f"?token={watch.token[:-1]}",
-            "?token=%C3%A9",
-            "?after=0",
-        ):
-            assert refusal(f"{page}{path}{query}") == without, (path, query)
-    watch.close()
-
-
-def test_only_this_machine_s_pages_are_answered() -> None:
-    watch = Watch("day")
-    rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
-    elsewhere = (403, "This page is for the machine that it runs on.")
-    assert refusal(watch.address, Host="example.org") == elsewhere
-    assert refusal(watch.address, Host="localhost.example.org:80") == elsewhere
-    assert refusal(watch.address.replace("?", "etc?")) == (404, "There is / and /run.")
-    tunnel = urllib.request.Request(watch.address, headers={"Host": "localhost:8000"})
-    with urllib.request.urlopen(tunnel, timeout=10) as answer:
-        assert answer.status == 200
-    assert asked(watch.address, after=0)
-    assert asked(watch.address, after=int("9" * 4000))  # is no time: the whole run
-    watch.close()
 
 
 @pytest.mark.slow
@@ -525,3 +453,28 @@ def test_the_command_shows_the_run_in_a_browser_until_ctrl_c(tmp_path: Path) -> 
         finally:
             process.kill()
     assert (tmp_path / "out" / "result.json").is_file()
+
+
+def test_only_this_machine_s_pages_with_the_token_are_answered() -> None:
+    watch, other = Watch("day"), Watch("day")
+    rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
+    assert len(watch.token) > 30
+    assert watch.token != other.token
+    for host in ({}, {"Host": "localhost:8000"}):  # as through a tunnel
+        request = urllib.request.Request(watch.address, headers=host)
+        with urllib.request.urlopen(request, timeout=10) as answer:
+            assert (answer.status, answer.headers["Content-Type"]) == (200, "text/html; charset=utf-8")
+            assert watch.token not in answer.read().decode("utf-8")
+    assert asked(watch.address)
+    assert asked(watch.address, after=0)
+    assert asked(watch.address, after=int("9" * 4000))  # is no time: the whole run
+    page, _, _ = watch.address.partition("?")
+    without = (403, "Open the address that rmfs run --watch printed, with its token.")
+    queries = ("", "?token=", f"?token={other.token}", f"?token={watch.token[:-1]}", "?token=%C3%A9", "?after=0")
+    for path in ("", "run", "etc"):
+        for query in queries:
+            assert refusal(f"{page}{path}{query}") == without, (path, query)
+    for host in ("example.org", "localhost.example.org:80"):
+        assert refusal(watch.address, Host=host) == (403, "This page is for the machine that it runs on.")
+    assert refusal(watch.address.replace("?", "etc?")) == (404, "There is / and /run.")
+    watch.close()

@@ -12,8 +12,9 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
-from calling import exit_code
+from calling import exit_code, refused
 from cases import cases
+from rmfs_commands.cli.main import main
 from rmfs_commands.cli.not_simulated import NOT_SIMULATED
 from rmfs_commands.report.drawing import Series, chart, nice, stacked
 from rmfs_commands.report.hall import heat_maps
@@ -195,7 +196,6 @@ def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]
     (("run.until_s=90", "run.warmup_s=100"), 100, 0, 3, "The run ended at its horizon at 0:01:30: "),
 )
 def test_headings_are_the_metrics(tmp_path, changes, begin, late, left, lead) -> None:
-    """Orders that were cancelled, that arrive when the run is over, or in its warm-up, are not among them."""
     (tmp_path / "orders.csv").write_text(DAY, encoding="utf-8")
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\nP,tea,\nQ,ale,\n", encoding="utf-8")
     (tmp_path / "day.toml").write_text(HALL, encoding="utf-8")
@@ -237,8 +237,7 @@ def test_what_is_missing_or_damaged_is_refused(late, tmp_path, capsys, name, dam
     shutil.copytree(late, folder)
     damage(folder / name)
     files = sorted(folder.iterdir())
-    assert exit_code("report", str(folder)) == 2
-    error = capsys.readouterr().err
+    error = refused(capsys, main, ["report", str(folder)])
     assert re.fullmatch(r"Error: [^\n]+\n", error), error
     assert told in error
     assert sorted(folder.iterdir()) == files
@@ -277,11 +276,10 @@ def test_a_page_replaces_no_other_file(late: Path, tmp_path: Path, capsys: pytes
         ("scenario", "map", "examples/small", "--html", "--out", str(file)),
         ("plan", str(tmp_path / "hall.map"), "--agents", "2", "--html", str(file)),
     ):
-        assert exit_code(*command) == 2
-        assert "exists, and is no page; expected a new name" in capsys.readouterr().err
+        assert "exists, and is no page; expected a new name" in refused(capsys, main, command)
     assert file.read_text(encoding="utf-8") == "order"
-    assert exit_code("scenario", "map", "examples/small", "--html", "--out", "x" * 300) == 2
-    assert "cannot be written: File name too long; expected the name of a new file" in capsys.readouterr().err
+    long = refused(capsys, main, ("scenario", "map", "examples/small", "--html", "--out", "x" * 300))
+    assert "cannot be written: File name too long; expected the name of a new file" in long
 
 
 def test_a_truck_of_the_next_day_leaves_a_day_later() -> None:

@@ -22,7 +22,7 @@ from rmfs_commands.reproduction.distributions import (
     sku_probabilities,
     truncated_geometric,
 )
-from rmfs_commands.reproduction.estimates import Estimate, estimate, mean_of, metric, relative, select
+from rmfs_commands.reproduction.estimates import Estimate, estimate, mean_of, metric, relative
 from rmfs_commands.reproduction.extensions import example_tables, large_tables, packing_tables, prefilter_tables
 from rmfs_commands.reproduction.grids import number, settings_grid, statements_grid, table_grid
 from rmfs_commands.reproduction.html import to_html
@@ -37,9 +37,8 @@ from rmfs_commands.reproduction.report_files import write_report
 from rmfs_commands.reproduction.settings import Setting, settings
 from rmfs_commands.reproduction.statements import Comparison, Statement, statements
 from rmfs_commands.reproduction.tables import NO_NUMBER, NO_RUN, Line, Table, as_factor, in_range
+from rmfs_commands.testing import small_instance
 from rmfs_core.scenario import RuleChoice, load_scenario
-from rmfs_core.world import Instance
-from rmfs_core.world.instance import OrderData
 
 
 def test_nothing_is_hidden(row) -> None:
@@ -61,24 +60,15 @@ def test_nothing_is_hidden(row) -> None:
     ]
 
 
-THREE_ORDERS = Instance(
-    skus=("2", "1"),
-    orders=(
-        OrderData("a", arrival_tick=0, lines=((0, 1),)),
-        OrderData("b", arrival_tick=0, lines=((1, 1),)),
-        OrderData("c", arrival_tick=0, lines=((1, 1), (0, 1))),
-        OrderData("d", arrival_tick=0, lines=((1, 1),)),
-    ),
-    pods=(),
-)
+FOUR_ORDERS = small_instance({"a": ["2"], "b": ["1"], "c": ["1", "2"], "d": ["1"]}, {})
 
 
 def test_the_papers_distributions() -> None:
     assert truncated_geometric(0.5, 2) == pytest.approx([2 / 3, 1 / 3])
-    table = order_lengths(load_paper()["order-lengths"], {1: THREE_ORDERS})
+    table = order_lengths(load_paper()["order-lengths"], {1: FOUR_ORDERS})
     assert [line.ours.mean for line in table.lines[:3] if line.ours] == [0.75, 0.25, 0.0]
     assert len(table.lines) == 20
-    table = sku_probabilities(load_paper()["sku-probabilities"], {1: THREE_ORDERS})
+    table = sku_probabilities(load_paper()["sku-probabilities"], {1: FOUR_ORDERS})
     assert [line.ours.mean for line in table.lines[:2] if line.ours] == pytest.approx([2 / 3, 1 / 3])
     tables = distribution_tables(range(1, 11), load_paper())
     verdicts = [line.verdict for table in tables for line in table.lines if line.label[0] not in BEYOND]
@@ -100,39 +90,6 @@ def test_estimates() -> None:
     assert (found.mean, found.runs, found.expected) == (1.0, 1, 3)
     assert estimate([(1, None)]) is None
     assert estimate([]) is None
-
-
-def test_relative_divides_the_means_of_a_seed(row) -> None:
-    baseline = [row(seed=1, pile_on=2.0), row(seed=2, pile_on=4.0), row(seed=1, instance="two", pile_on=1.0)]
-    others = [
-        row("integrated", seed=1, pile_on=3.0),
-        row("integrated", seed=2, pile_on=4.0),
-        row("integrated", seed=1, instance="two", pile_on=2.5),
-    ]
-    assert relative(others, baseline, metric("pile_on")).mean == (2.75 / 1.5 + 1.0) / 2
-
-
-def test_ratios_without_a_partner(row) -> None:
-    baseline = [row(pile_on=2.0), row(instance="two", pile_on=9.0) | {"status": "partial"}]
-    others = [row("integrated", pile_on=3.0), row("integrated", instance="two", pile_on=8.0)]
-    found = relative(others, baseline, metric("pile_on"))
-    assert (found.mean, found.runs, found.expected) == (1.5, 1, 2)
-    rows = [row(seed=seed, pile_on=seed - 1.0) for seed in (1, 2)]
-    found = relative(rows, rows, metric("pile_on"))
-    assert (found.mean, found.runs, found.expected) == (1.0, 1, 2)
-    lost = {key: row()[key] for key in ("instance", "rule_set", "seed", "error_kind")} | {"status": "failed"}
-    found = mean_of([lost, row(seed=2, makespan_s=7.0)], metric("makespan_s"))
-    assert (found.mean, found.runs, found.expected) == (7.0, 1, 2)
-
-
-@pytest.mark.parametrize("side", ["integrated", "sequential"])
-def test_a_pair_with_a_failed_run_does_not_count(row, side: str) -> None:
-    rows = [row(rule_set, seed, pile_on=seed) for rule_set in ("sequential", "integrated") for seed in (1, 2)]
-    for one in rows:
-        if one["rule_set"] == side and one["seed"] == 2:
-            one |= {"status": "failed", "pile_on": 99.0}
-    found = relative(select(rows, rule_set="integrated"), select(rows, rule_set="sequential"), metric("pile_on"))
-    assert (found.mean, found.runs, found.expected) == (1.0, 1, 2)
 
 
 def test_prefilter(row) -> None:
@@ -162,11 +119,8 @@ def test_figures_of_the_packing_capacity_and_large_sets(row) -> None:
     assert verdicts["integrated", "pod-station visits"] == "in range"
     assert verdicts["integrated", "robot distance"] == "below"
     assert verdicts["split-over-time", "robot distance"] == "no complete run"
-    rows = [
-        row("sequential", psv_per_order=1.0),
-        row("packing-10", psv_per_order=0.65),
-        row("split-among-stations", psv_per_order=0.3),
-    ]
+    visits = {"sequential": 1.0, "packing-10": 0.65, "split-among-stations": 0.3}
+    rows = [row(name, psv_per_order=number) for name, number in visits.items()]
     (table,) = packing_tables(rows, load_paper())
     assert [line.verdict for line in table.lines] == ["in range", "below"]
 
@@ -196,12 +150,7 @@ def verdict(table: Table, *label: str) -> str:
 
 def test_visits_relative_to_sequential(row) -> None:
     """0.75 of the sequential visits lie in the paper's range of 20 % to 30 % fewer; half of them in "about 50 %"."""
-    rows = [
-        row("sequential", psv_per_order=2.0),
-        row("integrated", psv_per_order=1.5),
-        row("split-among-stations", psv_per_order=1.0),
-        row("split-over-time", psv_per_order=1.0),
-    ]
+    rows = [row(name, psv_per_order=number) for name, number in zip(METHODS, (2.0, 1.5, 1.0, 1.0), strict=True)]
     table = tables_of(rows)["pod-station-visits"]
     assert [line.label for line in table.lines] == [("50 orders", method) for method in METHODS[1:]]
     assert [line.ours.mean for line in table.lines if line.ours] == [0.75, 0.5, 0.5]
@@ -210,11 +159,8 @@ def test_visits_relative_to_sequential(row) -> None:
 
 def test_the_second_baseline_is_sequential_with_six_orders(row) -> None:
     """Item capacity costs the sequential rules a quarter more visits; a model that saves 40 % of these saves 25 %."""
-    rows = [
-        row("sequential", psv_per_order=2.5),
-        row("sequential, 6 orders", psv_per_order=2.0),
-        row("split-among-stations", psv_per_order=1.5),
-    ]
+    visits = {"sequential": 2.5, "sequential, 6 orders": 2.0, "split-among-stations": 1.5}
+    rows = [row(name, psv_per_order=number) for name, number in visits.items()]
     table = tables_of(rows)["second-baseline"]
     six = table.ours("50 orders", "visits", "sequential, 6 orders to sequential")
     model = table.ours("50 orders", "visits", "split-among-stations to sequential, 6 orders")
@@ -285,33 +231,6 @@ def test_statements_have_verdicts(row) -> None:
     assert verdict_on([row(decision_s_per_order=1.6)], "It takes") == "does not hold"
 
 
-def ours(mean: float) -> Estimate:
-    return Estimate(mean, 0.1, 10, 10)
-
-
-@pytest.mark.parametrize(
-    ("mean", "verdict"), [(0.69, "below"), (0.70, "in range"), (0.75, "in range"), (0.80, "in range"), (0.81, "above")]
-)
-def test_where_our_mean_lies(mean: float, verdict: str) -> None:
-    assert in_range(("a",), Range(0.70, 0.80), ours(mean)).verdict == verdict
-
-
-@pytest.mark.parametrize(
-    ("seconds", "verdict"),
-    [(0.02, "50 times faster"), (1.0, "1.0 times faster"), (0.4, "2.5 times faster"), (3.0, "3.0 times slower")],
-)
-def test_how_many_times_faster(seconds: float, verdict: str) -> None:
-    line = as_factor(("a",), Range(0.995, 1.005, 1.0), ours(seconds))
-    assert (line.verdict, line.speedup) == (verdict, pytest.approx(1 / seconds))
-
-
-@pytest.mark.parametrize("compare", [in_range, as_factor])
-def test_nothing_to_compare(compare) -> None:
-    assert compare(("a",), None, ours(1.0)).verdict == NO_NUMBER
-    assert compare(("a",), Range(1.0, 2.0), None).verdict == NO_RUN
-    assert compare(("a",), None, None).verdict == NO_RUN
-
-
 DIAGRAMS = ("fig:mu_simulationframework", "fig:problemdependencies", "fig:locusBots")
 SETTINGS = ("tab:instance", "fig:Layout", "tab:decrules")
 FIGURES = (
@@ -361,6 +280,25 @@ def test_cells_of_tables() -> None:
     assert cells(in_range(("a",), Range(1.0, 2.0), Estimate(2.0, None, 1, 3)))[0][-1] == "1 of 3"
 
 
+@pytest.mark.slow
+def test_a_report_shows_all_exhibits_means_verdicts_and_failed_runs(report: Report) -> None:
+    titles = [entry.title for entry in report.grids]
+    for exhibit in load_paper().values():
+        title = f"{exhibit.item}: {exhibit.caption}"
+        assert title in titles or title in [row[0] for row in grid(report, "Not in this report").rows]
+    first = grid(report, "Figure 10").rows[0]
+    assert first == ("50 orders, integrated", "0.70 to 0.80", "1.000 ± 0.000", "above", "2")
+    assert grid(report, "Figure 16").rows[0][-1] == "1 of 2"
+    outcome = {row[0]: row[2:] for row in grid(report, "Overview").rows}
+    assert outcome["Figure 10"] == ("9", "9 above")
+    assert outcome["Figure 11"] == ("9", "9 no number in the paper")
+    assert outcome["Table 4"] == ("12", "from 5.0 times faster to 670 times faster")
+    (counts,) = (entry for entry in report.grids if entry.title == "Runs")
+    assert ("large", "sequential", "2", "1", "0", "1", "1", "0", "3.0") in counts.rows
+    (lost,) = grid(report, "Runs that did not complete").rows
+    assert lost == ("large", "one, sequential, seed 1", "failed", "robot 3 | waits for 4")
+
+
 def test_figures_and_statements() -> None:
     ours = Estimate(1234.56789, 0.5, 2, 2)
     assert cells(in_range(("a",), Range(0.7, 0.8), ours), digits=4)[0][1:3] == ("0.70 to 0.80", "1,234.5679 ± 0.5000")
@@ -375,11 +313,8 @@ def test_figures_and_statements() -> None:
         ("Figure 11", "It is less.", "holds in 1 of 2", "150 orders: 1,234 against 0.01235"),
         ("Figure 12", "It is, too.", "holds", ""),
     )
-
-
-@cases("value text", (0.0, "0"), (0.012345, "0.01235"), (1.0034, "1.003"), (12345.0, "12,345"), (-2.5, "-2.500"))
-def test_four_significant_digits(value: float, text: str) -> None:
-    assert number(value) == text
+    shown = [number(value) for value in (0.0, 0.012345, 1.0034, 12345.0, -2.5)]
+    assert shown == ["0", "0.01235", "1.003", "12,345", "-2.500"]
 
 
 @pytest.mark.slow
@@ -447,7 +382,43 @@ Another.
     )
 
 
+def test_ratios_divide_the_means_of_a_seed_and_need_both_runs(row) -> None:
+    rows = [row(seed=1, pile_on=2.0), row(seed=2, pile_on=4.0), row(seed=1, instance="two", pile_on=1.0)]
+    others = [one | {"pile_on": of} for one, of in zip(rows, (3.0, 4.0, 2.5), strict=True)]
+    assert relative(others, rows, metric("pile_on")).mean == (2.75 / 1.5 + 1.0) / 2
+    for failed in ({"status": "failed", "pile_on": 99.0}, {"status": "partial"}, {"pile_on": 0.0}):
+        broken = [rows[0], rows[1] | failed]
+        found = relative(others[:2], broken, metric("pile_on"))
+        assert (found.mean, found.runs, found.expected) == (1.5, 1, 2)
+    found = relative([others[0], others[1] | {"status": "failed", "pile_on": 99.0}], rows[:2], metric("pile_on"))
+    assert (found.mean, found.runs, found.expected) == (1.5, 1, 2)
+    lost = {key: row()[key] for key in ("instance", "rule_set", "seed", "error_kind")} | {"status": "failed"}
+    found = mean_of([lost, row(seed=2, makespan_s=7.0)], metric("makespan_s"))
+    assert (found.mean, found.runs, found.expected) == (7.0, 1, 2)
+
+
 ONE = Range(0.9, 1.1)
+
+
+@cases(
+    "compare printed mean verdict",
+    (in_range, Range(0.70, 0.80), 0.69, "below"),
+    (in_range, Range(0.70, 0.80), 0.70, "in range"),
+    (in_range, Range(0.70, 0.80), 0.75, "in range"),
+    (in_range, Range(0.70, 0.80), 0.80, "in range"),
+    (in_range, Range(0.70, 0.80), 0.81, "above"),
+    (as_factor, ONE, 0.02, "50 times faster"),
+    (as_factor, ONE, 1.0, "1.0 times faster"),
+    (as_factor, ONE, 0.4, "2.5 times faster"),
+    (as_factor, ONE, 3.0, "3.0 times slower"),
+    *((compare, None, 1.0, NO_NUMBER) for compare in (in_range, as_factor)),
+    *((compare, printed, None, NO_RUN) for compare in (in_range, as_factor) for printed in (ONE, None)),
+)
+def test_our_mean_against_the_printed_figure(compare, printed, mean, verdict) -> None:
+    line = compare(("a",), printed, None if mean is None else at(mean))
+    assert line.verdict == verdict
+    if compare is as_factor and printed and mean:
+        assert line.speedup == pytest.approx(1 / mean)
 
 
 def at(mean: float) -> Estimate:
@@ -510,68 +481,32 @@ def test_plots_are_there_where_all_their_tables_are(report: Report, row: Any) ->
 
 
 def test_bars_and_scales(row: Any) -> None:
+    def names(figure: Any) -> list[str]:
+        return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
     figure = relative_figures(tables(row))
+    assert names(figure) == [*METHODS[1:], "the paper's range"]
     for axis in figure.axes:
         ours = [bar for bar in axis.patches if bar.get_fill()]
         assert [bar.get_height() for bar in ours] == [1.0] * 9
         assert [text.get_text() for text in axis.get_xticklabels()] == ["50 orders", "150 orders", "250 orders"]
         assert axis.get_ylim()[0] == 0
     figure = turnover(tables(row, turnover_backlog_s=600.0, turnover_station_s=120.0))
+    assert names(figure) == [*METHODS]
     (axis,) = figure.axes
     bars = [(bar.get_y(), bar.get_height()) for bar in axis.patches]
     assert sorted(set(bars)) == [(0.0, 10.0), (10.0, 2.0)]
     assert len(bars) == 2 * 3 * len(METHODS)
     figure = computing_time(tables(row, decision_s_first=0.5, decision_s_later=0.02))
+    assert names(figure) == [*METHODS, "the paper's figure"]
     first, later, _ = figure.axes
     assert (first.get_yscale(), first.get_ylim()[0], later.get_ylim()[0]) == ("log", 0.1, 0.01)
     assert [axis.get_title() for axis in (first, later)] == ["Seconds a run, t = 1", "Seconds a run, t > 1"]
 
 
-def test_the_legend_names_the_methods_and_the_paper(row: Any) -> None:
-    def names(figure: Any) -> list[str]:
-        return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
-
-    given = tables(row)
-    assert names(relative_figures(given)) == [*METHODS[1:], "the paper's range"]
-    assert names(computing_time(given)) == [*METHODS, "the paper's figure"]
-    assert names(turnover(given)) == [*METHODS]
-
-
 def grid(report: Report, start: str) -> Grid:
     (found,) = (entry for entry in report.grids if entry.title.startswith(start))
     return found
-
-
-@pytest.mark.slow
-def test_every_exhibit_of_the_paper_is_in_the_report(report: Report) -> None:
-    titles = [entry.title for entry in report.grids]
-    for exhibit in load_paper().values():
-        title = f"{exhibit.item}: {exhibit.caption}"
-        assert title in titles or title in [row[0] for row in grid(report, "Not in this report").rows]
-
-
-@pytest.mark.slow
-def test_lines_show_mean_interval_and_runs(report: Report) -> None:
-    first = grid(report, "Figure 10").rows[0]
-    assert first == ("50 orders, integrated", "0.70 to 0.80", "1.000 ± 0.000", "above", "2")
-    assert grid(report, "Figure 16").rows[0][-1] == "1 of 2"
-
-
-@pytest.mark.slow
-def test_the_overview_counts_verdicts(report: Report) -> None:
-    """Nine figures of Figure 10, all 1.0 of sequential, lie above their ranges; all computing times are compared."""
-    outcome = {row[0]: row[2:] for row in grid(report, "Overview").rows}
-    assert outcome["Figure 10"] == ("9", "9 above")
-    assert outcome["Figure 11"] == ("9", "9 no number in the paper")
-    assert outcome["Table 4"] == ("12", "from 5.0 times faster to 670 times faster")
-
-
-@pytest.mark.slow
-def test_failed_runs_are_shown(report: Report) -> None:
-    (counts,) = (entry for entry in report.grids if entry.title == "Runs")
-    assert ("large", "sequential", "2", "1", "0", "1", "1", "0", "3.0") in counts.rows
-    (lost,) = grid(report, "Runs that did not complete").rows
-    assert lost == ("large", "one, sequential, seed 1", "failed", "robot 3 | waits for 4")
 
 
 @pytest.mark.slow

@@ -1,6 +1,5 @@
 """Changes of a kept state: answered as the whole state is, byte for byte, and at the price of what changed."""
 
-import gc
 import json
 from typing import Any
 
@@ -8,9 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rmfs_commands.serve import service
-from rmfs_commands.serve.service import SMALL, Service
-from rmfs_commands.states import state_json
+from rmfs_commands.serve.service import Service
 from rmfs_commands.states.patches import patched
 
 RULES = ("pod-match", "workload", "first-come", "split-over-time", "integrated", "all")
@@ -97,28 +94,3 @@ def test_a_change_is_answered_as_the_whole_state(
         assert refused[0] == 422
         if expected[0] == 200:
             base, state = json.loads(kept.answer(content).content)["revision"], whole
-
-
-def test_what_did_not_change_is_not_read_again(kept: Service, monkeypatch: pytest.MonkeyPatch) -> None:
-    reply = kept.answer(json.dumps({"warehouse": "w", "state": SMALL, "rule": "pod-match"}).encode())
-    read: list[Any] = []
-    before = state_json.structure_as
-    monkeypatch.setattr(state_json, "structure_as", lambda kind, data: read.append(data) or before(kind, data))
-    change = {"orders": {"4": {"lines": {"a": 1}}}, "robots": {"1": {"cell": 3}}}
-    request = {"warehouse": "w", "base": json.loads(reply.content)["revision"], "change": change, "rule": "pod-match"}
-    assert kept.answer(json.dumps(request).encode()).status == 200
-    (told,) = read
-    assert {key: [*told[key]] for key in told if key not in ("format", "version")} == {
-        "orders": ["4"],
-        "robots": ["1"],
-    } | {key: [] for key in ("pods", "stations")}
-
-
-def test_garbage_is_collected_at_the_first_large_state_of_a_warehouse_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    collected: list[None] = []
-    monkeypatch.setattr(gc, "collect", lambda: collected.append(None))
-    monkeypatch.setattr(service, "LARGE", 100)
-    asked = Service.of(["pod-match"])
-    for warehouse in ("a", "a", "b", "a"):
-        asked.answer(json.dumps({"warehouse": warehouse, "state": SMALL}).encode())
-    assert len(collected) == 2

@@ -1,14 +1,15 @@
-"""Halls over HTTP: made, asked, followed, killed, ended."""
+"""Halls over HTTP and by lines: made, asked, followed, killed, ended."""
 
 import asyncio
 import http.client
 import json
 import os
 import signal
+import subprocess
 import threading
 import time
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -171,10 +172,6 @@ def test_what_cannot_be_made(tmp_path: Path, hall: str, content: bytes, status: 
     assert detail in json.loads(reply.content)["detail"]
 
 
-def test_halls_over_http_need_a_journal(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "needs --journal" in refused(capsys, main, ["serve", "--hall", f"a={SMALL}"])
-
-
 @cases(
     "tables problem",
     ('{"instance": ', f"a{POSTED}, line 1: this is no valid JSON"),
@@ -189,3 +186,47 @@ def test_a_hall_that_is_made_over_http_is_whole_names_no_file_and_starts_no_prog
     file.write_text(tables if isinstance(tables, str) else json.dumps(tables))
     with pytest.raises(InputError, match=problem):
         Halls.of([f"a={file}"], allow_inline=False)
+
+
+@contextmanager
+def served(rmfs: tuple[str, ...], *arguments: str) -> Iterator["subprocess.Popen[bytes]"]:
+    command = (*rmfs, "serve", *arguments, "--stdio")
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        yield process
+        process.kill()
+
+
+def ask(process: "subprocess.Popen[bytes]", request: Any) -> Any:
+    process.stdin.write(json.dumps(request).encode() + b"\n")
+    process.stdin.flush()
+    return json.loads(process.stdout.readline())
+
+
+def test_lines_name_their_hall(rmfs: tuple[str, ...]) -> None:
+    batch = {"after": 0, "time_s": 1, "events": []}
+    with served(rmfs, "--hall", f"a={SMALL}", "--hall", f"b={SMALL}") as process:
+        assert ask(process, {"hall": "a", **batch})["seq"] == 1
+        assert ask(process, {"hall": "b", "get": "state"})["session"]["seq"] == 0
+        stale = ask(process, {"hall": "a", **batch, "time_s": 2})
+        assert (stale["status"], stale["seq"]) == (409, 1)
+        for request, status, detail in (
+            (batch, 422, "hall: is missing; expected a or b"),
+            ({"hall": "c", **batch}, 422, "no hall is"),
+            ({"hall": "a", "get": "all"}, 422, "expected state, answers, seq or counts"),
+            ({"hall": "a", "get": "answers", "after": 2}, 422, "expected 0 to 1"),
+        ):
+            answer = ask(process, request)
+            assert answer["status"] == status
+            assert detail in answer["detail"]
+
+
+@cases(
+    "arguments problem",
+    (["--hall", "a", "--stdio"], "expected NAME=SCENARIO"),
+    (["--hall", f"a={SMALL}", "--hall", f"a={SMALL}", "--stdio"], "found this hall twice"),
+    (["--hall", f"a={SMALL}", "--rule", "pod-match", "--stdio"], "found --rule with --hall"),
+    (["--rule", "pod-match", "--journal", "x", "--stdio"], "found --journal with --rule"),
+    (["--hall", f"a={SMALL}"], "needs --journal"),
+)
+def test_what_cannot_be_served_is_refused(capsys: Any, arguments: list[str], problem: str) -> None:
+    assert problem in refused(capsys, main, ["serve", *arguments])

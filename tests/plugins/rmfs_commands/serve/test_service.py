@@ -31,6 +31,7 @@ def service() -> Service:
 
 
 def test_a_state_is_a_request(service: Service, state: dict[str, Any], answered: Answer) -> None:
+    state["orders"]["\ud800"] = {"lines": {"jam": 1}}  # half a surrogate comes back as it came
     expected = json.loads(to_json(decide(state_from_dict(state), RuleChoice("first-come")).to_dict()))
     assert answered(service, state) == answered(service, {"state": state}) == (200, expected)
 
@@ -44,6 +45,7 @@ def test_a_state_is_a_request(service: Service, state: dict[str, Any], answered:
     ([], 422, "request", "expected a JSON object, found []"),
     (None, 422, "request", "expected a JSON object, found"),
     ({}, 422, "state, format", "no key `format`"),
+    ({"format": "x" * 100_000}, 422, "state, format", "state, format: expected 'rmfs-state', found 'xxx"),
     ({"state": {}, "stat": 1}, 422, "request, stat", "did you mean `state`"),
     ({"rule": "first-come"}, 422, "request", "expected either `state` or `change`"),
     ({"change": {}, "warehouse": "w"}, 422, "request", "expected `warehouse` and `base` with `change`"),
@@ -56,19 +58,7 @@ def test_what_is_wrong_with_a_request(service, answered, request_, status, place
     got, told = answered(service, request_)
     assert (got, told["status"], told["place"]) == (status, status, place)
     assert detail in told["detail"]
-
-
-def test_requests_and_their_problems(service: Service, state: dict[str, Any], answered: Answer) -> None:
-    state["orders"]["A"]["lines"]["milk"] = 0
-    status, told = answered(service, state)
-    assert (status, told["place"]) == (422, "state, orders.A.lines")
-    state["orders"]["A"]["lines"] = {"beer": 1}
-    state["stations"]["north"]["inbound"] = ["P9"]
-    assert answered(service, state)[1]["place"] == "state, stations.north.inbound[0]"
-    status, told = answered(service, state | {"format": "x" * 100_000})
-    assert status == 422
     assert len(told["detail"]) < 1_300
-    assert told["detail"].startswith("state, format: expected 'rmfs-state', found 'xxx")
 
 
 def test_several_rules(state: dict[str, Any], answered: Answer) -> None:
@@ -82,25 +72,16 @@ def test_several_rules(state: dict[str, Any], answered: Answer) -> None:
 
 def test_a_change_is_enough(service: Service, state: dict[str, Any], answered: Answer) -> None:
     _, first = answered(service, {"warehouse": "w", "state": state})
-    change = {"orders": {"A": None, "C": {"lines": {"tea": 1}}}, "time_s": 7}
-    request = {"warehouse": "w", "base": first["revision"], "change": change}
+    wrong = {"warehouse": "w", "base": first["revision"], "change": {"pods": None}}
+    told = {"title": "Unprocessable Entity", "status": 422, "detail": "state, pods: this part is missing"}
+    assert answered(service, wrong) == (422, told | {"place": "state, pods"})  # which is not kept
+    request = wrong | {"change": {"orders": {"A": None, "C": {"lines": {"tea": 1}}}, "time_s": 7}}
     status, second = answered(service, request)
     assert status == 200 and second["revision"] != first["revision"]
-    state["orders"] = {"B": state["orders"]["B"], "C": {"lines": {"tea": 1}}}
-    _, whole = answered(service, state | {"time_s": 7})
-    assert {**second, "warehouse": None, "revision": None} == {**whole, "warehouse": None, "revision": None}
     assert answered(service, request) == (200, second)  # who did not get the answer may ask again
     status, told = answered(service, request | {"change": {}})
     assert (status, told["place"]) == (409, "request, base")
     assert f'the last state is "{second["revision"]}"' in told["detail"]
-
-
-def test_what_gets_no_decision_is_not_kept(service: Service, state: dict[str, Any], answered: Answer) -> None:
-    _, first = answered(service, {"warehouse": "w", "state": state})
-    wrong = {"warehouse": "w", "base": first["revision"], "change": {"pods": None}}
-    told = {"title": "Unprocessable Entity", "status": 422, "detail": "state, pods: this part is missing"}
-    assert answered(service, wrong) == (422, told | {"place": "state, pods"})
-    assert answered(service, wrong | {"change": {}})[0] == 200
 
 
 json_values = st.recursive(
@@ -140,11 +121,6 @@ def test_a_rule_at_fault(trouble: str, state: dict[str, Any], answered: Answer) 
     assert answered(service, state)[0] == 200
 
 
-def test_half_a_surrogate_comes_back_as_it_came(service: Service, state: dict[str, Any], answered: Answer) -> None:
-    state["orders"] = {"\ud800": {"lines": {"jam": 1}}}
-    assert answered(service, state)[1]["assignments"][0]["order"] == "\ud800"
-
-
 @cases(
     "rules settings problem",
     (["firstcome"], [], r"^--rule firstcome: there is no rule"),
@@ -157,22 +133,6 @@ def test_half_a_surrogate_comes_back_as_it_came(service: Service, state: dict[st
 def test_a_rule_that_cannot_be_had(rules: list[str], settings: list[str], problem: str) -> None:
     with pytest.raises(InputError, match=problem):
         Service.of(rules, settings, allow_inline=False)
-
-
-@cases(
-    "rule role",
-    ("first-come", Role.POA),
-    ("nearest-pod", Role.PPS),
-    ("pod-index", Role.POA_PPS),
-    ("nearest", Role.PR),
-    ("assignment", Role.TA),
-)
-def test_the_small_state_has_something_to_decide(rule: str, role: Role) -> None:
-    """Of each kind: so that warming up does something."""
-    given = state_from_dict({**SMALL, "ask": {"decides": role.label, "pod": "3"}})
-    (decided, *_) = decide(given, RuleChoice(rule)).decision.values()
-    assert role in ASKED
-    assert decided
 
 
 def test_warming_up_asks_a_rule(trouble, capfd, monkeypatch) -> None:
@@ -247,8 +207,6 @@ async def sent_by(app: Any, receive: Callable[[], Awaitable[Any]], **changes: An
 
 @define
 class Scripted:
-    """Instead of rules: a reply, or an error."""
-
     answer: Reply | RmfsError = field(factory=lambda: Reply(200, b'{"decides":"POA"}\n'))
     pid: int | None = 1
     names: tuple[str, ...] = ("scripted",)
@@ -265,17 +223,7 @@ class Scripted:
 
 
 class Client:
-    """Calls an application as a server does.
-
-    Parameters
-    ----------
-    process
-        The process that decides.
-    most_bytes
-        The longest request.
-    hosts
-        Names by which requests may call it.
-    """
+    """Calls an application, with requests of at most so many bytes, by some names of its host, as a server does."""
 
     def __init__(self, process: Scripted, most_bytes: int = 1000, hosts: tuple[str, ...] | None = None) -> None:
         self.app = app_of(cast(RuleProcess, process), most_bytes, hosts)
@@ -301,12 +249,6 @@ class Client:
 
 def call(process: Scripted, *arguments: Any, **options: Any) -> tuple[int, dict[str, str], bytes]:
     return asyncio.run(Client(process).call(*arguments, **options))
-
-
-def test_a_decision() -> None:
-    of_type = {"content-type": "Application/JSON; charset=utf-8"}
-    status, headers, content = call(Scripted(), "POST", "/decide", b"{}", of_type)
-    assert (status, headers["content-type"], content) == (200, "application/json", b'{"decides":"POA"}\n')
 
 
 @cases(
@@ -335,21 +277,6 @@ def test_figures_whatever_the_request_accepts(accept: str) -> None:
     status, headers, content = call(Scripted(), "GET", "/metrics", headers={"accept": accept})
     assert (status, headers["content-type"]) == (200, "text/plain; version=0.0.4; charset=utf-8")
     assert b"rmfs_restarts 3.0" in content
-
-
-@cases(
-    "answer status more",
-    (Reply(422, b"{}\n"), 422, {}),
-    (BusyError("busy"), 503, {"retry-after": "1"}),
-    (EndedError("ended"), 503, {"retry-after": "1"}),
-    (LateError("late"), 504, {}),
-)
-def test_no_decision(answer: Reply | RmfsError, status: int, more: dict[str, str]) -> None:
-    got, headers, content = call(Scripted(answer), "POST", "/decide", b"{}", JSON)
-    assert (got, headers["content-type"]) == (status, "application/problem+json")
-    assert more.items() <= headers.items()
-    if isinstance(answer, RmfsError):
-        assert json.loads(content)["detail"] == str(answer)
 
 
 @cases(
@@ -428,3 +355,22 @@ def test_the_page_and_its_files() -> None:
         assert call(Scripted(), "GET", f"/docs/{file}")[0] == 200
     assert call(Scripted(), "GET", "/")[1]["location"].endswith("/docs")
     assert json.loads(call(Scripted(), "GET", "/openapi.json")[2])["openapi"].startswith("3.")
+
+
+@cases(
+    "answer status more",
+    (Reply(200, b'{"decides":"POA"}\n'), 200, {"content-type": "application/json"}),
+    (Reply(422, b"{}\n"), 422, {}),
+    (BusyError("busy"), 503, {"retry-after": "1"}),
+    (EndedError("ended"), 503, {"retry-after": "1"}),
+    (LateError("late"), 504, {}),
+)
+def test_what_the_process_says_is_answered(answer: Reply | RmfsError, status: int, more: dict[str, str]) -> None:
+    of_type = {"content-type": "Application/JSON; charset=utf-8"}
+    got, headers, content = call(Scripted(answer), "POST", "/decide", b"{}", of_type)
+    assert got == status
+    assert ({"content-type": "application/problem+json"} | more).items() <= headers.items()
+    if isinstance(answer, RmfsError):
+        assert json.loads(content)["detail"] == str(answer)
+    else:
+        assert content == answer.content

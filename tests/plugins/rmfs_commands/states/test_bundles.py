@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,13 +13,9 @@ import rmfs_core
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.states import decide, read_recording, state_from_dict
-from rmfs_commands.states.deciding import outcome_of
-from rmfs_commands.states.plain import Memento
-from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.states.recorded import Recording
 from rmfs_commands.states.stories import order_story, pod_story
-from rmfs_core import InputError, hookimpl
-from rmfs_core.info import Question, RunInfo
+from rmfs_core import InputError
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 
@@ -105,7 +100,6 @@ def test_stations_are_of_the_kinds_that_the_layout_has() -> None:
 
 
 def test_a_run_explains_what_was_decided_for_bundles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The bundles, their stations and pods, what other rules would have done; and it is part of a pod's story."""
     rmfs_core.run("examples/replenished", overrides=["instance.orders=40"], out=tmp_path, record=["decisions"])
     chosen = next(recorded for recorded in read_recording(tmp_path) if recorded.decides.label == "RPS")
     (store,) = chosen.decision["stores"]
@@ -175,82 +169,14 @@ def test_an_order_that_waits_is_neither_shown_nor_begun(changes: dict[str, Any],
         decide(state_from_dict(given | changes), RuleChoice("first-come"))
 
 
-def test_recorded_states_say_which_orders_wait(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    over = ["instance.replenishment.lead_s=1800", "instance.orders=60", "rules.pp=free-flow"]
-    rmfs_core.run("examples/replenished", overrides=over, out=tmp_path, record=["decisions"])
-    seen, waiting = 0, list[int]()
-    for recorded in read_recording(tmp_path):
-        if recorded.decides is Role.POA:
-            opened = open_state(recorded.state())
-            told = {name for name, order in recorded.content["orders"].items() if order["waits_for_stock"]}
-            assert {order.name for order in opened.view.orders_waiting_for_stock} == told
-            answer = decide(recorded.state(), RuleChoice("pod-match")).to_dict()
-            assert answer["assignments"] == (recorded.decision or {})["assignments"]
-            assert set(answer.get("waiting_for_stock", ())) == told
-            seen, waiting = seen + 1, waiting + [recorded.period] * bool(told)
-    assert seen > 30
-    assert len(waiting) > 10
-    main(["explain", str(tmp_path), "--period", str(waiting[-1])])
-    assert " more wait" in capsys.readouterr().out
-
-
-FEW = (
-    "instance.orders=20",
+PACKING = (
+    *("rules.poa=", "rules.pps=", "rules.poa_pps=pod-index", "instance.start='2024-03-01T06:30:15'"),
     "packing={stations=2, boxes=2, packers=1, sorters=1, open={2=[['06:00', '05:00']]}}",
-    "instance.start='2024-03-01T06:30:15'",
-    "rules.pp=free-flow",
 )
 
 
-class Mementos:
-    """States that rules of packing stations were shown."""
-
-    def __init__(self) -> None:
-        self.seen: list[Memento] = []
-
-    @hookimpl
-    def run_started(self, run: RunInfo) -> None:
-        self.skus = run.instance.skus
-
-    @hookimpl
-    def rule_asked(self, question: Question) -> None:
-        if question.decides in (Role.PACKING, Role.PACKING_TASK):
-            self.seen.append(Memento.of(question.warehouse, self.skus))
-
-
-@pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, list[Memento]]:
-    """Decisions of a run with few boxes, and what was there."""
-    folder, observer = tmp_path_factory.mktemp("packed"), Mementos()
-    rmfs_core.run("examples/packing", overrides=FEW, out=folder, record=["decisions"], observers=[observer])
-    return read_recording(folder), observer.seen
-
-
-def test_what_was_there_is_restored_and_decided_again(recorded: tuple[Recording, list[Memento]]) -> None:
-    recording, seen = recorded
-    asked = [one for one in recording if one.decides in (Role.PACKING, Role.PACKING_TASK)]
-    found: Counter[str] = Counter()
-    for one, memento in zip(asked, seen, strict=True):
-        state = one.state()
-        opened = open_state(state)
-        assert Memento.of(opened.view, opened.instance.skus) == memento
-        assert one.decision is not None
-        assert outcome_of(state, one.decides, one.decision) is None
-        answer = decide(state, recording.choice_of(one), decides=one.decides)
-        assert answer.decision == one.decision
-        found[one.decides.label] += 1
-        found["tasks"] += sum(len(station.tasks) for station in memento.packing)
-        found["working"] += sum(len(station.working) for station in memento.packing)
-        found["packed"] += sum(order.packing is not None and order.packing.packed for order in memento.orders)
-        assert [one.zero for one in memento.packing] == [0, (6 * 3600 + 30 * 60 + 15) * 1000]
-    assert [one.hours.at(0) for one in opened.view.packing_stations] == [1, 1]
-    assert opened.view.packing_stations[1].hours.next_change(0) == (22 * 3600 + 29 * 60 + 45) * 1000
-    assert min(found.values()) >= 5
-    assert found.keys() == {"packing", "packing-task", "tasks", "working", "packed"}
-
-
-def test_the_story_of_an_order_goes_on_to_its_packing(recorded: tuple[Recording, list[Memento]]) -> None:
-    recording, _ = recorded
+def test_the_story_of_an_order_goes_on_to_its_packing(record: Callable[..., Recording]) -> None:
+    recording = record(*PACKING)
     bound = {
         one["order"] for made in recording if made.decides is Role.PACKING for one in (made.decision or {})["packing"]
     }
@@ -294,7 +220,6 @@ STATE: dict[str, Any] = {
 def answer_of(
     rule: str, decides: str, change: Callable[[dict[str, Any]], object] = lambda state: None, **ask: Any
 ) -> Any:
-    """Return what a rule decides in the state above, changed."""
     orders = {name: {**order} for name, order in STATE["orders"].items()}
     stations = [{**station} for station in STATE["packing"]["stations"]]
     state = {**STATE, "orders": orders, "packing": {**STATE["packing"], "stations": stations}}
@@ -316,23 +241,21 @@ def test_a_rule_that_decides_more_is_asked_that_unless_told_otherwise() -> None:
     assert decide(state_from_dict(state), RuleChoice("first-come")).decides is Role.POA
 
 
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        (lambda s: s.pop("packing"), r'orders.2.packing.station: names packing station "1"; the state has 0'),
-        (lambda s: s["orders"]["1"].update(packing={"station": "3"}), 'packing station "3"; the state has 2'),
-        (lambda s: s["orders"]["2"].update(packing={"station": "1"}), "expected a box for an order that is split"),
-        (lambda s: s["orders"]["1"].update(packing={"station": "1", "box": 0}), "found a box that two orders have"),
-        (lambda s: s["orders"]["3"].update(parts=[]), "found it for an order of which no part is assigned"),
-        (lambda s: s["packing"]["stations"][0].update(orders=["3"]), "whose `packing` names it .* not packed: 2, 3"),
-        (lambda s: s["packing"].update(stations=[]), "expected one packing station or more"),
-        (
-            lambda s: s["packing"]["stations"][1].update(tasks=[{"kind": "pack", "order": "3"}]),
-            r'packing.stations\[1\].tasks: names order "3", which is not bound for it',
-        ),
-        (lambda s: s.update(version=1), "found `packing` in a state of version 1"),
-        (lambda s: s["ask"].update(orders=["2"]), 'ask.orders: names order "2", which is bound for a packing station'),
-    ],
+@cases(
+    "change told",
+    (lambda s: s.pop("packing"), r'orders.2.packing.station: names packing station "1"; the state has 0'),
+    (lambda s: s["orders"]["1"].update(packing={"station": "3"}), 'packing station "3"; the state has 2'),
+    (lambda s: s["orders"]["2"].update(packing={"station": "1"}), "expected a box for an order that is split"),
+    (lambda s: s["orders"]["1"].update(packing={"station": "1", "box": 0}), "found a box that two orders have"),
+    (lambda s: s["orders"]["3"].update(parts=[]), "found it for an order of which no part is assigned"),
+    (lambda s: s["packing"]["stations"][0].update(orders=["3"]), "whose `packing` names it .* not packed: 2, 3"),
+    (lambda s: s["packing"].update(stations=[]), "expected one packing station or more"),
+    (
+        lambda s: s["packing"]["stations"][1].update(tasks=[{"kind": "pack", "order": "3"}]),
+        r'packing.stations\[1\].tasks: names order "3", which is not bound for it',
+    ),
+    (lambda s: s.update(version=1), "found `packing` in a state of version 1"),
+    (lambda s: s["ask"].update(orders=["2"]), 'ask.orders: names order "2", which is bound for a packing station'),
 )
 def test_a_state_that_contradicts_itself_is_refused(change: Callable[[dict[str, Any]], object], told: str) -> None:
     with pytest.raises(InputError, match=told):

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from bad_rules import write_rule
 from cases import cases
 from rmfs_commands.states import Decider, Outcome, decide, state_from_dict
 from rmfs_commands.states.answers import answer_from, answer_to_dict, report_to_dict
@@ -19,55 +20,7 @@ from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.warehouse import Warehouse, WarehouseView
 
-RULES = """
-@define
-class Eager:
-    "POA: everything to station 0, whether it fits or not."
-    @hookimpl
-    def assign_orders(self, warehouse): return [OrderAssignment(order.id, 0) for order in warehouse.backlog]
-    @hookimpl
-    def select_pods(self, warehouse): return []
-
-@define
-class Broken:
-    "POA: raises."
-    @hookimpl
-    def assign_orders(self, warehouse): raise ZeroDivisionError("nothing to divide")
-
-@define
-class Careless:
-    "POA and PPS: the oldest order, and no pod for it."
-    @hookimpl
-    def assign_orders_and_pods(self, warehouse):
-        return JointDecision([OrderAssignment(warehouse.backlog[0].id, 0)])
-
-@define
-class Drawing:
-    "POA: a random order."
-    @hookimpl
-    def assign_orders(self, warehouse, rng):
-        return [OrderAssignment(int(rng.integers(len(warehouse.backlog))), 0)]
-
-@define
-class Endless(Eager):
-    "POA: needs unlimited stock."
-    needs = ("unlimited stock",)
-
-@define
-class Roomy:
-    "POA: needs item capacity."
-    needs = ("item capacity",)
-    @hookimpl
-    def assign_orders(self, warehouse): return []
-"""
-
-
-@pytest.fixture
-def acme(install: Any) -> None:
-    names = {
-        name.lower(): f"acme_rules:{name}" for name in ("Eager", "Broken", "Careless", "Drawing", "Endless", "Roomy")
-    }
-    install("acme", names, acme_rules=f"from rmfs_core import JointDecision, OrderAssignment\n{RULES}")
+EAGER = "return [OrderAssignment(order.id, 0) for order in warehouse.backlog]  # whether they fit or not"
 
 
 def test_a_joint_rule_in_a_state_by_hand(by_hand: dict[str, Any]) -> None:
@@ -84,12 +37,15 @@ def test_a_joint_rule_in_a_state_by_hand(by_hand: dict[str, Any]) -> None:
     assert answer.outcome == Outcome(orders=2, items=4, visits=2, unused=0, uncovered=0)
 
 
-def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any]) -> None:
-    """A request that no pod is on its way for yet is not the joint rule's fault; it is told of as not covered."""
+def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any], tmp_path: Path) -> None:
+    """A request that no pod is on its way for yet is not the joint rule's fault, but no excuse for its own orders."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
     answer = decide(state_from_dict(by_hand), RuleChoice("integrated"))
     assert answer.decision["trips"] == [{"pod": "P1", "station": "north"}]
     assert answer.outcome == Outcome(orders=1, items=2, visits=1, unused=0, uncovered=2)
+    careless = write_rule(tmp_path, "poa_pps", "return JointDecision([OrderAssignment(warehouse.backlog[0].id, 0)])")
+    with pytest.raises(RuleError, match=r"Bad.* assigned order A .* to station north .*, but no pod there"):
+        decide(state_from_dict(by_hand), RuleChoice(careless), folder=str(tmp_path))
 
 
 def test_requests_that_a_joint_rule_leaves_are_repaired(at_work: dict[str, Any]) -> None:
@@ -139,33 +95,18 @@ def test_a_broken_robot_and_a_pod_on_the_floor(at_work: dict[str, Any]) -> None:
     ask = {"decides": "TA"}
     del at_work["pods"]["P3"]
     at_work["stations"]["north"]["inbound"] = ["P2"]
-    assert decide(state_from_dict(at_work | {"ask": ask}), RuleChoice("nearest-robot")).decision == {
-        "tasks": [{"robot": "r2", "pod": "P2"}]
-    }
+    answer = decide(state_from_dict(at_work | {"ask": ask}), RuleChoice("nearest-robot"))
+    assert answer.decision == {"tasks": [{"robot": "r2", "pod": "P2"}]}
 
 
 @cases("rule straight", ("free-flow", True), ("sipp", False), ("whca-n", False))
 def test_a_path_among_robots_that_stand(at_work: dict[str, Any], rule: str, straight: bool) -> None:
-    """r2 drives from the corner along the top; a rule that reserves goes round r3, which stands there."""
     at_work["robots"] |= {"r2": {"cell": 0, "heading": 0}, "r3": {"cell": 3}}
     ask = {"decides": "PP", "robot": "r2", "goal": 7}
     decision = decide(state_from_dict(at_work | {"ask": ask}), RuleChoice(rule)).decision
     assert (decision["legs"] == [{"cell": 7, "wait_s": 0.0}]) == straight
     assert decision["legs"][-1]["cell"] == 7
     assert [leg.cell for leg in read_answer(decision).legs] == [leg["cell"] for leg in decision["legs"]]
-
-
-ROUTE = """
-@define
-class Route:
-    "PP: answers what its parameter says."
-    legs: str
-
-    @hookimpl
-    def plan_path(self):
-        from rmfs_core.decisions import Leg, Path
-        return Path(eval(self.legs))
-"""
 
 
 @cases(
@@ -175,13 +116,11 @@ class Route:
     ("[Leg('x')]", "named cell 'x'; expected a whole number"),
     ("[Leg(3, 0.5)]", "named wait_ticks 0.5; expected a whole number"),
 )
-def test_what_is_no_path_is_told(at_work: dict[str, Any], install: Any, legs: str, problem: str) -> None:
-    install("routes", {"route": "routes:Route"}, routes=ROUTE)
-    with pytest.raises(RuleError, match=rf'^rule "route" .*{problem}'):
-        decide(
-            state_from_dict(at_work | {"ask": {"decides": "PP", "robot": "r2", "goal": 7}}),
-            RuleChoice("route", {"legs": legs}),
-        )
+def test_what_is_no_path_is_told(at_work: dict[str, Any], tmp_path: Path, legs: str, problem: str) -> None:
+    route = RuleChoice(write_rule(tmp_path, "pp", f"return Path({legs})"))
+    state = state_from_dict(at_work | {"ask": {"decides": "PP", "robot": "r2", "goal": 7}})
+    with pytest.raises(RuleError, match=rf'^rule "./bad.py:Bad" .*{problem}'):
+        decide(state, route, folder=str(tmp_path))
 
 
 @cases(
@@ -199,28 +138,6 @@ def test_paths_that_cannot_be_asked_for(at_work: dict[str, Any], change, rule, p
         decide(state_from_dict(at_work | {"ask": ask}), RuleChoice(rule))
 
 
-def test_a_joint_rule_covers_what_it_assigns(by_hand: dict[str, Any], acme: None) -> None:
-    """Requests not covered before are no excuse: an order without a pod for it is an impossible decision."""
-    by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
-    with pytest.raises(RuleError, match=r'"careless" .* assigned order A .* to station north .*, but no pod there'):
-        decide(state_from_dict(by_hand), RuleChoice("careless"))
-
-
-@cases(
-    "asked rule decides",
-    ("idle", "pod-match", "POA"),
-    ("POA", "integrated", "POA\\+PPS"),
-    ("PPS", "first-come", "POA and packing-task"),
-)
-def test_a_question_that_is_not_the_rules_is_refused(by_hand: dict[str, Any], asked, rule, decides) -> None:
-    state = state_from_dict(by_hand | {"ask": {"decides": asked}})
-    found = (
-        rf'^state, ask.decides: found {asked}; rule "{rule}" .* decides {decides}; expected that, or a rule for {asked}'
-    )
-    with pytest.raises(InputError, match=found):
-        decide(state, RuleChoice(rule))
-
-
 def test_a_part_that_is_done_gives_its_capacity_back(by_hand: dict[str, Any]) -> None:
     """Parts at one station without a period are of several; those of one period are one part, and done together."""
     by_hand["stations"]["north"]["requests"] = [{"order": "A", "sku": "tea"}]
@@ -234,34 +151,12 @@ def test_a_part_that_is_done_gives_its_capacity_back(by_hand: dict[str, Any]) ->
     assert [part.period for part in open_state(state_from_dict(by_hand)).view.orders[0].parts] == [2, 1]
 
 
-def test_a_rule_that_asks_for_driving_times(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:
-    by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
-    by_hand["pods"]["P3"] = {"contents": {"jam": None}}
-    with pytest.raises(InputError, match=r'rule "nearest-pod" .* asks for driving times, but the state has no layout'):
-        decide(state_from_dict(by_hand), RuleChoice("nearest-pod"))
-    del at_work["orders"]["A"]["parts"]
-    at_work["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
-    at_work["stations"]["north"]["inbound"] = ["P1"]
-    answer = decide(state_from_dict(at_work), RuleChoice("nearest-pod"))
-    assert answer.decision == {"trips": [{"pod": "P2", "station": "north"}]}
-    assert answer.outcome == Outcome(orders=0, items=0, visits=1, unused=2, uncovered=0)
-
-
-def test_pods_to_send(at_work: dict[str, Any]) -> None:
-    at_work["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}]
-    at_work["stations"]["north"]["inbound"] = ["P1"]
-    for change, trips in (({}, 1), ({"ask": {"max_fetches": 0}}, 0), ({"robots": {"r1": {"cell": 54}}}, 1)):
-        answer = decide(state_from_dict(at_work | change), RuleChoice("nearest-pod"))
-        assert len(answer.decision["trips"]) == trips
-
-
 def test_no_more_pods_are_moved_than_robots_can(at_work: dict[str, Any]) -> None:
     ask = {"decides": "repositioning", "max_moves": 60}
     with pytest.raises(InputError, match=r"ask.max_moves: found 60; expected at most \d, the number of idle robots"):
         decide(state_from_dict(at_work | {"ask": ask}), RuleChoice("cache"))
-    assert decide(state_from_dict(at_work | {"ask": ask | {"max_moves": 0}}), RuleChoice("cache")).decision == {
-        "moves": []
-    }
+    state = state_from_dict(at_work | {"ask": ask | {"max_moves": 0}})
+    assert decide(state, RuleChoice("cache")).decision == {"moves": []}
 
 
 def test_places_to_store(at_work: dict[str, Any]) -> None:
@@ -275,12 +170,12 @@ def test_places_to_store(at_work: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("closed", [{"staffed": False}, {"active": False}])
-def test_a_closed_station_is_assigned_nothing(by_hand: dict[str, Any], acme: None, closed: dict[str, Any]) -> None:
+def test_a_closed_station_is_assigned_nothing(by_hand: dict[str, Any], tmp_path: Path, closed: dict[str, Any]) -> None:
     by_hand["version"] = 2
     by_hand["stations"]["north"] |= closed
     assert decide(state_from_dict(by_hand), RuleChoice("first-come")).decision == {"assignments": []}
-    with pytest.raises(RuleError, match=r'"eager" .* to station north .*, which is closed'):
-        decide(state_from_dict(by_hand), RuleChoice("eager"), decides=Role.POA)
+    with pytest.raises(RuleError, match=r"Bad.* to station north .*, which is closed"):
+        decide(state_from_dict(by_hand), RuleChoice(write_rule(tmp_path, "poa", EAGER)), folder=str(tmp_path))
 
 
 def test_a_robot_off_duty_gets_no_task(at_work: dict[str, Any]) -> None:
@@ -298,81 +193,64 @@ def test_which_stations_are_active(by_hand: dict[str, Any]) -> None:
     assert decide(state_from_dict(by_hand), RuleChoice("constant-ratio")).decision == {"active": ["south"]}
 
 
-TIMES = """
-@define
-class Times:
-    "POA: raises what it sees of times."
-    @hookimpl
-    def assign_orders(self, warehouse):
-        north = warehouse.stations[0]
-        arrivals = [pod.expected_arrival_s for pod in warehouse.pods]
-        raise ValueError(f"{north.picker_free_s} {north.opens_s} {north.closes_s} {arrivals}")
-"""
-
-
-def test_times_in_a_state(by_hand: dict[str, Any], install: Any) -> None:
-    install("clocks", {"times": "clocks:Times"}, clocks=TIMES)
+def test_times_in_a_state(by_hand: dict[str, Any]) -> None:
     by_hand |= {"version": 2, "time_s": 100.0}
-    with pytest.raises(RuleError, match=r"100\.0 None None \[None"):
-        decide(state_from_dict(by_hand), RuleChoice("times"))
+    view = open_state(state_from_dict(by_hand)).view
+    north = view.stations[0]
+    assert (north.picker_free_s, north.opens_s, north.closes_s) == (100.0, None, None)
+    assert [pod.expected_arrival_s for pod in view.pods] == [None, None]
     by_hand["stations"]["north"] |= {"picker_free_s": 106.5, "changes_s": 3600}
-    with pytest.raises(RuleError, match=r"106\.5 None 3600\.0"):
-        decide(state_from_dict(by_hand), RuleChoice("times"))
+    north = open_state(state_from_dict(by_hand)).view.stations[0]
+    assert (north.picker_free_s, north.opens_s, north.closes_s) == (106.5, None, 3600.0)
+    for changed in ({"staffed": False}, {"picker_free_s": 3.0}, {"changes_s": 60.0}):
+        first = by_hand | {"version": 1, "stations": {"north": {"item_capacity": 4} | changed}}
+        with pytest.raises(InputError, match=r"found opening hours, or a busy picker, in a state of version 1"):
+            state_from_dict(first)
 
 
-@pytest.mark.parametrize("changed", [{"staffed": False}, {"picker_free_s": 3.0}, {"changes_s": 60.0}])
-def test_version_1_has_no_hours(by_hand: dict[str, Any], changed: dict[str, Any]) -> None:
-    by_hand["stations"]["north"] |= changed
-    with pytest.raises(InputError, match=r"found opening hours, or a busy picker, in a state of version 1"):
-        state_from_dict(by_hand | {"version": 1})
-
-
-def test_what_a_rule_needs_is_checked(by_hand: dict[str, Any], acme: None) -> None:
-    """A state that lacks what a rule declares to need is refused, as a scenario would be."""
+def test_what_a_rule_needs_is_checked(by_hand: dict[str, Any], tmp_path: Path) -> None:
+    needs = write_rule(tmp_path, "poa", "return []\n    needs = ('unlimited stock', 'item capacity')")
     by_hand["pods"]["P1"]["contents"]["milk"] = 5
-    with pytest.raises(InputError, match=r'rule "endless" .* needs pods whose SKUs never run out'):
-        decide(state_from_dict(by_hand), RuleChoice("endless"), decides=Role.POA)
-    by_hand["stations"]["north"] = {"order_capacity": 1}
-    with pytest.raises(InputError, match=r'rule "roomy" .* needs stations that count items'):
-        decide(state_from_dict(by_hand), RuleChoice("roomy"))
+    with pytest.raises(InputError, match=r"Bad.* needs pods whose SKUs never run out"):
+        decide(state_from_dict(by_hand), RuleChoice(needs), folder=str(tmp_path))
+    by_hand["pods"]["P1"]["contents"]["milk"], by_hand["stations"]["north"] = None, {"order_capacity": 1}
+    with pytest.raises(InputError, match=r"Bad.* needs stations that count items"):
+        decide(state_from_dict(by_hand), RuleChoice(needs), folder=str(tmp_path))
 
 
-def test_impossible_decisions_and_errors(by_hand: dict[str, Any], acme: None) -> None:
+def test_impossible_decisions_and_errors(by_hand: dict[str, Any], tmp_path: Path) -> None:
     by_hand["stations"]["north"]["item_capacity"] = 3
-    with pytest.raises(RuleError, match=r'"eager" .* assigned order B .* to station north .*only 1 of 3 are free'):
-        decide(state_from_dict(by_hand), RuleChoice("eager"), decides=Role.POA)
-    with pytest.raises(RuleError, match=r'"broken" .* raised ZeroDivisionError: nothing to divide'):
-        decide(state_from_dict(by_hand), RuleChoice("broken"))
+    for body, problem in (
+        (EAGER, "assigned order B .* to station north .*only 1 of 3 are free"),
+        ('raise ZeroDivisionError("nothing to divide")', "raised ZeroDivisionError: nothing to divide"),
+    ):
+        with pytest.raises(RuleError, match=f"Bad.* {problem}"):
+            decide(state_from_dict(by_hand), RuleChoice(write_rule(tmp_path, "poa", body)), folder=str(tmp_path))
 
 
-def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None) -> None:
-    state = state_from_dict(by_hand)
-    with pytest.raises(InputError, match="decides POA and PPS; say which of them is asked"):
-        decide(state, RuleChoice("eager"))
-    assert decide(state, RuleChoice("eager"), decides=Role.PPS).decision == {"trips": []}
-    asked = state_from_dict({**by_hand, "ask": {"decides": "POA"}})
-    assert len(decide(asked, RuleChoice("eager")).decision["assignments"]) == 2
+OTHER = '^state, ask.decides: found {}; rule "{}" .* decides {}; expected that, or a rule for {}'
 
 
 @cases(
-    "name decides problem",
-    ("most-covered", None, "decides filter; expected a rule for POA"),
-    ("first-come", Role.PPS, "decides POA and packing-task; expected a rule for PPS"),
-    ("first-comes", None, "did you mean `first-come`"),
-    (
-        "free-flow",
-        Role.FILTER,
-        "decides: expected POA, PPS, .*, ROA\\+RPS, activation, idle, .*, packing-task or PP, found 'filter'",
-    ),
+    "name asked decides problem",
+    ("pod-match", "idle", None, OTHER.format("idle", "pod-match", "POA", "idle")),
+    ("integrated", "POA", None, OTHER.format("POA", "integrated", r"POA\+PPS", "POA")),
+    ("first-come", "PPS", None, OTHER.format("PPS", "first-come", "POA and packing-task", "PPS")),
+    ("most-covered", None, None, "decides filter; expected a rule for POA"),
+    ("first-come", None, Role.PPS, "decides POA and packing-task; expected a rule for PPS"),
+    ("first-comes", None, None, "did you mean `first-come`"),
+    ("free-flow", None, Role.FILTER, r"decides: expected POA, PPS, .*, ROA\+RPS, activation, .* or PP, found 'filter'"),
 )
-def test_rules_that_cannot_answer(by_hand: dict[str, Any], name: str, decides: Role | None, problem: str) -> None:
+def test_rules_that_cannot_answer(by_hand: dict[str, Any], name, asked, decides, problem) -> None:
+    state = state_from_dict(by_hand | {"ask": {"decides": asked} if asked else {}})
     with pytest.raises(InputError, match=problem):
-        decide(state_from_dict(by_hand), RuleChoice(name), decides=decides)
+        decide(state, RuleChoice(name), decides=decides)
 
 
-def test_seeds(by_hand: dict[str, Any], acme: None) -> None:
+def test_seeds(by_hand: dict[str, Any]) -> None:
+    by_hand["orders"] = {f"{i}": {"lines": {"jam": 4}} for i in range(9)}
     states = [state_from_dict({**by_hand, "seed": seed}) for seed in (1, 1, 2, 3, 4, 5)]
-    first, again, *others = [decide(state, RuleChoice("drawing")).decision for state in states]
+    first, again, *others = [decide(state, RuleChoice("random"), decides=Role.POA).decision for state in states]
     assert first == again
     assert any(other != first for other in others)
 
@@ -390,17 +268,10 @@ def test_instead_of_a_joint_rule(at_work: dict[str, Any]) -> None:
     assert both.outcome == joint.outcome == outcome_of(state, Role.POA_PPS, joint.decision)
     alone = decide_instead(state, [RuleChoice("first-come")], Role.POA_PPS)
     assert alone.outcome == Outcome(orders=2, items=4, visits=0, unused=0, uncovered=4)
-
-
-@cases(
-    "names decides problem",
-    (["demand"], Role.POA, "decides PPS; expected a rule for POA or POA\\+PPS"),
-    (["demand", "nearest-pod"], Role.PPS, "found 2 rules to decide PPS"),
-    (["demand", "first-come"], Role.POA, "decides PPS; expected a rule for POA"),
-)
-def test_rules_that_are_no_alternative(by_hand: dict[str, Any], names: list[str], decides: Role, problem: str) -> None:
-    with pytest.raises(InputError, match=problem):
-        decide_instead(state_from_dict(by_hand), [RuleChoice(name) for name in names], decides)
+    with pytest.raises(InputError, match="decides PPS; expected a rule for POA"):
+        decide_instead(state, [RuleChoice("demand"), RuleChoice("first-come")], Role.POA)
+    with pytest.raises(InputError, match="found 2 rules to decide PPS"):
+        decide_instead(state, [RuleChoice("demand"), RuleChoice("nearest-pod")], Role.PPS)
 
 
 def test_a_decision_of_another_state(by_hand: dict[str, Any]) -> None:
@@ -443,6 +314,8 @@ def test_it_remembers_nothing(once: str, tmp_path: Path, by_hand: dict[str, Any]
     answers = [decider.decide(asked) for _ in range(3)]
     assert [len(answer.decision["assignments"]) for answer in answers] == [1, 1, 1]
     assert decider.decide(state_from_dict(by_hand | {"ask": {"decides": "PPS"}})).decision == {"trips": []}
+    with pytest.raises(InputError, match="decides POA and PPS; say which of them is asked"):
+        decider.decide(state_from_dict(by_hand))
     assert capsys.readouterr().out == "loaded\n"
 
 
@@ -485,7 +358,6 @@ def test_many_rules_one_after_the_other(by_hand: dict[str, Any]) -> None:
 
 
 def test_no_name_is_taken_for_another(by_hand: dict[str, Any], install: Any) -> None:
-    """A rule that is no longer installed is gone, though it was asked before."""
     source = "\n@define\nclass Lazy:\n    @hookimpl\n    def assign_orders(self, warehouse):\n        return []\n"
     with pytest.raises(InputError, match="there is no rule"):
         decide(state_from_dict(by_hand), RuleChoice("acme-lazy"))
@@ -572,3 +444,17 @@ def test_reports_of_joint_rules(world: Warehouse) -> None:
         "bound": None,
         "stopped_early": True,
     }
+
+
+def test_pods_to_send_need_driving_times_and_robots(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:
+    by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
+    by_hand["pods"]["P3"] = {"contents": {"jam": None}}
+    with pytest.raises(InputError, match=r'rule "nearest-pod" .* asks for driving times, but the state has no layout'):
+        decide(state_from_dict(by_hand), RuleChoice("nearest-pod"))
+    del at_work["orders"]["A"]["parts"]
+    at_work["stations"]["north"] |= {"requests": [{"order": "B", "sku": "jam"}] * 2, "inbound": ["P1"]}
+    answer = decide(state_from_dict(at_work), RuleChoice("nearest-pod"))
+    assert answer.decision == {"trips": [{"pod": "P2", "station": "north"}]}
+    assert answer.outcome == Outcome(orders=0, items=0, visits=1, unused=2, uncovered=0)
+    for change, trips in (({"ask": {"max_fetches": 0}}, 0), ({"robots": {"r1": {"cell": 54}}}, 1)):
+        assert len(decide(state_from_dict(at_work | change), RuleChoice("nearest-pod")).decision["trips"]) == trips
