@@ -61,7 +61,6 @@ def pods_per_hour(pp: str, robots: int, seed: int, *overrides: str) -> float:
     return float(metrics["pod_station_visits"] / metrics["makespan_s"] * 3600)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("robots", "bar"), [(8, 1.05), (32, 1.15)])
 def test_sipp_brings_more_pods(benchmark: Any, robots: int, bar: float) -> None:
     """Bar: `sipp` brings so many times the pods of `whca-n`, mean of five seeds, where robots are the bottleneck."""
@@ -104,7 +103,6 @@ def test_a_whole_run_with_sipp(benchmark: Any, settings: tuple[str, ...], bar: f
         assert peak_mb < 500
 
 
-@pytest.mark.slow
 def test_twenty_thousand_locations(benchmark: Any, tmp_path: Path) -> None:
     """Bar: 500 robots start within 20 s of CPU and need less than 3 GB; 20 simulated seconds per CPU second.
 
@@ -127,7 +125,6 @@ def test_twenty_thousand_locations(benchmark: Any, tmp_path: Path) -> None:
         assert simulated_s_per_s >= 20
 
 
-@pytest.mark.slow
 def test_straight_queues_bring_more_pods(benchmark: Any) -> None:
     """Bar: 64 robots bring 1.25 times the pods of the paper's layout, which has as many stations and locations."""
     until_s = 1800 if benchmark.enabled else 900

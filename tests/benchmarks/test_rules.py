@@ -38,13 +38,10 @@ SHIPPED = sorted(
     if role is not Role.OBSERVER  # a rule that is told when a run begins decides nothing then
 )
 """Each rule, once for each decision that it makes."""
-LONG = [pytest.mark.slow]
-NAMES = [pytest.param(name, role, marks=LONG if name == "integrated" else []) for name, role in SHIPPED]
-SIZES = [world if world == "small" else pytest.param(world, marks=pytest.mark.slow) for world in WORLDS]
 
 
-@pytest.mark.parametrize("world", SIZES)
-@pytest.mark.parametrize(("name", "role"), NAMES)
+@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize(("name", "role"), SHIPPED)
 def test_one_call(
     rule_benchmark: Callable[..., Any],  # noqa: F811 (how pytest hands over a fixture)
     benchmark: Any,

@@ -80,7 +80,7 @@ def test_help_is_there_at_once(benchmark: Any) -> None:
 QUICK = ["rules.pps=nearest-pod", "rules.pr=fixed"]
 
 
-@pytest.mark.parametrize("world", ["small", "250", pytest.param("2000", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("world", ["small", "250", "2000"])
 def test_a_run_with_quick_rules(benchmark: Any, world: str) -> None:
     """A whole run; `engine_s` is what is left of it without the rules' own time, `picks_per_s` what that comes to."""
     scenario = world_with(world, Role.POA, RuleChoice("first-come"), QUICK)

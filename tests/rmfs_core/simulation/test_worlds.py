@@ -1,4 +1,4 @@
-"""Invariants of every run, whatever rules and worlds: invariants, and that none stands still under `sipp`."""
+"""Invariants of every run, whatever rules and worlds, and that none stands still."""
 
 import tempfile
 from collections import Counter
@@ -71,49 +71,6 @@ def instances(draw: st.DrawFn) -> Instance:
     )
 
 
-@st.composite
-def scenarios(draw: st.DrawFn) -> Scenario:
-    def choose(*names: str) -> RuleChoice:
-        return RuleChoice(draw(st.sampled_from(names)))
-
-    rows = draw(st.integers(3, 7))
-    fitting = (rows - 1) // 2
-    east = draw(st.integers(1, fitting))
-    west = draw(st.integers(0, fitting))
-    by_orders = draw(st.booleans())
-    return Scenario(
-        rules=RulesSection(
-            poa=choose("pod-match", "common-lines", "first-come", "near-best-pod", "station-queue"),
-            pps=choose("demand", "nearest-pod", "completes", "random"),
-            pr=choose("nearest", "fixed", "random", "turnover-classes", "cache", "utility"),
-            ta=choose("nearest-robot", "balanced", "assignment"),
-        ),
-        seed=draw(st.integers(0, 1000)),
-        layout=LayoutSection(
-            block_rows=rows,
-            block_columns=draw(st.integers(1, 3)),
-            block_length=draw(st.integers(2, 4)),
-            hall_width=draw(st.integers(1, 3)),
-            stations_east=east,
-            stations_west=west,
-            pod_fill=draw(st.floats(0.1, 1.0)),
-        ),
-        robots=RobotsSection(count=draw(st.integers(1, 6))),
-        stations=StationsSection(
-            item_capacity=draw(st.integers(8, 15)),
-            order_capacity=draw(st.integers(1, 4)) if by_orders else None,
-            queue_length=draw(st.integers(1, 5)),
-        ),
-    )
-
-
-@given(scenario=scenarios(), instance=instances())
-@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.too_slow])
-def test_invariants_hold_in_every_run(scenario: Scenario, instance: Instance) -> None:
-    """Items are conserved, capacity is kept, a pod is in one place, and every order is complete at the end."""
-    completes(scenario, instance, parse_map(block_map(scenario.layout, scenario.stations.queue_length), "layout"))
-
-
 ONE_WAY = "".join(FLOOR_MOVES).replace(".", "")
 RESTLESS, FIRST_FREE = (
     RuleChoice(f"{Path(__file__).resolve().parents[2]}/helpers/restless.py:{name}")
@@ -181,10 +138,11 @@ def more_ways(draw: st.DrawFn, text: str) -> str:
     return "\n".join("".join(signs[i : i + width]) for i in range(0, len(signs), width))
 
 
+Attack = tuple[Scenario, Instance, Layout]
+
+
 @st.composite
-def attacks(
-    draw: st.DrawFn, max_robots: int, pp: str = "sipp", queue: str = "plain"
-) -> tuple[Scenario, Instance, Layout]:
+def attacks(draw: st.DrawFn, max_robots: int, queue: str = "plain") -> Attack:
     """Any shipped rules but for PP, 1 to ``max_robots`` robots, more work than the stations have places for.
 
     Where queues have shortcuts, they are long, and a few stations have many visits of short picks.
@@ -212,7 +170,6 @@ def attacks(
             **deciders,
             pr=choose("nearest", "fixed", "random", "turnover-classes", "cache", "utility"),
             ta=choose("nearest-robot", "balanced", "assignment"),
-            pp=RuleChoice(pp),
         ),
         seed=draw(st.integers(0, 1000)),
         instance=InstanceSection(
@@ -255,15 +212,6 @@ def outages(draw: st.DrawFn) -> tuple[dict[str, Any], dict[str, Any]]:
     return robots, {"outages": failures(), "speed": draw(st.sampled_from([{}, shifts]))}
 
 
-def failing(
-    attack: tuple[Scenario, Instance, Layout], more: tuple[dict[str, Any], dict[str, Any]], pp: str
-) -> tuple[Scenario, Instance, Layout]:
-    scenario, *rest = attack
-    robots, stations = evolve(scenario.robots, **more[0]), evolve(scenario.stations, **more[1])
-    rules = evolve(scenario.rules, pp=RuleChoice(pp))
-    return evolve(scenario, robots=robots, stations=stations, rules=rules), *rest
-
-
 class LinesInOrder:
     """Observer that holds the lines of the driving against those at the stations."""
 
@@ -294,74 +242,55 @@ def completes(scenario: Scenario, instance: Instance, layout: Layout) -> None:
         assert [str(fault) for fault in faults if fault.kind != "header"] == []  # the layout is not the scenario's
 
 
-@given(attack=attacks(max_robots=12))
-@settings(max_examples=40, **ANYTHING_GOES)
-def test_small_fleets(attack: tuple[Scenario, Instance, Layout]) -> None:
-    """Up to 12 robots: every run ends with every order complete."""
-    completes(*attack)
+def under(pp: str, attack: Attack) -> Attack:
+    scenario, *rest = attack
+    return evolve(scenario, rules=evolve(scenario.rules, pp=RuleChoice(pp))), *rest
 
 
-@given(attack=attacks(max_robots=12, pp="pbs", queue="shortcut"))
-@settings(max_examples=20, **ANYTHING_GOES)
-def test_fleets_that_plan_together(attack: tuple[Scenario, Instance, Layout]) -> None:
-    """Under `pbs`, which replaces the paths of robots on their way: every run ends with every order complete."""
-    completes(*attack)
-
-
-@pytest.mark.slow
-@given(attack=attacks(max_robots=60, pp="pbs"))
-@settings(max_examples=100, **ANYTHING_GOES)
-def test_large_fleets_that_plan_together(attack: tuple[Scenario, Instance, Layout]) -> None:
-    """The same with up to 60 robots."""
-    completes(*attack)
-
-
-@given(attack=attacks(max_robots=12, pp="whca-n"))
-@settings(max_examples=40, **ANYTHING_GOES)
-def test_windows_end_in_order_or_with_the_reason(attack: tuple[Scenario, Instance, Layout]) -> None:
-    """Under `whca-n` a run completes without a collision, or ends with the error that says who waits for whom."""
-    scenario, instance, layout = attack
+def completes_under(pp: str, attack: Attack) -> None:
+    """Run to the end; under `whca-n` a run may also end with the error that says who waits for whom."""
+    scenario, instance, layout = under(pp, attack)
     try:
-        completes(evolve(scenario, run=RunSection(standstill_s=600.0)), instance, layout)
+        completes(evolve(scenario, run=evolve(scenario.run, standstill_s=600.0)), instance, layout)
     except StandstillError as error:
+        assert pp == "whca-n"
         assert " waits for row " in str(error)
 
 
+@given(attack=attacks(max_robots=6), instance=instances(), order_capacity=st.none() | st.integers(1, 4))
+@settings(max_examples=100, **ANYTHING_GOES)
+def test_whatever_is_ordered_is_picked(attack: Attack, instance: Instance, order_capacity: int | None) -> None:
+    """Orders arrive at any time, stock is finite or not, stations count items or orders: every order is complete."""
+    scenario, _, layout = attack
+    assume(len(instance.pods) < len(layout.storage_locations))
+    stations = evolve(scenario.stations, order_capacity=order_capacity)
+    completes(evolve(scenario, stations=stations), instance, layout)
+
+
+@given(attack=attacks(max_robots=12), pp=st.sampled_from(["sipp", "pbs", "whca-n"]))
+@settings(max_examples=90, **ANYTHING_GOES)
+def test_small_fleets(attack: Attack, pp: str) -> None:
+    completes_under(pp, attack)
+
+
 @pytest.mark.slow
-@given(attack=attacks(max_robots=100))
-@settings(max_examples=50, **ANYTHING_GOES)
-def test_fleets_as_large_as_the_storage(attack: tuple[Scenario, Instance, Layout]) -> None:
-    """Up to 100 robots, or one fewer than storage locations: every run ends with every order complete.
-
-    From where robots begin of themselves; `test_large_fleets_begin_anywhere` has more worlds.
-    """
-    completes(*attack)
-
-
-def completes_under_both(scenario: Scenario, instance: Instance, layout: Layout) -> None:
-    for pp in ("sipp", "whca-n"):
-        completes(evolve(scenario, rules=evolve(scenario.rules, pp=RuleChoice(pp))), instance, layout)
+@given(attack=attacks(max_robots=60))
+@settings(max_examples=100, **ANYTHING_GOES)
+def test_large_fleets_that_plan_together(attack: Attack) -> None:
+    completes(*under("pbs", attack))
 
 
 @given(attack=attacks(max_robots=8, queue="shortcut"))
 @settings(max_examples=12, **ANYTHING_GOES)
-def test_queues_with_shortcuts(attack: tuple[Scenario, Instance, Layout]) -> None:
-    """Whatever shortcuts and entrances queues have: every run ends with every order complete, under both planners."""
-    completes_under_both(*attack)
+def test_queues_with_shortcuts(attack: Attack) -> None:
+    """Whatever shortcuts and entrances queues have: every run ends with every order complete."""
+    for pp in ("sipp", "whca-n", "pbs"):
+        completes(*under(pp, attack))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10))
-@given(attack=attacks(max_robots=10, queue="shortcut"))
-@settings(max_examples=20, **ANYTHING_GOES)
-def test_many_queues_with_shortcuts(seed: int, attack: tuple[Scenario, Instance, Layout]) -> None:
-    scenario, instance, layout = attack
-    completes_under_both(evolve(scenario, seed=seed), instance, layout)
-
-
-def completes_from_anywhere(attack: tuple[Scenario, Instance, Layout], seed: int, pp: str) -> None:
+def completes_from_anywhere(attack: Attack, seed: int) -> None:
     """Run to the end with robots that begin in cells drawn from all but the walls."""
-    scenario, instance, layout = attack
+    layout = attack[2]
     cells = np.random.default_rng(seed).permutation(np.flatnonzero(layout.kind != CellKind.WALL))
 
     def opened(scenario: Scenario, instance: Instance, layout: Layout) -> Opening:
@@ -372,36 +301,34 @@ def completes_from_anywhere(attack: tuple[Scenario, Instance, Layout], seed: int
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("rmfs_core.simulation.engine.open_warehouse", opened)
-        completes(evolve(scenario, rules=evolve(scenario.rules, pp=RuleChoice(pp))), instance, layout)
+        completes(*attack)
 
 
 @given(attack=attacks(max_robots=40, queue="shortcut"), seed=st.integers(0, 1000))
 @settings(max_examples=20, **ANYTHING_GOES)
-def test_robots_begin_anywhere(attack: tuple[Scenario, Instance, Layout], seed: int) -> None:
+def test_robots_begin_anywhere(attack: Attack, seed: int) -> None:
     """Robots that begin on the floor, in queues and at stations get out of the way, and every order is completed."""
-    completes_from_anywhere(attack, seed, "sipp")
+    completes_from_anywhere(attack, seed)
 
 
 @pytest.mark.slow
 @given(attack=attacks(max_robots=100), seed=st.integers(0, 1000))
 @settings(max_examples=150, **ANYTHING_GOES)
-def test_large_fleets_begin_anywhere(attack: tuple[Scenario, Instance, Layout], seed: int) -> None:
-    completes_from_anywhere(attack, seed, "sipp")
+def test_large_fleets_begin_anywhere(attack: Attack, seed: int) -> None:
+    completes_from_anywhere(attack, seed)
 
 
 @given(attack=attacks(max_robots=6, queue="shortcut"), seed=st.integers(0, 1000))
 @settings(max_examples=12, **ANYTHING_GOES)
-def test_robots_begin_anywhere_under_other_planners(attack: tuple[Scenario, Instance, Layout], seed: int) -> None:
+def test_robots_begin_anywhere_under_other_planners(attack: Attack, seed: int) -> None:
     for pp in ("whca-n", "free-flow", "pbs"):
-        completes_from_anywhere(attack, seed, pp)
+        completes_from_anywhere(under(pp, attack), seed)
 
 
 @st.composite
-def with_batteries(
-    draw: st.DrawFn, max_robots: int, pp: str = "sipp", often: float = 0.5
-) -> tuple[Scenario, Instance, Layout]:
+def with_batteries(draw: st.DrawFn, max_robots: int) -> Attack:
     """Few chargers, batteries that hold hardly more than the longest task takes, and robots that never rest."""
-    scenario, instance, layout = draw(attacks(max_robots, pp))
+    scenario, instance, layout = draw(attacks(max_robots))
     locations = layout.storage_locations
     spare = len(locations) - 2 - max(len(instance.pods), scenario.robots.count)
     assume(spare > 0)
@@ -418,7 +345,7 @@ def with_batteries(
         scenario,
         rules=evolve(
             scenario.rules,
-            idle=evolve(idle, parameters={"often": often}) if idle is RESTLESS else idle,
+            idle=idle,
             move=draw(st.sampled_from([None, RuleChoice("utility"), RuleChoice("cache"), RESTLESS])),
         ),
         layout=evolve(scenario.layout, pod_fill=max(0.01, draw(st.floats(0, 1)) * (1 - (spare + 6) / len(locations)))),
@@ -433,40 +360,23 @@ def with_batteries(
     return evolve(scenario, robots=evolve(scenario.robots, battery=battery)), instance, layout
 
 
-@given(attack=with_batteries(max_robots=10))
-@settings(max_examples=15, **ANYTHING_GOES)
-def test_no_robot_strands(attack: tuple[Scenario, Instance, Layout]) -> None:
+@given(attack=with_batteries(max_robots=10), pp=st.sampled_from(["sipp", "whca-n", "free-flow"]))
+@settings(max_examples=40, **ANYTHING_GOES)
+def test_no_robot_strands(attack: Attack, pp: str) -> None:
     """However small batteries are and however few chargers: no charge falls below 0, and every order is completed."""
-    completes(*attack)
+    completes_under(pp, attack)
 
 
 @pytest.mark.slow
 @given(attack=with_batteries(max_robots=40))
 @settings(max_examples=100, **ANYTHING_GOES)
-def test_no_robot_of_many_strands(attack: tuple[Scenario, Instance, Layout]) -> None:
+def test_no_robot_of_many_strands(attack: Attack) -> None:
     completes(*attack)
-
-
-@given(attack=with_batteries(max_robots=6, pp="free-flow"))
-@settings(max_examples=10, **ANYTHING_GOES)
-def test_no_robot_strands_without_traffic(attack: tuple[Scenario, Instance, Layout]) -> None:
-    completes(*attack)
-
-
-@given(attack=with_batteries(max_robots=10, pp="whca-n"))
-@settings(max_examples=15, **ANYTHING_GOES)
-def test_no_robot_strands_with_windows(attack: tuple[Scenario, Instance, Layout]) -> None:
-    """Under `whca-n` no charge falls below 0 either, but where the run ends with the reason: who waits for whom."""
-    scenario, instance, layout = attack
-    try:
-        completes(evolve(scenario, run=evolve(scenario.run, standstill_s=600.0)), instance, layout)
-    except StandstillError as error:
-        assert " waits for row " in str(error)
 
 
 @given(attack=attacks(max_robots=8), pp=st.sampled_from(["sipp", "free-flow"]))
 @settings(max_examples=15, **ANYTHING_GOES)
-def test_robots_rest_where_pods_are_stored(attack: tuple[Scenario, Instance, Layout], pp: str) -> None:
+def test_robots_rest_where_pods_are_stored(attack: Attack, pp: str) -> None:
     """Robots are sent where PR stores pods at the same moment: pods have the places, and all orders are completed."""
     scenario, instance, layout = attack
     rules = evolve(scenario.rules, pr=FIRST_FREE, idle=FIRST_FREE, pp=RuleChoice(pp))
@@ -475,7 +385,7 @@ def test_robots_rest_where_pods_are_stored(attack: tuple[Scenario, Instance, Lay
 
 @given(attack=attacks(max_robots=12))
 @settings(max_examples=25, **ANYTHING_GOES)
-def test_moved_pods_leave_room_for_those_that_come_back(attack: tuple[Scenario, Instance, Layout]) -> None:
+def test_moved_pods_leave_room_for_those_that_come_back(attack: Attack) -> None:
     """Storage is almost full, and idle robots carry pods about: each pod that comes from a station finds a place."""
     scenario, instance, layout = attack
     often = evolve(RESTLESS, parameters={"often": 1.0})
@@ -486,11 +396,7 @@ def test_moved_pods_leave_room_for_those_that_come_back(attack: tuple[Scenario, 
 @given(attack=attacks(max_robots=8), more=outages(), pp=st.sampled_from(["sipp", "pbs", "free-flow", "whca-n"]))
 @settings(max_examples=16, **ANYTHING_GOES)
 def test_no_run_stands_still_for_what_fails(attack, more, pp) -> None:
-    """Robots fail or are maintained, stations fail, lifts and shifts vary: all orders are completed, but where a run
-    under `whca-n` ends with the error that says who waits for whom."""
-    scenario, instance, layout = failing(attack, more, pp)
-    try:
-        completes(evolve(scenario, run=evolve(scenario.run, standstill_s=600.0)), instance, layout)
-    except StandstillError as error:
-        assert pp == "whca-n"
-        assert " waits for row " in str(error)
+    """Robots fail or are maintained, stations fail, lifts and shifts vary: all orders are completed."""
+    scenario, *rest = attack
+    robots, stations = evolve(scenario.robots, **more[0]), evolve(scenario.stations, **more[1])
+    completes_under(pp, (evolve(scenario, robots=robots, stations=stations), *rest))
