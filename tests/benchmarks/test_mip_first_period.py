@@ -244,7 +244,7 @@ def timed(rule: Any, periods: list[Period]) -> tuple[list[float], list[Solution]
 
 
 @pytest.mark.parametrize("model", Model)
-def test_later_periods(benchmark: Any, model: Model, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+def test_later_periods(benchmark: Any, model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     """Periods t > 1 of a run against the printed form with CBC: median and 95th percentile."""
     periods: list[Period] = []
     with monkeypatch.context() as patch:
@@ -256,12 +256,7 @@ def test_later_periods(benchmark: Any, model: Model, monkeypatch: pytest.MonkeyP
     printed, slow = timed(RULES[model](formulation="paper", solver="cbc"), [*map(evolve, some)])
     assert [solution.objective for solution in fast] == [solution.objective for solution in slow]
     tail = float(np.quantile(in_run, 0.95))
-    with capsys.disabled():
-        print(
-            f"\n{model}: median {median(ours) * 1e3:.3f} ms against {median(printed) * 1e3:.1f} ms printed with CBC "
-            f"({median(printed) / median(ours):.0f} times); in the run: median {median(in_run) * 1e3:.3f} ms, "
-            f"95th percentile {tail * 1e3:.1f} ms"
-        )
+    benchmark.extra_info.update(ours_s=median(ours), printed_s=median(printed), in_run_s=median(in_run), tail_s=tail)
     benchmark.pedantic(RULES[model]().solve, args=(evolve(periods[0]),), rounds=1)
     if benchmark.enabled:
         assert median(printed) / median(ours) >= FASTER[model]
@@ -270,17 +265,13 @@ def test_later_periods(benchmark: Any, model: Model, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize("model", Model)
-def test_whole_runs(benchmark: Any, model: Model, capsys: Any) -> None:
+def test_whole_runs(benchmark: Any, model: Model) -> None:
     """Seconds per order and share of simulated time at t > 1, means of the 250-order set: a fiftieth of the paper's."""
     instances = ORDERS_250 if benchmark.enabled else ORDERS_250[-1:]
     results = benchmark.pedantic(lambda: [run(model, *instance) for instance in instances], rounds=1)
     per_order = mean(result.timing["decision_s_per_order"] for result in results)
     percent = mean(result.timing["decision_percent_of_simulated"] for result in results)
-    with capsys.disabled():
-        print(
-            f"\n{model}: {per_order:.4f} s per order (paper {PAPER_S_PER_ORDER[model]}), "
-            f"{percent:.4f} % of simulated time (paper {PAPER_PERCENT_OF_SIMULATED[model]} %)"
-        )
+    benchmark.extra_info.update(s_per_order=per_order, percent_of_simulated=percent)
     if benchmark.enabled:
         assert per_order <= PAPER_S_PER_ORDER[model] / 50
         assert percent <= PAPER_PERCENT_OF_SIMULATED[model] / 50

@@ -3,7 +3,6 @@
 import csv
 import json
 import os
-import re
 import runpy
 import subprocess
 import sys
@@ -99,21 +98,6 @@ def test_what_runs_in_the_background_ends_with_the_page(tmp_path: Path) -> None:
 PICTURES = runpy.run_path(str(TOOLS / "pictures.py"), run_name="pictures")
 
 
-def test_the_picture_shows_a_run_on_its_way_and_at_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    picture_of_run, call = PICTURES["picture_of_run"], PICTURES["call"]
-
-    def call_small(arguments: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-        ended: subprocess.CompletedProcess[str] = call(["run", "examples/small", "--set", "instance.orders=9"], folder)
-        return ended
-
-    monkeypatch.setitem(picture_of_run.__globals__, "call", call_small)
-    drawn = picture_of_run(tmp_path)
-    shown = re.sub(r"<[^>]*>", "", drawn).replace("&#160;", " ")
-    places = [shown.index(text) for text in ("$ rmfs run paper-250", "Simulated time", "Makespan", "Results in")]
-    assert places == sorted(places)
-    assert "@font-face" not in drawn
-
-
 @pytest.mark.slow
 def test_the_picture_of_a_page_shows_it_when_it_is_drawn(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
@@ -126,39 +110,7 @@ def test_the_picture_of_a_page_shows_it_when_it_is_drawn(tmp_path: Path) -> None
 
 
 UPDATE_RESULTS = runpy.run_path(str(TOOLS / "update_results.py"))
-REPORT = """# Title
-
-- Command: `rmfs reproduce`
-- Time: 40 min
-
-## Overview
-
-| a | b |
-|---|---|
-| 1 | 2 |
-
-## Runs
-
-| c |
-|---|
-| 3 |
-
-## Figure 10: visits
-
-The paper: fewer.
-
-| d |
-|---|
-| 4 |
-
-![Visits](visits.png)
-
-## Figure 11: distances
-
-| e |
-|---|
-| 5 |
-"""
+REPORT = "# Title\n\n![Visits](visits.png)\n"
 
 
 def test_report_and_plots_take_the_place_of_earlier_ones(tmp_path: Path) -> None:
@@ -322,9 +274,7 @@ def test_benchmarks_are_compared(tmp_path: Path, capsys, before, after, options,
     ("{", "before.json: this is no JSON"),
     ([], "before.json: expected a result that pytest-benchmark saved"),
     ({"a": {"rounds": 9}}, "before.json, benchmarks[0]: this is no saved benchmark: 'median'"),
-    ({"a": stats(0.0)}, "median and quartiles are no positive numbers in order"),
     ({"a": stats(1.0) | {"q1": 2.0}}, "median and quartiles are no positive numbers in order"),
-    ({"a": stats(1.0) | {"q3": "many"}}, "this is no saved benchmark"),
     ({"a": stats(1.0) | {"rounds": "many"}}, "this is no saved benchmark"),
 )
 def test_files_that_are_no_results(tmp_path: Path, capsys, before: Any, problem: str) -> None:

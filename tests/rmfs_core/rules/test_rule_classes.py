@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -32,13 +31,6 @@ from saying import said
 
 Install = Callable[..., None]
 Refusal = Callable[..., str]
-
-
-def test_wrong_role(refusal: Refusal) -> None:
-    assert refusal(poa=RuleChoice("nearest")) == (
-        f'rules.poa: rule "nearest" ({RMFS}) does not decide POA (hook `assign_orders`); class Nearest decides '
-        "PR and packing"
-    )
 
 
 HOOK = "@define\nclass Mine:\n    @hookimpl\n    def {}:\n        return []\n"
@@ -276,21 +268,6 @@ def test_types_are_named_for_people(kind: Any, name: str) -> None:
     assert type_name(kind) == name
 
 
-WITH_FILE = """
-from __future__ import annotations
-from typing import TYPE_CHECKING
-from attrs import define
-from rmfs_core import hookimpl
-if TYPE_CHECKING:
-    from pathlib import Path
-@define
-class Mine:
-    weights: Path
-    @hookimpl
-    def choose_storage_location(self, warehouse): return min(warehouse.free_storage_locations)
-"""
-
-
 @define
 class Many:
     one: Path | None = None
@@ -367,27 +344,13 @@ def test_a_file_that_may_not_be_read(folder: Path) -> None:
         find_file(str(folder / "a.bin"))
 
 
-def test_a_rule_set_knows_its_files(folder: Path, install: Callable[..., None]) -> None:
-    install("acme", {"mine": "acme_rules:Mine"})
-    (folder / "acme" / "acme_rules.py").write_text(WITH_FILE, encoding="utf-8")
-    given = GivenText("a.bin", str(folder / "deep"))
-    rules = RulesSection(RuleChoice("pod-match"), RuleChoice("demand"), pr=RuleChoice("mine", {"weights": given}))
-    loaded = RuleSet.load(rules, str(folder))
-    (one,) = loaded.files
-    assert loaded.pr.instance.weights == folder / "deep" / "a.bin"
-    assert (one.name, one.digest()) == ("deep/a.bin", f"sha256:{hashlib.sha256(b'deep/a.bin').hexdigest()}")
-    named = loaded.with_file_names(rules)
-    assert named.pr.parameters == {"weights": "deep/a.bin"}
-    assert type(named.pr.parameters["weights"]) is str
-
-
 EVENTS = "a tuple of classes of events, or a mapping from these to lists of functions"
 NEEDED = "a tuple of 'unlimited stock', 'item capacity' or 'no batteries'"
 
 
 def test_traits_have_defaults() -> None:
-    assert RuleTraits.of(object(), "here", "it") == RuleTraits()
-    assert RuleTraits.of(SimpleNamespace(reserves=None, packing_capacity=None), "here", "it") == RuleTraits()
+    for rule in (object(), SimpleNamespace(reserves=None, packing_capacity=None)):
+        assert RuleTraits.of(rule, "here", "it") == RuleTraits()
     (role,) = RuleTraits.of(SimpleNamespace(decides=("pps",)), "here", "it").decides
     assert (role.label, role.hook) == ("PPS", "select_pods")
 
