@@ -168,5 +168,6 @@ print(type(found).__name__, found, large is True, "numba" in sys.modules, always
 
 
 def test_what_is_open_is_compiled_unless_it_is_interpreted(tmp_path: Path) -> None:
-    assert printed(tmp_path, OPEN) == "int 6 True True 2\n"
-    assert printed(tmp_path, OPEN, "interpret") == "compiles\nint 6 True False 2\n"
+    (tmp_path / "opened.py").write_text(OPEN, encoding="utf-8")
+    assert printed(tmp_path, "import opened") == "int 6 True True 2\n"
+    assert printed(tmp_path, "import opened", "interpret") == "compiles\nint 6 True False 2\n"
