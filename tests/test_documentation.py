@@ -278,7 +278,6 @@ SHOWN = (
 
 
 def test_the_glossary_defines_what_a_run_prints() -> None:
-    """The label of every metric and timing figure, and the words of the tables."""
     defined = terms(page("reference/glossary.md"))
     ours = (*DETAILS, *OPENING, *LATENESS, *UNBUSY, *GAPS)
     metrics = (*(m for group in METRICS.values() for m in group), *TIMING, *ours)

@@ -66,7 +66,6 @@ def test_items_per_hour_are_those_of_rawsim_o(settings, items, within, tmp_path)
 
 
 def test_every_order_has_a_name_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
-    """All orders that RAWSim-O wrote out are orders here, and none appears again after others."""
     result = rmfs_core.run("parity/rawsim-o", overrides=["run.until_s=1"])
     named = {row.partition(",")[0] for row in (FOLDER / "orders.csv").read_text().splitlines()[1:]}
     assert len(named) == result.metrics["orders_total"] == 6024

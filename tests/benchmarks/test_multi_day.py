@@ -91,12 +91,3 @@ def test_the_morning_can_have_happened(name: str, tmp_path: Path) -> None:
     overrides = [*RULES[name], f"run.until_s={end_s}"]
     rmfs_core.run("grocery-day", overrides=overrides, out=tmp_path, record=["trace"])
     assert validate_trace(tmp_path) == []
-
-
-def test_a_few_orders_of_the_day(tmp_path: Path) -> None:
-    """In time, possible, and with the columns that due times bring."""
-    result = rmfs_core.run("grocery-day", overrides=["instance.orders=6"], out=tmp_path, record=["trace"])
-    assert result.status == "complete"
-    assert result.metrics["late_orders"] == 0
-    assert {"on_time_percent_priority_1", "waiting_for_room_per_visit_s"} <= result.metrics.keys()
-    assert validate_trace(tmp_path) == []

@@ -49,7 +49,6 @@ def test_one_call(
     role: Role,
     world: str,
 ) -> None:
-    """Median of a call in the middle of a run."""
     overrides = [PREFILTER] if role is Role.POA_PPS and world == "2000" else []
     choice = RuleChoice(name, PARAMETERS.get(name, {}))
     rule_benchmark(choice, decides=role.label, world=world, overrides=overrides, at_s=MIDDLE_S)

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +115,6 @@ REPORT = "# Title\n\n![Visits](visits.png)\n"
 
 
 def test_report_and_plots_take_the_place_of_earlier_ones(tmp_path: Path) -> None:
-    """The folder has the report and the plots that it shows, and nothing else."""
     source, reports = tmp_path / "out", tmp_path / "reports"
     source.mkdir()
     reports.mkdir()
@@ -139,27 +139,25 @@ BOUNDS = {"psv_per_order": 1.5, "distance_per_order_m": "", "turnover_s": 1.5, "
 """How many times the bound each metric is; empty: a metric without bound."""
 
 
-def written(folder: Path) -> Path:
-    """Return the folder of a comparison."""
-    (folder / "plots").mkdir(parents=True)
-    for name in ("psv_per_order", "distance_per_order_m"):
-        (folder / "plots" / f"front.{name}.turnover_s.png").write_bytes(name.encode())
-    columns = ("instances", "metric", "rule_set", "mean", "times_bound", "runs", "complete")
+def summarised(folder: Path, columns: str, rows: list[tuple[object, ...]]) -> Path:
+    """Return the folder of a comparison with a summary."""
+    folder.mkdir()
     with (folder / "summary.csv").open("w", encoding="utf-8", newline="") as stream:
-        rows = csv.writer(stream)
-        rows.writerow(columns)
-        for instances in ("scenario=small", "overall"):
-            for metric, bound in BOUNDS.items():
-                for rule_set, (visits, other) in FIGURES.items():
-                    mean = visits if metric == "psv_per_order" else other
-                    rows.writerow((instances, metric, rule_set, mean, bound, 3, 3))
-                rows.writerow((instances, metric, "never", "", "", 3, 1))
+        csv.writer(stream).writerows([columns.split(), *rows])
     return folder
 
 
 def test_a_table_for_each_instance_set(tmp_path: Path) -> None:
-    league = tmp_path / "league"
-    UPDATE_COMPARISONS["update"](written(tmp_path / "all"), tmp_path)
+    league, rows = tmp_path / "league", list[tuple[object, ...]]()
+    for instances, (metric, bound) in product(("scenario=small", "overall"), BOUNDS.items()):
+        for rule_set, (visits, other) in FIGURES.items():
+            rows.append((instances, metric, rule_set, visits if metric == "psv_per_order" else other, bound, 3, 3))
+        rows.append((instances, metric, "never", "", "", 3, 1))
+    folder = summarised(tmp_path / "all", "instances metric rule_set mean times_bound runs complete", rows)
+    (folder / "plots").mkdir()
+    for name in ("psv_per_order", "distance_per_order_m"):
+        (folder / "plots" / f"front.{name}.turnover_s.png").write_bytes(name.encode())
+    UPDATE_COMPARISONS["update"](folder, tmp_path)
     lines = (league / "all.md").read_text(encoding="utf-8").splitlines()
     assert [line for line in lines if line.startswith("#")] == ["### small"]
     assert [line.split(" | ") for line in lines[-4:]] == [
@@ -176,16 +174,12 @@ def test_a_table_for_each_instance_set(tmp_path: Path) -> None:
 
 
 def test_a_study_says_what_rule_sets_change(tmp_path: Path) -> None:
-    folder = tmp_path / "rules"
-    folder.mkdir()
-    columns = ("instances", "metric", "rule_set", "baseline", "mean", "runs", "relative", "low", "high")
-    with (folder / "summary.csv").open("w", encoding="utf-8", newline="") as stream:
-        rows = csv.writer(stream)
-        rows.writerow(column if column not in ("low", "high") else f"relative_{column}_holm" for column in columns)
-        for instances in ("robots=8", "robots=16", "overall"):
-            rows.writerow((instances, "turnover_s", "plain", "plain", 900.2, 5, "", "", ""))
-            rows.writerow((instances, "turnover_s", "clever", "plain", 800.2, 5, -0.111, -0.2, 0.004))
-    UPDATE_COMPARISONS["update"](folder, tmp_path)
+    columns = "instances metric rule_set baseline mean runs relative relative_low_holm relative_high_holm"
+    rows: list[tuple[object, ...]] = []
+    for instances in ("robots=8", "robots=16", "overall"):
+        rows.append((instances, "turnover_s", "plain", "plain", 900.2, 5, "", "", ""))
+        rows.append((instances, "turnover_s", "clever", "plain", 800.2, 5, -0.111, -0.2, 0.004))
+    UPDATE_COMPARISONS["update"](summarised(tmp_path / "rules", columns, rows), tmp_path)
     assert (tmp_path / "study" / "rules.md").read_text(encoding="utf-8").replace("\u00a0", " ").splitlines() == [
         "### Against plain, 5 runs each",
         "",

@@ -15,7 +15,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import mutants
-from cases import cases
 from fuzzing.bases import Bases, make_bases
 from fuzzing.surfaces import SURFACES, make_case
 from random_worlds import (
@@ -137,24 +136,6 @@ def test_each_change_is_of_one_expression(tmp_path: Path, monkeypatch: pytest.Mo
         "d = (e + 1) * f if not (g is None) else True",
         "d = (e + 1) * f if g is None else False",
     }
-
-
-@cases(
-    "file tests",
-    ("rmfs_core/world/travel.py", "tests/rmfs_core/world"),
-    ("rmfs_core/wording.py", "tests/rmfs_core"),
-    ("plugins/rmfs_rules/due/__init__.py", "tests/plugins/rmfs_rules/test_orders_to_stations.py"),
-)
-def test_tests_are_found_by_folder_or_by_the_name_of_a_rule(file: str, tests: str) -> None:
-    assert tests in mutants.tests_of(file)
-
-
-@pytest.mark.slow
-def test_a_failing_test_kills(tmp_path: Path) -> None:
-    (tmp_path / "test_good.py").write_text("def test(): pass\n", encoding="utf-8")
-    (tmp_path / "test_bad.py").write_text("def test(): assert False\n", encoding="utf-8")
-    assert not mutants.is_killed(tmp_path, ["test_good.py"], 1)
-    assert mutants.is_killed(tmp_path, ["test_good.py", "test_bad.py"], 1)
 
 
 def test_the_study_counts(tmp_path: Path) -> None:

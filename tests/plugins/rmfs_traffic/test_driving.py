@@ -33,7 +33,6 @@ from told import Prepare
 
 @pytest.mark.parametrize("pp", ["sipp", "pbs"])
 def test_robots_pass_a_corridor_for_one(tiny_run: Prepare, pp: str) -> None:
-    """Where only one robot at a time can pass, the others wait where they block nobody."""
     check_layout(CORRIDOR, "corridor")
     tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp=pp).done()
     assert len(tiny.of(events.OrderCompleted)) == 16

@@ -187,19 +187,22 @@ def test_a_path_is_settled_as_it_is_committed(paths: list[tuple[int, int, int, l
     one, two = Reservations(OPEN.cells), Reservations(OPEN.cells)
     for owner, cell, tick, ends in paths:
         start = Stop(cell, EAST, tick)
-        outcomes: list[object] = []
-        try:
-            rows, end = one.settle(owner, OPEN, start, np.array(ends, dtype=np.int64).reshape(-1, 2))
-            outcomes.append((rows.tolist(), end))
-        except ValueError as error:  # what another has, or no straight run
-            outcomes.append((type(error), str(error)))
+        problem = None
         try:
             occupied, end = drive(OPEN, start, [Leg(*leg) for leg in ends])
             two.commit(owner, occupied)
-            outcomes.append(([occupied.cells.tolist(), occupied.since.tolist(), occupied.until.tolist()], end))
+        except ValueError as error:  # what another has, or no straight run
+            problem = type(error), str(error)
+        try:
+            rows, settled = one.settle(owner, OPEN, start, np.array(ends, dtype=np.int64).reshape(-1, 2))
         except ValueError as error:
-            outcomes.append((type(error), str(error)))
-        assert outcomes[0] == outcomes[1]
+            assert (type(error), str(error)) == problem
+        else:
+            assert problem is None
+            assert (rows.tolist(), settled) == (
+                [occupied.cells.tolist(), occupied.since.tolist(), occupied.until.tolist()],
+                end,
+            )
         assert all(one.reserved(cell) == two.reserved(cell) for cell in range(OPEN.cells))
 
 

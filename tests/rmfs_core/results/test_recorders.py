@@ -515,8 +515,6 @@ def test_objects_of_installed_rules(tmp_path: Path) -> None:
         assert (tmp_path / "object" / file).read_bytes() == (tmp_path / "name" / file).read_bytes()
     again = rmfs_core.run(load_result(tmp_path / "object").scenario)
     assert again.metrics == load_result(tmp_path / "name").metrics
-    with pytest.raises(rmfs_core.InputError, match=r'^argument rules\.pps: rule "Oldest" .* does not decide PPS'):
-        rmfs_core.run("examples/small", rules={"pps": Oldest()})
     with pytest.raises(rmfs_core.InputError, match=r"^argument rules: expected `poa` and `pps`.* found `poa` alone$"):
         rmfs_core.run("examples/small", overrides=["rules.poa_pps=pod-index"], rules={"poa": Oldest()})
     with pytest.raises(rmfs_core.RuleError, match=r'^rule "Oldest" \(.* object\), assign_orders, at 0\.000 s: raised '):

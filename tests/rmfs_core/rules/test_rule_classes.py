@@ -66,22 +66,6 @@ def test_a_class_that_is_no_such_rule(refusal: Refusal, install: Install, source
     assert refusal(poa=RuleChoice("mine")) == f"rules.poa: {problem}"
 
 
-@pytest.mark.parametrize("role", [role for role in Role if role is not Role.OBSERVER])
-def test_a_misspelt_hook_is_refused_before_the_run(refusal: Refusal, tmp_path: Path, role: Role) -> None:
-    source = HOOK.format(f"{role.hook}x(self, warehouse)")
-    (tmp_path / "bad.py").write_text(f"from attrs import define\nfrom rmfs_core import hookimpl\n{source}", "utf-8")
-    bad = RuleChoice("./bad.py:Mine")
-    others = {
-        Role.FILTER: {"filters": (bad,)},
-        Role.POA_PPS: {"poa": None, "pps": None, "poa_pps": bad},
-        Role.ROA: {"roa": bad, "rps": RuleChoice("emptiest-pod")},
-        Role.RPS: {"roa": RuleChoice("first-bundle"), "rps": bad},
-    }
-    text = refusal(tmp_path, **others.get(role, {role.key: bad}))
-    assert f"class Mine implements a hook `{role.hook}x`" in text
-    assert role.hook in text.replace(f"{role.hook}x", "")
-
-
 def test_a_hook_without_arguments_says_so() -> None:
     class Watch:
         @hookimpl

@@ -325,7 +325,6 @@ def test_every_choice_has_its_path() -> None:
     *((name, False) for name in ("pod-match", "acme.rule", "mypy", "a:b")),
 )
 def test_names_of_files_are_told_from_names_of_rules(name: str, inline: bool) -> None:
-    """Also where the dot at the beginning, or the class at the end, was forgotten."""
     assert is_inline(name) == inline
 
 

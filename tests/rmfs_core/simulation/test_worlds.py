@@ -236,7 +236,6 @@ def test_large_fleets_that_plan_together(attack: Attack) -> None:
 @given(attack=attacks(max_robots=8, queue="shortcut"))
 @settings(max_examples=12, **ANYTHING_GOES)
 def test_queues_with_shortcuts(attack: Attack) -> None:
-    """Whatever shortcuts and entrances queues have: every run ends with every order complete."""
     for pp in ("sipp", "whca-n", "pbs"):
         completes(*under(pp, attack))
 
@@ -260,7 +259,6 @@ def completes_from_anywhere(attack: Attack, seed: int) -> None:
 @given(attack=attacks(max_robots=40, queue="shortcut"), seed=st.integers(0, 1000))
 @settings(max_examples=20, **ANYTHING_GOES)
 def test_robots_begin_anywhere(attack: Attack, seed: int) -> None:
-    """Robots that begin on the floor, in queues and at stations get out of the way, and every order is completed."""
     completes_from_anywhere(attack, seed)
 
 
@@ -316,7 +314,6 @@ def with_batteries(draw: st.DrawFn, max_robots: int) -> Attack:
 @given(attack=with_batteries(max_robots=10), pp=st.sampled_from(["sipp", "whca-n", "free-flow"]))
 @settings(max_examples=40, **ANYTHING_GOES)
 def test_no_robot_strands(attack: Attack, pp: str) -> None:
-    """However small batteries are and however few chargers: no charge falls below 0, and every order is completed."""
     completes_under(pp, attack)
 
 
@@ -339,7 +336,6 @@ def test_robots_rest_where_pods_are_stored(attack: Attack, pp: str) -> None:
 @given(attack=attacks(max_robots=12))
 @settings(max_examples=25, **ANYTHING_GOES)
 def test_moved_pods_leave_room_for_those_that_come_back(attack: Attack) -> None:
-    """Storage is almost full, and idle robots carry pods about: each pod that comes from a station finds a place."""
     scenario, instance, layout = attack
     often = evolve(RESTLESS, parameters={"often": 1.0})
     full = evolve(scenario, layout=evolve(scenario.layout, pod_fill=0.97), rules=evolve(scenario.rules, move=often))
@@ -349,7 +345,6 @@ def test_moved_pods_leave_room_for_those_that_come_back(attack: Attack) -> None:
 @given(attack=attacks(max_robots=8), more=outages(), pp=st.sampled_from(["sipp", "pbs", "free-flow", "whca-n"]))
 @settings(max_examples=16, **ANYTHING_GOES)
 def test_no_run_stands_still_for_what_fails(attack, more, pp) -> None:
-    """Robots fail or are maintained, stations fail, lifts and shifts vary: all orders are completed."""
     scenario, *rest = attack
     robots, stations = evolve(scenario.robots, **more[0]), evolve(scenario.stations, **more[1])
     completes_under(pp, (evolve(scenario, robots=robots, stations=stations), *rest))

@@ -413,5 +413,4 @@ def calls(quantity: int) -> int:
 
 
 def test_a_pick_of_a_long_line_is_no_more_work() -> None:
-    """As many calls with 1,000,000 items to come as with 100."""
     assert calls(1_000_000) == calls(100)
