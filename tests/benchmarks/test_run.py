@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -23,7 +22,6 @@ import rmfs_commands.gym
 import rmfs_core
 from copying import copy_of
 from rmfs_commands.experiments import Base, Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
-from rmfs_commands.serve.service import SMALL, Service
 from rmfs_core.scenario import load_scenario
 from rmfs_core.world import read_instance
 
@@ -81,26 +79,6 @@ def test_load_100_000_rows(benchmark: BenchmarkFixture, tmp_path: Path) -> None:
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\n" + pods, encoding="utf-8")
     instance = benchmark(read_instance, tmp_path / "orders.csv", tmp_path / "pods.csv")
     assert len(instance.orders) == 50_000
-
-
-def hall(orders: int) -> dict[str, Any]:
-    """Return a state with eight stations and 1,000 pods."""
-    contents = [{f"s{7 * i % 500}": 3, f"s{11 * i % 500}": 2} for i in range(1000)]
-    return {
-        "format": "rmfs-state",
-        "version": 2,
-        "pods": {f"p{i}": {"contents": held} for i, held in enumerate(contents)},
-        "stations": {f"st{i}": {"item_capacity": 15} for i in range(8)},
-        "orders": {f"o{i}": {"lines": {f"s{13 * i % 500}": 1}, "arrival_s": i} for i in range(orders)},
-        "skus": [f"s{i}" for i in range(500)],
-    }
-
-
-@pytest.mark.parametrize("state", [SMALL, hall(10_000)], ids=["small", "10,000 orders"])
-def test_a_request(benchmark: Any, state: dict[str, Any]) -> None:
-    """One rule, the plainest, so that it is what is around it that is measured."""
-    service, request = Service.of(["first-come"]), json.dumps(dict(state)).encode()
-    assert benchmark(service.answer, request).status == 200
 
 
 @pytest.mark.parametrize("decides", ["POA", "PPS", "PR", "TA"])

@@ -25,7 +25,7 @@ from rmfs_core.simulation.engine import Simulation
 from rmfs_core.warehouse import Robot
 from rmfs_core.world import NORTH, check_layout
 from rmfs_rules.sipp import Pbs, Sipp
-from rmfs_traffic import FOREVER, FleetTraffic, Query, Traffic, occupancy, timed_path
+from rmfs_traffic import FOREVER, FleetTraffic, Occupancy, Query, Traffic, occupancy, timed_path
 from rmfs_traffic.reserved import Course
 from rmfs_traffic.windowed import WindowedDriving
 from told import Prepare
@@ -119,15 +119,19 @@ class LetsOthersWait:
     @hookimpl
     def plan_paths(self, queries: Sequence[Query], traffic: FleetTraffic) -> dict[int, Path]:
         table, paths = traffic.table.copy(), Pbs(most_nodes=0).plan_paths(queries, traffic)
+
+        def take(robot: int, cells: Occupancy) -> None:
+            table.release(robot)
+            if robot in traffic.under_way:
+                table.add(robot, traffic.under_way[robot])
+            table.add(robot, cells)
+
         for query in queries:
             if query.robot in paths:
                 self.put_off[query.robot] = 0
                 path = Sipp().search(traffic.roads, table, query)
                 assert path is not None
-                table.release(query.robot)
-                if query.robot in traffic.under_way:
-                    table.add(query.robot, traffic.under_way[query.robot])
-                table.add(query.robot, occupancy(traffic.roads, path))
+                take(query.robot, occupancy(traffic.roads, path))
         for query in queries:
             if query.robot in traffic.arrives:
                 later = Sipp().search(traffic.roads, table, query)
@@ -137,10 +141,7 @@ class LetsOthersWait:
                 taken = occupancy(traffic.roads, timed_path(traffic.roads, query, waits.legs))
                 if table.is_free(query.robot, taken):
                     paths[query.robot] = waits
-                    table.release(query.robot)
-                    if query.robot in traffic.under_way:
-                        table.add(query.robot, traffic.under_way[query.robot])
-                    table.add(query.robot, taken)
+                    take(query.robot, taken)
                     self.put_off[query.robot] += 1
                     self.most.append(self.put_off[query.robot])
         return paths
