@@ -270,10 +270,8 @@ def test_where_pods_stand_at_the_start() -> None:
     def opened(given: Scenario) -> Warehouse:
         return open_warehouse(given, PODS, layout).warehouse
 
-    one, other = (
-        opened(scenario()),
-        opened(scenario(robots=model.RobotsSection(count=5), layout=model.LayoutSection(pod_fill=0.9))),
-    )
+    one = opened(scenario())
+    other = opened(scenario(robots=model.RobotsSection(count=5), layout=model.LayoutSection(pod_fill=0.9)))
     assert one.homes == other.homes
     assert [robot.cell for robot in one.robots] == [robot.cell for robot in other.robots][:3]
     again = opened(scenario(seed=2))
@@ -305,15 +303,9 @@ def test_stations_count_items_or_orders(stations: model.StationsSection, expecte
 
 @cases(
     "sections message",
-    (
-        {"robots": model.RobotsSection(count=99)},
-        "robots.count: found 99 robots; the layout has 80 storage locations to ",
-    ),
+    ({"robots": model.RobotsSection(count=99)}, "robots.count: found 99 robots; the layout has 80 storage locations"),
     ({"stations": model.StationsSection(item_capacity=(1, 2, 3))}, "stations.item_capacity: found 3 capacities, "),
-    (
-        {"stations": model.StationsSection(order_capacity=(1,))},
-        "stations.order_capacity: found 1 capacities, but the la",
-    ),
+    ({"stations": model.StationsSection(order_capacity=(1,))}, "stations.order_capacity: found 1 capacities, but "),
     ({"instance": at(**{"3": "p"})}, "instance.pods_at_stations.3: no station 3; expected 1 to 2"),
     ({"instance": at(west="p")}, "instance.pods_at_stations.west: no station west; expected 1 to 2"),
     (

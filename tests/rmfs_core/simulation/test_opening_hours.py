@@ -197,9 +197,9 @@ def stations(**keys: Any) -> Callable[[Scenario], Scenario]:
     return lambda scenario: evolve(scenario, stations=evolve(scenario.stations, **keys))
 
 
-def lasts(events: list[events.ItemPicked]) -> list[tuple[float, float]]:
+def lasts(picks: list[events.ItemPicked]) -> list[tuple[float, float]]:
     """Return seconds of picking and of handling, in the order of the picks."""
-    return [((e.tick - e.start_tick) / 1000, (e.picker_free_tick - e.start_tick) / 1000) for e in events]
+    return [((e.tick - e.start_tick) / 1000, (e.picker_free_tick - e.start_tick) / 1000) for e in picks]
 
 
 @cases(
