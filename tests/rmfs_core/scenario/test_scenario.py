@@ -139,7 +139,6 @@ WRONG = [
         ['stations.open=[["06:00", "22:00"]]', "stations.open.3=[]"],
         ': `stations.open` has no keys of its own, it is [["06:00", "22:00"]]; expected a table, as { 3 = [] }',
     ),
-    (["rules.poa=pod-mach"], ': there is no rule "pod-mach" (did you mean `pod-match`?)'),
     (["robots.count=2", "robots.count=0"], ": expected a whole number from 1 to 100,000, found 0"),
     (["robots.cuont="], ": unknown key `cuont` (did you mean `count`?)"),
     (["rules.pps="], ", rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone"),
